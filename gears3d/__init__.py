@@ -1,0 +1,46 @@
+"""gears3d: involute gears as exact solids that rattle inside their backlash.
+
+The public names below are loaded on first use, so that ``import gears3d`` costs no more than numpy.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np  # noqa: F401  (the one dependency that is loaded at once)
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "load": "gears3d.scenario",
+    "Scenario": "gears3d.scenario",
+    "Recording": "gears3d.recording",
+    "simulate": "gears3d.simulation",
+    "compare": "gears3d.comparison",
+    "replay": "gears3d.views.replay",
+    "gears": "gears3d.gears",
+}
+
+if TYPE_CHECKING:
+    from gears3d import gears
+    from gears3d.comparison import compare
+    from gears3d.recording import Recording
+    from gears3d.views.replay import replay
+    from gears3d.scenario import Scenario, load
+    from gears3d.simulation import simulate
+
+__all__ = ["Recording", "Scenario", "__version__", "compare", "gears", "load", "replay", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name on first use."""
+    home = _HOME.get(name)
+    if home is None:
+        raise AttributeError(f"module 'gears3d' has no attribute {name!r}; it has {', '.join(sorted(_HOME))}")
+    module = importlib.import_module(home)
+    return module if home == f"gears3d.{name}" else getattr(module, name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

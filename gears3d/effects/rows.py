@@ -1,0 +1,132 @@
+"""The normal forms that every effect is lowered to, and that twin and engine each evaluate in their own code.
+
+A row is data: a code that names the form, a gate that says when it acts, and numbers in SI units. Torques of
+several rows add; so do flank deviations and contributions to the restitution coefficient.
+
+Signs: a torque is *resisting* (it is subtracted from the loose gear's acceleration); a flank deviation is material
+added along the outward normal of the flank, in m along the transverse line of action; ``dry(w)`` below is the sign
+of the loose gear's speed, with stiction at rest.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+WIDTH = 6
+"""How many numbers a row holds."""
+
+
+class Code(IntEnum):
+    """The normal forms; the hundreds digit is the place."""
+
+    TORQUE_CONSTANT = 101  # p = torque                      -> torque * dry(w)
+    TORQUE_LINEAR = 102  # p = coefficient, shaft_speed      -> coefficient * (w - shaft_speed)
+    TORQUE_POWER = 103  # p = coefficient, exponent          -> coefficient * |w|**exponent * dry(w)
+    TORQUE_HARMONIC = 104  # p = order, amplitude, phase     -> amplitude * cos(order*theta_loose + phase)
+    TORQUE_RELAX = 105  # p = torque, time_constant          -> torque * (1 - exp(-t/time_constant)) * dry(w)
+    FLANK_HARMONIC = 201  # p = gear, flank, order, amplitude, phase -> amplitude * cos(order*theta_gear + phase)
+    FLANK_TOOTH = 202  # p = gear, flank, tooth, offset      -> offset on that tooth (1 = first in order of meshing)
+    IMPACT_OFFSET = 301  # p = offset                        -> e + offset
+    IMPACT_SLOPE = 302  # p = slope                          -> e + slope * |v|
+    IMPACT_FLANK = 303  # p = asymmetry                      -> e + asymmetry/2 on active, - asymmetry/2 on reverse
+    IMPACT_SCATTER = 304  # p = standard_deviation           -> e + standard_deviation * z, z standard normal
+    GAP_SPRING = 401  # p = stiffness, damping               -> max(0, -stiffness*gap - damping*gap_rate) if gap < 0
+
+
+class Gate(IntEnum):
+    """When a torque row acts."""
+
+    ALWAYS = 0
+    FLIGHT = 1
+    CONTACT = 2
+    ACTIVE = 3
+    REVERSE = 4
+
+
+class Gear(IntEnum):
+    """The gear that a flank row belongs to."""
+
+    DRIVE = 0
+    LOOSE = 1
+
+
+class Flank(IntEnum):
+    """The flank that a row belongs to."""
+
+    ACTIVE = 0
+    REVERSE = 1
+
+
+class Row(NamedTuple):
+    """One normal form with its numbers.
+
+    Args:
+        code: which form.
+        gate: when it acts (torques only).
+        p: the numbers of the form in SI units, at most WIDTH of them.
+    """
+
+    code: Code
+    gate: Gate
+    p: tuple[float, ...]
+
+
+def torque_constant(torque: float, gate: Gate = Gate.ALWAYS) -> Row:
+    """Coulomb torque against the direction of motion; ``torque`` in N·m."""
+    return Row(Code.TORQUE_CONSTANT, gate, (torque,))
+
+
+def torque_linear(coefficient: float, shaft_speed: float = 0.0, gate: Gate = Gate.ALWAYS) -> Row:
+    """Torque proportional to speed; ``coefficient`` in N·m·s/rad, ``shaft_speed`` in rad/s."""
+    return Row(Code.TORQUE_LINEAR, gate, (coefficient, shaft_speed))
+
+
+def torque_power(coefficient: float, exponent: float, gate: Gate = Gate.ALWAYS) -> Row:
+    """Torque as a power of speed; ``coefficient`` in N·m/(rad/s)^exponent."""
+    return Row(Code.TORQUE_POWER, gate, (coefficient, exponent))
+
+
+def torque_harmonic(order: float, amplitude: float, phase: float, gate: Gate = Gate.ALWAYS) -> Row:
+    """Torque over the loose gear's angle; ``amplitude`` in N·m, ``phase`` in rad."""
+    return Row(Code.TORQUE_HARMONIC, gate, (order, amplitude, phase))
+
+
+def torque_relax(torque: float, time_constant: float, gate: Gate = Gate.ALWAYS) -> Row:
+    """Coulomb torque that grows towards ``torque`` in N·m with ``time_constant`` in s."""
+    return Row(Code.TORQUE_RELAX, gate, (torque, time_constant))
+
+
+def flank_harmonic(gear: Gear, flank: Flank, order: int, amplitude: float, phase: float) -> Row:
+    """Flank deviation over the angle of its own gear at the moment of touching; ``amplitude`` in m, ``phase`` in rad."""
+    return Row(Code.FLANK_HARMONIC, Gate.ALWAYS, (float(gear), float(flank), float(order), amplitude, phase))
+
+
+def flank_tooth(gear: Gear, flank: Flank, tooth: int, offset: float) -> Row:
+    """Flank deviation of a single tooth; ``offset`` in m."""
+    return Row(Code.FLANK_TOOTH, Gate.ALWAYS, (float(gear), float(flank), float(tooth), offset))
+
+
+def impact_offset(offset: float) -> Row:
+    """Constant added to the restitution coefficient."""
+    return Row(Code.IMPACT_OFFSET, Gate.ALWAYS, (offset,))
+
+
+def impact_slope(slope: float) -> Row:
+    """Restitution that changes with impact speed; ``slope`` in s/m."""
+    return Row(Code.IMPACT_SLOPE, Gate.ALWAYS, (slope,))
+
+
+def impact_flank(asymmetry: float) -> Row:
+    """Restitution that differs between the flanks by ``asymmetry``."""
+    return Row(Code.IMPACT_FLANK, Gate.ALWAYS, (asymmetry,))
+
+
+def impact_scatter(standard_deviation: float) -> Row:
+    """Restitution with Gaussian scatter."""
+    return Row(Code.IMPACT_SCATTER, Gate.ALWAYS, (standard_deviation,))
+
+
+def gap_spring(stiffness: float, damping: float) -> Row:
+    """Compliant flank; ``stiffness`` in N/m, ``damping`` in N·s/m along the transverse line of action."""
+    return Row(Code.GAP_SPRING, Gate.ALWAYS, (stiffness, damping))
