@@ -1,0 +1,76 @@
+"""The catalogue: what an effect promises, and that adding one is adding one file."""
+
+import dataclasses
+import math
+from typing import ClassVar
+
+import pytest
+
+from gears3d.effects import Code, Effect, Gate, Param, Rig, Row, SensorEffect, catalogue, register
+from gears3d.effects.rows import WIDTH
+
+RIG = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.3, math.pi, 90, 90)
+EXAMPLES = {
+    "transmission_error": {"amplitude": 5e-6, "order": 3},
+    "drag_viscous": {"coefficient": 1e-3},
+    "restitution_speed": {"slope": -2.0},
+    "tooth_compliance": {"stiffness": 2.6e6, "damping": 10.0},
+    "encoder_eccentricity": {"amplitude": 1e-4},
+}
+
+
+def test_every_kind_has_an_example_here():
+    assert set(EXAMPLES) <= set(catalogue())
+    built_in = {k for k, c in catalogue().items() if c.__module__.startswith("gears3d.")}
+    assert built_in == set(EXAMPLES)
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_an_effect_keeps_its_promises(kind):
+    cls = catalogue()[kind]
+    effect = cls(**EXAMPLES[kind])
+    assert isinstance(effect, Effect)
+    assert {f.name for f in dataclasses.fields(effect)} == set(cls.params)
+    for field in dataclasses.fields(effect):
+        default = cls.params[field.name].default
+        assert (default is None) == (field.default is dataclasses.MISSING)
+        assert default is None or default == field.default
+    assert effect.unit_size(RIG) > 0
+    for row in effect.rows(RIG):
+        assert isinstance(row, Row)
+        assert len(row.p) <= WIDTH
+        assert all(math.isfinite(x) for x in row.p)
+        place = {1: "torque", 2: "geometry", 3: "impact", 4: "gap_force"}[row.code // 100]
+        assert cls.place == place
+    assert (cls.place == "sensor") == isinstance(effect, SensorEffect)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        effect.kind_ = 1
+
+
+def test_transmission_error_moves_both_flanks_together_and_active_alone_changes_the_gap():
+    cls = catalogue()["transmission_error"]
+    both = cls(amplitude=1e-6).rows(RIG)
+    assert [r.p[3] for r in both] == [1e-6, -1e-6]
+    active = cls(amplitude=1e-6, flank="active", gear="loose").rows(RIG)
+    assert [r.p for r in active] == [(1.0, 0.0, 1.0, 1e-6, 0.0)]
+
+
+def test_unit_size_of_viscous_drag_doubles_the_drag():
+    size = catalogue()["drag_viscous"](coefficient=1.0).unit_size(RIG)
+    assert size * RIG.mean_speed == pytest.approx(RIG.drag_torque)
+
+
+def test_a_kind_is_taken_once():
+    @dataclasses.dataclass(frozen=True)
+    class Impostor:
+        kind = "drag_viscous"
+        place = "torque"
+        params: ClassVar = {"coefficient": Param("torque")}
+
+    with pytest.raises(ValueError, match="drag_viscous"):
+        register(Impostor)
+
+
+def test_codes_name_their_place_and_gates_are_distinct():
+    assert len({int(c) for c in Code}) == len(Code)
+    assert sorted(int(g) for g in Gate) == [0, 1, 2, 3, 4]

@@ -1,0 +1,100 @@
+"""What keeps the house in order: light import, small files and functions, every public name explained."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+FILES = sorted((ROOT / "gears3d").rglob("*.py"))
+LAZY = ["pybullet", "rerun", "pint", "numba", "scipy", "trimesh", "matplotlib", "pandas", "pyarrow"]
+HEAVY = [*LAZY, "pydantic", "typer", "rich", "jinja2"]
+
+
+def definitions(tree):
+    return [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef)]
+
+
+def lines(node):
+    return node.end_lineno - node.lineno
+
+
+def test_import_loads_numpy_and_nothing_heavier():
+    code = f"import sys, gears3d; assert 'numpy' in sys.modules; print(*(m for m in {HEAVY} if m in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_help_loads_no_simulator():
+    code = (
+        "import sys\nfrom gears3d.cli import main\nsys.argv = ['gears3d', '--help']\n"
+        "try:\n    main()\nexcept SystemExit as stop:\n    assert not stop.code\n"
+        f"print('loaded:', *(m for m in {LAZY} if m in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().splitlines()[-1] == "loaded:"
+
+
+def test_public_names_resolve():
+    import gears3d
+
+    for name in gears3d.__all__:
+        assert getattr(gears3d, name) is not None
+    with pytest.raises(AttributeError, match="simulate"):
+        _ = gears3d.simulat
+
+
+def test_public_names_survive_the_import_of_their_rooms():
+    import gears3d
+    import gears3d.comparison
+    import gears3d.simulation
+    import gears3d.views.replay
+
+    assert callable(gears3d.simulate)
+    assert callable(gears3d.compare)
+    assert callable(gears3d.replay)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_files_and_functions_are_small(path):
+    text = path.read_text()
+    assert text.count("\n") <= 400
+    for node in definitions(ast.parse(text)):
+        if not isinstance(node, ast.ClassDef):
+            assert node.end_lineno - node.lineno <= 80, (
+                f"{node.name} has {node.end_lineno - node.lineno} lines"
+            )
+
+
+def test_median_file_and_function_are_small():
+    import statistics
+
+    functions = [d for f in FILES for d in definitions(ast.parse(f.read_text())) if not isinstance(d, ast.ClassDef)]
+        d.end_lineno - d.lineno
+        for f in FILES
+        for d in definitions(ast.parse(f.read_text()))
+        if not isinstance(d, ast.ClassDef)
+    ]
+    assert statistics.median(f.read_text().count("\n") for f in FILES) <= 170
+    assert statistics.median(map(lines, functions)) <= 16
+
+
+def test_no_bare_or_broad_except():
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ExceptHandler):
+                assert node.type is not None, f"{path}:{node.lineno} bare except"
+                assert not (isinstance(node.type, ast.Name) and node.type.id == "BaseException"), (
+                    f"{path}:{node.lineno}"
+                )
+
+
+def test_nothing_tracked_is_large():
+    names = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    for name in filter(None, names.split("\0")):
+        path = ROOT / name
+        assert not path.exists() or path.stat().st_size <= 2_000_000, name
