@@ -1,6 +1,7 @@
 """What keeps the house in order: light import, small files and functions, every public name explained."""
 
 import ast
+import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -22,9 +23,9 @@ def lines(node):
 
 
 def test_import_loads_numpy_and_nothing_heavier():
-    code = f"import sys, gears3d; assert 'numpy' in sys.modules; print(*(m for m in {HEAVY} if m in sys.modules))"
+    code = f"import sys, gears3d; print(*(m for m in {HEAVY} if m in sys.modules), 'numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == ""
+    assert done.stdout.split() == ["True"]
 
 
 def test_help_loads_no_simulator():
@@ -69,14 +70,7 @@ def test_files_and_functions_are_small(path):
 
 
 def test_median_file_and_function_are_small():
-    import statistics
-
-    functions = [d for f in FILES for d in definitions(ast.parse(f.read_text())) if not isinstance(d, ast.ClassDef)]
-        d.end_lineno - d.lineno
-        for f in FILES
-        for d in definitions(ast.parse(f.read_text()))
-        if not isinstance(d, ast.ClassDef)
-    ]
+    functions = [d for f in FILES for d in definitions(ast.parse(f.read_text())) if hasattr(d, "args")]
     assert statistics.median(f.read_text().count("\n") for f in FILES) <= 170
     assert statistics.median(map(lines, functions)) <= 16
 
