@@ -64,9 +64,7 @@ def test_files_and_functions_are_small(path):
     assert text.count("\n") <= 400
     for node in definitions(ast.parse(text)):
         if not isinstance(node, ast.ClassDef):
-            assert node.end_lineno - node.lineno <= 80, (
-                f"{node.name} has {node.end_lineno - node.lineno} lines"
-            )
+            assert node.end_lineno - node.lineno <= 80, f"{node.name} has {node.end_lineno - node.lineno} lines"
 
 
 def test_median_file_and_function_are_small():
@@ -86,9 +84,7 @@ def test_no_bare_or_broad_except():
 
 
 def test_nothing_tracked_is_large():
-    names = subprocess.run(
-        ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout
+    names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in filter(None, names.split("\0")):
         path = ROOT / name
         assert not path.exists() or path.stat().st_size <= 2_000_000, name

@@ -1,0 +1,160 @@
+"""``gears3d run``: a scenario becomes a run folder."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from gears3d.recording import Recording
+    from gears3d.runs import RunFolder
+    from gears3d.scenario import Scenario
+
+
+def run(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    model: Annotated[str, typer.Option(help="bullet (rigid bodies in PyBullet) or rigid (1-DOF).")] = "bullet",
+    contact: Annotated[str, typer.Option(help="Of the bullet model: located or native.")] = "located",
+    twin: Annotated[str, typer.Option(help="Model to compare with: rigid or none.")] = "",
+    out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<scenario's name>.")] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+    ] = None,
+    views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print summary.json instead of the table.")] = False,
+) -> None:
+    """Simulate a scenario, compare it with its twin, and write the run folder.
+
+    Example: gears3d run scenarios/rigaud-2020/fig5-20rpm.toml --set impact.restitution=0.5
+    """
+    from gears3d.runs import RunFolder, default_folder
+    from gears3d.scenario import load
+
+    begin = time.perf_counter()
+    question = load(scenario, overrides=set_ or [])
+    twin = twin or ("rigid" if model == "bullet" else "none")
+    place = out or default_folder(question)
+    with RunFolder(place) as folder:
+        summary = _fill(folder, question, model, contact, twin, views, begin)
+        folder.commit()
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(summary)
+    else:
+        from gears3d.cli.run_table import show
+
+        show(summary, place)
+    if summary["status"] == "partial":
+        raise typer.Exit(130)
+    if any(not verdict["met"] for verdict in summary["expect"].values()):
+        raise typer.Exit(1)
+
+
+def _fill(
+    folder: RunFolder, scenario: Scenario, model: str, contact: str, twin: str, views: bool, begin: float
+) -> dict[str, Any]:
+    """Simulate and write everything into the folder; return the summary."""
+    from gears3d.runs import summarise
+    from gears3d.simulation import simulate
+
+    wall: dict[str, float] = {}
+    with _progress() as track:
+        with _clock(wall, model):
+            recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
+        other, comparison = None, None
+        if twin != "none":
+            with _clock(wall, "twin"):
+                other = simulate(scenario, twin)
+                comparison = _comparison(recording, other)
+        summary = summarise(scenario, recording, comparison)
+        with _clock(wall, "files"):
+            folder.write_scenario(scenario, _header(summary))
+            folder.write_recording(recording)
+            if other is not None:
+                folder.write_recording(other, "twin")
+        if views:
+            tick = track("views", 2.0)
+            with _clock(wall, "replay"):
+                _replay(folder, scenario, recording, other)
+            tick(1.0)
+            summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
+            with _clock(wall, "report"):
+                _report(folder, scenario, recording, other, summary)
+            tick(2.0)
+    summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
+    folder.write_summary(summary)
+    return summary
+
+
+def _comparison(recording: Recording, twin: Recording) -> dict[str, Any]:
+    from gears3d.comparison import compare
+
+    return compare(recording, twin).to_dict()
+
+
+def _replay(folder: RunFolder, scenario: Scenario, recording: Recording, twin: Recording | None) -> None:
+    from gears3d.views.replay import replay
+
+    replay(recording, scenario=scenario, twin=twin, out=folder.path / "replay.rrd")
+
+
+def _report(
+    folder: RunFolder,
+    scenario: Scenario,
+    recording: Recording,
+    twin: Recording | None,
+    summary: dict[str, Any],
+) -> None:
+    from gears3d.views.report import write
+
+    write(folder.path / "report.html", scenario=scenario, recording=recording, twin=twin, summary=summary)
+
+
+def _header(summary: dict[str, Any]) -> str:
+    import platform
+    import shlex
+
+    command = shlex.join(["gears3d", *sys.argv[1:]])
+    return (
+        f"{command}\ngears3d {summary['version']}, Python {platform.python_version()}, "
+        f"{platform.machine()}, seed {summary['seed']}"
+    )
+
+
+@contextmanager
+def _clock(wall: dict[str, float], name: str) -> Iterator[None]:
+    begin = time.perf_counter()
+    yield
+    wall[name] = time.perf_counter() - begin
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], Callable[[float], None]]]:
+    """Give ``track(name, total)``, which gives ``tick(done)``; bars on a terminal, nothing when piped."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    with Progress(
+        TextColumn("{task.description:>8}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
+
+        def track(name: str, total: float) -> Callable[[float], None]:
+            task = progress.add_task(name, total=total)
+            return lambda done: progress.update(task, completed=done)
+
+        yield track

@@ -1,0 +1,73 @@
+"""The short table that ``gears3d run`` prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+
+def show(summary: dict[str, Any], place: Path) -> None:
+    """Print what a run came to and where it lies.
+
+    Args:
+        summary: content of ``summary.json``.
+        place: the run folder.
+    """
+    console = Console()
+    table = Table(title=summary["title"], title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    for name, value in rows(summary):
+        table.add_row(name, value)
+    console.print(table)
+    for key, verdict in (summary["expect"] or {}).items():
+        word = "[green]met[/]" if verdict["met"] else "[red]missed[/]"
+        console.print(f"expected {key} = {verdict['expected']}: {word} (found {verdict['found']})")
+    console.print(f"written to [bold]{place}[/]")
+
+
+def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the table's lines as (name, value).
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    out = [("regime", str(summary["regime"]).replace("_", " ")), ("impacts", _impacts(summary))]
+    for flank in ("active", "reverse"):
+        speed = summary.get(f"{flank}_velocity_mean_m_s")
+        if speed is not None:
+            out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s"))
+    if summary["comparison"]:
+        out += _agreement(summary["comparison"])
+    budget = summary["error_budget"]
+    if budget:
+        out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
+    out.append(("speed", _speed(summary)))
+    if summary["status"] == "partial":
+        out.append(("status", f"partial: interrupted at {summary['reached_s']:.3f} s"))
+    return out
+
+
+def _impacts(summary: dict[str, Any]) -> str:
+    per_period = summary.get("impacts_per_period")
+    text = str(summary["impacts"])
+    return text if per_period is None else f"{text} ({per_period:.3g} a period)"
+
+
+def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
+    missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
+    matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} matched"
+    lines = [("against the twin", f"{matched}, {missed} missed, {invented} invented ({comparison['mode']})")]
+    median, p95 = comparison["velocity_error_median"], comparison["velocity_error_p95"]
+    if median is not None:
+        lines.append(("impact speed error", f"median {median:.2%}, 95 % below {p95:.2%}"))
+    return lines
+
+
+def _speed(summary: dict[str, Any]) -> str:
+    wall = summary["wall_s"]
+    total = wall["total"]
+    engine = wall.get(summary["model"])
+    text = f"{total:.2f} s for {summary['reached_s']:.3g} s ({summary['reached_s'] / total:.1f} x real time"
+    return text + (f", {summary['model']} alone {summary['reached_s'] / engine:.1f} x)" if engine else ")")

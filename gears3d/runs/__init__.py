@@ -1,0 +1,8 @@
+"""The run folder of the contract: written beside its place and renamed, so that it is never half there."""
+
+from gears3d.runs.folder import RunFolder as RunFolder
+from gears3d.runs.folder import default_folder as default_folder
+from gears3d.runs.read import Run as Run
+from gears3d.runs.read import read_run as read_run
+from gears3d.runs.summary import judge as judge
+from gears3d.runs.summary import summarise as summarise

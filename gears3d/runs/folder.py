@@ -1,0 +1,113 @@
+"""Writing a run folder: into a temporary sibling, renamed into place when it is complete or given up."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gears3d.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+MARK = "summary.json"
+"""The file by which a run folder is known as one."""
+
+
+def default_folder(scenario: Scenario) -> Path:
+    """Return ``runs/<name of the scenario's file>``.
+
+    Args:
+        scenario: the scenario that is run.
+    """
+    return Path("runs") / (Path(scenario.path).stem if scenario.path else "scenario")
+
+
+class RunFolder:
+    """A run folder while it is being written; use it as a context.
+
+    Leaving the context without :meth:`commit` removes what was written, and an earlier run in the same place stays.
+
+    Args:
+        place: where the folder will be.
+
+    Raises:
+        InputError: the place is a file, a folder of something else, or cannot be written.
+    """
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.path = place.parent / f".{place.name}.{os.getpid()}.tmp"
+
+    def __enter__(self) -> RunFolder:
+        refuse_foreign(self.place)
+        try:
+            self.path.mkdir(parents=True, exist_ok=False)
+        except OSError as error:
+            remedy = "name a folder that you may write with --out"
+            raise InputError(Fault("--out", f"{self.place} cannot be written: {error.strerror}", remedy)) from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        shutil.rmtree(self.path, ignore_errors=True)
+
+    def write_scenario(self, scenario: Scenario, header: str) -> None:
+        """Write ``scenario.toml``: the resolved scenario under a comment.
+
+        Args:
+            scenario: what was run.
+            header: lines for the comment (versions, seed, command).
+        """
+        comment = "".join(f"# {line}\n" for line in header.splitlines())
+        (self.path / "scenario.toml").write_text(comment + scenario.document, encoding="utf-8")
+
+    def write_recording(self, recording: Recording, name: str = "") -> None:
+        """Write ``signals.parquet`` and ``impacts.parquet``.
+
+        Args:
+            recording: what was recorded.
+            name: subfolder, ``"twin"`` for the twin's.
+        """
+        recording.write(self.path / name)
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Write ``summary.json``.
+
+        Args:
+            summary: what :func:`gears3d.runs.summarise` made.
+        """
+        text = json.dumps(summary, indent=1, allow_nan=False)
+        (self.path / MARK).write_text(text + "\n", encoding="utf-8")
+
+    def commit(self) -> Path:
+        """Put the folder into its place, taking an earlier run away only then.
+
+        Returns:
+            The place.
+        """
+        old = self.place.parent / f".{self.place.name}.{os.getpid()}.old"
+        if self.place.exists():
+            self.place.rename(old)
+        self.path.rename(self.place)
+        shutil.rmtree(old, ignore_errors=True)
+        return self.place
+
+
+def refuse_foreign(place: Path) -> None:
+    """Refuse a place that holds something else than a run.
+
+    Args:
+        place: where a run folder is to be.
+
+    Raises:
+        InputError: it is a file, or a non-empty folder without ``summary.json``.
+    """
+    remedy = "name another folder with --out"
+    if place.exists() and not place.is_dir():
+        raise InputError(Fault("--out", f"{place} is a file", remedy))
+    if place.is_dir() and any(place.iterdir()) and not (place / MARK).exists():
+        raise InputError(Fault("--out", f"{place} is no run folder and is not empty; it stays as it is", remedy))

@@ -1,0 +1,70 @@
+"""What a run came to, as the contract's ``summary.json``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gears3d.signals import describe
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+FORMAT = 1
+
+
+def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the summary of a run.
+
+    Args:
+        scenario: what was simulated.
+        recording: what came out.
+        comparison: with the twin, as the contract has it; ``None`` when no twin ran.
+
+    Returns:
+        A dictionary that JSON can hold: status, regime, impacts, comparison, error budget, expectations.
+    """
+    meta = recording.meta
+    outcome = outcome_of(recording)
+    partial = bool(meta.get("interrupted"))
+    return {
+        "format": FORMAT,
+        "status": "partial" if partial else "complete",
+        "reached_s": float(meta["reached_s"]) if partial else scenario.run.duration,
+        **{key: meta.get(key) for key in ("title", "source", "model", "contact", "version", "seed")},
+        "period_s": scenario.period,
+        **outcome,
+        "comparison": comparison,
+        "error_budget": meta.get("error_budget"),
+        "expect": None if partial else judge(scenario, outcome),
+    }
+
+
+def outcome_of(recording: Recording) -> dict[str, Any]:
+    """Return regime, impacts per period and mean impact speeds after the settling time.
+
+    Args:
+        recording: of a model, with ``settle_s`` and ``period_s`` in its ``meta``.
+    """
+    return describe(recording.signals, recording.impacts, recording.meta)
+
+
+def judge(scenario: Scenario, outcome: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Hold the outcome against the scenario's ``[expect]``.
+
+    Args:
+        scenario: with its expectations.
+        outcome: what :func:`outcome_of` gave.
+
+    Returns:
+        For each expectation ``{"expected", "found", "met"}``.
+    """
+    verdicts: dict[str, dict[str, Any]] = {}
+    for key, expected in scenario.expect.items():
+        found = outcome.get(key)
+        if isinstance(expected, float) and isinstance(found, float | int):
+            met = abs(found - expected) <= 0.02 * abs(expected)
+        else:
+            met = found == expected
+        verdicts[key] = {"expected": expected, "found": found, "met": bool(met)}
+    return verdicts

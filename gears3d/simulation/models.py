@@ -1,0 +1,97 @@
+"""The models by name, behind one function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.recording import Recording
+from gears3d.simulation.sensors import observe
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
+    from gears3d.scenario import Scenario
+
+Progress = Callable[[float], None]
+
+
+def _bullet(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
+    from gears3d import engine
+
+    return engine.simulate(scenario, pair=pair, contact=contact, progress=progress)
+
+
+def _rigid(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
+    from gears3d.lumped import rigid
+
+    if pair is not None:
+        raise UsageError("model 'rigid' knows no solids: pair= goes with model='bullet'")
+    return rigid.simulate(scenario, progress=progress)
+
+
+MODELS: dict[str, Callable[..., Recording]] = {"bullet": _bullet, "rigid": _rigid}
+"""The models that ``simulate`` and ``gears3d run --model`` know."""
+
+
+def simulate(
+    scenario: Scenario | str | Path,
+    model: str = "bullet",
+    *,
+    contact: str = "located",
+    pair: Pair | None = None,
+    progress: Progress | None = None,
+) -> Recording:
+    """Run a scenario in one model and return what was recorded.
+
+    Args:
+        scenario: a scenario, or the path of its file.
+        model: ``"bullet"`` (rigid bodies in PyBullet) or ``"rigid"`` (the one-degree-of-freedom twin).
+        contact: of the bullet model: ``"located"`` (default) or ``"native"``.
+        pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
+        progress: called now and then with the simulated time done [s].
+
+    Returns:
+        The recording, with the scenario's sensor effects applied.
+
+    Raises:
+        InputError: the scenario is bad.
+        UsageError: the model or the contact is not known.
+        EngineError: the simulation cannot go on or cannot be trusted.
+
+    >>> simulate("scenarios/rigaud-2020/fig5-20rpm.toml", model="rigyd")
+    Traceback (most recent call last):
+    gears3d.errors.UsageError: there is no model 'rigyd'; did you mean 'rigid'?
+    """
+    from gears3d.scenario import Scenario, load
+
+    if model not in MODELS:
+        raise UsageError(f"there is no model {model!r}; {did_you_mean(model, list(MODELS))}")
+    if contact not in ("located", "native"):
+        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, ['located', 'native'])}")
+    if not isinstance(scenario, Scenario):
+        scenario = load(scenario)
+    recording = MODELS[model](scenario, pair, contact, progress)
+    recording = observe(recording, scenario.effects, scenario.rig())
+    return Recording(recording.signals, recording.impacts, {**_about(scenario), **recording.meta})
+
+
+def _about(scenario: Scenario) -> dict[str, Any]:
+    """Return what a reader of the recording needs to know of the scenario."""
+    import gears3d
+
+    rig = scenario.rig()
+    return {
+        "title": scenario.title,
+        "source": scenario.source,
+        "version": gears3d.__version__,
+        "seed": scenario.run.seed,
+        "settle_s": scenario.run.settle,
+        "period_s": scenario.period,
+        "duration_s": scenario.run.duration,
+        "base_radius_drive_m": rig.base_radius_drive,
+        "base_radius_loose_m": rig.base_radius_loose,
+        "backlash_m": rig.backlash,
+        "effects": [effect.kind for effect in scenario.effects],
+    }
