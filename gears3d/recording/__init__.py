@@ -1,1 +1,10 @@
-""""""
+"""What was recorded, of whatever source: signals on a time axis, a table of impacts, and what is known about both."""
+
+from gears3d.recording.columns import ACTIVE as ACTIVE
+from gears3d.recording.columns import FLANKS as FLANKS
+from gears3d.recording.columns import IMPACT_UNITS as IMPACT_UNITS
+from gears3d.recording.columns import REVERSE as REVERSE
+from gears3d.recording.columns import SIGNAL_UNITS as SIGNAL_UNITS
+from gears3d.recording.columns import unit_of as unit_of
+from gears3d.recording.record import Recording as Recording
+from gears3d.recording.record import read as read

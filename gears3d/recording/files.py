@@ -1,0 +1,179 @@
+"""Recordings in files: Parquet with units and metadata, and CSV."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError, UsageError
+from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table, unit_of
+from gears3d.recording.meta import from_json, to_json
+from gears3d.recording.record import Recording
+
+if TYPE_CHECKING:
+    import pyarrow
+
+KEY = b"gears3d"
+"""Key of the metadata in the Parquet schema."""
+SIGNALS, IMPACTS = "signals.parquet", "impacts.parquet"
+
+
+def write(recording: Recording, path: Path) -> Path:
+    """Write a recording into a folder, or one without impacts into a file.
+
+    Args:
+        recording: what to write.
+        path: a folder, or a file that ends in ``.parquet`` or ``.csv``.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: it cannot be written.
+        UsageError: a single file is asked for a recording that has impacts.
+    """
+    if path.suffix in (".parquet", ".csv"):
+        if len(recording.impacts["time_s"]):
+            raise UsageError(f"{path}: one file has no room for the impacts: name a folder")
+        put = write_csv if path.suffix == ".csv" else write_parquet
+        _replace(path, lambda place: put(recording.signals, recording.meta, place))
+        return path
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(Fault("", f"cannot be made: {error.strerror}", "name another folder", str(path))) from error
+    _replace(path / SIGNALS, lambda place: write_parquet(recording.signals, recording.meta, place))
+    _replace(path / IMPACTS, lambda place: write_parquet(recording.impacts, recording.meta, place))
+    return path
+
+
+def _replace(path: Path, put: Callable[[Path], None]) -> None:
+    """Write under a temporary name, then rename."""
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        put(unfinished)
+        unfinished.replace(path)
+    except OSError as error:
+        raise InputError(Fault("", f"cannot be written: {error}", "name another place", str(path))) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def write_parquet(table: Table, meta: dict[str, Any], path: Path) -> None:
+    """Write one table; floats keep every bit, each field carries its unit.
+
+    Args:
+        table: columns of equal length.
+        meta: written as JSON into the schema.
+        path: the file.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    arrays, fields = [], []
+    for name, values in table.items():
+        array = pa.array(values)
+        if name == "flank":
+            array = pa.DictionaryArray.from_arrays(array, pa.array(FLANKS))
+        arrays.append(array)
+        fields.append(pa.field(name, array.type, nullable=False, metadata={"unit": unit_of(name)}))
+    schema = pa.schema(fields, metadata={KEY: to_json(meta)})
+    floats = [name for name, values in table.items() if values.dtype.kind == "f"]
+    pq.write_table(
+        pa.Table.from_arrays(arrays, schema=schema),
+        path,
+        compression="zstd",
+        use_dictionary=["flank"] if "flank" in table else False,
+        use_byte_stream_split=floats,  # type: ignore[arg-type]
+    )
+
+
+def write_csv(table: Table, meta: dict[str, Any], path: Path) -> None:
+    """Write one table as CSV; the metadata stays behind.
+
+    Args:
+        table: columns of equal length.
+        meta: not written.
+        path: the file.
+    """
+    import pyarrow as pa
+    import pyarrow.csv
+
+    with path.open("wb") as sink:
+        pa.csv.write_csv(pa.table(dict(table)), sink)
+
+
+def read(path: Path) -> Recording:
+    """Read a folder or file of a recording.
+
+    Args:
+        path: a folder with ``signals.parquet``, or a Parquet or CSV file.
+
+    Returns:
+        The recording, with the table of impacts that lies beside ``signals.parquet``.
+
+    Raises:
+        InputError: it is not there or cannot be used.
+    """
+    if path.is_dir():
+        if not (path / SIGNALS).is_file():
+            remedy = "a folder of a recording has signals.parquet and impacts.parquet"
+            raise InputError(Fault("", "has no signals.parquet", remedy, str(path)))
+        path = path / SIGNALS
+    if not path.exists():
+        raise InputError(Fault("", "is not there", "name a run folder, a .parquet or a .csv file", str(path)))
+    if path.suffix.lower() in (".csv", ".txt"):
+        from gears3d.recording.text import read_csv
+
+        return Recording(signal_table(read_csv(path), str(path)))
+    signals, meta = read_parquet(path)
+    impacts: dict[str, Any] = {}
+    beside = path.with_name(IMPACTS)
+    if path.name == SIGNALS and beside.is_file():
+        impacts = impact_table(read_parquet(beside)[0], str(beside))
+    return Recording(signal_table(signals, str(path)), impacts, meta or _of_summary(path.parent))
+
+
+def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Read one table.
+
+    Args:
+        path: a Parquet file.
+
+    Returns:
+        The columns as numpy arrays, missing values NaN, and the metadata, empty when there is none.
+
+    Raises:
+        InputError: it is no Parquet file, or cannot be read.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(path)
+        text = (table.schema.metadata or {}).get(KEY, b"{}")
+        return {name: _values(table[name]) for name in table.column_names}, from_json(text)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise InputError(Fault("", f"cannot be read as Parquet: {error}", "", str(path))) from error
+
+
+def _values(column: pyarrow.ChunkedArray) -> np.ndarray:
+    import pyarrow as pa
+
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(column.type.value_type)
+    return column.to_numpy()
+
+
+def _of_summary(folder: Path) -> dict[str, Any]:
+    """Return what ``summary.json`` tells of tables that carry no metadata of their own."""
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        return {key: summary[key] for key in ("title", "source", "model", "version", "period_s") if key in summary}
+    except (OSError, ValueError, TypeError):
+        return {}

@@ -1,0 +1,176 @@
+"""The recording itself: one type for what was measured, what a lumped model said, and what the 3D engine did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.errors import UsageError
+from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table
+from gears3d.recording.meta import plain
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording:
+    """Signals on a time axis, a table of impacts, and what is known about both.
+
+    Args:
+        signals: ``time_s``, ``theta_drive_rad``, ``theta_loose_rad`` and, where known, ``omega_drive_rad_s``,
+            ``omega_loose_rad_s``, ``displacement_m``, ``velocity_m_s``, each (n,); other columns are kept.
+        impacts: ``time_s``, ``flank`` (0 active, 1 reverse), ``velocity_m_s`` and, where known, ``rebound_m_s``,
+            ``impulse_N_s``, ``phase_rad``, ``tooth_drive``, ``tooth_loose``, ``flight_height_m``, each (k,).
+            Unknown columns become NaN (teeth 0); nothing at all is a table of no impacts.
+        meta: what JSON can hold: model, title, version, ``period_s``, ``settle_s`` ... With ``base_radius_drive_m``
+            and ``base_radius_loose_m`` a missing displacement is worked out.
+
+    Raises:
+        InputError: columns are missing, differ in length, are not finite or not in order of time.
+        TypeError: ``meta`` holds what JSON cannot.
+
+    >>> record = Recording({"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]})
+    >>> record
+    Recording(2 samples of 0..1 s, 0 impacts)
+    """
+
+    signals: Table
+    impacts: Table = field(default_factory=dict)
+    meta: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        meta = plain(dict(self.meta))
+        signals = signal_table(self.signals)
+        radii = [meta.get(f"base_radius_{gear}_m") for gear in ("drive", "loose")]
+        if "displacement_m" not in signals and all(isinstance(radius, float) for radius in radii):
+            drive, loose = (signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
+            signals = signal_table({**signals, "displacement_m": radii[1] * loose - radii[0] * drive})
+        object.__setattr__(self, "signals", signals)
+        object.__setattr__(self, "impacts", impact_table(self.impacts))
+        object.__setattr__(self, "meta", meta)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Time of the samples [s], (n,)."""
+        return self.signals["time_s"]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Recording):
+            return NotImplemented
+        return self.meta == other.meta and _same(self.signals, other.signals) and _same(self.impacts, other.impacts)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        time = self.time
+        span = f"{len(time)} samples" + (f" of {time[0]:.6g}..{time[-1]:.6g} s" if len(time) else "")
+        flank = self.impacts["flank"]
+        counts = [f"{np.count_nonzero(flank == code)} {name}" for code, name in enumerate(FLANKS)]
+        impacts = f"{len(flank)} impacts" + (f" ({', '.join(counts)})" if len(flank) else "")
+        about = [str(self.meta[key]) for key in ("title", "model") if self.meta.get(key)]
+        return f"Recording({', '.join([*map(repr, about), span, impacts])})"
+
+    def between(self, start: float, end: float) -> Recording:
+        """Return the part from ``start`` to ``end``, both included.
+
+        Args:
+            start: time [s].
+            end: time [s].
+
+        Raises:
+            UsageError: ``end`` lies before ``start``.
+
+        >>> record = Recording({"time_s": [0, 1, 2], "theta_drive_rad": [0, 3, 6], "theta_loose_rad": [0, 3, 6]})
+        >>> record.between(0.5, 2).time.tolist()
+        [1.0, 2.0]
+        """
+        if not start <= end:
+            raise UsageError(f"between({start!r}, {end!r}): the end lies before the start")
+
+        def cut(table: Table) -> Table:
+            first = np.searchsorted(table["time_s"], start, "left")
+            last = np.searchsorted(table["time_s"], end, "right")
+            return {name: values[first:last] for name, values in table.items()}
+
+        return Recording(cut(self.signals), cut(self.impacts), self.meta)
+
+    def with_base_radii(self, drive: float, loose: float) -> Recording:
+        """Return the recording with its displacement, s = Rb2·θ_loose − Rb1·θ_drive, where that was missing.
+
+        Args:
+            drive: base radius of the drive gear [m].
+            loose: base radius of the loose gear [m].
+
+        >>> record = Recording({"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3.5]})
+        >>> record.with_base_radii(0.1, 0.1).signals["displacement_m"].round(6).tolist()
+        [0.0, 0.05]
+        """
+        radii = {"base_radius_drive_m": float(drive), "base_radius_loose_m": float(loose)}
+        return Recording(self.signals, self.impacts, {**self.meta, **radii})
+
+    def write(self, path: str | Path) -> Path:
+        """Write the recording under a temporary name and rename it.
+
+        Args:
+            path: a folder, which gets ``signals.parquet`` and ``impacts.parquet``; or a ``.parquet`` or ``.csv``
+                file for a record without impacts.
+
+        Returns:
+            The path.
+
+        Raises:
+            InputError: it cannot be written.
+            UsageError: a single file is asked for a recording that has impacts.
+        """
+        from gears3d.recording import files
+
+        return files.write(self, Path(path))
+
+    def to_pandas(self) -> tuple[pandas.DataFrame, pandas.DataFrame]:
+        """Return signals and impacts as pandas tables; ``flank`` is categorical text, units are in ``attrs``.
+
+        Raises:
+            UsageError: pandas is not installed.
+        """
+        from gears3d.recording import frames
+
+        return frames.to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return one dataset: signals over ``time_s``, impacts over ``impact`` with names that begin ``impact_``.
+
+        Raises:
+            UsageError: xarray is not installed.
+        """
+        from gears3d.recording import frames
+
+        return frames.to_xarray(self)
+
+
+def _same(one: Table, other: Table) -> bool:
+    return one.keys() == other.keys() and all(
+        np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f") for name, values in one.items()
+    )
+
+
+def read(path: str | Path) -> Recording:
+    """Read a recording: a folder of one, a Parquet or a CSV record.
+
+    Args:
+        path: a folder with ``signals.parquet`` (and ``impacts.parquet``), or a file with the columns ``time_s``,
+            ``theta_drive_rad``, ``theta_loose_rad``.
+
+    Returns:
+        The recording.
+
+    Raises:
+        InputError: it is not there, or not a recording; names file, column and row.
+    """
+    from gears3d.recording import files
+
+    return files.read(Path(path))
