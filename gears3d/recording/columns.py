@@ -171,13 +171,14 @@ def _nearest(name: str, have: list[str]) -> str:
 
 def _array(name: str, values: Any, dtype: Any, table: str, file: str) -> np.ndarray:
     key = f"{table}.{name}"
-    try:
-        given = np.asarray(values)
-        array = given.astype(dtype, copy=False)
-    except (TypeError, ValueError) as error:
-        raise InputError(Fault(key, f"is not numeric: {error}", "leave it out or make it numbers", file)) from error
+    given = np.asarray(values)
     if given.dtype.kind not in "biuf" and given.size:
-        raise InputError(Fault(key, f"is not numeric: {given.dtype}", "leave it out or make it numbers", file))
+        raise InputError(Fault(key, f"holds {given.flat[0]!r}, no number", "leave it out or make it numbers", file))
+    with np.errstate(invalid="ignore"):
+        array = given.astype(dtype, copy=False)
+    if np.issubdtype(dtype, np.integer) and not np.array_equal(array, given):
+        row = int(np.flatnonzero(array != given)[0])
+        raise InputError(Fault(f"{key}[{row}]", f"is {given.flat[row]}", "a whole number, 0 where unknown", file))
     if array.ndim != 1:
         raise InputError(Fault(key, f"has shape {array.shape}", "one value a row", file))
     array = array.view()
@@ -199,8 +200,8 @@ def _refuse_unequal(columns: Table, table: str, file: str) -> None:
 def _refuse_holes(columns: Table, names: Any, table: str, file: str) -> None:
     faults = []
     for name in names:
-        bad = np.flatnonzero(~np.isfinite(columns[name])) if name in columns else ()
-        if len(bad):
+        bad = np.flatnonzero(~np.isfinite(columns.get(name, np.zeros(0))))
+        if bad.size:
             more = f", and {len(bad) - 1} more rows" if len(bad) > 1 else ""
             value = columns[name][bad[0]]
             faults.append(Fault(f"{table}.{name}[{bad[0]}]", f"is {value}{more}", "cut or mend the rows", file))

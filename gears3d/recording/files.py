@@ -14,6 +14,7 @@ from gears3d.errors import Fault, InputError, UsageError
 from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table, unit_of
 from gears3d.recording.meta import from_json, to_json
 from gears3d.recording.record import Recording
+from gears3d.recording.text import read_csv, refuse_twins
 
 if TYPE_CHECKING:
     import pyarrow
@@ -88,7 +89,7 @@ def write_parquet(table: Table, meta: dict[str, Any], path: Path) -> None:
         pa.Table.from_arrays(arrays, schema=schema),
         path,
         compression="zstd",
-        use_dictionary=["flank"] if "flank" in table else False,
+        use_dictionary=["flank"] if "flank" in table else False,  # type: ignore[arg-type]
         use_byte_stream_split=floats,  # type: ignore[arg-type]
     )
 
@@ -102,10 +103,10 @@ def write_csv(table: Table, meta: dict[str, Any], path: Path) -> None:
         path: the file.
     """
     import pyarrow as pa
-    import pyarrow.csv
+    from pyarrow import csv
 
     with path.open("wb") as sink:
-        pa.csv.write_csv(pa.table(dict(table)), sink)
+        csv.write_csv(pa.table(dict(table)), sink)
 
 
 def read(path: Path) -> Recording:
@@ -128,8 +129,6 @@ def read(path: Path) -> Recording:
     if not path.exists():
         raise InputError(Fault("", "is not there", "name a run folder, a .parquet or a .csv file", str(path)))
     if path.suffix.lower() in (".csv", ".txt"):
-        from gears3d.recording.text import read_csv
-
         return Recording(signal_table(read_csv(path), str(path)))
     signals, meta = read_parquet(path)
     impacts: dict[str, Any] = {}
@@ -156,10 +155,11 @@ def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
     try:
         table = pq.read_table(path)
-        text = (table.schema.metadata or {}).get(KEY, b"{}")
-        return {name: _values(table[name]) for name in table.column_names}, from_json(text)
+        meta = from_json((table.schema.metadata or {}).get(KEY, b"{}"))
     except (OSError, ValueError, pa.ArrowException) as error:
         raise InputError(Fault("", f"cannot be read as Parquet: {error}", "", str(path))) from error
+    refuse_twins(table.column_names, path)
+    return {name: _values(table[name]) for name in table.column_names}, meta
 
 
 def _values(column: pyarrow.ChunkedArray) -> np.ndarray:
