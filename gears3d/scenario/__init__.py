@@ -1,1 +1,45 @@
-""""""
+"""The question: a scenario file, checked once, as frozen SI data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from gears3d.scenario.model import GearSpec as GearSpec
+from gears3d.scenario.model import Harmonic as Harmonic
+from gears3d.scenario.model import Scenario as Scenario
+from gears3d.scenario.overrides import Overrides
+
+
+def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()) -> Scenario:
+    """Read a scenario (format 1).
+
+    Args:
+        path_or_text: a file, TOML text (anything with a line break or ``=``), or a mapping.
+        overrides: ``{"motion.mean": "90 rpm"}``, pairs, or ``"KEY=VALUE"`` texts; keys dotted with [i].
+
+    Returns:
+        The scenario in SI units.
+
+    Raises:
+        InputError: carries *all* faults, each with file, key path and remedy.
+        UsageError: an override without ``=`` or with a malformed key.
+
+    >>> load("scenarios/base/rigaud-2020.toml", ["drag.torque=0.46 N m"]).drag
+    Drag(torque=0.46)
+    """
+    from gears3d.scenario.build import build
+    from gears3d.scenario.document import read
+    from gears3d.scenario.overrides import apply
+
+    document = read(path_or_text)
+    apply(document, overrides)
+    return build(document)
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema of format 1, effect kinds and their parameters included."""
+    from gears3d.scenario.json_schema import schema as make
+
+    return make()

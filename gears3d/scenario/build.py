@@ -1,0 +1,190 @@
+"""From a document to a scenario, with every fault found on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from gears3d.errors import InputError, did_you_mean
+from gears3d.scenario import keys
+from gears3d.scenario.checks import check
+from gears3d.scenario.document import Document
+from gears3d.scenario.effect_list import read_effects
+from gears3d.scenario.model import (
+    Drag,
+    Gears,
+    GearSpec,
+    Harmonic,
+    Impact,
+    Motion,
+    Mount,
+    Run,
+    Scenario,
+    Sensor,
+    Sensors,
+    Start,
+    period,
+)
+from gears3d.scenario.reader import Reader, check_bounds
+from gears3d.units import parse
+
+
+def build(document: Document) -> Scenario:
+    """Return the scenario that a document describes.
+
+    Args:
+        document: merged, with overrides applied.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        InputError: carries every fault.
+    """
+    reader = Reader(document)
+    top = document.toml.unwrap()
+    _check_top(reader, top)
+    sections = {name: reader.table(top.get(name, {}), name) for name in keys.SECTIONS}
+    values = {
+        name: reader.keys(sections[name], name, known, keys.EXTRA.get(name, ()))
+        for name, known in keys.SECTIONS.items()
+        if name not in ("gears", "sensors", "run")
+    }
+    drive, loose = _gears(reader, sections["gears"])
+    motion = _motion(reader, sections["motion"], values["motion"])
+    run = _run(reader, sections["run"], motion)
+    parts = {
+        "title": reader.value(top, "", "title", keys.TOP["title"]),
+        "source": reader.value(top, "", "source", keys.TOP["source"]),
+        "gears": Gears(drive, loose),
+        "mount": Mount(**values["mount"]),
+        "motion": motion,
+        "drag": Drag(**values["drag"]),
+        "impact": Impact(**values["impact"]),
+        "start": Start(**values["start"]),
+        "run": run,
+        "sensors": _sensors(reader, sections["sensors"]),
+        "effects": read_effects(reader, top.get("effect", [])),
+        "expect": {name: value for name, value in values["expect"].items() if value is not None},
+    }
+    scenario = Scenario(**parts, uncertainty=reader.uncertainty, document=document.text(), path=document.path)
+    check(reader, scenario, sections)
+    if reader.faults:
+        raise InputError(reader.faults)
+    return scenario
+
+
+def _check_top(reader: Reader, top: Mapping[str, Any]) -> None:
+    known = ["format", "extends", "effect", "versions", *keys.TOP, *keys.SECTIONS]
+    if "format" not in top:
+        reader.fault("format", "is missing", "write format = 1 as the first line")
+    elif top["format"] != 1 or isinstance(top["format"], bool):
+        reader.fault("format", f"is {top['format']!r}; this version reads format 1", "write format = 1")
+    for name in top:
+        if name in known:
+            continue
+        homes = [section for section, table in keys.SECTIONS.items() if name in table]
+        remedy = f"it belongs into [{homes[0]}]" if homes else did_you_mean(name, known)
+        reader.fault(name, "is not a known key", remedy)
+
+
+def _gears(reader: Reader, section: dict[str, Any]) -> tuple[GearSpec, GearSpec]:
+    """Read both gears; a gear's own keys go before the common ones."""
+    reader.unknown(section, "gears", [*keys.COMMON, "drive", "loose"])
+    common = {name: reader.value(section, "gears", name, key) for name, key in keys.COMMON.items()}
+    gears = []
+    for which in ("drive", "loose"):
+        place = f"gears.{which}"
+        table = reader.table(section.get(which, {}), place)
+        reader.unknown(table, place, list(keys.GEAR))
+        own = {name: reader.value(table, place, name, key) for name, key in keys.GEAR.items() if name in table}
+        if "teeth" not in table:
+            own["teeth"] = reader.value(table, place, "teeth", keys.TEETH)
+        merged = {**common, **own}
+        if merged["module"] is None and "module" not in table and "module" not in section:
+            reader.fault(f"{place}.module", "is missing (normal module)", 'e.g. module = "3.5 mm" in [gears]')
+        if merged["face_width"] is None and merged["module"] is not None:
+            merged["face_width"] = 10 * merged["module"]
+        gears.append(GearSpec(**merged))
+    return gears[0], gears[1]
+
+
+def _motion(reader: Reader, section: dict[str, Any], values: dict[str, Any]) -> Motion:
+    record = values["record"]
+    mean = values["mean"]
+    if mean is None and record is None and "mean" not in section:
+        reader.fault("motion.mean", "is missing (mean speed of the drive)", 'e.g. mean = "30 rpm"')
+    written = section.get("harmonics", [])
+    if not isinstance(written, list):
+        reader.fault("motion.harmonics", f"{written!r} is no list", "write harmonics = [ { amplitude = ..., } ]")
+        written = []
+    harmonics = [_harmonic(reader, item, f"motion.harmonics[{i}]", mean) for i, item in enumerate(written)]
+    return Motion(
+        mean=mean or 0.0,
+        harmonics=tuple(harmonic for harmonic in harmonics if harmonic is not None),
+        record=Path(record) if record else None,
+        bandwidth=values["bandwidth"],
+    )
+
+
+def _harmonic(reader: Reader, written: Any, place: str, mean: float | None) -> Harmonic | None:
+    values = reader.keys(reader.table(written, place), place, keys.HARMONIC)
+    amplitude, frequency, order = values["amplitude"], values["frequency"], values["order"]
+    given = {name for name in ("frequency", "order") if isinstance(written, Mapping) and name in written}
+    if len(given) == 2:
+        reader.fault(f"{place}.order", "stands beside frequency", "keep one of the two")
+    elif not given:
+        reader.fault(f"{place}.frequency", "is missing", 'e.g. frequency = "3 Hz", or order = 2')
+    elif order is not None and mean == 0:
+        reader.fault(f"{place}.order", "needs a mean speed, and motion.mean is 0 rpm", 'e.g. frequency = "3 Hz"')
+    elif order is not None and mean is not None:
+        frequency = order * abs(mean) / (2 * pi)
+    if amplitude is None or frequency is None or values["phase"] is None:
+        return None
+    family = reader.families.get(f"{place}.amplitude", "speed")
+    factor = {"speed": 1.0, "angle": 2 * pi * frequency, "acceleration": 1 / (2 * pi * frequency)}[family]
+    if f"{place}.amplitude" in reader.uncertainty:
+        reader.uncertainty[f"{place}.amplitude"] *= factor
+    return Harmonic(amplitude * factor, frequency, values["phase"], order)
+
+
+def _run(reader: Reader, section: dict[str, Any], motion: Motion) -> Run:
+    one = period(motion)
+    table = dict(section)
+    for name in ("duration", "settle"):
+        written = table.get(name, keys.RUN[name].default)
+        if isinstance(written, str) and written.strip().endswith(("period", "periods")):
+            if one is None:
+                table.pop(name, None)
+                table[name] = "1 s" if name == "duration" else "0 s"
+                if name in section:
+                    reader.fault(f"run.{name}", f"is {written!r}, but nothing has a period", 'e.g. "5 s"')
+            else:
+                table[name] = _periods(reader, written, name, one)
+    return Run(**reader.keys(table, "run", keys.RUN))
+
+
+def _periods(reader: Reader, written: str, name: str, one: float) -> str:
+    """Return a number of periods as a time."""
+    try:
+        count = parse(written.strip().rstrip("s").removesuffix("period").strip(), "ratio")
+        check_bounds(written, count, keys.RUN[name])
+    except InputError as why:
+        reader.fault(f"run.{name}", why.faults[0].message, 'e.g. "2 periods"')
+        return "1 s"
+    return f"{count * one!r} s"
+
+
+def _sensors(reader: Reader, section: dict[str, Any]) -> Sensors:
+    """Read the sensors; what is given once serves both gears."""
+    values = reader.keys(section, "sensors", keys.SENSORS, ("drive", "loose"))
+    sensors = []
+    for which in ("drive", "loose"):
+        place = f"sensors.{which}"
+        table = reader.table(section.get(which, {}), place)
+        reader.unknown(table, place, list(keys.SENSOR))
+        own = {name: reader.value(table, place, name, key) for name, key in keys.SENSOR.items() if name in table}
+        sensors.append(Sensor(**{**{name: values[name] for name in keys.SENSOR}, **own}))
+    return Sensors(values["sample_rate"], sensors[0], sensors[1])

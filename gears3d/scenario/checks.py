@@ -1,0 +1,127 @@
+"""What no single key can tell: whether the values fit together. Static, before anything is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import cos, pi
+from typing import Any
+
+from gears3d.errors import InputError
+from gears3d.scenario.document import near_files
+from gears3d.scenario.meshing import mesh
+from gears3d.scenario.model import Gears, GearSpec, Mount, Scenario
+from gears3d.scenario.reader import Reader
+from gears3d.units import show
+
+
+def check(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
+    """Note a fault for everything that does not fit together.
+
+    Args:
+        reader: takes the faults.
+        scenario: as far as it could be read; faulty values are ``None``.
+        sections: as written.
+    """
+    _check_gears(reader, scenario, sections)
+    _check_motion(reader, scenario)
+    _check_run(reader, scenario)
+
+
+def _complete(part: object, *names: str) -> bool:
+    return all(getattr(part, name) is not None for name in names)
+
+
+_SHAPE = [name for name in GearSpec.__dataclass_fields__ if name not in ("inertia", "bore")]
+
+
+def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
+    gears, mount = scenario.gears, scenario.mount
+    mounted = "backlash" in sections["mount"] or "centre_distance" in sections["mount"]
+    if not mounted:
+        reader.fault("mount", "has neither backlash nor centre_distance", 'e.g. backlash = "250 um"')
+    if gears.loose.inertia is None and not _written(sections["gears"], "loose", "inertia"):
+        reader.fault("gears.loose.inertia", "is missing (moment of inertia)", _inertia_hint(gears.loose))
+    if not all(_complete(gear, *_SHAPE) for gear in (gears.drive, gears.loose)):
+        return
+    if _check_shapes(reader, gears) and mounted and (mount.backlash or mount.centre_distance):
+        _check_mesh(reader, gears, mount, sections)
+
+
+def _written(section: Mapping[str, Any], which: str, name: str) -> bool:
+    """Whether a gear's key was written at all, for itself or for both."""
+    own = section.get(which)
+    return name in section or (isinstance(own, Mapping) and name in own)
+
+
+def _inertia_hint(gear: GearSpec) -> str:
+    """Return what a solid disc of the gear's size would have."""
+    if not _complete(gear, "module", "teeth", "face_width", "density"):
+        return 'e.g. inertia = "0.0695 kg m^2"'
+    radius = gear.module * gear.teeth / (2 * cos(gear.helix_angle or 0.0))
+    disc = 0.5 * pi * gear.density * gear.face_width * radius**4
+    return f'a solid disc of its size has "{show(disc, "inertia", 3)}"'
+
+
+def _check_shapes(reader: Reader, gears: Gears) -> bool:
+    """Check each gear by itself."""
+    sound = True
+    for which, gear in (("drive", gears.drive), ("loose", gears.loose)):
+        try:
+            gear.gear()
+        except InputError as why:
+            sound = False
+            for fault in why.faults:
+                reader.fault(f"gears.{which}.{fault.key}", fault.message, fault.remedy)
+    return sound
+
+
+def _check_mesh(reader: Reader, gears: Gears, mount: Mount, sections: Mapping[str, Mapping[str, Any]]) -> None:
+    """Check whether the gears mesh where they are mounted."""
+    try:
+        mesh(gears, mount)
+    except InputError as why:
+        for fault in why.faults:
+            if fault.key in ("backlash", "centre_distance"):
+                written = fault.key if fault.key in sections["mount"] else next(iter(sections["mount"]))
+                reader.fault(f"mount.{written}", _told(fault.key, written, fault.message), fault.remedy)
+            else:
+                reader.fault(f"gears.{fault.key}", fault.message, fault.remedy)
+
+
+def _told(key: str, written: str, message: str) -> str:
+    return message if key == written else f"leads to a {key.replace('_', ' ')} that {message}"
+
+
+def _check_motion(reader: Reader, scenario: Scenario) -> None:
+    motion, rate = scenario.motion, scenario.run.output_rate
+    if motion.record is not None and not motion.record.is_file():
+        reader.fault("motion.record", f"there is no file {str(motion.record)!r}", near_files(motion.record))
+    if rate is None:
+        return
+    for index, harmonic in enumerate(motion.harmonics):
+        if harmonic.frequency > rate / 2:
+            name = "frequency" if harmonic.order is None else "order"
+            reader.fault(
+                f"motion.harmonics[{index}].{name}",
+                f"is {show(harmonic.frequency, 'frequency')}, above half of run.output_rate "
+                f"({show(rate, 'frequency')}): the recording could not show it",
+                f"give an output_rate above {show(2 * harmonic.frequency, 'frequency')}",
+            )
+
+
+def _check_run(reader: Reader, scenario: Scenario) -> None:
+    run = scenario.run
+    if run.duration is None or run.settle is None or run.output_rate is None:
+        return
+    if run.settle >= run.duration:
+        reader.fault(
+            "run.settle",
+            f"is {show(run.settle, 'time')}, not less than run.duration ({show(run.duration, 'time')}): none is left",
+            "give a longer duration or a shorter settle",
+        )
+    if run.duration * run.output_rate < 1:
+        reader.fault(
+            "run.output_rate",
+            f"is {show(run.output_rate, 'frequency')}: less than one sample in {show(run.duration, 'time')}",
+            "give a higher rate or a longer duration",
+        )

@@ -1,0 +1,158 @@
+"""TOML in and out: the file, what it extends, and the values set over it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import ParseError, TOMLKitError
+
+from gears3d.errors import Fault, InputError
+
+
+@dataclass
+class Document:
+    """A scenario as written, with everything it extends merged in.
+
+    Args:
+        toml: the document, comments kept.
+        path: the file; ``None`` when it came as text.
+        origin: key path -> the file it was taken from, where that is not ``path``.
+    """
+
+    toml: tomlkit.TOMLDocument
+    path: Path | None
+    origin: dict[str, str] = field(default_factory=dict)
+
+    def file_of(self, key: str) -> str:
+        """Return the name of the file that a key path stands in."""
+        while key:
+            if key in self.origin:
+                return self.origin[key]
+            key = key[: max(key.rfind("."), key.rfind("["), 0)]
+        return str(self.path or "")
+
+    def text(self) -> str:
+        """Return the resolved document as TOML."""
+        written = tomlkit.dumps(self.toml)
+        plain = self.toml.unwrap()
+        try:
+            same = tomllib.loads(written) == plain
+        except tomllib.TOMLDecodeError:
+            same = False
+        return written if same else tomlkit.dumps(plain)
+
+
+def read(source: str | Path | Mapping[str, Any]) -> Document:
+    """Read a scenario and all that it extends.
+
+    Args:
+        source: a path, TOML text (anything with a line break or ``=``), or a mapping.
+
+    Returns:
+        The merged document.
+
+    Raises:
+        InputError: no such file, not TOML, or a circle of ``extends``.
+    """
+    if isinstance(source, Mapping):
+        return _resolve(tomlkit.parse(tomlkit.dumps(source)), None, ())
+    if isinstance(source, str) and ("\n" in source or "=" in source):
+        return read_text(source)
+    return _file(Path(source), ())
+
+
+def read_text(text: str, path: Path | None = None) -> Document:
+    """Read a scenario from text; ``path`` is where relative files count from."""
+    return _resolve(_parse(text, str(path or "text")), path, ())
+
+
+def _parse(text: str, name: str) -> tomlkit.TOMLDocument:
+    try:
+        return tomlkit.parse(text)
+    except ParseError as why:
+        reason = str(why).rsplit(" at line", 1)[0]
+        raise InputError(
+            Fault("", f"is not TOML: line {why.line}, column {why.col}: {reason}", "see https://toml.io", name)
+        ) from why
+    except TOMLKitError as why:
+        raise InputError(Fault("", f"is not TOML: {why}", "see https://toml.io", name)) from why
+
+
+def _file(path: Path, chain: tuple[Path, ...]) -> Document:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(Fault("", "there is no such file", near_files(path), str(path))) from None
+    except IsADirectoryError:
+        raise InputError(Fault("", "is a folder", "give a .toml file", str(path))) from None
+    except UnicodeDecodeError as why:
+        raise InputError(Fault("", f"is not UTF-8 text: byte {why.start}", "save it as UTF-8", str(path))) from None
+    except OSError as why:
+        raise InputError(Fault("", f"cannot be read: {why.strerror}", file=str(path))) from None
+    return _resolve(_parse(text, str(path)), path, chain)
+
+
+def near_files(path: Path) -> str:
+    """Return a remedy that names the files nearest to a missing one.
+
+    Args:
+        path: the missing file.
+    """
+    folder = path.parent
+    while not folder.is_dir() and folder != folder.parent:
+        folder = folder.parent
+    pattern = "*.toml" if path.suffix in ("", ".toml") else f"*{path.suffix}"
+    names = {other.name: other for other in sorted(folder.glob(pattern))}
+    if not names and folder != Path():
+        names = {other.name: other for other in sorted(folder.glob(f"*/{pattern}"))}
+    near = get_close_matches(path.name, list(names), n=2, cutoff=0.5)
+    if near:
+        return "did you mean " + " or ".join(repr(str(names[name])) for name in near) + "?"
+    some = ", ".join(sorted(names)[:5])
+    return f"{folder} has {some}" if some else f"{folder} has no {pattern}"
+
+
+def _resolve(toml: tomlkit.TOMLDocument, path: Path | None, chain: tuple[Path, ...]) -> Document:
+    """Merge in what a document extends; make the paths in it absolute."""
+    document = Document(toml, path)
+    folder = path.parent if path else Path()
+    motion = toml.get("motion")
+    if isinstance(motion, Mapping) and isinstance(motion.get("record"), str):
+        motion["record"] = str((folder / motion["record"]).resolve())  # type: ignore[index]
+    if "extends" not in toml:
+        return document
+    base = toml.pop("extends")
+    if not isinstance(base, str):
+        raise InputError(Fault("extends", f"{base!r} is no file name", 'e.g. "base.toml"', str(path or "")))
+    target = folder / base
+    chain = (*chain, path.resolve()) if path else chain
+    if target.resolve() in chain:
+        circle = " -> ".join(link.name for link in (*chain, target))
+        raise InputError(Fault("extends", f"goes round in a circle: {circle}", "take one out", str(path or "")))
+    try:
+        below = _file(target, chain)
+    except InputError as why:
+        if target.exists():
+            raise
+        fault = Fault("extends", f"there is no file {str(target)!r}", why.faults[0].remedy, str(path or ""))
+        raise InputError(fault) from None
+    _merge(toml, below.toml, "", below, document)
+    return document
+
+
+def _merge(own: Any, base: Any, place: str, below: Document, document: Document) -> None:
+    """Add to ``own`` what only ``base`` has; tables are merged, everything else is replaced as a whole."""
+    for key, item in base.items():
+        here = f"{place}.{key}" if place else key
+        if key not in own:
+            own[key] = item
+            document.origin[here] = below.file_of(here)
+            document.origin.update({k: v for k, v in below.origin.items() if k.startswith(here)})
+        elif isinstance(own[key], Mapping) and isinstance(item, Mapping) and "value" not in own[key]:
+            _merge(own[key], item, here, below, document)
