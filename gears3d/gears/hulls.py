@@ -1,0 +1,84 @@
+"""Teeth as convex pieces for a collision engine, and how far those stand off the true flanks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gears3d.gears.deviation import GEARS, index_of
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, roll_at_radius
+from gears3d.gears.pair import Pair
+
+_HULL_STEPS = 10216
+"""Steps into which Bullet quantises the extent of a convex hull's vertices."""
+
+
+def pieces(pair: Pair, which: str, points: int = 24) -> list[NDArray[np.float64]]:
+    """Return one convex piece a tooth, in the gear's own frame.
+
+    A piece is the hull of both flanks from the start of their working part to the tip, at both ends of the face; the
+    chords cut into the flanks, so a hull stands back by at most the chord error of :func:`piece_budget`.
+
+    Args:
+        pair: the pair, deviations included.
+        which: ``"drive"`` or ``"loose"``.
+        points: points along each flank.
+
+    Returns:
+        Vertices [m], (4·points, 3), for teeth 1, 2, … in order of meshing: at −z the active flank upwards, then the
+        reverse flank downwards, then the same at +z.
+
+    Raises:
+        InputError: helical gears, or an unknown gear.
+    """
+    flanks, gear = pair.compiled(), index_of(which, GEARS, "which")
+    deep = 0.5 * pair.gear(which).face_width
+    result = []
+    for tooth in range(1, pair.gear(which).teeth + 1):
+        active = flank_points(flanks, gear, ACTIVE, tooth, _rolls(pair, flanks, which, ACTIVE, tooth, points))[0]
+        reverse = flank_points(flanks, gear, REVERSE, tooth, _rolls(pair, flanks, which, REVERSE, tooth, points))[0]
+        outline = np.vstack([active, reverse[::-1]])
+        result.append(np.vstack([np.c_[outline, np.full(len(outline), z)] for z in (-deep, deep)]))
+    return result
+
+
+def piece_budget(pair: Pair, points: int = 24) -> dict[str, float]:
+    """Return what the convex pieces of a pair owe to the true flanks.
+
+    Args:
+        pair: the pair.
+        points: points along each flank, as given to :func:`pieces`.
+
+    Returns:
+        ``chord_error_m`` the largest distance of a chord from its flank, over both gears; ``extent_m`` the longest
+        edge of a piece's box; ``quantum_m`` the step in which Bullet stores its vertices; ``gap_error_m`` how far a
+        gap between two pieces may differ from that of the flanks: a chord on each side and a step of each vertex.
+    """
+    flanks = pair.compiled()
+    chord, extent = 0.0, 0.0
+    for which in GEARS:
+        gear = GEARS.index(which)
+        rolls = _rolls(pair, flanks, which, ACTIVE, 1, points)
+        ends = flank_points(flanks, gear, ACTIVE, 1, rolls)[0]
+        middles, normals = flank_points(flanks, gear, ACTIVE, 1, 0.5 * (rolls[1:] + rolls[:-1]))
+        chord = max(chord, float(np.max(np.sum((middles - 0.5 * (ends[1:] + ends[:-1])) * normals, axis=1))))
+        box = pieces(pair, which, points)[0]
+        extent = max(extent, float(np.max(np.ptp(box, axis=0))))
+    quantum = extent / _HULL_STEPS
+    return {
+        "chord_error_m": chord,
+        "extent_m": extent,
+        "quantum_m": quantum,
+        "gap_error_m": 2.0 * (chord + quantum),
+    }
+
+
+def _rolls(pair: Pair, flanks: Flanks, which: str, flank: int, tooth: int, points: int) -> NDArray[np.float64]:
+    """Roll angles from the start of the working flank to the tip, with equal chord errors along a perfect involute."""
+    gear = GEARS.index(which)
+    lowest, start = flanks.gears[gear, 4], pair.start_roll(which)
+    start = max(lowest, start - 0.03 * (pair.gear(which).tip_roll - start))
+    base = pair.gear(which).base_radius
+    first = roll_at_radius(flanks, gear, flank, tooth, base * (1.0 + start**2) ** 0.5)
+    last = roll_at_radius(flanks, gear, flank, tooth, pair.gear(which).tip_radius)
+    return np.linspace(max(first, 0.0) ** 1.5, last**1.5, points) ** (2.0 / 3.0)

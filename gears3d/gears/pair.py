@@ -1,0 +1,339 @@
+"""Two gears in mesh: centre distance, backlash, and where the teeth stand.
+
+Placement: the drive gear turns about the origin, counter-clockwise seen from +z when its angle grows; the loose gear
+turns about (centre_distance, 0, 0), clockwise when its angle grows. Each gear has a frame of its own in which the
+active flank of tooth 1 crosses the +x axis at the working pitch radius. :meth:`Pair.rotation` turns that frame into
+the world's: by θ for the drive, by π − θ for the loose gear. So at θ_drive = θ_loose = 0 both teeth 1 touch on their
+active flanks in the pitch point, and the reverse flanks stand ``backlash`` apart along the line of action.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import acos, cos, degrees, pi, sin, tan
+from typing import TYPE_CHECKING
+
+from gears3d.errors import Fault, InputError
+from gears3d.gears.deviation import GEARS, Deviation, HarmonicDeviation, index_of
+from gears3d.gears.gear import Gear
+from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.rack import form
+
+if TYPE_CHECKING:
+    from gears3d.gears.flank import Flanks
+
+_ROUNDING = 1e-12
+"""Slack for lengths that should agree, m."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A meshing pair of external involute gears.
+
+    Make one with :meth:`from_backlash`, :meth:`from_centre_distance` or :meth:`from_both`.
+
+    Args:
+        drive: the gear whose motion is imposed.
+        loose: the gear that rattles.
+        centre_distance: distance of the parallel axes [m].
+        thinning: taken off every tooth of both gears, measured along the base circle [m].
+        deviations: of the flanks from the perfect involute.
+
+    Raises:
+        InputError: the gears do not mesh, jam, lose contact between teeth or dig into each other's roots.
+
+    >>> gear = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
+    >>> pair = Pair.from_backlash(gear, gear, 250e-6)
+    >>> round(pair.centre_distance * 1e3, 4), round(pair.contact_ratio, 3)
+    (315.3639, 1.738)
+    """
+
+    drive: Gear
+    loose: Gear
+    centre_distance: float
+    thinning: float = 0.0
+    deviations: tuple[Deviation, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_same_rack(self.drive, self.loose)
+        _check_mesh(self)
+        _check_deviations(self)
+
+    @classmethod
+    def from_backlash(cls, drive: Gear, loose: Gear, backlash: float) -> Pair:
+        """Open the centre distance until the dead band along the transverse line of action is ``backlash``.
+
+        Args:
+            drive: the gear whose motion is imposed.
+            loose: the gear that rattles.
+            backlash: width of the dead band [m], not negative.
+
+        Returns:
+            The pair.
+
+        Raises:
+            InputError: the backlash is negative or the gears do not mesh.
+
+        Source: ISO 21771:2007, cylindrical gear pairs: both tooth thicknesses and the backlash make up the pitch.
+        """
+        _check_same_rack(drive, loose)
+        if not backlash >= 0.0:
+            raise InputError(Fault("backlash", f"is {backlash * 1e6:g} um: the gears would jam", "give 0 um or more"))
+        base_sum = drive.base_radius + loose.base_radius
+        taken = _base_thickness(drive) + _base_thickness(loose) + backlash - drive.base_pitch
+        return cls(drive, loose, base_sum / cos(inverse_inv(taken / (2.0 * base_sum))))
+
+    @classmethod
+    def from_centre_distance(cls, drive: Gear, loose: Gear, centre_distance: float) -> Pair:
+        """Put the axes at a distance and take the backlash that follows.
+
+        Args:
+            drive: the gear whose motion is imposed.
+            loose: the gear that rattles.
+            centre_distance: distance of the axes [m].
+
+        Returns:
+            The pair.
+
+        Raises:
+            InputError: the gears jam or do not mesh there.
+        """
+        return cls(drive, loose, centre_distance)
+
+    @classmethod
+    def from_both(cls, drive: Gear, loose: Gear, centre_distance: float, backlash: float) -> Pair:
+        """Put the axes at a distance and thin all teeth equally until the backlash fits.
+
+        Args:
+            drive: the gear whose motion is imposed.
+            loose: the gear that rattles.
+            centre_distance: distance of the axes [m].
+            backlash: width of the dead band along the transverse line of action [m].
+
+        Returns:
+            The pair.
+
+        Raises:
+            InputError: teeth of full thickness already leave more backlash, or the gears do not mesh there.
+        """
+        _check_same_rack(drive, loose)
+        least = _backlash(drive, loose, centre_distance, 0.0)
+        if backlash < least - _ROUNDING:
+            raise InputError(
+                Fault(
+                    "backlash",
+                    f"is {backlash * 1e6:.6g} um, but full teeth leave {least * 1e6:.6g} um at a centre distance of "
+                    f"{centre_distance * 1e3:.6g} mm",
+                    "give at least that, or a smaller centre distance",
+                )
+            )
+        return cls(drive, loose, centre_distance, thinning=max(0.0, 0.5 * (backlash - least)))
+
+    def with_deviations(self, *deviations: Deviation) -> Pair:
+        """Return the pair with these deviations added to its flanks.
+
+        Args:
+            deviations: harmonic or single-tooth deviations.
+
+        Returns:
+            A new pair.
+
+        Raises:
+            InputError: a tooth that is not there, or a harmonic too steep for a regular flank.
+        """
+        return replace(self, deviations=self.deviations + deviations)
+
+    def gear(self, which: str) -> Gear:
+        """Return the gear named ``"drive"`` or ``"loose"``."""
+        return (self.drive, self.loose)[index_of(which, GEARS, "which")]
+
+    @cached_property
+    def working_pressure_angle(self) -> float:
+        """Transverse pressure angle at the working pitch circles [rad]."""
+        return acos((self.drive.base_radius + self.loose.base_radius) / self.centre_distance)
+
+    @cached_property
+    def backlash(self) -> float:
+        """Width of the dead band of perfect flanks along the transverse line of action [m]."""
+        return _backlash(self.drive, self.loose, self.centre_distance, self.thinning)
+
+    @property
+    def normal_backlash(self) -> float:
+        """Normal backlash j_bn [m], between the flanks along their common normal in space (ISO 21771)."""
+        return self.backlash * cos(self.drive.base_helix_angle)
+
+    @property
+    def circumferential_backlash(self) -> float:
+        """Circumferential backlash j_wt [m], along the working pitch circle (ISO 21771)."""
+        return self.backlash / cos(self.working_pressure_angle)
+
+    @cached_property
+    def path_length(self) -> float:
+        """Distance of the points where the line of action touches the base circles [m]."""
+        return self.centre_distance * sin(self.working_pressure_angle)
+
+    @cached_property
+    def contact_ratio(self) -> float:
+        """Transverse contact ratio ε_α."""
+        reach = sum(gear.base_radius * gear.tip_roll for gear in (self.drive, self.loose))
+        return (reach - self.path_length) / self.drive.base_pitch
+
+    @property
+    def overlap_ratio(self) -> float:
+        """Overlap ratio ε_β of helical teeth, 0 for spur gears."""
+        width = min(self.drive.face_width, self.loose.face_width)
+        return width * abs(tan(self.drive.base_helix_angle)) / self.drive.base_pitch
+
+    def half_angle(self, which: str) -> float:
+        """Half the angle that a perfect tooth spans at the base circle [rad], thinning included."""
+        gear = self.gear(which)
+        return gear.base_half_angle - 0.5 * self.thinning / gear.base_radius
+
+    def start_roll(self, which: str) -> float:
+        """Roll angle where the mate's tip meets the flank, the lower end of its working part [rad]."""
+        gear, mate = (self.drive, self.loose) if which == "drive" else (self.loose, self.drive)
+        return (self.path_length - mate.base_radius * mate.tip_roll) / gear.base_radius
+
+    def rotation(self, which: str, theta: float) -> float:
+        """Return the angle about +z that turns the gear's own frame into the world's.
+
+        Args:
+            which: ``"drive"`` or ``"loose"``.
+            theta: the gear's angle, positive in its own sense of rotation [rad].
+
+        Returns:
+            θ for the drive gear, π − θ for the loose gear [rad].
+        """
+        return theta if index_of(which, GEARS, "which") == 0 else pi - theta
+
+    def centre(self, which: str) -> tuple[float, float, float]:
+        """Return the point of the gear's axis in its middle plane [m]."""
+        return (0.0, 0.0, 0.0) if index_of(which, GEARS, "which") == 0 else (self.centre_distance, 0.0, 0.0)
+
+    def compiled(self) -> Flanks:
+        """Return the flanks as arrays for the compiled functions of :mod:`gears3d.gears.flank`.
+
+        Raises:
+            InputError: helical gears, whose contact is not refined on the flanks.
+        """
+        from gears3d.gears.flank import compile_pair
+
+        if self.drive.helix_angle != 0.0:
+            raise InputError(
+                Fault(
+                    "helix_angle",
+                    f"is {degrees(self.drive.helix_angle):g} deg: contact is located on spur teeth only",
+                    "give 0 deg",
+                )
+            )
+        return compile_pair(self)
+
+
+def _base_thickness(gear: Gear) -> float:
+    return 2.0 * gear.base_radius * gear.base_half_angle
+
+
+def _backlash(drive: Gear, loose: Gear, centre_distance: float, thinning: float) -> float:
+    base_sum = drive.base_radius + loose.base_radius
+    if not centre_distance > base_sum:
+        raise InputError(
+            Fault(
+                "centre_distance",
+                f"is {centre_distance * 1e3:.6g} mm, less than the base radii together ({base_sum * 1e3:.6g} mm)",
+                f"the reference radii together are {(drive.reference_radius + loose.reference_radius) * 1e3:.6g} mm",
+            )
+        )
+    taken = _base_thickness(drive) + _base_thickness(loose) - 2.0 * thinning
+    return drive.base_pitch - taken + 2.0 * base_sum * inv(acos(base_sum / centre_distance))
+
+
+def _check_same_rack(drive: Gear, loose: Gear) -> None:
+    faults = []
+    for key, scale, unit in (
+        ("module", 1e3, "mm"),
+        ("pressure_angle", degrees(1), "deg"),
+        ("helix_angle", degrees(1), "deg"),
+    ):
+        ours, theirs = getattr(drive, key), getattr(loose, key)
+        if abs(ours - theirs) > 1e-9 * abs(ours):
+            text = f"is {ours * scale:g} {unit} on the drive and {theirs * scale:g} {unit} on the loose gear"
+            faults.append(Fault(key, f"{text}: they do not mesh", "give both the same"))
+    if faults:
+        raise InputError(faults)
+
+
+def _check_mesh(pair: Pair) -> None:
+    backlash = pair.backlash
+    where = f"at a centre distance of {pair.centre_distance * 1e3:.6g} mm"
+    if backlash < -_ROUNDING:
+        closest = Pair.from_backlash(pair.drive, pair.loose, 0.0).centre_distance
+        raise InputError(
+            Fault(
+                "centre_distance",
+                f"is {pair.centre_distance * 1e3:.6g} mm: the gears jam, the teeth overlap by {-backlash * 1e6:.4g} um",
+                f"give at least {closest * 1e3:.6g} mm",
+            )
+        )
+    if pair.contact_ratio < 1.0 and pair.contact_ratio + pair.overlap_ratio < 1.0 + 1e-9:
+        raise InputError(
+            Fault(
+                "centre_distance",
+                f"is {pair.centre_distance * 1e3:.6g} mm: the contact ratio is {pair.contact_ratio:.3f}, teeth lose "
+                "contact before the next pair meets",
+                "give a smaller backlash or centre distance, or longer teeth, for a contact ratio of at least 1",
+            )
+        )
+    for which in GEARS:
+        gear = pair.gear(which)
+        lowest, start = form(gear, pair.half_angle(which))[0], pair.start_roll(which)
+        if start < lowest - 1e-9:
+            raise InputError(
+                Fault(
+                    f"{which}.teeth",
+                    f"is {gear.teeth}: {where} the tip of the mate digs into its root (involute from roll angle "
+                    f"{degrees(lowest):.4g} deg, needed from {degrees(start):.4g} deg)",
+                    "give more teeth, more profile shift or less addendum of the mate",
+                )
+            )
+
+
+def _check_deviations(pair: Pair) -> None:
+    steepness: dict[tuple[str, str], float] = {}
+    for deviation in pair.deviations:
+        if isinstance(deviation, HarmonicDeviation):
+            key = (deviation.gear, deviation.flank)
+            steepness[key] = steepness.get(key, 0.0) + abs(deviation.amplitude) * deviation.order**2
+        elif not 1 <= deviation.tooth <= pair.gear(deviation.gear).teeth:
+            teeth = pair.gear(deviation.gear).teeth
+            raise InputError(Fault("tooth", f"is {deviation.tooth}", f"the {deviation.gear} gear has 1 to {teeth}"))
+    for (which, flank), steep in steepness.items():
+        most = steepest(pair, which)
+        if steep > most:
+            raise InputError(
+                Fault(
+                    "amplitude",
+                    f"of the {which} gear's {flank} flanks is too large for its order: amplitude·order² adds up to "
+                    f"{steep * 1e3:.4g} mm, no regular flank beyond {most * 1e3:.4g} mm",
+                    f"at order {pair.gear(which).teeth} give at most {most / pair.gear(which).teeth ** 2 * 1e6:.3g} um",
+                )
+            )
+
+
+def steepest(pair: Pair, which: str) -> float:
+    """Return the largest sum of |amplitude|·order² that the flanks of a gear can carry [m].
+
+    The flank must stay convex with a radius of curvature of at least a twentieth of the perfect one's at the lower
+    end of its working part, and touch its mate in one point for every angle.
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+
+    Returns:
+        The bound [m]; with k = centre distance · sin(working pressure angle) and ρ the smallest radius of curvature
+        of the perfect flank it is the smaller of 0.8·k and the A for which k·A/(k + A) = 0.95·ρ.
+    """
+    reach = pair.path_length
+    radius = 0.95 * max(pair.start_roll(which), 0.0) * pair.gear(which).base_radius
+    return min(0.8 * reach, radius * reach / (reach - radius))
