@@ -1,1 +1,3 @@
-""""""
+"""Both gears as rigid bodies in PyBullet, with contact located on the true flanks or left to Bullet."""
+
+from gears3d.engine.door import simulate as simulate

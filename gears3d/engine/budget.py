@@ -1,0 +1,128 @@
+"""Bullet's own gaps beside the refined ones: which teeth are near, and whether hulls and flanks still agree."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from gears3d.engine.mesh import NOBODY, able_to_touch, teeth_of_points, with_neighbours
+from gears3d.engine.motion import drive_at
+from gears3d.engine.world import MARGIN, MM, World
+from gears3d.errors import EngineError
+from gears3d.gears import piece_budget
+from gears3d.gears.flank import Flanks, flank_gap
+
+if TYPE_CHECKING:
+    from gears3d.engine.closing import Plant
+    from gears3d.gears import Pair
+
+MARGINS = 2.0 * MARGIN / MM
+"""By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
+
+
+@njit(cache=True)
+def _hold_against(
+    flanks: Flanks, found: np.ndarray, raw: np.ndarray, theta_drive: float, theta_loose: float, sums: np.ndarray
+) -> tuple[int, float, float]:
+    """Add raw minus refined of all pairs on their flanks to ``sums``; return the worst row, its excess and gap.
+
+    ``sums`` holds count, sum, sum of squares and largest size of the difference.
+    """
+    row, worst, refined = NOBODY, 0.0, 0.0
+    for i in range(found.shape[0]):
+        if found[i, 2] == NOBODY:
+            continue
+        gap, _, _, _, _, _, _, valid = flank_gap(
+            flanks, theta_drive, theta_loose, found[i, 0], found[i, 1], found[i, 2]
+        )
+        if not valid:
+            continue
+        excess = raw[i] - gap
+        sums[0] += 1.0
+        sums[1] += excess
+        sums[2] += excess * excess
+        sums[3] = max(sums[3], abs(excess))
+        if abs(excess) > abs(worst):
+            row, worst, refined = i, excess, gap
+    return row, worst, refined
+
+
+class Watch:
+    """Asks Bullet for the near teeth and holds its gaps against those of the true flanks.
+
+    Args:
+        pair: the gears.
+        flanks: of the pair, compiled.
+        turn: of the drive gear in one step at most [rad].
+    """
+
+    def __init__(self, pair: Pair, flanks: Flanks, turn: float) -> None:
+        self._flanks = flanks
+        self._turn = turn
+        self._counts = (pair.drive.teeth, pair.loose.teeth)
+        self._reach = 1.3 * pair.backlash + 60e-6
+        self._parts = piece_budget(pair)
+        self._sums = np.zeros(4)
+        self.allowed = MARGINS + self._parts["gap_error_m"]
+        self.queries = 0
+        self.teeth = np.zeros((0, 3), dtype=np.int64)
+
+    def look(self, world: World, plant: Plant, time: float, theta_loose: float) -> None:
+        """Query Bullet once, name the candidate teeth, and check the raw gaps.
+
+        Args:
+            world: gears posed as at ``time``.
+            plant: for the drive gear's motion.
+            time: s.
+            theta_loose: rad.
+
+        Raises:
+            EngineError: a raw gap differs from the refined one by more than the hulls can account for.
+        """
+        theta_drive = drive_at(plant.motion, time)[0]
+        on_drive, on_loose, raw = world.nearest(self._reach)
+        self.queries += 1
+        found = teeth_of_points(self._flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+        near = with_neighbours(found, self._counts)
+        self.teeth = able_to_touch(self._flanks, near, theta_drive, theta_loose, self._turn)
+        row, excess, refined = _hold_against(self._flanks, found, raw, theta_drive, theta_loose, self._sums)
+        if abs(excess) > self.allowed:
+            self._refuse(found[row], raw[row], refined, time)
+        for side, name in enumerate(("active", "reverse")):
+            if not (self.teeth[:, 2] == side).any():
+                raise EngineError(
+                    f"no teeth near each other on the {name} flanks at t = {time:.6g} s: "
+                    "the gears are out of mesh (smaller centre distance or backlash)"
+                )
+
+    def _refuse(self, teeth: np.ndarray, raw: float, refined: float, time: float) -> None:
+        flank = ("active", "reverse")[teeth[2]]
+        raise EngineError(
+            f"t = {time:.6g} s, {flank} flanks, drive tooth {teeth[0]} against loose tooth {teeth[1]}: Bullet measures "
+            f"a gap of {raw * 1e6:.3f} µm, the flanks {refined * 1e6:.3f} µm; the hulls account for "
+            f"{self.allowed * 1e6:.2f} µm (collision pieces and flanks are not of the same gears)"
+        )
+
+    def report(self, located: float) -> dict[str, float]:
+        """Return the error budget, all in m.
+
+        Args:
+            located: largest gap left at an impact.
+        """
+        count = max(self._sums[0], 1.0)
+        mean = self._sums[1] / count
+        spread = math.sqrt(max(self._sums[2] / count - mean * mean, 0.0))
+        return {
+            "facet_chord_m": self._parts["chord_error_m"],
+            "hull_quantisation_m": self._parts["quantum_m"],
+            "hull_margins_m": MARGINS,
+            "raw_minus_refined_mean_m": mean,
+            "raw_minus_refined_std_m": spread,
+            "raw_minus_refined_max_m": self._sums[3],
+            "raw_allowed_m": self.allowed,
+            "location_m": located,
+            "total_m": located + 1e-12,
+        }

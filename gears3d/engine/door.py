@@ -1,0 +1,164 @@
+"""Where a scenario enters the Bullet world and a recording leaves it."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.effects.rows import Code, Flank, Gear, Row, torque_constant
+from gears3d.engine.budget import Watch
+from gears3d.engine.closing import Plant
+from gears3d.engine.impact import ImpactLaw
+from gears3d.engine.located import Located, Settings
+from gears3d.engine.log import Log
+from gears3d.engine.motion import fastest, motion_table
+from gears3d.engine.pressing import springs_of
+from gears3d.engine.torques import torque_table
+from gears3d.engine.world import Body, World
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.gears import HarmonicDeviation, Pair, ToothDeviation, pieces
+from gears3d.recording import Recording
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+CONTACTS = ("located", "native")
+LONGEST_STEP = 2e-3
+"""s."""
+TURN_PER_STEP = 0.3
+"""How far the drive gear turns in one step at most, in tooth pitches."""
+STEPS_PER_WAVE = 40.0
+"""Steps in one period of the fastest harmonic of motion, torque or flanks at least."""
+
+
+def simulate(
+    scenario: Scenario,
+    pair: Pair | None = None,
+    contact: str = "located",
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Run a scenario as rigid bodies in PyBullet.
+
+    Args:
+        scenario: what is simulated.
+        pair: gears that take the place of the scenario's own; the scenario's flank effects are added to them.
+        contact: ``"located"`` (impacts where the true flanks meet) or ``"native"`` (Bullet's own contact response).
+        progress: called now and then with the simulated time done [s].
+
+    Returns:
+        The recording, with ``meta["error_budget"]``; after Ctrl-C what there is, with ``meta["interrupted"]``.
+
+    Raises:
+        UsageError: the contact is not known.
+        InputError: gears that cannot be made.
+        EngineError: jammed gears, a raw gap outside the hull budget, a state that is not a number.
+    """
+    if contact not in CONTACTS:
+        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
+    rows = scenario.rows()
+    gears = (scenario.pair() if pair is None else pair).with_deviations(*flank_deviations(rows))
+    return _located(scenario, gears, rows, progress)
+
+
+def flank_deviations(rows: tuple[Row, ...]) -> list[HarmonicDeviation | ToothDeviation]:
+    """Return the flank rows of a scenario as deviations of the gears' surfaces.
+
+    Args:
+        rows: of all effects; those of other places are left out.
+
+    >>> from gears3d.effects.rows import flank_tooth
+    >>> flank_deviations((flank_tooth(Gear.LOOSE, Flank.ACTIVE, 3, 1e-5),))
+    [ToothDeviation(gear='loose', flank='active', tooth=3, offset=1e-05)]
+    """
+    found: list[HarmonicDeviation | ToothDeviation] = []
+    for row in rows:
+        if row.code not in (Code.FLANK_HARMONIC, Code.FLANK_TOOTH):
+            continue
+        gear: Any = Gear(int(row.p[0])).name.lower()
+        flank: Any = Flank(int(row.p[1])).name.lower()
+        if row.code == Code.FLANK_HARMONIC:
+            found.append(HarmonicDeviation(gear, flank, int(row.p[2]), row.p[3], row.p[4]))
+        else:
+            found.append(ToothDeviation(gear, flank, int(row.p[2]), row.p[3]))
+    return found
+
+
+def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
+    """Return both gears as Bullet gets them: turned into the world as they stand when both angles are 0.
+
+    Args:
+        scenario: for the loose gear's inertia.
+        pair: the gears.
+    """
+    inertia = scenario.rig().inertia
+    made = []
+    for which, sense, moment in (("drive", 1, 1e3 * inertia), ("loose", -1, inertia)):
+        turn = pair.rotation(which, 0.0)
+        flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
+        made.append(Body([piece * flip for piece in pieces(pair, which)], pair.centre(which), moment, sense))
+    return made[0], made[1]
+
+
+def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float:
+    """Return the longest step [s] that resolves the mesh and every harmonic of motion, torque and flanks.
+
+    Args:
+        motion: table of the drive gear's motion.
+        rows: of all effects.
+        pair: the gears, deviations included.
+    """
+    speed, frequency = fastest(motion)
+    speed_loose = speed * pair.drive.base_radius / pair.loose.base_radius
+    waves = [frequency]
+    waves += [row.p[0] * speed_loose for row in rows if row.code == Code.TORQUE_HARMONIC]
+    for deviation in pair.deviations:
+        if isinstance(deviation, HarmonicDeviation):
+            waves.append(deviation.order * (speed if deviation.gear == "drive" else speed_loose))
+    times = [LONGEST_STEP]
+    times += [2.0 * math.pi / STEPS_PER_WAVE / wave for wave in waves if wave > 0.0]
+    if speed > 0.0:
+        times.append(TURN_PER_STEP * 2.0 * math.pi / pair.drive.teeth / speed)
+    return min(times)
+
+
+def _located(
+    scenario: Scenario, pair: Pair, rows: tuple[Row, ...], progress: Callable[[float], None] | None
+) -> Recording:
+    began = clock.perf_counter()
+    motion = motion_table(scenario)
+    torques = torque_table([torque_constant(scenario.drag.torque), *rows])
+    flanks = pair.compiled()
+    plant = Plant(flanks, motion, torques, scenario.rig().inertia)
+    harmonics = scenario.motion.harmonics
+    stroke = (2.0 * math.pi * harmonics[0].frequency, harmonics[0].phase) if harmonics else (0.0, 0.0)
+    settings = Settings(
+        duration=scenario.run.duration,
+        longest_step=longest_step(motion, rows, pair),
+        law=ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed),
+        stick_velocity=scenario.impact.stick_velocity,
+        springs=springs_of(rows),
+        start=scenario.start.state,
+        stroke=stroke,
+    )
+    turn = fastest(motion)[0] * settings.longest_step
+    log = Log(settings.duration, scenario.run.output_rate)
+    with World(*bodies(scenario, pair), respond=False) as world:
+        run = Located(world, plant, settings, Watch(pair, flanks, turn), log)
+        complete = run.run(progress)
+    meta: dict[str, Any] = {
+        "model": "bullet",
+        "contact": "located",
+        "steps": run.steps,
+        "queries": run.watch.queries,
+        "handovers": run.handovers,
+        "error_budget": run.watch.report(run.worst_gap),
+        "wall_s": clock.perf_counter() - began,
+    }
+    if not complete:
+        meta |= {"interrupted": True, "reached_s": run.time}
+    radii = (pair.drive.base_radius, pair.loose.base_radius)
+    return Recording(log.signals(motion, radii), log.impact_columns(), meta)

@@ -1,0 +1,50 @@
+"""The impact law: which share of the approach speed a flank gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gears3d.effects.rows import Code, Flank, Row
+
+
+class ImpactLaw:
+    """Restitution coefficient e = e0 + the contributions of the impact rows, held within 0 and 1.
+
+    Args:
+        restitution: base coefficient e0.
+        rows: impact rows; others are ignored.
+        seed: of the scatter.
+
+    Source: Newton's law of restitution, Rigaud & Perret-Liaudet 2020, eq. (16); speed slope: Kadmiri et al. 2012.
+
+    >>> from gears3d.effects.rows import impact_slope
+    >>> round(ImpactLaw(0.7, [impact_slope(-4.0)], seed=0).coefficient(Flank.ACTIVE, 0.05), 3)
+    0.5
+    """
+
+    def __init__(self, restitution: float, rows: Sequence[Row], seed: int) -> None:
+        self._restitution = restitution
+        self._rows = [row for row in rows if row.code // 100 == 3]
+        self._scatter = np.random.default_rng(seed)
+
+    def coefficient(self, flank: Flank, speed: float) -> float:
+        """Return the coefficient for one impact; with scatter rows every call draws anew.
+
+        Args:
+            flank: which is hit.
+            speed: of approach [m/s].
+        """
+        value = self._restitution
+        for row in self._rows:
+            first = row.p[0]
+            if row.code == Code.IMPACT_OFFSET:
+                value += first
+            elif row.code == Code.IMPACT_SLOPE:
+                value += first * abs(speed)
+            elif row.code == Code.IMPACT_FLANK:
+                value += 0.5 * first if flank == Flank.ACTIVE else -0.5 * first
+            elif row.code == Code.IMPACT_SCATTER:
+                value += first * float(self._scatter.standard_normal())
+        return min(max(value, 0.0), 1.0)

@@ -1,0 +1,296 @@
+"""Located contact: Bullet moves the gears and says which teeth are near; impacts happen where the true flanks meet.
+
+Each step is cut so that the refined gap closes at its end. There the impact law acts as an impulse at the contact
+point along the flank's normal, through the generalised inertia that the contact Jacobian gives; rebounds below the
+stick velocity become permanent contact, held on the measured gap until the flank would have to pull.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gears3d.effects.rows import Flank
+from gears3d.engine.budget import Watch
+from gears3d.engine.closing import (
+    CLOSES_ACTIVE,
+    NOTHING,
+    STOPS,
+    TOUCH,
+    Arc,
+    Plant,
+    highest,
+    plan_flight,
+)
+from gears3d.engine.holding import on_flank, plan_contact
+from gears3d.engine.impact import ImpactLaw
+from gears3d.engine.log import Impact, Log
+from gears3d.engine.mesh import side_gap
+from gears3d.engine.motion import drive_at
+from gears3d.engine.pressing import plan_pressed, pressed_step
+from gears3d.engine.torques import FREE
+from gears3d.engine.world import World
+from gears3d.errors import EngineError
+
+Progress = Callable[[float], None]
+
+NEAR = 1e-10
+"""How exactly a gap must be closed when its impact happens [m]."""
+STANDSTILL = 2000
+"""Events in a row without any time passing before the run is given up."""
+REPORT_EVERY = 64
+"""Steps between two calls of the progress function."""
+
+
+@dataclass
+class Settings:
+    """What a located run needs beside the plant.
+
+    Args:
+        duration: of the run [s].
+        longest_step: s.
+        law: restitution.
+        stick_velocity: rebounds slower than this become permanent contact [m/s].
+        springs: compliant flanks (n, 2), empty for impulses.
+        start: ``"active"``, ``"reverse"`` or ``"free"``.
+        stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
+    """
+
+    duration: float
+    longest_step: float
+    law: ImpactLaw
+    stick_velocity: float
+    springs: np.ndarray
+    start: str
+    stroke: tuple[float, float]
+
+
+@dataclass
+class _Flight:
+    """What is remembered of the flight or compliant contact under way.
+
+    Args:
+        left: flank that it left.
+        height: largest distance from it so far [m].
+        entry: rate of the gap when a compliant contact began [m/s].
+        began: when that was [s].
+        impulse: of its force so far [N s].
+    """
+
+    left: int = 0
+    height: float = 0.0
+    entry: float = 0.0
+    began: float = 0.0
+    impulse: float = 0.0
+
+
+@dataclass
+class Located:
+    """The state of a run and the rules by which it goes on.
+
+    Args:
+        world: Bullet, with its own response switched off.
+        plant: surfaces, motion, torques, inertia.
+        settings: of the run.
+        watch: asks Bullet for the near teeth and holds its gaps against the refined ones.
+        log: samples and impacts.
+    """
+
+    world: World
+    plant: Plant
+    settings: Settings
+    watch: Watch
+    log: Log
+    time: float = 0.0
+    theta: float = 0.0
+    omega: float = 0.0
+    place: int = FREE
+    steps: int = 0
+    handovers: int = 0
+    worst_gap: float = 0.0
+    flight: _Flight = field(default_factory=_Flight)
+    teeth: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+
+    def run(self, progress: Progress | None = None) -> bool:
+        """Run to the end; return whether it got there (False: interrupted from the keyboard).
+
+        Raises:
+            EngineError: jammed, not a number, outside the hull budget, or no time passes any more.
+        """
+        standing = 0
+        try:
+            self._begin()
+            while self.time < self.settings.duration:
+                before = self.time
+                self._advance()
+                standing = 0 if self.time > before else standing + 1
+                if standing > STANDSTILL:
+                    raise EngineError(f"no progress at t = {self.time:.9g} s: raise impact.stick_velocity")
+                if progress is not None and self.steps % REPORT_EVERY == 0:
+                    progress(self.time)
+        except KeyboardInterrupt:
+            return False
+        self.log.finish(self.theta, self.omega, self.time)
+        return True
+
+    def _begin(self) -> None:
+        """Put the gears where the scenario starts and see that they are not jammed."""
+        self.watch.look(self.world, self.plant, 0.0, self.theta)
+        self.teeth = self.watch.teeth
+        angle, speed, _ = drive_at(self.plant.motion, 0.0)
+        gaps = [side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta) for side in (0, 1)]
+        if gaps[0][0] + gaps[1][0] <= 0.0:
+            raise EngineError(
+                f"the gears are jammed at the start: their flanks overlap by {-1e6 * (gaps[0][0] + gaps[1][0]):.3g} µm"
+                " (give more backlash or a larger centre distance)"
+            )
+        self.omega = -gaps[0][1] / gaps[0][2] * speed
+        if self.settings.start == "free":
+            self.theta += 0.5 * (gaps[1][0] - gaps[0][0]) / gaps[0][2]
+        else:
+            side = 1 if self.settings.start == "reverse" else 0
+            self.theta, self.omega = on_flank(self.plant, self.teeth, side, 0.0, self.theta)
+            self.flight.left = side
+            if not self.settings.springs.size:
+                self.place = 1 + side
+        self._pose()
+
+    def _advance(self) -> None:
+        """Do one step: look at the teeth, plan, let Bullet move the gears, act on what the step ends with."""
+        self.watch.look(self.world, self.plant, self.time, self.theta)
+        self.teeth = self.watch.teeth
+        longest = min(self.settings.longest_step, self.settings.duration - self.time)
+        if self.place == FREE:
+            self._fly(longest)
+        elif self.settings.springs.size:
+            self._press(longest)
+        else:
+            self._hold(longest)
+        if not (math.isfinite(self.theta) and math.isfinite(self.omega)):
+            raise EngineError(f"the loose gear's state is not a number at t = {self.time:.6g} s: look at the torques")
+
+    def _fly(self, longest: float) -> None:
+        start = Arc(self.time, self.theta, self.omega, 0.0)
+        duration, accel, event = plan_flight(self.plant, self.teeth, start, longest)
+        arc = Arc(self.time, self.theta, self.omega, accel)
+        top = highest(self.plant, self.teeth, self.flight.left, arc, duration)
+        self.flight.height = max(self.flight.height, top)
+        self._move(arc, duration)
+        if event == STOPS:
+            self.omega = 0.0
+            self._pose()
+        elif event != NOTHING:
+            self._strike(event - CLOSES_ACTIVE)
+
+    def _move(self, arc: Arc, duration: float) -> None:
+        """Let Bullet integrate a parabola and take the loose gear's state from it."""
+        if duration <= 0.0:
+            return
+        until = arc.time + duration
+        self.log.flight(arc, until)
+        theta, omega = self.world.step(duration, self.plant.inertia * arc.accel)
+        # Bullet moves with the speed at the end of the step: half a step's worth too far
+        self.theta, self.omega = theta - 0.5 * arc.accel * duration * duration, omega
+        self.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
+        self.steps += 1
+        self._pose()
+
+    def _pose(self) -> None:
+        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        self.world.place((angle, self.theta), (speed, self.omega))
+
+    def _contact(self, side: int) -> tuple[float, float, float, int]:
+        """Return gap [m], gap rate [m/s], the loose gear's lever [m] and the tooth pair of one side."""
+        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        gap, by_drive, by_loose, nearest = side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta)
+        return gap, by_drive * speed + by_loose * self.omega, by_loose, nearest
+
+    def _strike(self, side: int) -> None:
+        """A gap has closed: act with the impact law, or begin a compliant contact."""
+        gap, rate, lever, nearest = self._contact(side)
+        self.worst_gap = max(self.worst_gap, abs(gap))
+        if abs(gap) > NEAR:
+            self.handovers += 1
+        if self._contact(1 - side)[0] < -NEAR:
+            raise EngineError(
+                f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
+            )
+        if self.settings.springs.size:
+            self.flight.entry, self.flight.began, self.flight.impulse = rate, self.time, 0.0
+            self.place = 1 + side
+            return
+        coefficient = self.settings.law.coefficient(Flank(side), abs(rate))
+        rebound = coefficient * abs(rate)
+        stays = rebound < self.settings.stick_velocity
+        if stays:
+            rebound = 0.0
+        # impulse along the normal: change of the gap rate through the generalised inertia J M⁻¹ Jᵀ
+        impulse = (rebound - rate) / (lever * lever / self.plant.inertia)
+        self._note(side, nearest, self.time, (rate, rebound), impulse)
+        self.omega += lever * impulse / self.plant.inertia
+        self.flight = _Flight(left=side)
+        if stays:
+            self.place = 1 + side
+            self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
+        self._pose()
+
+    def _note(self, side: int, nearest: int, when: float, rates: tuple[float, float], impulse: float) -> None:
+        sign = 1.0 if side == 0 else -1.0
+        frequency, phase = self.settings.stroke
+        drive, loose = self.teeth[nearest, :2]
+        self.log.impacts.append(
+            Impact(
+                time_s=when,
+                flank=side,
+                velocity_m_s=sign * rates[0] + 0.0,
+                rebound_m_s=sign * rates[1] + 0.0,
+                impulse_N_s=impulse,
+                phase_rad=(frequency * when + phase) % (2.0 * math.pi),
+                tooth_drive=int(drive),
+                tooth_loose=int(loose),
+                flight_height_m=self.flight.height,
+            )
+        )
+
+    def _hold(self, longest: float) -> None:
+        """Permanent contact: follow the flank; leave it when it would have to pull."""
+        side = self.place - 1
+        duration, lost = plan_contact(self.plant, self.teeth, side, self.time, self.theta, longest)
+        if duration > 0.0:
+            until = self.time + duration
+            guess = self.theta + self.omega * duration
+            theta, omega = on_flank(self.plant, self.teeth, side, until, guess)
+            ends = np.array([(self.time, self.theta, self.omega), (until, theta, omega)])
+            self.log.contact(self.plant, self.teeth, side, ends)
+            torque = self.plant.inertia * (omega - self.omega) / duration
+            self.world.step(duration, torque)
+            self.time, self.theta, self.omega = until, theta, omega
+            self.steps += 1
+            self._pose()
+            if self._contact(1 - side)[0] < -TOUCH:
+                raise EngineError(
+                    f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
+                )
+        if lost:
+            self.place = FREE
+            self.flight = _Flight(left=side)
+
+    def _press(self, longest: float) -> None:
+        """Compliant contact: one short step under the gap's own force."""
+        side = self.place - 1
+        _, _, lever, _ = self._contact(side)
+        longest = min(longest, pressed_step(self.settings.springs, self.plant.inertia, lever))
+        start = Arc(self.time, self.theta, self.omega, 0.0)
+        duration, accel, force, parts = plan_pressed(
+            self.plant, self.teeth, side, self.settings.springs, start, longest
+        )
+        self.flight.impulse += force * duration
+        self._move(Arc(self.time, self.theta, self.omega, accel), duration)
+        if parts:
+            _, rate, _, nearest = self._contact(side)
+            self._note(side, nearest, self.flight.began, (self.flight.entry, rate), self.flight.impulse)
+            self.flight = _Flight(left=side)
+            self.place = FREE

@@ -1,0 +1,134 @@
+"""What a run writes down: samples on the time axis of the recording, and the table of impacts."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from gears3d.engine.closing import Arc, Plant
+from gears3d.engine.mesh import side_gap
+from gears3d.engine.motion import drive_at
+
+
+class Impact(NamedTuple):
+    """One impact, in the order of the recording's columns.
+
+    Args:
+        time_s: s.
+        flank: 0 active, 1 reverse.
+        velocity_m_s: relative to the flank just before [m/s].
+        rebound_m_s: the same just after [m/s].
+        impulse_N_s: along the transverse line of action [N s].
+        phase_rad: of the first harmonic of the motion [rad].
+        tooth_drive: number of the drive gear's tooth.
+        tooth_loose: number of the loose gear's tooth.
+        flight_height_m: largest distance from the flank that the flight left [m].
+    """
+
+    time_s: float
+    flank: int
+    velocity_m_s: float
+    rebound_m_s: float
+    impulse_N_s: float
+    phase_rad: float
+    tooth_drive: int
+    tooth_loose: int
+    flight_height_m: float
+
+
+@njit(cache=True)
+def _fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
+    """Write the samples before ``until`` from a parabola; return the first sample not written."""
+    while first < times.size and times[first] < until:
+        after = times[first] - arc.time
+        out[first, 0] = arc.theta + (arc.omega + 0.5 * arc.accel * after) * after
+        out[first, 1] = arc.omega + arc.accel * after
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def _fill_contact(
+    plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray, times: np.ndarray, first: int, out: np.ndarray
+) -> int:
+    """Write the samples of a step with the gap held closed; return the first sample not written.
+
+    ``ends`` holds time, angle, speed at start and end; between them a cubic, put right by the gap measured there.
+    """
+    start, span = ends[0, 0], ends[1, 0] - ends[0, 0]
+    while first < times.size and times[first] < ends[1, 0]:
+        x = (times[first] - start) / span
+        y = 1.0 - x
+        guess = y * y * ((1.0 + 2.0 * x) * ends[0, 1] + x * span * ends[0, 2])
+        guess += x * x * ((3.0 - 2.0 * x) * ends[1, 1] - y * span * ends[1, 2])
+        angle, speed, _ = drive_at(plant.motion, times[first])
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, guess)
+        out[first, 0] = guess - gap / by_loose
+        out[first, 1] = -by_drive / by_loose * speed
+        first += 1
+    return first
+
+
+@njit(cache=True)
+def _drive_samples(motion: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return angle and speed of the drive gear, (n, 2)."""
+    out = np.zeros((times.size, 2))
+    for i in range(times.size):
+        out[i, 0], out[i, 1], _ = drive_at(motion, times[i])
+    return out
+
+
+class Log:
+    """Samples and impacts of one run.
+
+    Args:
+        duration: of the run [s].
+        rate: of the samples [Hz].
+    """
+
+    def __init__(self, duration: float, rate: float) -> None:
+        self.times = np.arange(math.floor(duration * rate * (1.0 + 1e-12)) + 1) / rate
+        self.impacts: list[Impact] = []
+        self._loose = np.zeros((self.times.size, 2))
+        self._next = 0
+
+    def flight(self, arc: Arc, until: float) -> None:
+        """Write the samples of a parabola that starts at ``arc.time`` and ends at ``until`` [s]."""
+        self._next = _fill_flight(arc, until, self.times, self._next, self._loose)
+
+    def contact(self, plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray) -> None:
+        """Write the samples of a step of permanent contact; ``ends`` (2, 3): time, angle, speed of the loose gear."""
+        self._next = _fill_contact(plant, teeth, side, ends, self.times, self._next, self._loose)
+
+    def finish(self, theta: float, omega: float, time: float) -> None:
+        """Write the sample that falls on the end of the run, if one does."""
+        if self._next < self.times.size and self.times[self._next] <= time * (1.0 + 1e-12):
+            self._loose[self._next] = theta, omega
+            self._next += 1
+
+    def signals(self, motion: np.ndarray, base_radii: tuple[float, float]) -> dict[str, np.ndarray]:
+        """Return the columns of the recording.
+
+        Args:
+            motion: table of the drive gear's motion.
+            base_radii: of drive and loose gear [m].
+        """
+        times, loose = self.times[: self._next], self._loose[: self._next]
+        drive = _drive_samples(motion, times)
+        of_drive, of_loose = base_radii
+        return {
+            "time_s": times,
+            "theta_drive_rad": drive[:, 0],
+            "theta_loose_rad": loose[:, 0],
+            "omega_drive_rad_s": drive[:, 1],
+            "omega_loose_rad_s": loose[:, 1],
+            "displacement_m": of_loose * loose[:, 0] - of_drive * drive[:, 0],
+            "velocity_m_s": of_loose * loose[:, 1] - of_drive * drive[:, 1],
+        }
+
+    def impact_columns(self) -> dict[str, np.ndarray]:
+        """Return the impacts, column by column, each (k,)."""
+        return {name: np.array([getattr(hit, name) for hit in self.impacts]) for name in Impact._fields}
