@@ -1,1 +1,108 @@
-""""""
+"""The command line: ``gears3d VERB``.
+
+To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name (its docstring is the help and
+holds an example; it takes ``--json``), and add the name to ``VERBS``. A verb's file is loaded to show the help, so it
+imports anything heavy inside its functions. A verb raises ``GearsError`` for what a user can mend, ``typer.Exit(code)``
+for another exit code, and returns for 0.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+from typer.main import get_command
+
+from gears3d.cli.output import print_error
+from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
+
+VERBS = ("run", "compare", "replay", "check", "schema")
+"""The verbs in the order of the help."""
+
+INTERRUPTED = 130
+
+
+class _Verbs(TyperGroup):
+    """Loads a verb's file when it is asked for, and turns errors into text and exit codes."""
+
+    as_json = False
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the verbs whose file is there."""
+        return [verb for verb in VERBS if find_spec(f"gears3d.cli.{verb}")]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a verb.
+
+        Raises:
+            UsageError: there is none of that name.
+        """
+        if cmd_name not in (known := self.list_commands(ctx)):
+            raise UsageError(f"there is no verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
+        app = typer.Typer(add_completion=False)
+        app.command(cmd_name)(getattr(import_module(f"gears3d.cli.{cmd_name}"), cmd_name))
+        return get_command(app)
+
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
+        """Note whether the answer, errors included, is wanted as JSON."""
+        self.as_json = "--json" in args
+        return super().make_context(info_name, args, *more, **extra)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a verb; an error that was raised on purpose becomes its text and its exit code."""
+        try:
+            return super().invoke(ctx)
+        except GearsError as error:
+            print_error(error, self.as_json)
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            raise typer.Exit(INTERRUPTED) from None
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            text = f"{error.filename}: {error.strerror}" if error.filename else str(error)
+            print_error(InputError(text), self.as_json)
+            raise typer.Exit(InputError.exit_code) from None
+
+
+app = typer.Typer(
+    cls=_Verbs,
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from gears3d import __version__
+
+        typer.echo(f"gears3d {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def gears3d(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Involute gears that rattle inside their backlash: simulate, compare, watch.
+
+    Example: gears3d run scenarios/rigaud-2020/fig5-20rpm.toml
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit with the code of the contract.
+
+    Args:
+        arguments: without the program's name; those of the process when ``None``.
+    """
+    get_command(app)(args=list(sys.argv[1:] if arguments is None else arguments), prog_name="gears3d")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ def build(document: Document) -> Scenario:
     scenario = Scenario(**parts, uncertainty=reader.uncertainty, document=document.text(), path=document.path)
     check(reader, scenario, sections)
     if reader.faults:
-        raise InputError(reader.faults)
+        raise InputError(reader.in_order())
     return scenario
 
 
@@ -155,7 +156,7 @@ def _run(reader: Reader, section: dict[str, Any], motion: Motion) -> Run:
     table = dict(section)
     for name in ("duration", "settle"):
         written = table.get(name, keys.RUN[name].default)
-        if isinstance(written, str) and written.strip().endswith(("period", "periods")):
+        if isinstance(written, str) and _counts_periods(written):
             if one is None:
                 table.pop(name, None)
                 table[name] = "1 s" if name == "duration" else "0 s"
@@ -166,14 +167,22 @@ def _run(reader: Reader, section: dict[str, Any], motion: Motion) -> Run:
     return Run(**reader.keys(table, "run", keys.RUN))
 
 
+def _counts_periods(written: str) -> bool:
+    """Whether a time is written in periods, or nearly so."""
+    return bool(get_close_matches(written.strip("0123456789.+-eE "), ("period", "periods"), cutoff=0.75))
+
+
 def _periods(reader: Reader, written: str, name: str, one: float) -> str:
     """Return a number of periods as a time."""
+    number, _, unit = written.strip().partition(" ")
     try:
-        count = parse(written.strip().rstrip("s").removesuffix("period").strip(), "ratio")
+        if unit.strip() not in ("period", "periods"):
+            raise InputError(f"{written!r} is not known")
+        count = parse(number, "ratio")
         check_bounds(written, count, keys.RUN[name])
     except InputError as why:
-        reader.fault(f"run.{name}", why.faults[0].message, 'e.g. "2 periods"')
-        return "1 s"
+        reader.fault(f"run.{name}", why.faults[0].message, 'e.g. "2 periods" or "5 s"')
+        return "1 s" if name == "duration" else "0 s"
     return f"{count * one!r} s"
 
 

@@ -7,6 +7,7 @@ from math import cos, pi
 from typing import Any
 
 from gears3d.errors import InputError
+from gears3d.scenario import keys
 from gears3d.scenario.document import near_files
 from gears3d.scenario.meshing import mesh
 from gears3d.scenario.model import Gears, GearSpec, Mount, Scenario
@@ -41,10 +42,26 @@ def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapp
         reader.fault("mount", "has neither backlash nor centre_distance", 'e.g. backlash = "250 um"')
     if gears.loose.inertia is None and not _written(sections["gears"], "loose", "inertia"):
         reader.fault("gears.loose.inertia", "is missing (moment of inertia)", _inertia_hint(gears.loose))
-    if not all(_complete(gear, *_SHAPE) for gear in (gears.drive, gears.loose)):
-        return
-    if _check_shapes(reader, gears) and mounted and (mount.backlash or mount.centre_distance):
+    if _check_same_rack(reader, gears, sections["gears"]) and _check_shapes(reader, gears):
         _check_mesh(reader, gears, mount, sections)
+
+
+def _check_same_rack(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> bool:
+    """Check whether both gears are cut alike."""
+    same = True
+    for name in ("module", "pressure_angle", "helix_angle"):
+        drive, loose = getattr(gears.drive, name), getattr(gears.loose, name)
+        if drive is None or loose is None or abs(drive - loose) <= 1e-9 * abs(drive):
+            continue
+        same = False
+        which = "loose" if _written(section, "loose", name) and name in section.get("loose", {}) else "drive"
+        family = keys.GEAR[name].family
+        reader.fault(
+            f"gears.{which}.{name}",
+            f"drive has {show(drive, family)} and loose {show(loose, family)}: the gears do not mesh",
+            "give both the same" + ("; opposite hands are taken care of" if name == "helix_angle" else ""),
+        )
+    return same
 
 
 def _written(section: Mapping[str, Any], which: str, name: str) -> bool:
@@ -66,6 +83,9 @@ def _check_shapes(reader: Reader, gears: Gears) -> bool:
     """Check each gear by itself."""
     sound = True
     for which, gear in (("drive", gears.drive), ("loose", gears.loose)):
+        if not _complete(gear, *_SHAPE):
+            sound = False
+            continue
         try:
             gear.gear()
         except InputError as why:
@@ -77,6 +97,10 @@ def _check_shapes(reader: Reader, gears: Gears) -> bool:
 
 def _check_mesh(reader: Reader, gears: Gears, mount: Mount, sections: Mapping[str, Mapping[str, Any]]) -> None:
     """Check whether the gears mesh where they are mounted."""
+    if any(getattr(mount, name) is None for name in sections["mount"] if hasattr(mount, name)):
+        return
+    if mount.backlash is None and mount.centre_distance is None:
+        return
     try:
         mesh(gears, mount)
     except InputError as why:

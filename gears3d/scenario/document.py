@@ -52,7 +52,7 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
     """Read a scenario and all that it extends.
 
     Args:
-        source: a path, TOML text (anything with a line break or ``=``), or a mapping.
+        source: a path, TOML text (anything with a line break, or ``=`` and no ``.toml`` at its end), or a mapping.
 
     Returns:
         The merged document.
@@ -62,7 +62,7 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
     """
     if isinstance(source, Mapping):
         return _resolve(tomlkit.parse(tomlkit.dumps(source)), None, ())
-    if isinstance(source, str) and ("\n" in source or "=" in source):
+    if isinstance(source, str) and ("\n" in source or ("=" in source and not source.endswith(".toml"))):
         return read_text(source)
     return _file(Path(source), ())
 

@@ -9,6 +9,7 @@ from gears3d.effects import Param, catalogue
 from gears3d.errors import InputError, did_you_mean
 from gears3d.scenario.keys import REQUIRED, Key
 from gears3d.scenario.reader import Reader
+from gears3d.units import FAMILIES
 
 
 def read_effects(reader: Reader, written: Any) -> tuple[Any, ...]:
@@ -36,7 +37,7 @@ def key_of(param: Param) -> Key:
     """
     return Key(
         param.family,
-        "",
+        FAMILIES[param.family].words if param.family in FAMILIES else "",
         REQUIRED if param.default is None else param.default,
         low=param.low,
         high=param.high,

@@ -95,7 +95,8 @@ def _about(key: Key) -> str:
     """Return what a key is, its family and its bounds."""
     words = [key.doc] if key.doc else []
     if key.family in FAMILIES and FAMILIES[key.family].si:
-        words.append(" or ".join(FAMILIES[family].words for family in (key.family, *key.also)))
+        kinds = " or ".join(FAMILIES[family].words for family in (key.family, *key.also))
+        words += [kinds] if kinds not in words else []
         if key.low > -inf:
             words.append(f"{'more than' if key.above else 'at least'} {show(key.low, key.family)}")
         if key.high < inf:

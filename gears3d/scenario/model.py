@@ -214,8 +214,8 @@ class Scenario:
     run: Run
     sensors: Sensors
     effects: tuple[Any, ...] = ()
-    expect: dict[str, Any] = field(default_factory=dict)
-    uncertainty: dict[str, float] = field(default_factory=dict)
+    expect: dict[str, Any] = field(default_factory=dict, hash=False)
+    uncertainty: dict[str, float] = field(default_factory=dict, hash=False)
     document: str = field(default="", repr=False)
     path: Path | None = None
 

@@ -33,7 +33,7 @@ def apply(document: Document, overrides: Overrides) -> None:
         UsageError: a text without ``=`` or a malformed key path.
         InputError: a key path that leads nowhere.
     """
-    listed: Iterable[Any] = overrides.items() if isinstance(overrides, Mapping) else overrides
+    listed: Any = overrides.items() if isinstance(overrides, Mapping) else overrides
     pairs = [_pair(each) for each in listed]
     faults = []
     for key, value in pairs:

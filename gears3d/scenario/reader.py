@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from math import inf
 from typing import Any
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.scenario.document import Document
 from gears3d.scenario.keys import REQUIRED, Key
-from gears3d.units import parse, parse_any, show
+from gears3d.units import FAMILIES, parse, parse_any, show
 
 
 class Reader:
@@ -29,6 +29,19 @@ class Reader:
     def fault(self, key: str, message: str, remedy: str = "") -> None:
         """Note a fault at a key path."""
         self.faults.append(Fault(key, message, remedy, self.document.file_of(key)))
+
+    def in_order(self) -> list[Fault]:
+        """Return the faults in the order of the file; a missing key stands at the end of its table."""
+        places = {place: index for index, place in enumerate(_places(self.document.toml, ""))}
+
+        def position(fault: Fault) -> tuple[int, int]:
+            key = fault.key
+            while key and key not in places:
+                key = key[: max(key.rfind("."), key.rfind("["), 0)]
+            last = max((index for place, index in places.items() if place.startswith(key)), default=0)
+            return (places[fault.key], 0) if fault.key in places else (last if key else -1, 1)
+
+        return sorted(self.faults, key=position)
 
     def table(self, value: Any, place: str) -> dict[str, Any]:
         """Return a table, or an empty one with a fault."""
@@ -67,7 +80,8 @@ class Reader:
         written = table.get(name)
         if written is None:
             if key.default is REQUIRED:
-                self.fault(here, f"is missing ({key.doc})", _example(name, key))
+                about = f" ({key.doc})" if key.doc else ""
+                self.fault(here, f"is missing{about}", _example(name, key))
                 return None
             if key.default is None:
                 return None
@@ -104,6 +118,19 @@ class Reader:
             value = parse(written, key.family)
         check_bounds(written, value, key)
         return int(value) if key.family == "count" else value
+
+
+def _places(item: Any, place: str) -> Iterator[str]:
+    """Yield every key path of a document, in order."""
+    if isinstance(item, Mapping):
+        inner = [(f"{place}.{name}" if place else name, value) for name, value in item.items()]
+    elif isinstance(item, list):
+        inner = [(f"{place}[{index}]", value) for index, value in enumerate(item)]
+    else:
+        return
+    for here, value in inner:
+        yield here
+        yield from _places(value, here)
 
 
 def check_bounds(written: Any, value: float, key: Key) -> None:
@@ -143,8 +170,6 @@ def _uncertainty(written: Any, value: Any, family: str) -> float:
 
 
 def _example(name: str, key: Key) -> str:
-    from gears3d.units import FAMILIES
-
     if key.family == "choice":
         return f'e.g. {name} = "{key.choices[0]}"'
     family = FAMILIES.get(key.family)

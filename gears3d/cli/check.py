@@ -1,0 +1,44 @@
+"""``gears3d check``: every fault of scenario files, without simulating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def check(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Scenario files (TOML).")],
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the faults as JSON.")] = False,
+) -> None:
+    """List all faults of scenario files, each with its key and a remedy; exit code 3 when there is one.
+
+    Example: gears3d check scenarios/rigaud-2020/*.toml
+    """
+    from gears3d.cli.output import fault_table, print_faults, print_json
+    from gears3d.errors import InputError
+    from gears3d.scenario import load
+
+    results: list[dict[str, Any]] = []
+    for file in files:
+        try:
+            load(file, set_ or ())
+            faults = ()
+        except InputError as error:
+            faults = error.faults
+        results.append({"file": str(file), "ok": not faults, "faults": [fault_table(fault) for fault in faults]})
+        if not as_json:
+            print_faults(faults)
+            typer.echo(f"{file}: {_verdict(len(faults))}")
+    if as_json:
+        print_json({"ok": all(result["ok"] for result in results), "files": results})
+    if not all(result["ok"] for result in results):
+        raise typer.Exit(InputError.exit_code)
+
+
+def _verdict(count: int) -> str:
+    return "ok" if count == 0 else "1 fault" if count == 1 else f"{count} faults"
