@@ -1,0 +1,19 @@
+"""The colours of the replay: one code for the flanks everywhere, told apart by colour-blind eyes too."""
+
+from __future__ import annotations
+
+ACTIVE = (0x00, 0x72, 0xB2)
+"""Active flank: blue."""
+REVERSE = (0xD5, 0x5E, 0x00)
+"""Reverse flank: vermilion."""
+FLIGHT = (0x99, 0x99, 0x99)
+"""Neither: grey."""
+TWIN = (0xCC, 0x79, 0xA7)
+"""The twin's line."""
+DRIVE = (0x8A, 0x94, 0xA0)
+LOOSE = (0xCF, 0xC6, 0xB2)
+LINE = (0xF0, 0xF0, 0xF0)
+"""Measured quantities on the dark plots."""
+
+FLANKS = (ACTIVE, REVERSE)
+"""By the code of the flank in a recording."""

@@ -1,0 +1,106 @@
+"""How the viewer arranges the replay: pictures left, curves right, slow motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, VELOCITY
+from gears3d.views.replay.write import TIMELINE
+
+if TYPE_CHECKING:
+    from gears3d.views.replay.teeth import Section
+
+ABOUT = "/about"
+FRAMES_A_SECOND = 25.0
+"""Frames shown a second of the watcher's time."""
+BACKGROUND = [0x16, 0x18, 0x1D]
+
+
+def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
+    """Return the blueprint.
+
+    Args:
+        section: the pair as drawn in the mesh zone.
+        frame_rate: frames per second of simulated time.
+        window: time that the curves show around the cursor [s].
+    """
+    pictures = rrb.Vertical(_scene(section), _zone(section), row_shares=[0.45, 0.55])
+    curves = rrb.Vertical(
+        _curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", window),
+        rrb.StateTimelineView(origin=STATE, name="Touching", time_view=_axis(window)),
+        _curve(VELOCITY, "Relative velocity and impacts [mm/s]", window),
+        _curve(SPEED, "Speed [rpm]: grey drive, white loose gear", window),
+        rrb.Tabs(
+            rrb.TextDocumentView(origin=ABOUT, name="About this replay"),
+            rrb.TextLogView(origin=IMPACTS, name="Impacts"),
+        ),
+        row_shares=[0.28, 0.11, 0.22, 0.15, 0.24],
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=TIMELINE,
+            playback_speed=FRAMES_A_SECOND / frame_rate,
+            loop_mode="all",
+            play_state="playing",
+        ),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_views=False,
+        auto_layout=False,
+    )
+
+
+def _scene(section: Section) -> rrb.Spatial3DView:
+    gears = section.pair.drive, section.pair.loose
+    distance = section.pair.centre_distance * 1e3
+    left, right = -gears[0].tip_radius * 1e3, distance + gears[1].tip_radius * 1e3
+    middle, width = 0.5 * (left + right), right - left
+    return rrb.Spatial3DView(
+        origin="/scene",
+        name="Gears at true scale",
+        background=BACKGROUND,
+        line_grid=False,
+        eye_controls=_eye((middle, 0.0), 0.5 * width, tilt=0.3),
+    )
+
+
+def _zone(section: Section) -> rrb.Spatial3DView:
+    x, y = section.pitch_point
+    height = 3.8 * section.base_pitch
+    return rrb.Spatial3DView(
+        origin="/zone",
+        name=f"Mesh zone, backlash drawn {section.factor:g} times as wide",
+        background=BACKGROUND,
+        line_grid=False,
+        eye_controls=_eye((x, y), 0.95 * height, tilt=0.0),
+    )
+
+
+def _eye(target: tuple[float, float], distance: float, tilt: float) -> rrb.EyeControls3D:
+    """An eye above the gears' plane; ``tilt`` lowers it towards -y [rad, small]."""
+    x, y = target
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=[x, y - tilt * distance, distance],
+        look_target=[x, y, 0.0],
+        eye_up=[0.0, 1.0, 0.0],
+    )
+
+
+def _axis(window: float) -> rrb.TimeAxis:
+    nanoseconds = round(0.5e9 * window)
+    return rrb.TimeAxis(
+        view_range=rr.TimeRange(
+            start=rr.TimeRangeBoundary.cursor_relative(seconds=-nanoseconds * 1e-9),
+            end=rr.TimeRangeBoundary.cursor_relative(seconds=nanoseconds * 1e-9),
+        )
+    )
+
+
+def _curve(origin: str, name: str, window: float) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=_axis(window), plot_legend=rrb.PlotLegend(visible=False))

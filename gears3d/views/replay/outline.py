@@ -1,0 +1,107 @@
+"""Outlines of the gears as meshes and lines, in the gear's own frame with the active flank of tooth 1 on +x."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.gears.involute import inv
+
+if TYPE_CHECKING:
+    from gears3d.views.replay.teeth import Section
+
+POINTS = 9
+"""Points on each involute."""
+
+
+def tooth(section: Section, which: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return tooth 1 in polar form, from root to tip.
+
+    Args:
+        section: the pair as drawn.
+        which: 0 drive, 1 loose.
+
+    Returns:
+        Radii [mm], angles about +z of the active and of the reverse flank [rad], each (POINTS + 1,).
+    """
+    gear = (section.pair.drive, section.pair.loose)[which]
+    base, alpha, root = section.base_radii[which], section.pair.working_pressure_angle, gear.root_radius * 1e3
+    foot = max(base, root)
+    roll = np.linspace(np.sqrt((foot / base) ** 2 - 1.0), gear.tip_roll, POINTS)
+    lean = inv(alpha) - (roll - np.arctan(roll))
+    radius, lean = np.r_[root, base * np.sqrt(1.0 + roll**2)], np.r_[lean[0], lean]
+    return radius, lean, -(section.thickness[which] + lean)
+
+
+def tooth_angles(section: Section, which: int) -> np.ndarray:
+    """Return the angles about +z at which the teeth stand, in order of meshing [rad], (teeth,).
+
+    Args:
+        section: the pair.
+        which: 0 drive, 1 loose.
+    """
+    teeth = (section.pair.drive, section.pair.loose)[which].teeth
+    return (-1.0 if which == 0 else 1.0) * 2.0 * pi / teeth * np.arange(teeth)
+
+
+def flank_lines(section: Section, which: int, flank: int) -> np.ndarray:
+    """Return one kind of flank of all teeth as lines a little above the plane.
+
+    Args:
+        section: the pair as drawn.
+        which: 0 drive, 1 loose.
+        flank: 0 active, 1 reverse.
+
+    Returns:
+        (teeth, POINTS, 3) float32 [mm].
+    """
+    radius, active, reverse = tooth(section, which)
+    angle = (active, reverse)[flank][1:] + tooth_angles(section, which)[:, None]
+    x, y = radius[1:] * np.cos(angle), radius[1:] * np.sin(angle)
+    return np.stack([x, y, np.full_like(x, 0.15)], axis=-1).astype(np.float32)
+
+
+def ring(section: Section, which: int, depth: float = 7.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the toothed ring as a flat mesh.
+
+    Args:
+        section: the pair as drawn.
+        which: 0 drive, 1 loose.
+        depth: of the ring below the root, in modules.
+
+    Returns:
+        Vertices (2n, 2) [mm], the outline counter-clockwise and then the inner circle below it; faces (2n, 3).
+    """
+    gear = (section.pair.drive, section.pair.loose)[which]
+    radius, active, reverse = tooth(section, which)
+    angle = (np.r_[reverse, active[::-1]] + np.sort(tooth_angles(section, which) % (2.0 * pi))[:, None]).ravel()
+    outline = np.tile(np.r_[radius, radius[::-1]], gear.teeth)
+    inner = max(radius[0] - depth * gear.module * 1e3, 0.3 * radius[0])
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    i = np.arange(len(outline))
+    j, k = np.roll(i, -1), len(outline)
+    return np.r_[outline[:, None] * circle, inner * circle], np.r_[np.c_[i, j, i + k], np.c_[j, j + k, i + k]]
+
+
+def extruded(section: Section, which: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the toothed ring as a solid of the gear's face width.
+
+    Args:
+        section: the pair.
+        which: 0 drive, 1 loose.
+
+    Returns:
+        Vertices (4n, 3) [mm], faces (m, 3).
+    """
+    gear = (section.pair.drive, section.pair.loose)[which]
+    flat, faces = ring(section, which, depth=9.0)
+    count, half = len(flat), len(flat) // 2
+    up = 0.5e3 * gear.face_width
+    vertices = np.r_[np.c_[flat, np.full(count, up)], np.c_[flat, np.full(count, -up)]]
+    i = np.arange(half)
+    j = (i + 1) % half
+    outer = np.r_[np.c_[i, i + count, j], np.c_[j, i + count, j + count]]
+    inner = np.r_[np.c_[i, j, i + count], np.c_[j, j + count, i + count]] + half
+    return vertices, np.concatenate([faces, faces[:, ::-1] + count, outer, inner])

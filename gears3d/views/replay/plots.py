@@ -1,0 +1,137 @@
+"""Curves over time: displacement between the flanks, velocities, speeds, and every impact as a point."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+
+from gears3d.views.replay import colours
+from gears3d.views.replay.write import IMPACT, clock, scalars
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+    from gears3d.views.replay.motion import Motion
+
+DISPLACEMENT = "/displacement"
+VELOCITY = "/velocity"
+SPEED = "/speed"
+STATE = "/touching"
+IMPACTS = "/impacts"
+_UM, _MM, _RPM = 1e6, 1e3, 30.0 / np.pi
+_WORDS = ("active", "reverse")
+
+
+def curves(rec: rr.RecordingStream, motion: Motion) -> None:
+    """Write displacement between the flanks [um], relative velocity [mm/s] and both speeds [rpm].
+
+    Args:
+        rec: recording being written.
+        motion: the recording and its flanks.
+    """
+    rows = motion.plot_rows()
+    signals = {name: values[rows] for name, values in motion.recording.signals.items()}
+    time = signals["time_s"]
+    _flank_lines(rec, motion, signals)
+    _style(rec, f"{DISPLACEMENT}/loose_gear", ["loose gear"], [colours.LINE], 1.5)
+    scalars(rec, f"{DISPLACEMENT}/loose_gear", time, signals["displacement_m"] * _UM)
+    if "velocity_m_s" in signals:
+        _style(rec, f"{VELOCITY}/relative", ["relative velocity"], [colours.LINE], 1.5)
+        scalars(rec, f"{VELOCITY}/relative", time, signals["velocity_m_s"] * _MM)
+    speeds = [name for name in ("omega_drive_rad_s", "omega_loose_rad_s") if name in signals]
+    if speeds:
+        names = [name.split("_")[1] for name in speeds]
+        _style(rec, SPEED, names, [colours.FLIGHT, colours.LINE][: len(names)], 1.5)
+        scalars(rec, SPEED, time, np.stack([signals[name] for name in speeds], axis=1) * _RPM)
+
+
+def _flank_lines(rec: rr.RecordingStream, motion: Motion, signals: dict[str, np.ndarray]) -> None:
+    flanks = motion.flanks(signals["theta_drive_rad"], signals["theta_loose_rad"])
+    for word, colour, flank in zip(_WORDS, colours.FLANKS, flanks, strict=True):
+        entity = f"{DISPLACEMENT}/{word}_flank"
+        _style(rec, entity, [f"{word} flank"], [colour], 2.0)
+        keep = slice(None) if np.ptp(flank) > 0.0 else [0, -1]
+        scalars(rec, entity, signals["time_s"][keep], flank[keep] * _UM)
+
+
+def twin_curve(rec: rr.RecordingStream, twin: Recording, rows: np.ndarray) -> None:
+    """Write the twin's displacement [um] as a broad line that the recording's own covers where they agree.
+
+    Args:
+        rec: recording being written.
+        twin: what the twin said.
+        rows: the samples to keep.
+    """
+    entity = f"{DISPLACEMENT}/by_twin"
+    _style(rec, entity, ["twin"], [colours.TWIN], 4.0)
+    scalars(rec, entity, twin.time[rows], twin.signals["displacement_m"][rows] * _UM)
+
+
+def impacts(rec: rr.RecordingStream, motion: Motion) -> None:
+    """Write every impact: one row each at ``/impacts`` on both timelines, and points on the curves.
+
+    Args:
+        rec: recording being written.
+        motion: the recording and its flanks.
+    """
+    table = motion.recording.impacts
+    time, flank, velocity = table["time_s"], table["flank"], table["velocity_m_s"] * _MM
+    if not len(time):
+        return
+    number = rr.TimeColumn(IMPACT, sequence=np.arange(1, len(time) + 1))
+    packed = np.array([int.from_bytes(bytes([*c, 255]), "big") for c in colours.FLANKS], dtype=np.uint32)[flank]
+    words = ("impact on the active flank", "impact on the reverse flank")
+    spot = motion.at(time, "displacement_m") * _UM
+    for code in (0, 1):
+        here = flank == code
+        for root, value in ((DISPLACEMENT, spot), (VELOCITY, velocity)):
+            entity = f"{root}/impacts_{_WORDS[code]}"
+            style = rr.SeriesPoints(
+                colors=[colours.FLANKS[code]], names=[words[code]], markers=["circle"], marker_sizes=[4.0]
+            )
+            rec.log(entity, style, static=True)
+            if here.any():
+                scalars(rec, entity, time[here], value[here])
+    rec.send_columns(
+        IMPACTS,
+        indexes=[clock(time), number],
+        columns=rr.TextLog.columns(text=_sentences(table), level=["INFO"] * len(time), color=packed),
+    )
+
+
+def _sentences(table: dict[str, np.ndarray]) -> list[str]:
+    columns = zip(
+        table["flank"].tolist(),
+        (table["velocity_m_s"] * _MM).tolist(),
+        (table["rebound_m_s"] * _MM).tolist(),
+        table["tooth_drive"].tolist(),
+        table["tooth_loose"].tolist(),
+        strict=True,
+    )
+    return [
+        f"{_WORDS[flank]:7}  {before:+8.3f} -> {after:+8.3f} mm/s  teeth {drive}/{loose}"
+        for flank, before, after, drive, loose in columns
+    ]
+
+
+def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray) -> None:
+    """Write which flank touches as lanes of colour, one row a change.
+
+    Args:
+        rec: recording being written.
+        time: [s], (n,).
+        flank: 0 active, 1 reverse, -1 flight, (n,).
+    """
+    words = np.array(["active flank", "reverse flank", "flight"])
+    change = np.flatnonzero(np.r_[True, flank[1:] != flank[:-1]]) if len(flank) else np.zeros(0, dtype=int)
+    rec.log(
+        STATE,
+        rr.StateConfiguration(values=words.tolist(), labels=words.tolist(), colors=[*colours.FLANKS, colours.FLIGHT]),
+        static=True,
+    )
+    rec.send_columns(STATE, indexes=[clock(time[change])], columns=rr.StateChange.columns(state=words[flank[change]]))
+
+
+def _style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[tuple], width: float) -> None:
+    rec.log(entity, rr.SeriesLines(names=names, colors=colors, widths=[width] * len(names)), static=True)

@@ -1,0 +1,172 @@
+"""The gears at true scale: solids that turn, the points where teeth touch, and the impulses."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+
+from gears3d.views.replay import colours
+from gears3d.views.replay.outline import extruded
+from gears3d.views.replay.write import marks, turn
+
+if TYPE_CHECKING:
+    from gears3d.views.replay.motion import Frames, Motion
+    from gears3d.views.replay.teeth import Section
+
+ROOT = "/scene"
+HOLD = 0.01
+"""How long an impulse is shown, in simulated time [s]."""
+_NAMES = ("drive", "loose")
+
+
+def place(rec: rr.RecordingStream, root: str, section: Section) -> None:
+    """Put the axes of both gears in their places.
+
+    Args:
+        rec: recording being written.
+        root: entity of the scene.
+        section: the pair.
+    """
+    rec.log(root, rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
+    for name, x in zip(_NAMES, (0.0, section.pair.centre_distance * 1e3), strict=True):
+        rec.log(f"{root}/{name}", rr.Transform3D(translation=[x, 0.0, 0.0]), static=True)
+
+
+def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
+    """Write both solids and their rotation.
+
+    Args:
+        rec: recording being written.
+        section: the pair at true scale.
+        frames: where it is when.
+    """
+    place(rec, ROOT, section)
+    colour = (colours.DRIVE, colours.LOOSE)
+    for which, name in enumerate(_NAMES):
+        vertices, faces = extruded(section, which)
+        vertices, normals, faces = flat_shaded(vertices, faces)
+        rec.log(
+            f"{ROOT}/{name}/body",
+            rr.Mesh3D(
+                vertex_positions=vertices.astype(np.float32),
+                triangle_indices=faces.astype(np.uint32),
+                vertex_normals=normals.astype(np.float32),
+                albedo_factor=[*colour[which], 255],
+            ),
+            static=True,
+        )
+        angle = frames.drive if which == 0 else pi - frames.loose
+        turn(rec, f"{ROOT}/{name}/body", frames.time, angle)
+
+
+def contacts(
+    rec: rr.RecordingStream, root: str, section: Section, frames: Frames, height: float, reach: float, size: float
+) -> None:
+    """Write the points where teeth touch and their common normals; nothing is there in flight.
+
+    Args:
+        rec: recording being written.
+        root: entity of the scene.
+        section: the pair as drawn.
+        frames: where it is when.
+        height: z of the marks [mm].
+        reach: half length of the normals [mm].
+        size: radius of the points in points of the screen.
+    """
+    row, _, travel = section.touching(frames.drive, frames.flank)
+    flank = frames.flank[row]
+    counts = np.bincount(row, minlength=len(frames.time))
+    spot = lifted(section.point(travel, flank), height)
+    along = lifted(section.normal(flank), 0.0) * reach
+    colour = np.array(colours.FLANKS, dtype=np.uint8)[flank]
+    points = rr.Points3D.columns(positions=spot, colors=colour, radii=np.full(len(spot), -size))
+    marks(rec, f"{root}/contacts", frames.time, counts, [points])
+    ends = np.stack([spot - along, spot + along], axis=1).astype(np.float32)
+    strips = rr.LineStrips3D.columns(strips=ends, colors=colour, radii=np.full(len(spot), -1.2))
+    marks(rec, f"{root}/normals", frames.time, counts, [strips])
+
+
+def impulses(
+    rec: rr.RecordingStream, root: str, section: Section, motion: Motion, height: float, longest: float
+) -> float:
+    """Write an arrow for every impact, the impulse on the loose gear, shown for a moment.
+
+    Args:
+        rec: recording being written.
+        root: entity of the scene.
+        section: the pair as drawn.
+        motion: the recording.
+        height: z of the arrows [mm].
+        longest: wanted length of the longest [mm].
+
+    Returns:
+        The scale [mm/(N·s)], a round number; 0 when there are no impulses.
+    """
+    impacts = motion.recording.impacts
+    time, flank = impacts["time_s"], impacts["flank"].astype(int)
+    impulse = np.abs(np.nan_to_num(impacts["impulse_N_s"]))
+    if not len(time) or not impulse.max() > 0.0:
+        return 0.0
+    scale = rounded(longest / impulse.max())
+    angle = motion.at(time, "theta_drive_rad")
+    spot = lifted(section.point(section.meeting(angle, flank, impacts["tooth_drive"]), flank), height)
+    vector = lifted(section.normal(flank), 0.0) * (impulse * scale)[:, None]
+    gone = np.minimum(time + HOLD, np.append(time[1:], np.inf) - 1e-9)
+    order = np.argsort(np.r_[time, gone], kind="stable")
+    counts = np.repeat([1, 0], len(time))[order]
+    colour = np.array(colours.FLANKS, dtype=np.uint8)[flank]
+    arrows = rr.Arrows3D.columns(origins=spot - vector, vectors=vector, colors=colour, radii=np.full(len(time), -2.5))
+    marks(rec, f"{root}/impulses", np.r_[time, gone][order], counts, [arrows])
+    return scale
+
+
+def lifted(points: np.ndarray, height: float) -> np.ndarray:
+    """Return points of the plane in space.
+
+    Args:
+        points: (n, 2).
+        height: z, the same for all.
+
+    Returns:
+        (n, 3) float32.
+    """
+    return np.column_stack([points, np.full(len(points), height)]).astype(np.float32)
+
+
+def rounded(value: float) -> float:
+    """Return the next number below of the series 1, 2, 5.
+
+    >>> rounded(37.0), rounded(0.019)
+    (20.0, 0.01)
+    """
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-12)))
+
+
+def flat_shaded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return a mesh in which every face shows its own plane; coplanar end faces share their vertices.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3).
+
+    Returns:
+        Vertices and their normals (k, 3), and faces (m, 3).
+    """
+    corner = vertices[faces]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
+    side = np.abs(across[:, 2]) < 0.99
+    parts, normals = [corner[side].reshape(-1, 3)], [np.repeat(across[side], 3, axis=0)]
+    index = np.zeros(faces.shape, dtype=np.int64)
+    index[side] = np.arange(3 * np.count_nonzero(side)).reshape(-1, 3)
+    for sign in (1.0, -1.0):
+        end = ~side & (sign * across[:, 2] > 0.0)
+        used, local = np.unique(faces[end], return_inverse=True)
+        index[end] = local.reshape(-1, 3) + sum(map(len, parts))
+        parts.append(vertices[used])
+        normals.append(np.tile([0.0, 0.0, sign], (len(used), 1)))
+    return np.concatenate(parts), np.concatenate(normals), index

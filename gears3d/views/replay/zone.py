@@ -1,0 +1,72 @@
+"""The mesh zone with its backlash drawn wider, so that the eye sees the loose gear travel between the flanks."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rerun as rr
+
+from gears3d.views.replay import colours
+from gears3d.views.replay.outline import flank_lines, ring
+from gears3d.views.replay.scene import lifted, place
+from gears3d.views.replay.write import turn
+
+if TYPE_CHECKING:
+    from gears3d.views.replay.motion import Frames
+    from gears3d.views.replay.teeth import Section
+
+ROOT = "/zone"
+_NAMES = ("drive", "loose")
+
+
+def gears(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
+    """Write both gears' transverse sections and their rotation.
+
+    Args:
+        rec: recording being written.
+        section: the pair with its widened backlash.
+        frames: where it is when.
+    """
+    place(rec, ROOT, section)
+    for which, name in enumerate(_NAMES):
+        vertices, faces = ring(section, which)
+        rec.log(
+            f"{ROOT}/{name}/body",
+            rr.Mesh3D(
+                vertex_positions=lifted(vertices, 0.0),
+                triangle_indices=faces.astype(np.uint32),
+                vertex_normals=np.tile(np.array([0, 0, 1], dtype=np.float32), (len(vertices), 1)),
+                albedo_factor=[*(colours.DRIVE, colours.LOOSE)[which], 255],
+            ),
+            static=True,
+        )
+        for flank, word in enumerate(("active", "reverse")):
+            strips = flank_lines(section, which, flank)
+            rec.log(
+                f"{ROOT}/{name}/body/{word}",
+                rr.LineStrips3D(strips, colors=[colours.FLANKS[flank]], radii=[-1.8]),
+                static=True,
+            )
+    base = section.base_radii
+    loose = (base[0] * frames.drive + frames.share * section.backlash) / base[1]
+    turn(rec, f"{ROOT}/drive/body", frames.time, frames.drive)
+    turn(rec, f"{ROOT}/loose/body", frames.time, pi - loose)
+
+
+def lines_of_action(rec: rr.RecordingStream, section: Section) -> None:
+    """Write the paths of contact of both flanks as thin lines.
+
+    Args:
+        rec: recording being written.
+        section: the pair with its widened backlash.
+    """
+    for flank, word in enumerate(("active", "reverse")):
+        ends = np.array(section.path) if flank == 0 else -np.array(section.path)
+        strip = lifted(section.point(ends, np.full(2, flank)), 0.2)
+        rec.log(
+            f"{ROOT}/path_of_contact/{word}",
+            rr.LineStrips3D([strip], colors=[colours.FLANKS[flank]], radii=[-0.7]),
+            static=True,
+        )
