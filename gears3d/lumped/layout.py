@@ -1,0 +1,87 @@
+"""Where the kernel keeps its state, counters and power series.
+
+A power series is a row of the work array: the coefficient of τ^k at index k, τ being the time since the start of the
+step. Over a step every quantity of the motion is such a polynomial, exact to rounding.
+"""
+
+from __future__ import annotations
+
+from math import factorial
+from typing import NamedTuple
+
+import numpy as np
+
+ORDER = 20
+"""Highest order of the series."""
+
+# rows of the work array
+OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, ROWS = (
+    0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15,
+)  # fmt: skip
+"""GAP and DEVIATION take a row a flank (DEVIATION + 2*gear + flank); the effects' own scratch begins at ROWS."""
+
+# state
+TIME, DISPLACEMENT, ANGLE, SPEED, DRIVE_SPEED, MODE, SIGN, SLIDE = range(8)
+GAPS, RATES = 8, 10  # of both flanks
+DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
+ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE = range(18, 25)
+STATE = 25
+
+# modes; those of contact and spring hold for the active flank, one more is the reverse flank
+BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3
+
+# counters
+N_IMPACTS, N_CONTACTS, N_SAMPLES, TOTAL, BOUNCES, CONTACTS, GRAZING, ZENO, STALL, STEPS = range(10)
+COUNTERS = 10
+
+# how a stretch of the run ended
+DONE, IMPACTS_FULL, CONTACTS_FULL, BROKEN, STANDSTILL = range(5)
+
+IMPACT_COLUMNS = 7  # time, flank, velocity, rebound, impulse, displacement, flight height
+SAMPLE_COLUMNS = 7
+
+INVERSE = np.array([0.0, *[1.0 / k for k in range(1, ORDER + 2)]])
+"""1/k."""
+
+REACH = np.array([(factorial(n) * 1e-16) ** (1.0 / n) for n in range(1, ORDER + 1)])
+"""Largest rate*step that a series of order n + 1 covers to rounding, at index n."""
+
+
+class Buffers(NamedTuple):
+    """Arrays that the kernel fills.
+
+    Args:
+        work: power series, (rows, ORDER + 2).
+        impacts: one row an impact, (n, IMPACT_COLUMNS).
+        contacts: flank, start [s], end [s], (n, 3).
+        samples: the signals at multiples of ``spacing``, (n, SAMPLE_COLUMNS).
+        spacing: time between samples [s].
+    """
+
+    work: np.ndarray
+    impacts: np.ndarray
+    contacts: np.ndarray
+    samples: np.ndarray
+    spacing: float
+
+
+def buffers(effect_rows: int, impacts: int, contacts: int, samples: int, spacing: float) -> Buffers:
+    """Return zeroed buffers.
+
+    Args:
+        effect_rows: torque and flank rows together.
+        impacts: room for so many.
+        contacts: room for so many.
+        samples: how many to take.
+        spacing: time between samples [s].
+
+    >>> buffers(0, 1, 1, 2, 0.5).samples.shape
+    (2, 7)
+    """
+    return Buffers(
+        np.zeros((ROWS + 2 * effect_rows, ORDER + 2)),
+        np.zeros((impacts, IMPACT_COLUMNS)),
+        np.zeros((contacts, 3)),
+        np.zeros((samples, SAMPLE_COLUMNS)),
+        float(spacing),
+    )

@@ -1,0 +1,91 @@
+"""The largest Lyapunov exponent of a run, from a copy that is disturbed anew every period.
+
+Source: Benettin et al. 1980, Meccanica 15, part 2.
+"""
+
+from __future__ import annotations
+
+from math import hypot, inf, log, pi
+
+import numpy as np
+
+from gears3d.lumped import layout as at
+from gears3d.lumped.kernel import advance
+from gears3d.lumped.model import Model
+
+WIPED = 1e-6
+"""A disturbance that shrinks by more than this within a period is rounding noise: contact has wiped it out."""
+
+
+class Shadow:
+    """A copy of the motion, disturbed a little, that is led through the same periods.
+
+    Args:
+        m: the packed model.
+        period: between two renormalisations [s].
+        duration: of the run [s]; its first tenth, and at least two periods if there are more than four, is left out.
+    """
+
+    def __init__(self, m: Model, period: float, duration: float) -> None:
+        self._model = m
+        self._size = 1e-6 * m.backlash
+        self._omega = 2 * pi / period
+        self._from = 0.0 if duration < 4.5 * period else max(2 * period, 0.1 * duration)
+        self._buffers = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, 0, inf)
+        self._direction = (1.0, 0.0)
+        self._growth = 0.0
+        self._time = 0.0
+
+    def follow(self, before: np.ndarray, after: np.ndarray, total: int, end: float) -> None:
+        """Take the copy over one period.
+
+        Args:
+            before: the run's state at the period's start.
+            after: the run's state at the period's end.
+            total: impacts before the period, where the scatter goes on.
+            end: of the period [s].
+        """
+        start = before[at.TIME]
+        if self._growth == -inf or start < self._from * (1 - 1e-12) or end <= start:
+            return
+        copy = self._disturbed(before)
+        own = np.zeros(at.COUNTERS, dtype=np.int64)
+        own[at.TOTAL] = total
+        while advance(self._model, copy, own, self._buffers, end) in (at.IMPACTS_FULL, at.CONTACTS_FULL):
+            own[at.N_IMPACTS] = own[at.N_CONTACTS] = 0
+        apart = (copy[at.DISPLACEMENT] - after[at.DISPLACEMENT], self._speed(copy) - self._speed(after))
+        distance = hypot(*apart)
+        self._time += end - start
+        if not distance > WIPED * self._size:
+            self._growth = -inf
+            return
+        self._growth += log(distance / self._size)
+        self._direction = (apart[0] / distance, apart[1] / distance)
+
+    def exponent(self) -> float:
+        """Return the exponent [1/s]; NaN when no period was followed."""
+        return self._growth / self._time if self._time > 0.0 else float("nan")
+
+    def _speed(self, state: np.ndarray) -> float:
+        return float(state[at.SPEED]) * self._model.radius_loose / self._omega
+
+    def _disturbed(self, state: np.ndarray) -> np.ndarray:
+        copy = state.copy()
+        shift, kick = (part * self._size for part in self._direction)
+        mode = int(state[at.MODE])
+        if at.STUCK <= mode < at.PRESSED:
+            flank = mode - at.STUCK
+            copy[at.MODE], copy[at.DEPARTED] = at.FREE, flank
+            copy[at.SIGN] = np.sign(state[at.SPEED]) or 1.0
+            kick, shift = 0.0, self._size if flank == 0 else -self._size
+        elif mode == at.FREE and min(state[at.GAPS] + shift, state[at.GAPS + 1] - shift) <= 0.0:
+            kick, shift = -kick, -shift
+        copy[at.DISPLACEMENT] += shift
+        copy[at.GAPS] += shift
+        copy[at.GAPS + 1] -= shift
+        copy[at.ANGLE] += shift / self._model.radius_loose
+        copy[at.SPEED] += kick * self._omega / self._model.radius_loose
+        copy[at.RATES] += kick * self._omega
+        copy[at.RATES + 1] -= kick * self._omega
+        copy[at.LIFT], copy[at.GUESS] = -1.0, inf
+        return copy

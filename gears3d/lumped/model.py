@@ -1,0 +1,175 @@
+"""The rigid model's numbers as the compiled kernel takes them: bare floats and small arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.effects import Code, Gate, Rig, Row
+from gears3d.errors import Fault, InputError
+
+FLIGHT, ACTIVE, REVERSE = 0, 1, 2
+"""Phases of the motion; the flank of a contact phase is phase - 1."""
+
+_ACTS = {
+    Gate.ALWAYS: (FLIGHT, ACTIVE, REVERSE),
+    Gate.FLIGHT: (FLIGHT,),
+    Gate.CONTACT: (ACTIVE, REVERSE),
+    Gate.ACTIVE: (ACTIVE,),
+    Gate.REVERSE: (REVERSE,),
+}
+
+
+class Model(NamedTuple):
+    """What the kernel computes with; J, Rb, b ... of Kadmiri et al. 2012 and Rigaud & Perret-Liaudet 2020.
+
+    Args:
+        radius_drive: base radius [m].
+        radius_loose: base radius [m].
+        inertia: of the loose gear [kg·m²].
+        backlash: [m].
+        mean: drive speed [rad/s].
+        harmonics: amplitude [rad/s], angular frequency [rad/s], phase [rad], its cosine; (n, 4).
+        base: Coulomb torque [N·m], linear coefficient [N·m·s/rad], constant of the linear rows [N·m] by phase; (3, 3).
+        torques: code, bit mask of phases, three numbers; the other torque rows; (n, 5).
+        flanks: gear, flank, order, amplitude [m], phase [rad]; (n, 5).
+        restitution: e0, slope [s/m], asymmetry, standard deviation; (4,).
+        stick_velocity: rebound speed below which contact is permanent [m/s].
+        stiffness: of the flanks [N/m], 0 when rigid.
+        damping: of the flanks [N·s/m].
+        rate: of the fastest change along the motion, by phase [1/s]; (3,).
+        rest: loose speed that counts as rest [rad/s].
+        gated: whether torques differ between flight and contact.
+        seed: of the scatter.
+    """
+
+    radius_drive: float
+    radius_loose: float
+    inertia: float
+    backlash: float
+    mean: float
+    harmonics: np.ndarray
+    base: np.ndarray
+    torques: np.ndarray
+    flanks: np.ndarray
+    restitution: np.ndarray
+    stick_velocity: float
+    stiffness: float
+    damping: float
+    rate: np.ndarray
+    rest: float
+    gated: bool
+    seed: int
+
+
+def model(
+    rig: Rig,
+    harmonics: Sequence[tuple[float, float, float]],
+    rows: Sequence[Row] = (),
+    stick_velocity: float = 1e-4,
+    seed: int = 0,
+) -> Model:
+    """Pack the base model, the drive's motion and the effects' rows for the kernel.
+
+    Args:
+        rig: constants of the base model.
+        harmonics: amplitude [rad/s], frequency [Hz], phase [rad] of each.
+        rows: normal forms of the effects.
+        stick_velocity: rebound speed below which contact is permanent [m/s].
+        seed: of the scatter.
+
+    Returns:
+        The packed model.
+
+    Raises:
+        InputError: a row's normal form is not one that the rigid model has.
+
+    >>> rig = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.0, 3.1, 90, 90)
+    >>> model(rig, [(2.0, 3.0, 0.0)]).base[0].tolist()
+    [0.22, 0.0, 0.0]
+    """
+    _refuse_unknown(rows)
+    moving = [(a, f, p) for a, f, p in harmonics if f != 0.0]
+    mean = rig.mean_speed + sum(a * np.sin(p) for a, f, p in harmonics if f == 0.0)
+    spin = np.array([(a, 2 * np.pi * f, p, np.cos(p)) for a, f, p in moving], dtype=float).reshape(-1, 4)
+    base, torques = _torques(rig, rows)
+    flanks = np.array([row.p for row in rows if row.code == Code.FLANK_HARMONIC], dtype=float).reshape(-1, 5)
+    springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
+    stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
+    fastest = abs(mean) + np.abs(spin[:, 0]).sum()
+    return Model(
+        radius_drive=float(rig.base_radius_drive),
+        radius_loose=float(rig.base_radius_loose),
+        inertia=float(rig.inertia),
+        backlash=float(rig.backlash),
+        mean=float(mean),
+        harmonics=spin,
+        base=base,
+        torques=torques,
+        flanks=flanks,
+        restitution=_restitution(rig, rows),
+        stick_velocity=float(stick_velocity),
+        stiffness=stiffness,
+        damping=damping,
+        rate=_rates(rig, spin, base, torques, flanks, fastest, stiffness, damping),
+        rest=float(max(1e-13 * fastest, 1e-300)),
+        gated=bool(np.any(base != base[0]) or any(row[1] != 7.0 for row in torques)),
+        seed=int(seed),
+    )
+
+
+def _refuse_unknown(rows: Sequence[Row]) -> None:
+    for row in rows:
+        if row.code == Code.FLANK_TOOTH:
+            raise InputError(
+                Fault(
+                    "effect",
+                    "a deviation of a single tooth has no place in the rigid model, which knows no tooth pairs",
+                    "run it with --model bullet --twin none",
+                )
+            )
+        if row.code not in Code.__members__.values():
+            raise InputError(Fault("effect", f"normal form {row.code} is unknown to the rigid model"))
+
+
+def _torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
+    base = np.zeros((3, 3))
+    base[:, 0] = rig.drag_torque
+    others = []
+    for row in rows:
+        acts = _ACTS[Gate(row.gate)]
+        if row.code == Code.TORQUE_CONSTANT:
+            base[acts, 0] += row.p[0]
+        elif row.code == Code.TORQUE_LINEAR:
+            base[acts, 1] += row.p[0]
+            base[acts, 2] += row.p[0] * row.p[1]
+        elif row.code in (Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX):
+            mask = float(sum(1 << phase for phase in acts))
+            others.append((float(row.code), mask, *row.p, *(0.0,) * (3 - len(row.p))))
+    return base, np.array(others, dtype=float).reshape(-1, 5)
+
+
+def _restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:
+    def total(code: Code) -> float:
+        return sum(row.p[0] for row in rows if row.code == code)
+
+    spread = np.sqrt(sum(row.p[0] ** 2 for row in rows if row.code == Code.IMPACT_SCATTER))
+    offset = rig.restitution + total(Code.IMPACT_OFFSET)
+    return np.array([offset, total(Code.IMPACT_SLOPE), total(Code.IMPACT_FLANK), spread], dtype=float)
+
+
+def _rates(rig, spin, base, torques, flanks, fastest, stiffness, damping) -> np.ndarray:
+    ratio = rig.base_radius_drive / rig.base_radius_loose
+    slow = [spin[:, 1].max(initial=0.0), float(np.abs(base[:, 1]).max()) / rig.inertia]
+    for gear, _, order, _, _ in flanks:
+        slow.append(abs(order) * fastest * (ratio if gear else 1.0))
+    for code, _, first, second, _ in torques:
+        if code == Code.TORQUE_HARMONIC:
+            slow.append(abs(first) * fastest * ratio)
+        elif code == Code.TORQUE_RELAX:
+            slow.append(1.0 / abs(second))
+    mass = rig.inertia / rig.base_radius_loose**2
+    flight = max(*slow, 1e-3)
+    return np.array([flight, *[flight + np.sqrt(stiffness / mass) + damping / mass] * 2])

@@ -1,0 +1,138 @@
+"""The rigid twin: one degree of freedom, s = Rb2·θ_loose − Rb1·θ_drive between two rigid flanks.
+
+Between impacts the motion is a power series carried to rounding; events are roots of these polynomials, found from
+lower bounds, so that no bounce is skipped or made up. Source: Kadmiri et al. 2012, eqs (13)-(29);
+Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.lumped.model import Model, model
+from gears3d.lumped.run import Outcome, run
+from gears3d.recording import Recording
+
+if TYPE_CHECKING:
+    from gears3d.effects import Rig
+    from gears3d.scenario import Scenario
+
+SIGNALS = (
+    "time_s",
+    "theta_drive_rad",
+    "theta_loose_rad",
+    "omega_drive_rad_s",
+    "omega_loose_rad_s",
+    "displacement_m",
+    "velocity_m_s",
+)
+
+
+def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Recording:
+    """Run a scenario in the rigid model.
+
+    Args:
+        scenario: what is simulated; its effects act through their rows, those of sensors do nothing here.
+        progress: called now and then with the simulated time done [s].
+
+    Returns:
+        The recording. ``meta["contacts"]`` lists permanent contacts as [flank, start, end] in s, ``counters`` counts
+        bounces, contacts, grazing touches and accumulations of bounces that were cut, ``lyapunov_1_s`` is the largest
+        exponent, minus infinity where permanent contact wipes the memory.
+
+    Raises:
+        InputError: the scenario holds what the rigid model cannot do.
+        EngineError: the motion cannot go on.
+
+    Source: Kadmiri et al. 2012, eqs (13)-(29).
+
+    >>> from gears3d.scenario import load
+    >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]
+    np.int8(1)
+    """
+    rig = scenario.rig()
+    harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
+    m = model(rig, harmonics, scenario.rows(), scenario.impact.stick_velocity, scenario.run.seed)
+    spacing = 1.0 / scenario.run.output_rate
+    outcome = run(m, scenario.run.duration, spacing, scenario.start.state, progress, lyapunov=True)
+    meta = {
+        "model": "rigid",
+        "lyapunov_1_s": outcome.lyapunov,
+        "counters": outcome.counters,
+        "impacts": outcome.counters["impacts"],
+        "contacts": outcome.contacts.tolist(),
+        "reached_s": outcome.reached,
+        "interrupted": outcome.interrupted,
+        "base_radius_drive_m": rig.base_radius_drive,
+        "base_radius_loose_m": rig.base_radius_loose,
+    }
+    signals: dict[str, np.ndarray] = dict(zip(SIGNALS, outcome.samples.T.copy(), strict=True))
+    return Recording(signals, impact_columns(outcome, m, rig, harmonics), meta)
+
+
+def impact_columns(
+    outcome: Outcome, m: Model, rig: Rig, harmonics: list[tuple[float, float, float]]
+) -> dict[str, np.ndarray]:
+    """Return the impact table of a recording.
+
+    Args:
+        outcome: of the run.
+        m: the packed model.
+        rig: constants of the base model.
+        harmonics: amplitude [rad/s], frequency [Hz], phase [rad]; the first one gives ``phase_rad``.
+
+    Returns:
+        Columns by name, (n,) each.
+    """
+    time, flank, velocity, rebound, impulse, displacement, height = outcome.impacts.T.copy()
+    drive = drive_angle(m, time)
+    loose = (displacement + rig.base_radius_drive * drive) / rig.base_radius_loose
+    _, frequency, phase = harmonics[0] if harmonics else (0.0, 0.0, 0.0)
+    return {
+        "time_s": time,
+        "flank": flank.astype(np.int8),
+        "velocity_m_s": velocity,
+        "rebound_m_s": rebound,
+        "impulse_N_s": impulse,
+        "phase_rad": np.mod(2 * np.pi * frequency * time + phase, 2 * np.pi),
+        "tooth_drive": tooth(drive, rig.teeth_drive),
+        "tooth_loose": tooth(loose, rig.teeth_loose),
+        "flight_height_m": height,
+    }
+
+
+def drive_angle(m: Model, time: np.ndarray) -> np.ndarray:
+    """Return the imposed angle, 0 at time 0.
+
+    Args:
+        m: the packed model.
+        time: [s], (n,).
+
+    Returns:
+        Angle [rad], (n,).
+
+    Source: Rigaud & Perret-Liaudet 2020, eq. (1), integrated.
+    """
+    angle = m.mean * time
+    for amplitude, omega, phase, cosine in m.harmonics:
+        angle = angle - amplitude / omega * (np.cos(omega * time + phase) - cosine)
+    return angle
+
+
+def tooth(angle: np.ndarray, teeth: int) -> np.ndarray:
+    """Return the number of the tooth next to the pitch point, counted in order of meshing from 1.
+
+    Args:
+        angle: of the gear [rad], (n,).
+        teeth: of the gear.
+
+    Returns:
+        Numbers, (n,).
+
+    >>> tooth(np.array([0.0, 0.6, 6.3]), 10).tolist()
+    [1, 2, 1]
+    """
+    return (1 + np.mod(np.round(angle * teeth / (2 * np.pi)), teeth)).astype(np.int32)

@@ -1,0 +1,99 @@
+"""First roots of polynomials, found from the left by lower bounds: none is skipped, none is made up."""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+
+from gears3d.lumped.compile import inner
+
+
+@inner
+def value(c, n, x):
+    """Return Σ c[k]·x^k up to order n."""
+    total = c[n]
+    for k in range(n - 1, -1, -1):
+        total = total * x + c[k]
+    return total
+
+
+@inner
+def slope(c, n, x):
+    """Return the derivative of Σ c[k]·x^k."""
+    total = n * c[n]
+    for k in range(n - 1, 0, -1):
+        total = total * x + k * c[k]
+    return total
+
+
+@inner
+def curvature(c, n, x):
+    """Return the second derivative of Σ c[k]·x^k."""
+    total = n * (n - 1) * c[n]
+    for k in range(n - 1, 1, -1):
+        total = total * x + k * (k - 1) * c[k]
+    return total
+
+
+@inner
+def first_root(c, sign, n, reach):
+    """Return the first x in (0, reach) where sign·Σ c[k]·x^k falls below zero, infinity when there is none.
+
+    Leading zeros are divided out, so a start on the axis is no root. From each point the polynomial stays above the
+    parabola with its value and slope and the most negative second derivative within reach; the next point is that
+    parabola's root. It never passes a root and converges quadratically. 0 means that it falls at once.
+    """
+    lead = 0
+    while lead < n and c[lead] == 0.0:
+        lead += 1
+    d = n - lead
+    q0 = sign * c[lead]
+    if q0 <= 0.0:
+        return 0.0 if q0 < 0.0 else inf
+    bend, power = 0.0, 1.0
+    for k in range(2, d + 1):
+        bend += max(0.0, -sign * c[lead + k]) * k * (k - 1) * power
+        power *= reach
+    if d == 0:
+        return inf
+    q1 = sign * c[lead + 1]
+    x = 0.0
+    for _ in range(500):
+        root = sqrt(q1 * q1 + 2.0 * bend * q0)
+        if q1 < 0.0:
+            step = 2.0 * q0 / (root - q1)
+        elif bend > 0.0:
+            step = (q1 + root) / bend
+        else:
+            return inf
+        x += step
+        if x >= reach:
+            return inf
+        if step <= 1e-15 * x:
+            return x
+        q0, q1 = sign * c[n], 0.0
+        for k in range(d - 1, -1, -1):
+            q1 = q1 * x + q0
+            q0 = q0 * x + sign * c[lead + k]
+        if q0 <= 0.0:
+            return x
+    return x
+
+
+@inner
+def highest(c, n, reach):
+    """Return the largest value of Σ c[k]·x^k over [0, reach]."""
+    top = max(c[0], value(c, n, reach))
+    parabolic = c[1] > 0.0 and c[2] < 0.0
+    x = min(-0.5 * c[1] / c[2] if parabolic else 0.7 * reach, reach)
+    for _ in range(20):
+        d1, d2 = 0.0, 0.0
+        for k in range(n, 0, -1):
+            d2 = d2 * x + d1
+            d1 = d1 * x + k * c[k]
+        if d2 >= 0.0:
+            break
+        step = -d1 / d2
+        x = min(max(x + step, 0.0), reach)
+        if abs(step) <= 1e-9 * x:
+            break
+    return max(top, value(c, n, x))

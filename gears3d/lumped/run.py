@@ -1,0 +1,159 @@
+"""One run of the compiled rigid model on bare arrays: buffers that grow, progress, the Lyapunov exponent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+
+from gears3d.errors import EngineError
+from gears3d.lumped import layout as at
+from gears3d.lumped.kernel import advance
+from gears3d.lumped.lyapunov import Shadow
+from gears3d.lumped.model import Model
+from gears3d.lumped.start import refuse_jammed, start_state
+
+LONGEST_TABLE = 50_000_000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gave.
+
+    Args:
+        impacts: time [s], flank, velocity [m/s], rebound [m/s], impulse [N·s], displacement [m], flight height [m];
+            (n, 7).
+        contacts: flank, start [s], end [s]; (n, 3).
+        samples: time [s], both angles [rad], both speeds [rad/s], displacement [m], velocity [m/s]; (n, 7).
+        counters: impacts, bounces, contacts, grazing, zeno, steps.
+        lyapunov: largest exponent [1/s], minus infinity where contact wipes the memory, NaN when not asked for.
+        reached: end of the run [s].
+        interrupted: whether it was broken off by the keyboard.
+    """
+
+    impacts: np.ndarray
+    contacts: np.ndarray
+    samples: np.ndarray
+    counters: dict[str, int]
+    lyapunov: float
+    reached: float
+    interrupted: bool
+
+
+def run(
+    m: Model,
+    duration: float,
+    spacing: float = inf,
+    start: str = "active",
+    progress: Callable[[float], None] | None = None,
+    lyapunov: bool = False,
+) -> Outcome:
+    """Simulate the rigid model from rest on a flank or free in the middle of the backlash.
+
+    Args:
+        m: the packed model.
+        duration: [s].
+        spacing: time between samples [s]; infinite for none but the first.
+        start: ``"active"``, ``"reverse"`` or ``"free"``.
+        progress: called with the time reached [s].
+        lyapunov: whether to follow a disturbed copy, too.
+
+    Returns:
+        Impacts, contacts, samples and counters.
+
+    Raises:
+        EngineError: the motion stands still, is not finite, or has more impacts than fit into memory.
+
+    >>> from gears3d.effects import Rig
+    >>> from gears3d.lumped.model import model
+    >>> rig = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.0, 30 * pi / 30, 90, 90)
+    >>> outcome = run(model(rig, [(20 * pi / 30, 3.0, 0.0)]), duration=1 / 3)
+    >>> outcome.impacts[:, 2].round(6).tolist()
+    [0.030858, -0.031242]
+    """
+    samples = int(np.floor(duration / spacing * (1 + 1e-12))) + 1
+    out = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, samples, spacing)
+    state, count = start_state(start), np.zeros(at.COUNTERS, dtype=np.int64)
+    advance(m, state, count, out, 0.0)
+    refuse_jammed(m, state)
+    period = 2 * pi / m.harmonics[:, 1].min() if len(m.harmonics) else 1.0
+    shadow = Shadow(m, period, duration) if lyapunov else None
+    impacts: list[np.ndarray] = []
+    contacts: list[np.ndarray] = []
+    interrupted = False
+    try:
+        for turn in range(1, int(np.ceil(duration / period)) + 1):
+            end = min(turn * period, duration)
+            before, total = state.copy(), int(count[at.TOTAL])
+            stretch(m, state, count, out, end, impacts, contacts)
+            if shadow is not None:
+                shadow.follow(before, state, total, end)
+            if progress is not None:
+                progress(end)
+    except KeyboardInterrupt:
+        interrupted = True
+    _empty(count, out, impacts, contacts)
+    return Outcome(
+        np.concatenate(impacts),
+        _with_open_contact(np.concatenate(contacts), state),
+        out.samples[: count[at.N_SAMPLES]],
+        {name.lower(): int(count[getattr(at, name)]) for name in ("BOUNCES", "CONTACTS", "GRAZING", "ZENO", "STEPS")}
+        | {"impacts": int(count[at.TOTAL])},
+        shadow.exponent() if shadow is not None else np.nan,
+        float(state[at.TIME]),
+        interrupted,
+    )
+
+
+def stretch(
+    m: Model,
+    state: np.ndarray,
+    count: np.ndarray,
+    out: at.Buffers,
+    end: float,
+    impacts: list[np.ndarray],
+    contacts: list[np.ndarray],
+) -> None:
+    """Advance to ``end`` [s], emptying full tables into the lists.
+
+    Args:
+        m: the packed model.
+        state: moved on.
+        count: moved on.
+        out: filled.
+        end: [s].
+        impacts: full tables of impacts.
+        contacts: full tables of contacts.
+
+    Raises:
+        EngineError: the motion stands still, is not finite, or has more impacts than fit into memory.
+    """
+    while True:
+        status = advance(m, state, count, out, end)
+        where = f"the rigid model stopped at {state[at.TIME]:.9g} s after {count[at.TOTAL]} impacts: "
+        if status == at.DONE:
+            return
+        if status == at.BROKEN:
+            raise EngineError(where + "the motion is no longer finite; check the effects' sizes")
+        if status == at.STANDSTILL:
+            raise EngineError(where + "time stands still; give a larger impact.stick_velocity")
+        if count[at.TOTAL] > LONGEST_TABLE:
+            raise EngineError(where + "too many to keep; give a larger impact.stick_velocity or a shorter run")
+        _empty(count, out, impacts, contacts)
+
+
+def _empty(count: np.ndarray, out: at.Buffers, impacts: list[np.ndarray], contacts: list[np.ndarray]) -> None:
+    impacts.append(out.impacts[: count[at.N_IMPACTS]].copy())
+    contacts.append(out.contacts[: count[at.N_CONTACTS]].copy())
+    count[at.N_IMPACTS] = count[at.N_CONTACTS] = 0
+
+
+def _with_open_contact(contacts: np.ndarray, state: np.ndarray) -> np.ndarray:
+    mode = state[at.MODE]
+    stuck = at.STUCK <= mode < at.PRESSED
+    if not stuck and not (mode >= at.PRESSED and state[at.PASSED] == 1.0):
+        return contacts
+    flank = mode - (at.STUCK if stuck else at.PRESSED)
+    return np.vstack([contacts, [flank, state[at.CONTACT_SINCE], state[at.TIME]]])

@@ -1,0 +1,120 @@
+"""The state that a run begins with."""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.lumped import impacts, layout, series
+from gears3d.lumped.compile import inner
+from gears3d.lumped.layout import (
+    ANGLE,
+    BEFORE,
+    CONTACT_SINCE,
+    DEPARTED,
+    DISPLACEMENT,
+    DRIVE_SPEED,
+    ENTRY,
+    FREE,
+    GAPS,
+    GUESS,
+    LAST_IMPACT,
+    LIFT,
+    MODE,
+    PASSED,
+    PRESSED,
+    REACTION,
+)  # fmt: skip
+from gears3d.lumped.model import Model
+
+STATES = ("active", "reverse", "free")
+
+
+def start_state(start: str) -> np.ndarray:
+    """Return the state from which the kernel works out where the run begins.
+
+    Args:
+        start: ``"active"`` or ``"reverse"``, riding on that flank if it holds, else leaving it with no relative
+            speed; ``"free"``: in the middle of the backlash, with no relative speed.
+
+    Returns:
+        The state, (STATE,).
+
+    Raises:
+        InputError: the start is unknown.
+
+    >>> int(start_state("reverse")[layout.DEPARTED])
+    1
+    """
+    if start not in STATES:
+        raise InputError(Fault("start.state", f"is {start!r}", did_you_mean(start, STATES)))
+    state = np.zeros(layout.STATE)
+    state[MODE] = BEFORE
+    state[DEPARTED] = STATES.index(start)
+    return state
+
+
+def refuse_jammed(m: Model, state: np.ndarray) -> None:
+    """Refuse flanks that leave no backlash at the start.
+
+    Args:
+        m: the packed model.
+        state: at time 0.
+
+    Raises:
+        InputError: there is none.
+    """
+    left = state[GAPS] + state[GAPS + 1]
+    if left <= 0.0 and m.stiffness == 0.0:
+        raise InputError(
+            Fault(
+                "mount.backlash",
+                f"the gears are jammed at the start: {m.backlash:.6g} m and the flanks' deviations leave {left:.6g} m",
+                "give more backlash or smaller deviations",
+            )
+        )
+
+
+@inner
+def begin(m, state, out):
+    """Put the state on its flank, or into the middle of the backlash, at time 0."""
+    w = out.work
+    start = int(state[DEPARTED])
+    state[GUESS], state[LAST_IMPACT], state[LIFT] = inf, -inf, -1.0
+    flank = 1 if start == 1 else 0
+    series.drive(m, 0.0, 2, w)
+    state[DRIVE_SPEED] = w[0, 0]
+    for _ in range(50):  # the loose gear's deviation shifts its own angle
+        away = series.deviation(m, 0, flank, 0.0)[0] + series.deviation(m, 1, flank, state[ANGLE])[0]
+        state[DISPLACEMENT] = away if flank == 0 else m.backlash - away
+        state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
+    impacts.place_on_flank(m, state, flank, 0.0)
+    if start == 2:
+        state[DISPLACEMENT] += 0.5 * state[GAPS + 1]
+        state[GAPS + 1] *= 0.5
+        state[GAPS] = state[GAPS + 1]
+        state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
+        state[MODE], state[DEPARTED] = FREE, 0.0
+        impacts.let_go(m, state, w)
+    elif impacts.holds(m, state, flank, out):
+        if m.stiffness > 0.0:
+            _sink(m, state, flank, w[REACTION, 0])
+            impacts.let_go(m, state, w)
+        else:
+            impacts.stick(m, state, flank)
+    else:
+        impacts.take_off(m, state, flank, w)
+
+
+@inner
+def _sink(m, state, flank, reaction):
+    """Rest on a yielding flank."""
+    depth = reaction / m.stiffness
+    state[GAPS + flank], state[GAPS + 1 - flank] = -depth, state[GAPS + 1 - flank] + depth
+    state[DISPLACEMENT] += -depth if flank == 0 else depth
+    state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
+    state[MODE] = PRESSED + flank
+    state[PASSED], state[ENTRY], state[CONTACT_SINCE] = 1.0, 0.0, 0.0
+    state[DEPARTED] = flank
