@@ -107,7 +107,7 @@ def parse(text: Any, family: str) -> float:
     found, factor = _unit(unit, family)
     if found != family:
         raise _error(f"{str(text)!r} is {_words(found)}, not {wanted.words}", _hint(number * factor, found, wanted))
-    return number * factor + _OFFSETS.get(unit, 0.0)
+    return _scaled(number, factor) + _OFFSETS.get(unit, 0.0)
 
 
 def parse_any(text: Any, families: tuple[str, ...]) -> tuple[float, str]:
@@ -129,7 +129,7 @@ def parse_any(text: Any, families: tuple[str, ...]) -> tuple[float, str]:
     number, unit = _split(text, FAMILIES[families[0]])
     found, factor = _unit(unit, families[0]) if unit else ("", 1.0)
     if found in families:
-        return number * factor, found
+        return _scaled(number, factor), found
     if len(families) == 1 or not unit:
         return parse(text, families[0]), families[0]
     wanted = " or ".join(FAMILIES[family].words for family in families)
@@ -175,6 +175,12 @@ def _split(text: Any, wanted: Family) -> tuple[float, str]:
     if not math.isfinite(number):
         raise _error(f"{text!r} is not finite; {wanted.words} is needed", f'e.g. "{wanted.example}"')
     return number, unit
+
+
+def _scaled(number: float, factor: float) -> float:
+    """Return the product, rounded once: ``9 mm`` is 0.009 m and not 0.009000000000000001 m."""
+    inverse = round(1 / factor)
+    return number / inverse if inverse > 1 and abs(inverse * factor - 1) < 1e-12 else number * factor
 
 
 def _error(message: str, remedy: str) -> InputError:

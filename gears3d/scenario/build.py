@@ -55,7 +55,9 @@ def build(document: Document) -> Scenario:
     }
     drive, loose = _gears(reader, sections["gears"])
     motion = _motion(reader, sections["motion"], values["motion"])
-    run = _run(reader, sections["run"], motion)
+    run = _run(
+        reader, sections["run"], motion, values["motion"]["mean"] == 0 and not sections["motion"].get("harmonics")
+    )
     parts = {
         "title": reader.value(top, "", "title", keys.TOP["title"]),
         "source": reader.value(top, "", "source", keys.TOP["source"]),
@@ -151,16 +153,16 @@ def _harmonic(reader: Reader, written: Any, place: str, mean: float | None) -> H
     return Harmonic(amplitude * factor, frequency, values["phase"], order)
 
 
-def _run(reader: Reader, section: dict[str, Any], motion: Motion) -> Run:
+def _run(reader: Reader, section: dict[str, Any], motion: Motion, still: bool) -> Run:
+    """Read the run; times in periods need a drive that is not ``still``."""
     one = period(motion)
     table = dict(section)
     for name in ("duration", "settle"):
         written = table.get(name, keys.RUN[name].default)
         if isinstance(written, str) and _counts_periods(written):
             if one is None:
-                table.pop(name, None)
                 table[name] = "1 s" if name == "duration" else "0 s"
-                if name in section:
+                if name in section and still:
                     reader.fault(f"run.{name}", f"is {written!r}, but nothing has a period", 'e.g. "5 s"')
             else:
                 table[name] = _periods(reader, written, name, one)

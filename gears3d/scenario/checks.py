@@ -42,7 +42,7 @@ def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapp
         reader.fault("mount", "has neither backlash nor centre_distance", 'e.g. backlash = "250 um"')
     if gears.loose.inertia is None and not _written(sections["gears"], "loose", "inertia"):
         reader.fault("gears.loose.inertia", "is missing (moment of inertia)", _inertia_hint(gears.loose))
-    if _check_same_rack(reader, gears, sections["gears"]) and _check_shapes(reader, gears):
+    if _check_same_rack(reader, gears, sections["gears"]) and _check_shapes(reader, gears, sections["gears"]):
         _check_mesh(reader, gears, mount, sections)
 
 
@@ -79,9 +79,10 @@ def _inertia_hint(gear: GearSpec) -> str:
     return f'a solid disc of its size has "{show(disc, "inertia", 3)}"'
 
 
-def _check_shapes(reader: Reader, gears: Gears) -> bool:
-    """Check each gear by itself."""
+def _check_shapes(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> bool:
+    """Check each gear by itself; a fault of a common key is told once."""
     sound = True
+    told: set[tuple[str, str]] = set()
     for which, gear in (("drive", gears.drive), ("loose", gears.loose)):
         if not _complete(gear, *_SHAPE):
             sound = False
@@ -91,7 +92,11 @@ def _check_shapes(reader: Reader, gears: Gears) -> bool:
         except InputError as why:
             sound = False
             for fault in why.faults:
-                reader.fault(f"gears.{which}.{fault.key}", fault.message, fault.remedy)
+                own = fault.key in section.get(which, {}) or fault.key not in section
+                key = f"gears.{which}.{fault.key}" if own else f"gears.{fault.key}"
+                if (key, fault.message) not in told:
+                    reader.fault(key, fault.message, fault.remedy)
+                told.add((key, fault.message))
     return sound
 
 

@@ -1,0 +1,161 @@
+"""The command line: verbs, exit codes, JSON, and no traceback for bad input."""
+
+import importlib
+import json
+import subprocess
+import sys
+import time
+
+import pytest
+
+from gears3d import cli, errors
+
+BASE = "scenarios/base/rigaud-2020.toml"
+
+
+@pytest.fixture
+def gears3d(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(arguments)
+        captured = capsys.readouterr()
+        return stop.value.code or 0, captured.out, captured.err
+
+    return run
+
+
+def test_check_says_ok(gears3d):
+    code, out, err = gears3d("check", BASE, "scenarios/rigaud-2020/fig5-20rpm.toml")
+    assert code == 0
+    assert out.splitlines() == [f"{BASE}: ok", "scenarios/rigaud-2020/fig5-20rpm.toml: ok"]
+    assert err == ""
+
+
+def test_check_lists_every_fault_of_every_file(gears3d, tmp_path):
+    bad = tmp_path / "bad.toml"
+    bad.write_text('format = 1\nextends = "nowhere.toml"\n')
+    code, out, err = gears3d("check", BASE, str(bad), "--set", "impact.restitution=2", "--set", "motion.mean=3 Hz")
+    assert code == 3
+    assert out.splitlines() == [f"{BASE}: 2 faults", f"{bad}: 1 fault"]
+    assert "--set: motion.mean: '3 Hz' is a frequency, not a rotational speed" in err
+    assert "--set: impact.restitution: is 2; must be at least 0 and at most 1" in err
+    assert f"{bad}: extends: there is no file" in err
+    assert "Traceback" not in err
+
+
+def test_check_as_json(gears3d, tmp_path):
+    code, out, err = gears3d("check", BASE, str(tmp_path / "no.toml"), "--json")
+    answer = json.loads(out)
+    assert code == 3
+    assert err == ""
+    assert answer["ok"] is False
+    assert answer["files"][0] == {"file": BASE, "ok": True, "faults": []}
+    assert answer["files"][1]["faults"][0]["message"] == "there is no such file"
+    assert answer["files"][1]["faults"][0].keys() == {"file", "key", "message", "remedy"}
+
+
+def test_schema_is_printed_or_written(gears3d, tmp_path):
+    code, out, _ = gears3d("schema")
+    assert code == 0
+    file = tmp_path / "schema.json"
+    assert gears3d("schema", "--out", str(file), "--json") == (
+        0,
+        json.dumps({"schema": str(file)}, indent=2) + "\n",
+        "",
+    )
+    assert json.loads(file.read_text()) == json.loads(out)
+    assert [path.name for path in tmp_path.iterdir()] == ["schema.json"]
+
+
+def test_an_output_that_cannot_be_written_is_bad_input(gears3d, tmp_path):
+    for target in (tmp_path / "nowhere" / "schema.json", tmp_path):
+        code, out, err = gears3d("schema", "--out", str(target), "--json")
+        assert code == 3
+        assert f"{target}: --out: cannot be written" in err
+        assert json.loads(out)["error"]["faults"][0]["key"] == "--out"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["chek"], "there is no verb 'chek'; did you mean 'check'?"),
+        (["check"], "FILE..."),
+        (["check", "--jsn", BASE], "--jsn"),
+        (["check", BASE, "--set", "motion.mean"], "write KEY=VALUE"),
+    ],
+)
+def test_a_wrong_command_line_is_usage(gears3d, arguments, text):
+    code, _, err = gears3d(*arguments)
+    assert code == 2
+    assert text in err
+
+
+def test_version(gears3d):
+    import gears3d as package
+
+    assert gears3d("--version") == (0, f"gears3d {package.__version__}\n", "")
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "text"),
+    [
+        (errors.EngineError("the gears jammed at 0.1 s"), 4, "the gears jammed at 0.1 s"),
+        (errors.InputError(errors.Fault("a.b", "is bad", "mend it", "x.toml")), 3, "x.toml: a.b: is bad"),
+        (errors.UsageError("no such model"), 2, "no such model"),
+        (PermissionError(13, "Permission denied", "out.json"), 3, "out.json: Permission denied"),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+)
+def test_errors_become_exit_codes(gears3d, monkeypatch, raised, code, text):
+    def check() -> None:
+        """Raise."""
+        raise raised
+
+    monkeypatch.setattr(importlib.import_module("gears3d.cli.check"), "check", check)
+    found, _, err = gears3d("check")
+    assert found == code
+    assert text in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("verb", [verb for verb in cli.VERBS if cli.find_spec(f"gears3d.cli.{verb}")])
+def test_every_verb_has_an_example_and_json(gears3d, verb):
+    code, out, _ = gears3d(verb, "--help")
+    assert code == 0
+    assert f"gears3d {verb}" in out
+    assert "Example" in out
+    assert "--json" in out
+
+
+def test_a_verb_is_one_file_and_one_name(gears3d, monkeypatch, tmp_path):
+    (tmp_path / "hum.py").write_text(
+        '"""A verb."""\n\ndef hum(times: int = 1) -> None:\n    """Hum."""\n    print("hm" * times)\n'
+    )
+    monkeypatch.setattr(cli, "__path__", [*cli.__path__, str(tmp_path)])
+    monkeypatch.setattr(cli, "VERBS", (*cli.VERBS, "hum"))
+    try:
+        assert gears3d("hum", "--times", "3") == (0, "hmhmhm\n", "")
+        assert "hum" in gears3d("--help")[1]
+    finally:
+        sys.modules.pop("gears3d.cli.hum", None)
+
+
+def test_piped_output_has_no_colour():
+    done = subprocess.run(
+        [sys.executable, "-m", "gears3d", "check", "nowhere.toml"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3
+    assert "\x1b" not in done.stdout + done.stderr
+
+
+def test_help_is_quick(record_property):
+    times = []
+    for _ in range(3):
+        begin = time.perf_counter()
+        done = subprocess.run([sys.executable, "-m", "gears3d", "--help"], capture_output=True, text=True, check=True)
+        times.append(time.perf_counter() - begin)
+    record_property("help_s", min(times))
+    sys.stdout.write(f"gears3d --help: {min(times):.2f} s (0.5 s promised)\n")
+    assert "check" in done.stdout
+    assert min(times) < 2.0
