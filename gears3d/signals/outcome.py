@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.signals.periodicity import periodicity
-from gears3d.signals.regime import FLIGHT_HEIGHT_MIN, impacts_per_period, regime
+from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN, impacts_per_period, regime
+from gears3d.signals.strobe import periodicity
 
 FLANKS = ("active", "reverse")
 
