@@ -16,6 +16,8 @@ from gears3d.gears.pair import Pair
 if TYPE_CHECKING:
     from gears3d.gears.flank import Flanks, candidates, flank_gap, flank_point, gap_at, nearest_gap
     from gears3d.gears.hulls import piece_budget, pieces
+    from gears3d.gears.outline import profile
+    from gears3d.gears.solids import mass_properties, solid, solid_arrays
 
 _HOME = {
     "Flanks": "flank",
@@ -26,6 +28,10 @@ _HOME = {
     "nearest_gap": "flank",
     "piece_budget": "hulls",
     "pieces": "hulls",
+    "profile": "outline",
+    "mass_properties": "solids",
+    "solid": "solids",
+    "solid_arrays": "solids",
 }
 
 __all__ = [
@@ -38,9 +44,13 @@ __all__ = [
     "flank_gap",
     "flank_point",
     "gap_at",
+    "mass_properties",
     "nearest_gap",
     "piece_budget",
     "pieces",
+    "profile",
+    "solid",
+    "solid_arrays",
 ]
 
 

@@ -12,6 +12,9 @@ from gears3d.gears.pair import Pair
 _HULL_STEPS = 10216
 """Steps into which Bullet quantises the extent of a convex hull's vertices."""
 
+_LEAST_ROLL = 0.02
+"""Roll angle below which an involute that starts at the base circle has no useful length."""
+
 
 def pieces(pair: Pair, which: str, points: int = 24) -> list[NDArray[np.float64]]:
     """Return one convex piece a tooth, in the gear's own frame.
@@ -77,8 +80,8 @@ def _rolls(pair: Pair, flanks: Flanks, which: str, flank: int, tooth: int, point
     """Roll angles from the start of the working flank to the tip, with equal chord errors along a perfect involute."""
     gear = GEARS.index(which)
     lowest, start = flanks.gears[gear, 4], pair.start_roll(which)
-    start = max(lowest, start - 0.03 * (pair.gear(which).tip_roll - start))
+    start = max(lowest, start - 0.03 * (pair.gear(which).tip_roll - start), _LEAST_ROLL)
     base = pair.gear(which).base_radius
     first = roll_at_radius(flanks, gear, flank, tooth, base * (1.0 + start**2) ** 0.5)
     last = roll_at_radius(flanks, gear, flank, tooth, pair.gear(which).tip_radius)
-    return np.linspace(max(first, 0.0) ** 1.5, last**1.5, points) ** (2.0 / 3.0)
+    return np.linspace(first**1.5, last**1.5, points) ** (2.0 / 3.0)

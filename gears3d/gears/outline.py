@@ -1,0 +1,188 @@
+"""The outline of a gear in its transverse section: roots, fillets, flanks and tips as a closed polygon."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, cos, pi, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gears3d.errors import Fault, InputError
+from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, roll_at_radius
+from gears3d.gears.gear import Gear
+from gears3d.gears.pair import Pair
+from gears3d.gears.rack import fillet_points, form
+
+Array = NDArray[np.float64]
+
+_LEAST_ROLL = 5e-3
+"""Roll angle at which drawing begins on an involute that starts at the base circle: 13 ppm of its radius higher."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A gear's transverse section as a polygon, counter-clockwise in the gear's own frame.
+
+    Args:
+        points: for each tooth from the middle of the space before it, over its reverse side, tip and active side,
+            to the next space [m], (teeth, n, 2).
+        root: segments from the middle of a space to the fillet.
+        fillet: segments of a fillet.
+        flank: segments of a flank.
+        tip: segments of the tip arc.
+    """
+
+    points: Array
+    root: int
+    fillet: int
+    flank: int
+    tip: int
+
+    @property
+    def area(self) -> float:
+        """Area inside the polygon [m²]."""
+        x, y = self.points.reshape(-1, 2).T
+        return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
+
+
+def outline(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | None = None) -> Outline:
+    """Return the transverse section of a gear with its flanks, deviations included, at z = 0.
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the polygon from the flanks [m].
+        root_chord: the same for tip, fillet and root [m]; five times ``chord`` when not given.
+
+    Returns:
+        The polygon; its vertices on the flanks are points of the flanks.
+
+    Raises:
+        InputError: a chord that is not positive, or an unknown gear.
+    """
+    number = index_of(which, GEARS, "which")
+    if not chord > 0.0 or not (root_chord is None or root_chord > 0.0):
+        raise InputError(Fault("chord", f"is {chord:g} m", "give a positive length"))
+    gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or 5.0 * chord
+    lowest, fillet_angle = form(gear, half)
+    flanks = compile_pair(pair)
+    curve = _fillet(gear, half, fillet_angle, coarse)
+    segments = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord)
+    tip_angle = 2.0 * (half - (gear.tip_roll - np.arctan(gear.tip_roll)))
+    tip = max(1, _arc_segments(tip_angle, gear.tip_radius, coarse))
+    gap = pi / gear.teeth - curve[-1, 1]
+    root = max(1, _arc_segments(gap, gear.root_radius, coarse)) if gap > 1e-9 else 0
+
+    deviating = any(deviation.gear == which for deviation in pair.deviations)
+    sense = 1 - 2 * number
+    middle = 0.5 * (flanks.gears[number, 2] + flanks.gears[number, 3])
+    pitch = 2.0 * pi / gear.teeth
+    teeth = []
+    for place in range(gear.teeth if deviating else 1):
+        tooth = (-sense * place) % gear.teeth + 1
+        sides = [_flank(flanks, number, side, tooth, (lowest, gear.tip_radius, segments)) for side in (REVERSE, ACTIVE)]
+        sides = [_turned(side, -(middle + place * pitch)) for side in sides]
+        teeth.append(_tooth(gear, sides, curve, (root, tip)))
+    count = np.arange(gear.teeth)
+    if not deviating:
+        teeth = teeth * gear.teeth
+    points = np.stack(teeth)
+    turn = middle + count * pitch
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y = points[..., 0], points[..., 1]
+    return Outline(np.stack([c * x - s * y, s * x + c * y], axis=2), root, len(curve) - 1, segments, tip)
+
+
+def profile(pair: Pair, which: str, chord: float = 0.2e-6, tooth: int = 1) -> Array:
+    """Return the outline of one tooth between the middles of its spaces, in the gear's own frame.
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the polygon from the flanks [m].
+        tooth: number of the tooth in order of meshing.
+
+    Returns:
+        Points counter-clockwise [m], (n, 2).
+
+    Raises:
+        InputError: a tooth that is not there, a chord that is not positive, or an unknown gear.
+    """
+    gear = pair.gear(which)
+    if not 1 <= tooth <= gear.teeth:
+        raise InputError(Fault("tooth", f"is {tooth}", f"the {which} gear has 1 to {gear.teeth}"))
+    sense = 1 if which == "drive" else -1
+    return outline(pair, which, chord).points[(-sense * (tooth - 1)) % gear.teeth]
+
+
+def _arc_segments(angle: float, radius: float, chord: float) -> int:
+    return ceil(angle * sqrt(radius / (8.0 * chord)))
+
+
+def _flank_segments(pair: Pair, which: str, lowest: float, chord: float) -> int:
+    """Count segments so that radius of curvature × step² / 8 stays within the chord, deviations included."""
+    gear = pair.gear(which)
+    steep = sum(
+        abs(deviation.amplitude) * deviation.order**2
+        for deviation in pair.deviations
+        if isinstance(deviation, HarmonicDeviation) and deviation.gear == which
+    )
+    reach = pair.path_length
+    extra = steep * reach / (reach - min(steep, 0.9 * reach)) / (gear.base_radius * lowest)
+    span = (gear.tip_roll**1.5 - lowest**1.5) / 1.5
+    return max(2, ceil(span * sqrt(gear.base_radius * (1.0 + extra) / (8.0 * chord))))
+
+
+def _fillet(gear: Gear, half_angle: float, first: float, chord: float) -> Array:
+    """Points (radius, angle from the middle of the tooth) from form point to root circle, even in chord error."""
+    dense = fillet_points(gear, half_angle, np.linspace(first, 0.5 * pi, 129))
+    x, y = dense[:, 0] * np.cos(dense[:, 1]), dense[:, 0] * np.sin(dense[:, 1])
+    dx, dy = np.diff(x), np.diff(y)
+    length, direction = np.hypot(dx, dy), np.unwrap(np.arctan2(dy, dx))
+    turning = np.abs(np.gradient(direction))
+    measure = np.concatenate([[0.0], np.cumsum(np.sqrt(length * turning))])
+    segments = max(2, ceil(measure[-1] / sqrt(8.0 * chord)))
+    angles = np.interp(np.linspace(0.0, measure[-1], segments + 1), measure, np.linspace(first, 0.5 * pi, 129))
+    return fillet_points(gear, half_angle, angles)
+
+
+def _flank(flanks: Flanks, gear: int, side: int, tooth: int, extent: tuple[float, float, int]) -> Array:
+    """Points of a flank from form circle to tip, (segments + 1, 2)."""
+    lowest, tip_radius, segments = extent
+    last = roll_at_radius(flanks, gear, side, tooth, tip_radius)
+    rolls = np.linspace(max(lowest, _LEAST_ROLL) ** 1.5, last**1.5, segments + 1) ** (2.0 / 3.0)
+    return flank_points(flanks, gear, side, tooth, rolls)[0]
+
+
+def _turned(points: Array, angle: float) -> Array:
+    c, s = cos(angle), sin(angle)
+    return points @ np.array([[c, s], [-s, c]])
+
+
+def _tooth(gear: Gear, sides: list[Array], curve: Array, counts: tuple[int, int]) -> Array:
+    """Join root, fillet, flanks and tip of one tooth whose middle lies on +x."""
+    root, tip = counts
+    (low, high), blend = sides, np.linspace(1.0, 0.0, len(curve))[1:, None]
+    fillets = []
+    for side, sign in ((low, -1.0), (high, 1.0)):
+        start = np.array([np.hypot(*side[0]), sign * np.arctan2(side[0, 1], side[0, 0])])
+        polar = curve[1:] + blend * (start - curve[0])
+        fillets.append(np.c_[polar[:, 0] * np.cos(polar[:, 1]), sign * polar[:, 0] * np.sin(polar[:, 1])])
+    first, last = np.arctan2(low[-1, 1], low[-1, 0]), np.arctan2(high[-1, 1], high[-1, 0])
+    tip_angles = np.linspace(first, last, tip + 1)[1:-1]
+    edge, bottom = pi / gear.teeth, curve[-1, 1]
+    root_angles = np.linspace(-edge, -bottom, root + 1)[:-1]
+    arc = gear.root_radius * np.c_[np.cos(root_angles), np.sin(root_angles)]
+    back = np.linspace(bottom, edge, root + 1)[1:-1]
+    parts = [
+        arc,
+        fillets[0][::-1],
+        low,
+        gear.tip_radius * np.c_[np.cos(tip_angles), np.sin(tip_angles)],
+        high[::-1],
+        fillets[1] if root else fillets[1][:-1],
+        gear.root_radius * np.c_[np.cos(back), np.sin(back)],
+    ]
+    return np.vstack(parts)
