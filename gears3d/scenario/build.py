@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from math import pi
 from pathlib import Path
@@ -13,6 +14,7 @@ from gears3d.scenario import keys
 from gears3d.scenario.checks import check
 from gears3d.scenario.document import Document
 from gears3d.scenario.effect_list import read_effects
+from gears3d.scenario.meshing import solid_inertia
 from gears3d.scenario.model import (
     Drag,
     Gears,
@@ -76,11 +78,20 @@ def build(document: Document) -> Scenario:
     check(reader, scenario, sections)
     if reader.faults:
         raise InputError(reader.in_order())
-    return scenario
+    return _weighed(scenario)
+
+
+def _weighed(scenario: Scenario) -> Scenario:
+    """Return the scenario with the loose gear's inertia; when it was not given, that of its solid."""
+    loose = scenario.gears.loose
+    if loose.inertia is not None:
+        return scenario
+    inertia = solid_inertia(scenario.pair(), "loose", loose.density)
+    return replace(scenario, gears=replace(scenario.gears, loose=replace(loose, inertia=inertia)))
 
 
 def _check_top(reader: Reader, top: Mapping[str, Any]) -> None:
-    known = ["format", "extends", "effect", "versions", *keys.TOP, *keys.SECTIONS]
+    known = ["format", "effect", "versions", *keys.TOP, *keys.SECTIONS]
     if "format" not in top:
         reader.fault("format", "is missing", "write format = 1 as the first line")
     elif top["format"] != 1 or isinstance(top["format"], bool):

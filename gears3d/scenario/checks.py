@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import cos, pi
 from typing import Any
 
 from gears3d.errors import InputError
@@ -40,8 +39,6 @@ def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapp
     mounted = "backlash" in sections["mount"] or "centre_distance" in sections["mount"]
     if not mounted:
         reader.fault("mount", "has neither backlash nor centre_distance", 'e.g. backlash = "250 um"')
-    if gears.loose.inertia is None and not _written(sections["gears"], "loose", "inertia"):
-        reader.fault("gears.loose.inertia", "is missing (moment of inertia)", _inertia_hint(gears.loose))
     if _check_same_rack(reader, gears, sections["gears"]) and _check_shapes(reader, gears, sections["gears"]):
         _check_mesh(reader, gears, mount, sections)
 
@@ -68,15 +65,6 @@ def _written(section: Mapping[str, Any], which: str, name: str) -> bool:
     """Whether a gear's key was written at all, for itself or for both."""
     own = section.get(which)
     return name in section or (isinstance(own, Mapping) and name in own)
-
-
-def _inertia_hint(gear: GearSpec) -> str:
-    """Return what a solid disc of the gear's size would have."""
-    if not _complete(gear, "module", "teeth", "face_width", "density"):
-        return 'e.g. inertia = "0.0695 kg m^2"'
-    radius = gear.module * gear.teeth / (2 * cos(gear.helix_angle or 0.0))
-    disc = 0.5 * pi * gear.density * gear.face_width * radius**4
-    return f'a solid disc of its size has "{show(disc, "inertia", 3)}"'
 
 
 def _check_shapes(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> bool:

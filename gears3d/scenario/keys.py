@@ -53,7 +53,9 @@ COMMON = {
     "dedendum": Key("ratio", "dedendum, in modules", 1.25, 0.1, 3.0),
     "fillet_radius": Key("ratio", "tip radius of the cutting rack, in modules", 0.25, 0.0, 1.0),
     "bore": _positive("length", "diameter of the hole along the axis", None),
-    "inertia": _positive("inertia", "moment of inertia about the gear's axis", None, "a body has mass"),
+    "inertia": _positive(
+        "inertia", "moment of inertia about the gear's axis; that of the solid when not given", None, "a body has mass"
+    ),
     "density": _positive("density", "density of the solid", "7850 kg/m^3"),
 }
 TEETH = Key(

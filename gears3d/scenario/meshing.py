@@ -1,4 +1,4 @@
-"""From gears and mounting to a meshing pair."""
+"""From gears and mounting to a meshing pair, and to what its solids weigh."""
 
 from __future__ import annotations
 
@@ -28,3 +28,30 @@ def mesh(gears: Gears, mount: Mount) -> Pair:
     if mount.backlash is None:
         return Pair.from_centre_distance(drive, loose, mount.centre_distance)
     return Pair.from_both(drive, loose, mount.centre_distance, mount.backlash)
+
+
+def solid_inertia(pair: Pair, which: str, density: float) -> float:
+    """Return the moment of inertia of a gear's solid about its axis [kg·m²].
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+        density: kg/m³.
+
+    Returns:
+        Polar moment of the transverse section, bore taken off, times density and face width; slices that are turned
+        against each other, as a helix does, have the same.
+    """
+    from math import pi
+
+    import numpy as np
+
+    from gears3d.gears.outline import outline
+
+    gear = pair.gear(which)
+    x, y = outline(pair, which, chord=1e-6).points.reshape(-1, 2).T
+    x_next, y_next = np.roll(x, -1), np.roll(y, -1)
+    squares = x * x + x * x_next + x_next * x_next + y * y + y * y_next + y_next * y_next
+    section = float(np.sum((x * y_next - x_next * y) * squares)) / 12
+    hole = pi / 2 * (0.5 * (gear.bore or 0.0)) ** 4
+    return density * gear.face_width * (section - hole)

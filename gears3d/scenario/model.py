@@ -30,7 +30,7 @@ class GearSpec:
         dedendum: in modules.
         fillet_radius: tip radius of the cutting rack, in modules.
         bore: diameter of the hole, m; ``None``: none.
-        inertia: about its axis, kg·m²; ``None`` for a drive gear whose inertia nobody asked for.
+        inertia: about its axis, kg·m²; of the loose gear that of its solid when not given, of the drive ``None`` then.
         density: kg/m³.
     """
 

@@ -91,6 +91,8 @@ def _steps(key: str) -> list[str | int]:
 
 def _set(toml: Any, key: str, value: Any) -> None:
     steps = _steps(key)
+    if steps[0] == "extends":
+        raise LookupError("extends is read before anything is set; write it in the file")
     place = toml
     for step, following in pairwise(steps):
         place = _enter(place, step, isinstance(following, int) or following == "+")

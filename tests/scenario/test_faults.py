@@ -1,7 +1,11 @@
 # ruff: noqa: E501  (one bad value a line)
 """Bad scenarios: each wrong value is found, named by its key, and told with a remedy."""
 
+import datetime
+
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from gears3d.errors import InputError, UsageError
 from gears3d.scenario import load
@@ -115,7 +119,6 @@ def test_a_centre_distance_too_small_jams():
     [
         ("mount", "mount", "has neither backlash nor centre_distance"),
         ("mount.backlash", "mount", "has neither backlash nor centre_distance"),
-        ("gears.loose.inertia", "gears.loose.inertia", "is missing"),
         ("gears.loose.teeth", "gears.loose.teeth", "is missing"),
         ("motion.mean", "motion.mean", "is missing"),
         ("format", "format", "is missing"),
@@ -126,11 +129,6 @@ def test_what_must_be_given_is_asked_for(missing, where, message):
     assert fault.key == where
     assert message in fault.message
     assert fault.remedy
-
-
-def test_a_missing_inertia_comes_with_the_size_of_a_disc():
-    (fault,) = faults(without("gears.loose.inertia"))
-    assert fault.remedy == 'a solid disc of its size has "0.0569 kg m^2"'
 
 
 def test_a_gear_that_stands_still_has_no_periods():
@@ -154,7 +152,6 @@ def test_all_faults_come_at_once_in_the_order_of_the_file(tmp_path):
         "titel",
         "gears.module",
         "gears.drive.teeth",
-        "gears.loose.inertia",
         "mount",
         "motion.mean",
         "motion.harmonics[0].frequency",
@@ -202,6 +199,7 @@ def test_a_malformed_override_is_a_usage_error(override):
     [
         ("motion.harmonics[3].phase=1 deg", "[3] of a list of 0; [+] appends"),
         ("gears[0].module=3 mm", "[0] of what is no list"),
+        ("extends=other.toml", "write it in the file"),
         ("drag.torque.max=1 N m", "leads through a value that is no table"),
     ],
 )
@@ -228,3 +226,69 @@ def test_an_effect_that_refuses_its_values_is_a_fault(monkeypatch):
     )
     (fault,) = faults(BASE, {"effect": [{"kind": "drag_viscous", "coefficient": "1 N m s"}]})
     assert (fault.key, fault.message) == ("effect[0]", "the oil is cold")
+
+
+JUNK = st.recursive(
+    st.one_of(
+        st.booleans(),
+        st.integers(-(10**6), 10**6),
+        st.floats(),
+        st.text(max_size=8),
+        st.sampled_from(
+            ["1 mm", "-3 Hz", "1e400 s", "2 periods", "x periods", "0 rpm", "1e300 m", "1e-300 kg m^2", "active"]
+        ),
+        st.just(datetime.date(2020, 1, 1)),
+    ),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.sampled_from(["value", "uncertainty", "kind", "amplitude", "teeth", "x"]), inner, max_size=3
+        ),
+    ),
+    max_leaves=4,
+)
+PLACES = [
+    *[
+        "format",
+        "title",
+        "gears",
+        "gears.module",
+        "gears.drive",
+        "gears.loose.teeth",
+        "gears.loose.inertia",
+        "gears.bore",
+    ],
+    *[
+        "gears.helix_angle",
+        "gears.addendum",
+        "mount",
+        "mount.backlash",
+        "mount.centre_distance",
+        "motion.mean",
+        "motion",
+    ],
+    *[
+        "motion.harmonics",
+        "motion.record",
+        "drag.torque",
+        "impact",
+        "start.state",
+        "run.duration",
+        "run.settle",
+        "run.seed",
+    ],
+    *["sensors", "sensors.drive", "sensors.loose.noise", "effect", "expect", "expect.regime", "versions", "extends"],
+]
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.dictionaries(st.sampled_from(PLACES), JUNK, min_size=1, max_size=3))
+def test_whatever_is_written_loads_or_is_told(values):
+    try:
+        scenario = load(BASE, values)
+    except InputError as error:
+        told = [fault.message for fault in error.faults]
+    else:
+        told = ["loads"] if load(scenario.document).rig() == scenario.rig() else []
+    assert told
+    assert all(told)

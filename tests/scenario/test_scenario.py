@@ -140,6 +140,17 @@ def test_a_gear_overrides_the_common_keys():
     assert (scenario.gears.drive.face_width, scenario.gears.loose.face_width) == (0.0075, 0.009)
 
 
+@pytest.mark.parametrize("bore", ["", ', bore = "100 mm"'])
+def test_an_inertia_that_is_not_given_is_the_solids(bore):
+    from gears3d.gears import mass_properties, solid
+
+    text = HALF.replace(', inertia = "0.0695 kg m^2"', bore + ', density = "7000 kg/m^3"')
+    scenario = load(text)
+    weighed = mass_properties(solid(scenario.pair(), "loose"), 7000.0)
+    assert scenario.rig().inertia == pytest.approx(weighed.inertia[2, 2], rel=2e-5)
+    assert scenario.gears.drive.inertia is None
+
+
 def test_the_face_is_ten_modules_wide_when_nobody_says():
     assert load(HALF.replace('face_width = "7.5 mm"\n', "")).gears.drive.face_width == pytest.approx(0.035)
 
