@@ -31,7 +31,7 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
     source = f" ({scenario.source})" if scenario.source else ""
     model = recording.meta.get("model", "")
     lines = [
-        f"# {scenario.title or 'Gear rattle'}{source}",
+        f"## {scenario.title or 'Gear rattle'}{source}",
         f"{pair.drive.teeth}/{pair.loose.teeth} teeth, module {pair.drive.module * 1e3:g} mm, backlash "
         f"{pair.backlash * 1e6:g} um, {motion_words(scenario)}, drag {scenario.drag.torque:g} N m, restitution "
         f"{scenario.impact.restitution:g}" + (f"; model: {model}" if model else "") + ".",
@@ -40,7 +40,7 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
         f"({wide.backlash:.3g} mm); deviations of the flanks are left out of the drawing, not of the motion.",
         f"- Slow motion: 1 s takes {motion.frame_rate() / FRAMES_A_SECOND:.0f} s. Pictures "
         f"{motion.frame_rate():.0f} a second and at every impact.",
-        "- Dots: where teeth touch, thin lines through them: the common normal.",
+        "- Dots: where teeth touch, thin lines through them: the common normal. Grey bars: the gaps of a flight.",
         f"- Curves: {PLOT_RATE:g} samples a second and all samples beside impacts; the run's Parquet files hold all.",
     ]
     if all(scales):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,9 +43,11 @@ def replay(
 
     Raises:
         UsageError: a bare recording without its scenario.
-        InputError: the run folder cannot be read, or the file cannot be written.
+        InputError: the run folder cannot be read, nothing was recorded, or the file cannot be written.
     """
     recording, scenario, twin = _opened(source, scenario, twin)
+    if not len(recording.time):
+        raise InputError("nothing was recorded: there is nothing to replay")
     pair = scenario.pair()
     rows = tuple(scenario.rows())
     if "displacement_m" not in recording.signals:
@@ -57,10 +60,11 @@ def replay(
         target.parent.mkdir(parents=True, exist_ok=True)
         _write(unfinished, scenario, motion, wide, twin)
         unfinished.replace(target)
-    except OSError as error:
+    except (OSError, RuntimeError) as error:
         raise InputError(Fault("--out", f"cannot be written: {error}", "name another place", str(target))) from error
     finally:
-        unfinished.unlink(missing_ok=True)
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
     return target
 
 
@@ -92,6 +96,7 @@ def _write(path: Path, scenario: Scenario, motion: Motion, wide: Section, twin: 
         scales = [scene.impulses(rec, scene.ROOT, true, motion, width + 0.4 * module, 12.0 * module)]
         zone.gears(rec, wide, shown)
         zone.lines_of_action(rec, wide)
+        zone.gaps(rec, wide, shown)
         scene.contacts(rec, zone.ROOT, wide, shown, 0.3, 0.6 * module, 6.0)
         scales.append(scene.impulses(rec, zone.ROOT, wide, motion, 0.4, 2.5 * module))
         plots.curves(rec, motion)

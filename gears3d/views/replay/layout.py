@@ -65,7 +65,7 @@ def _scene(section: Section) -> rrb.Spatial3DView:
         name="Gears at true scale",
         background=BACKGROUND,
         line_grid=False,
-        eye_controls=_eye((middle, 0.0), 0.5 * width, tilt=0.3),
+        eye_controls=_eye((middle, 0.0), 0.55 * width, tilt=0.3),
     )
 
 

@@ -83,25 +83,3 @@ def ring(section: Section, which: int, depth: float = 7.0) -> tuple[np.ndarray, 
     i = np.arange(len(outline))
     j, k = np.roll(i, -1), len(outline)
     return np.r_[outline[:, None] * circle, inner * circle], np.r_[np.c_[i, j, i + k], np.c_[j, j + k, i + k]]
-
-
-def extruded(section: Section, which: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the toothed ring as a solid of the gear's face width.
-
-    Args:
-        section: the pair.
-        which: 0 drive, 1 loose.
-
-    Returns:
-        Vertices (4n, 3) [mm], faces (m, 3).
-    """
-    gear = (section.pair.drive, section.pair.loose)[which]
-    flat, faces = ring(section, which, depth=9.0)
-    count, half = len(flat), len(flat) // 2
-    up = 0.5e3 * gear.face_width
-    vertices = np.r_[np.c_[flat, np.full(count, up)], np.c_[flat, np.full(count, -up)]]
-    i = np.arange(half)
-    j = (i + 1) % half
-    outer = np.r_[np.c_[i, i + count, j], np.c_[j, i + count, j + count]]
-    inner = np.r_[np.c_[i, j, i + count], np.c_[j, j + count, i + count]] + half
-    return vertices, np.concatenate([faces, faces[:, ::-1] + count, outer, inner])

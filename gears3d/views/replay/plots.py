@@ -134,4 +134,7 @@ def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray) -> None
 
 
 def _style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[tuple], width: float) -> None:
-    rec.log(entity, rr.SeriesLines(names=names, colors=colors, widths=[width] * len(names)), static=True)
+    # the viewer's own choice averages what falls into a pixel, and cuts the peaks at impacts
+    keep_peaks = rr.components.AggregationPolicy.MinMax
+    lines = rr.SeriesLines(names=names, colors=colors, widths=[width] * len(names), aggregation_policy=keep_peaks)
+    rec.log(entity, lines, static=True)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
+from gears3d.gears.solids import solid_arrays
 from gears3d.views.replay import colours
-from gears3d.views.replay.outline import extruded
 from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 ROOT = "/scene"
 HOLD = 0.01
 """How long an impulse is shown, in simulated time [s]."""
+CHORD = 20e-6
+"""How far the facets shown may lie from the flanks [m]."""
 _NAMES = ("drive", "loose")
 
 
@@ -46,20 +48,30 @@ def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
     place(rec, ROOT, section)
     colour = (colours.DRIVE, colours.LOOSE)
     for which, name in enumerate(_NAMES):
-        vertices, faces = extruded(section, which)
-        vertices, normals, faces = flat_shaded(vertices, faces)
+        vertices, faces, normals = solid_arrays(section.pair, name, chord=CHORD)
         rec.log(
             f"{ROOT}/{name}/body",
             rr.Mesh3D(
-                vertex_positions=vertices.astype(np.float32),
+                vertex_positions=(vertices * 1e3).astype(np.float32),
                 triangle_indices=faces.astype(np.uint32),
                 vertex_normals=normals.astype(np.float32),
                 albedo_factor=[*colour[which], 255],
             ),
             static=True,
         )
+        rec.log(f"{ROOT}/{name}/body/mark", _mark(section, which), static=True)
         angle = frames.drive if which == 0 else pi - frames.loose
         turn(rec, f"{ROOT}/{name}/body", frames.time, angle)
+
+
+def _mark(section: Section, which: int) -> rr.LineStrips3D:
+    """A hub and a line to tooth 1 on the end face, by which the eye sees the gear turn."""
+    gear = (section.pair.drive, section.pair.loose)[which]
+    height, root = 0.502e3 * gear.face_width, gear.root_radius * 1e3
+    angle = np.linspace(0.0, 2.0 * pi, 73)
+    hub = 0.12 * root * np.column_stack([np.cos(angle), np.sin(angle)])
+    line = np.array([[0.12 * root, 0.0], [0.96 * root, 0.0]])
+    return rr.LineStrips3D([lifted(hub, height), lifted(line, height)], colors=[colours.MARK], radii=[-1.5])
 
 
 def contacts(
@@ -144,29 +156,3 @@ def rounded(value: float) -> float:
     """
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-12)))
-
-
-def flat_shaded(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a mesh in which every face shows its own plane; coplanar end faces share their vertices.
-
-    Args:
-        vertices: (n, 3).
-        faces: (m, 3).
-
-    Returns:
-        Vertices and their normals (k, 3), and faces (m, 3).
-    """
-    corner = vertices[faces]
-    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
-    side = np.abs(across[:, 2]) < 0.99
-    parts, normals = [corner[side].reshape(-1, 3)], [np.repeat(across[side], 3, axis=0)]
-    index = np.zeros(faces.shape, dtype=np.int64)
-    index[side] = np.arange(3 * np.count_nonzero(side)).reshape(-1, 3)
-    for sign in (1.0, -1.0):
-        end = ~side & (sign * across[:, 2] > 0.0)
-        used, local = np.unique(faces[end], return_inverse=True)
-        index[end] = local.reshape(-1, 3) + sum(map(len, parts))
-        parts.append(vertices[used])
-        normals.append(np.tile([0.0, 0.0, sign], (len(used), 1)))
-    return np.concatenate(parts), np.concatenate(normals), index

@@ -11,7 +11,7 @@ import rerun as rr
 from gears3d.views.replay import colours
 from gears3d.views.replay.outline import flank_lines, ring
 from gears3d.views.replay.scene import lifted, place
-from gears3d.views.replay.write import turn
+from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
     from gears3d.views.replay.motion import Frames
@@ -70,3 +70,26 @@ def lines_of_action(rec: rr.RecordingStream, section: Section) -> None:
             rr.LineStrips3D([strip], colors=[colours.FLANKS[flank]], radii=[-0.7]),
             static=True,
         )
+
+
+def gaps(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
+    """Write both gaps of a flight: from the drive's flank to the loose gear's, along the lines of action.
+
+    Args:
+        rec: recording being written.
+        section: the pair with its widened backlash.
+        frames: where it is when.
+    """
+    flight = np.flatnonzero(frames.flank < 0)
+    if not len(flight):
+        return
+    strips = []
+    for flank, share in ((0, frames.share[flight]), (1, 1.0 - frames.share[flight])):
+        code = np.full(len(flight), flank)
+        travel = section.meeting(frames.drive[flight], code, np.zeros(len(flight), dtype=int))
+        foot = section.point(travel, code)
+        head = foot + (share * section.backlash)[:, None] * section.normal(code)
+        strips.append(np.stack([lifted(foot, 0.25), lifted(head, 0.25)], axis=1))
+    rec.log(f"{ROOT}/gaps", rr.LineStrips3D.from_fields(colors=[colours.FLIGHT], radii=[-2.5]), static=True)
+    columns = rr.LineStrips3D.columns(strips=np.stack(strips, axis=1).reshape(-1, 2, 3))
+    marks(rec, f"{ROOT}/gaps", frames.time, np.where(frames.flank < 0, 2, 0), [columns])

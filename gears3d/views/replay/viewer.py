@@ -1,0 +1,220 @@
+"""The rerun viewer: shown to people, or run without a window for pictures."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+from gears3d.errors import GearsError
+from gears3d.views.replay.write import TIMELINE
+
+DRIVER = "apt install mesa-vulkan-drivers"
+"""What to type where there is no graphics driver (Debian, Ubuntu)."""
+PATIENCE = 60.0
+"""How long a viewer may take to start or to paint [s]."""
+_POLL = 0.1
+
+
+class ViewerError(GearsError):
+    """The viewer is not there or cannot paint; the text says what to type."""
+
+    exit_code = 4
+
+
+def executable() -> str:
+    """Return the path of the viewer that came with the installed rerun.
+
+    Raises:
+        ViewerError: there is none.
+    """
+    beside = Path(sys.executable).parent / "rerun"
+    found = str(beside) if beside.exists() else shutil.which("rerun")
+    if not found:
+        raise ViewerError("the rerun viewer is not installed: pip install 'rerun-sdk>=0.41,<0.42'")
+    return found
+
+
+def has_display() -> bool:
+    """Return whether a window can be opened here."""
+    return sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def show(path: Path, at: float | None = None) -> None:
+    """Open a replay in the viewer's own window and come back.
+
+    Args:
+        path: an rrd file.
+        at: where to put the time cursor [s]; ``None`` plays from the start.
+
+    Raises:
+        ViewerError: there is no viewer.
+    """
+    if at is None:
+        quiet = subprocess.DEVNULL
+        subprocess.Popen([executable(), str(path)], stdout=quiet, stderr=quiet, start_new_session=True)
+        return
+    client, _ = _start(path, ["--hide-welcome-screen"], None)
+    _seek(client, at)
+
+
+def serve(path: Path) -> int:
+    """Serve a replay to browsers until interrupted; only this machine can reach it.
+
+    Args:
+        path: an rrd file.
+
+    Returns:
+        The exit code of the server.
+
+    Raises:
+        ViewerError: there is no viewer.
+    """
+    return subprocess.run([executable(), "--bind", "127.0.0.1", "--web-viewer", str(path)], check=False).returncode
+
+
+class Headless:
+    """A viewer without a window that paints a replay; use it as a context.
+
+    Args:
+        path: an rrd file.
+        size: width and height of the pictures in pixels.
+
+    Raises:
+        ViewerError: the viewer or a graphics driver is missing.
+    """
+
+    def __init__(self, path: Path, size: tuple[int, int] = (1600, 900)) -> None:
+        self.path = path
+        self.size = size
+
+    def __enter__(self) -> Headless:
+        self._log: IO[str] = tempfile.TemporaryFile("w+")
+        window = f"{self.size[0]}x{self.size[1]}"
+        options = ["--headless", "--hide-welcome-screen", "--window-size", window]
+        try:
+            self._client, self._process = _start(self.path, options, self._log)
+        except BaseException:
+            self._log.close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        _stop(self._process)
+        self._log.close()
+
+    def span(self) -> tuple[float, float]:
+        """Return the first and the last instant [s]."""
+        timelines = self._client.get_state().recordings[0].timelines
+        ours = next(line for line in timelines if line.name == TIMELINE)
+        return ours.start * 1e-9, ours.end * 1e-9
+
+    def picture(self, at: float, view: str = "") -> bytes:
+        """Return a picture at an instant.
+
+        Args:
+            at: time cursor [s].
+            view: origin of one view, e.g. ``"/zone"``; empty for all of the window.
+
+        Returns:
+            A PNG.
+
+        Raises:
+            ViewerError: the viewer does not answer.
+        """
+        _seek(self._client, at)
+        known = {shown.origin: shown.view_id for shown in self._client.get_state().views}
+        if view and view not in known:
+            raise ViewerError(f"there is no view {view!r}; the replay has {', '.join(sorted(known))}")
+        return _settled(self._client, known.get(view))
+
+
+def snapshot(path: Path, at: float | None = None) -> bytes:
+    """Return a picture of a replay, painted without a window.
+
+    Args:
+        path: an rrd file.
+        at: time cursor [s]; ``None`` takes the middle.
+
+    Returns:
+        A PNG.
+
+    Raises:
+        ViewerError: the viewer or a graphics driver is missing.
+    """
+    with Headless(path) as viewer:
+        return viewer.picture(sum(viewer.span()) / 2.0 if at is None else at)
+
+
+def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any, subprocess.Popen[str]]:
+    """Start a viewer on a free port and wait until it has loaded the file."""
+    from rerun.experimental import ViewerClient
+
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    command = [executable(), "--bind", "127.0.0.1", "--port", str(port), *options, str(path)]
+    sink = log if log is not None else subprocess.DEVNULL
+    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, start_new_session=log is None)
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end and process.poll() is None:
+        try:
+            client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+            state = client.get_state()
+            if state.active_recording and not state.loading and state.views:
+                return client, process
+        except (ConnectionError, RuntimeError):
+            pass  # not up yet
+        time.sleep(_POLL)
+    _stop(process)
+    said = ""
+    if log is not None:
+        log.seek(0)
+        said = log.read()
+    if "adapter" in said or "Vulkan" in said or "libvulkan" in said:
+        raise ViewerError(f"the viewer finds no graphics driver: {DRIVER}")
+    tail = " ".join(said.split()[-30:])
+    raise ViewerError(f"the viewer does not start: {tail or 'it says nothing'} (try `rerun {path}`)")
+
+
+def _seek(client: Any, at: float) -> None:
+    try:
+        client.set_time(TIMELINE, duration=float(at), play_state="paused")
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise ViewerError(f"the viewer does not go to {at:g} s: {str(error).splitlines()[0]}") from error
+
+
+def _settled(client: Any, view: str | None) -> bytes:
+    """Take screenshots until two in a row are the same."""
+    end = time.monotonic() + PATIENCE
+    last = b""
+    while time.monotonic() < end:
+        try:
+            taken = client.take_screenshot(view)
+        except (ConnectionError, RuntimeError) as error:
+            raise ViewerError(f"the viewer does not paint: {str(error).splitlines()[0]}; {DRIVER}") from error
+        if taken == last:
+            return taken
+        last = taken
+        time.sleep(_POLL)
+    return last
+
+
+def _stop(process: subprocess.Popen[str]) -> None:
+    if process.poll() is None:
+        process.terminate()
+        try:
+            process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
