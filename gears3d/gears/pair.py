@@ -15,9 +15,10 @@ from math import acos, cos, degrees, pi, sin, tan
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.deviation import GEARS, Deviation, HarmonicDeviation, index_of
+from gears3d.gears.deviation import GEARS, Deviation, index_of
 from gears3d.gears.gear import Gear
 from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.limits import check_deviations
 from gears3d.gears.rack import form
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ class Pair:
     def __post_init__(self) -> None:
         _check_same_rack(self.drive, self.loose)
         _check_mesh(self)
-        _check_deviations(self)
+        if self.deviations:
+            check_deviations(self)
 
     @classmethod
     def from_backlash(cls, drive: Gear, loose: Gear, backlash: float) -> Pair:
@@ -140,7 +142,8 @@ class Pair:
             A new pair.
 
         Raises:
-            InputError: a tooth that is not there, or a harmonic too steep for a regular flank.
+            InputError: helical gears, a tooth that is not there, a harmonic too steep for a regular flank, or
+                material that uses up the backlash.
         """
         return replace(self, deviations=self.deviations + deviations)
 
@@ -296,44 +299,3 @@ def _check_mesh(pair: Pair) -> None:
                     "give more teeth, more profile shift or less addendum of the mate",
                 )
             )
-
-
-def _check_deviations(pair: Pair) -> None:
-    steepness: dict[tuple[str, str], float] = {}
-    for deviation in pair.deviations:
-        if isinstance(deviation, HarmonicDeviation):
-            key = (deviation.gear, deviation.flank)
-            steepness[key] = steepness.get(key, 0.0) + abs(deviation.amplitude) * deviation.order**2
-        elif not 1 <= deviation.tooth <= pair.gear(deviation.gear).teeth:
-            teeth = pair.gear(deviation.gear).teeth
-            raise InputError(Fault("tooth", f"is {deviation.tooth}", f"the {deviation.gear} gear has 1 to {teeth}"))
-    for (which, flank), steep in steepness.items():
-        most = steepest(pair, which)
-        if steep > most:
-            raise InputError(
-                Fault(
-                    "amplitude",
-                    f"of the {which} gear's {flank} flanks is too large for its order: amplitude·order² adds up to "
-                    f"{steep * 1e3:.4g} mm, no regular flank beyond {most * 1e3:.4g} mm",
-                    f"at order {pair.gear(which).teeth} give at most {most / pair.gear(which).teeth ** 2 * 1e6:.3g} um",
-                )
-            )
-
-
-def steepest(pair: Pair, which: str) -> float:
-    """Return the largest sum of |amplitude|·order² that the flanks of a gear can carry [m].
-
-    The flank must stay convex with a radius of curvature of at least a twentieth of the perfect one's at the lower
-    end of its working part, and touch its mate in one point for every angle.
-
-    Args:
-        pair: the pair.
-        which: ``"drive"`` or ``"loose"``.
-
-    Returns:
-        The bound [m]; with k = centre distance · sin(working pressure angle) and ρ the smallest radius of curvature
-        of the perfect flank it is the smaller of 0.8·k and the A for which k·A/(k + A) = 0.95·ρ.
-    """
-    reach = pair.path_length
-    radius = 0.95 * max(pair.start_roll(which), 0.0) * pair.gear(which).base_radius
-    return min(0.8 * reach, radius * reach / (reach - radius))

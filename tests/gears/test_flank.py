@@ -186,6 +186,22 @@ def test_added_material_at_fixed_normal_would_miss_the_imposed_deviation():
     assert added == pytest.approx((90 * 5e-6) ** 2 / (2 * PAIR.path_length), rel=0.05)
 
 
+def test_deviations_of_both_gears_add_up_to_a_known_rest():
+    """Each flank is made for a perfect mate; together they touch off φ1 + φ2 by −φ1'·φ2'/(a·sin α_w)."""
+    terms = HarmonicDeviation("drive", "active", 1, 50e-6, 0.3), HarmonicDeviation("loose", "active", 1, 40e-6, 1.3)
+    flanks, rests = PAIR.with_deviations(*terms).compiled(), []
+    for theta in np.linspace(0, 6, 40):
+        theta_loose = theta
+        for _ in range(5):
+            s = 50e-6 * cos(theta + 0.3) + 40e-6 * cos(theta_loose + 1.3)
+            theta_loose = theta + s / RIG.base_radius
+        gap = nearest_gap(flanks, theta, theta_loose, ACTIVE)[2]
+        rests.append((gap, -50e-6 * sin(theta + 0.3) * 40e-6 * sin(theta_loose + 1.3) / PAIR.path_length))
+    rests = np.array(rests)
+    assert np.abs(rests[:, 0]).max() < 20e-9
+    assert rests[:, 0] == pytest.approx(rests[:, 1], abs=5e-11)
+
+
 def test_derivatives_of_the_gap_on_deviated_flanks():
     flanks = PAIR.with_deviations(HarmonicDeviation("drive", "active", 90, 5e-6, 0.1)).compiled()
     step = 1e-7

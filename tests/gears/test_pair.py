@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from gears3d.errors import InputError
 from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation
 from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.limits import clearance
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 
@@ -133,6 +134,24 @@ def test_impossible_deviations():
         HarmonicDeviation("drive", "active", 1.5, 1e-6)
     with pytest.raises(InputError, match="flank: is 'left'"):
         HarmonicDeviation("drive", "left", 1, 1e-6)
+    with pytest.raises(InputError, match=r"backlash: is 250 um and the deviations take 260 um where.*would jam"):
+        pair.with_deviations(
+            HarmonicDeviation("drive", "active", 1, 240e-6), ToothDeviation("loose", "reverse", 3, 20e-6)
+        )
+    helical = Gear(2e-3, 40, helix_angle=0.3)
+    with pytest.raises(InputError, match=r"helix_angle: .*deviations are known for spur teeth only"):
+        Pair.from_backlash(helical, helical, 1e-4).with_deviations(ToothDeviation("drive", "active", 1, 1e-6))
+
+
+def test_displaced_teeth_use_up_no_backlash():
+    """As much off the reverse flank as on the active one: the dead band moves and keeps its width."""
+    pair = Pair.from_backlash(RIG, RIG, 250e-6)
+    displaced = pair.with_deviations(
+        HarmonicDeviation("drive", "active", 1, 500e-6, 0.3), HarmonicDeviation("drive", "reverse", 1, -500e-6, 0.3)
+    )
+    assert clearance(displaced) == pytest.approx(250e-6, abs=1e-15)
+    thick = displaced.with_deviations(HarmonicDeviation("loose", "active", 3, 10e-6))
+    assert clearance(thick) == pytest.approx(240e-6, abs=1e-12)
 
 
 def test_tip_and_undercut_radii_of_a_standard_gear():
