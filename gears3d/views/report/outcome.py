@@ -1,0 +1,184 @@
+"""What came out of a run, as the numbers and sentences of the report."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.signals import window
+from gears3d.views.report.figures import Figure, figure, kind_of
+from gears3d.views.report.flanks import NEAR, crossings, touching
+from gears3d.views.report.trust import Claim
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+REGIMES = {
+    "contact": "The flanks stay in contact: the drag is strong enough to hold the loose gear against the drive.",
+    "single_sided": "The loose gear bounces on one flank only and never crosses the backlash.",
+    "double_sided": "The loose gear rattles: it crosses the backlash and strikes both flanks in turn.",
+}
+"""What the regimes mean."""
+
+
+LINES = {
+    "regime": ("regime", "contact, single-sided or double-sided impacts, after settling"),
+    "motion": ("motion", "1T repeats every period of the drive, 2T every second one, and so on"),
+    "impacts": ("impacts", "after settling and after flights that are high enough to count"),
+    "impacts_per_period": ("impacts per period", "of the drive's fluctuation"),
+    "active_impacts": ("impacts on the active flank", ""),
+    "active_velocity_mean_m_s": (
+        "mean impact velocity, active flank",
+        "negative by convention: against the active flank",
+    ),
+    "active_velocity_std_m_s": ("standard deviation", "of these, over all bounces"),
+    "reverse_impacts": ("impacts on the reverse flank", ""),
+    "reverse_velocity_mean_m_s": ("mean impact velocity, reverse flank", "positive by convention"),
+    "reverse_velocity_std_m_s": ("standard deviation", "of these, over all bounces"),
+}
+"""Name and meaning of the numbers of what came out."""
+
+
+class Tile(NamedTuple):
+    """A key figure.
+
+    Args:
+        key: name in ``summary.json``.
+        name: in words.
+        figure: the number.
+        tone: ``active``, ``reverse`` or empty: the colour of its edge.
+    """
+
+    key: str
+    name: str
+    figure: Figure
+    tone: str = ""
+
+
+def tiles(summary: dict[str, Any]) -> list[Tile]:
+    """Return the key figures that head the report.
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    comparison = summary.get("comparison") or {}
+    found = [
+        Tile("regime", "regime", figure(summary.get("regime"))),
+        Tile("motion", "motion", figure(summary.get("motion"))),
+        Tile("impacts_per_period", "impacts per period", figure(summary.get("impacts_per_period"), digits=3)),
+        *(
+            Tile(key, f"mean impact speed, {flank} flank", _speed(summary.get(key)), flank)
+            for flank in ("active", "reverse")
+            for key in (f"{flank}_velocity_mean_m_s",)
+        ),
+        Tile(
+            "comparison.velocity_error_median",
+            "impact speed against twin, median error",
+            figure(comparison.get("velocity_error_median"), "ratio", 3),
+        ),
+    ]
+    return [tile for tile in found if tile.figure.text != "–"]
+
+
+def _speed(velocity: float | None) -> Figure:
+    """Return a velocity as a speed; its bare value keeps the sign."""
+    if velocity is None:
+        return figure(None)
+    return Figure(figure(abs(velocity), "velocity").text, velocity)
+
+
+def answer(summary: dict[str, Any]) -> str:
+    """Return in two sentences what came out.
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    parts = [REGIMES.get(str(summary.get("regime")), "")]
+    per_period = summary.get("impacts_per_period")
+    speeds = {f: summary.get(f"{f}_velocity_mean_m_s") for f in ("active", "reverse")}
+    hit = [f"{_speed(v).text} on the {f} flank" for f, v in speeds.items() if v is not None]
+    if per_period and hit:
+        count = figure(per_period, digits=3).text
+        parts.append(f"It strikes {count} times a period of the drive, on average with {' and '.join(hit)}.")
+    return " ".join(part for part in parts if part)
+
+
+def lines(scenario: Scenario, recording: Recording, summary: dict[str, Any]) -> list[Claim]:
+    """Return the table of what came out.
+
+    Args:
+        scenario: what was simulated.
+        recording: what came out.
+        summary: content of ``summary.json``.
+    """
+    found = [
+        Claim(key, name, figure(summary.get(key), kind_of(key)), meaning) for key, (name, meaning) in LINES.items()
+    ]
+    found = [line for line in found if line.figure.text != "–"]
+    return found + _times(scenario, recording)
+
+
+def _times(scenario: Scenario, recording: Recording) -> list[Claim]:
+    """Return how long flights last and where the time is spent, after settling."""
+    state = touching(recording, scenario.rows(), scenario.rig().backlash)
+    if state is None:
+        return []
+    start, _ = window(recording.signals, recording.meta)
+    found = []
+    for name, durations in crossings(recording, state, start).items():
+        if durations.size:
+            low, high = (figure(float(v), "time", 3).text for v in (durations.min(), durations.max()))
+            meaning = f"{durations.size} flights across the backlash, shortest {low}, longest {high}"
+            mean = figure(float(durations.mean()), "time")
+            found.append(Claim(f"crossing_{name}_s", f"mean flight time, to the {name} flank", mean, meaning))
+    settled = state[recording.time >= start]
+    for code, name in ((0, "on the active flank"), (1, "on the reverse flank"), (2, "in flight")):
+        part = figure(float(np.mean(settled == code)), "ratio", 3)
+        meaning = f"closer to it than {figure(NEAR, 'length').text}" if code == 0 else ""
+        found.append(Claim(f"share_{code}", f"time {name}", part, meaning))
+    return found
+
+
+def expectations(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure, bool]]:
+    """Return what the scenario expected: name, expected, found, whether it was met.
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    return [
+        (key.replace("_", " "), figure(one["expected"]), figure(one["found"]), bool(one["met"]))
+        for key, one in (summary.get("expect") or {}).items()
+    ]
+
+
+def wall_lines(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure]]:
+    """Return the wall times: name, time, speed as a multiple of real time.
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    reached = summary.get("reached_s") or 0.0
+    return [
+        (name, figure(float(t), "time", 3), figure(reached / t if t else None, digits=3))
+        for name, t in (summary.get("wall_s") or {}).items()
+    ]
+
+
+def command(scenario: Scenario, summary: dict[str, Any]) -> str:
+    """Return the command that repeats the run.
+
+    Args:
+        scenario: what was simulated.
+        summary: content of ``summary.json``, with ``command`` where it is known.
+    """
+    if summary.get("command"):
+        return str(summary["command"])
+    words = ["gears3d", "run", str(scenario.path or "scenario.toml")]
+    if summary.get("model") not in (None, "bullet"):
+        words += ["--model", str(summary["model"])]
+    if summary.get("contact") == "native":
+        words += ["--contact", "native"]
+    return shlex.join(words)

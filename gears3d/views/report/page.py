@@ -1,0 +1,146 @@
+"""The report's page: everything that is shown, put into the templates."""
+
+from __future__ import annotations
+
+import json
+import os
+from functools import lru_cache
+from importlib.resources import files
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+from markupsafe import Markup
+
+from gears3d.errors import Fault, InputError
+from gears3d.views.report import outcome, story, trust
+from gears3d.views.report.data import blocks
+from gears3d.views.report.drawing import mesh_drawing
+from gears3d.views.report.figures import figure
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+ROOM = files("gears3d.views.report")
+
+
+def render(
+    *,
+    scenario: Scenario,
+    recording: Recording,
+    twin: Recording | None = None,
+    summary: dict[str, Any],
+    gears_svg: str | None = None,
+) -> str:
+    """Return the report of a run as one self-contained HTML page.
+
+    Args:
+        scenario: what was simulated.
+        recording: what came out.
+        twin: what the independent model said, if it ran.
+        summary: content of ``summary.json``.
+        gears_svg: a drawing of the mesh, SVG markup that is trusted; ``None`` draws the scenario's gears.
+
+    Returns:
+        HTML that opens without a network.
+    """
+    context = {
+        "title": scenario.title or "Untitled scenario",
+        "source": scenario.source,
+        **{key: summary.get(key) for key in ("version", "seed", "model", "contact")},
+        "partial": summary.get("status") != "complete",
+        "reached": figure(summary.get("reached_s"), "time"),
+        "duration": figure(recording.meta.get("duration_s"), "time"),
+        "sentence": story.sentence(scenario.document),
+        "answer": outcome.answer(summary),
+        "verdict": trust.verdict(summary.get("comparison")),
+        "tiles": outcome.tiles(summary),
+        "question": [
+            (group, list(lines)) for group, lines in groupby(story.table(scenario.document), lambda line: line.group)
+        ],
+        "outcome": outcome.lines(scenario, recording, summary),
+        "expect": outcome.expectations(summary),
+        "comparison": trust.comparison_lines(summary.get("comparison")),
+        "budget": trust.budget_lines(summary.get("error_budget")),
+        "wall": outcome.wall_lines(summary),
+        "document": scenario.document,
+        "command": outcome.command(scenario, summary),
+        "drawing": mesh_drawing(scenario.pair()) if gears_svg is None else Markup(gears_svg),
+        "blocks": {name: as_json(block) for name, block in blocks(scenario, recording, twin, summary).items()},
+        "has_twin": twin is not None,
+        "has_impacts": bool(len(recording.impacts["time_s"])),
+        "asset": asset,
+    }
+    return environment().get_template("page.html.j2").render(context)
+
+
+def write(
+    path: str | Path,
+    *,
+    scenario: Scenario,
+    recording: Recording,
+    twin: Recording | None = None,
+    summary: dict[str, Any],
+    gears_svg: str | None = None,
+) -> Path:
+    """Write the report under a temporary name and rename it.
+
+    Args:
+        path: the file, e.g. ``report.html``.
+        scenario: as for :func:`render`.
+        recording: as for :func:`render`.
+        twin: as for :func:`render`.
+        summary: as for :func:`render`.
+        gears_svg: as for :func:`render`.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    html = render(scenario=scenario, recording=recording, twin=twin, summary=summary, gears_svg=gears_svg)
+    place = Path(path)
+    temporary = place.with_name(f".{place.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(html, encoding="utf-8")
+        temporary.replace(place)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        remedy = "name a file in a folder that you may write"
+        raise InputError(Fault("", f"cannot be written: {error.strerror}", remedy, str(place))) from error
+    return place
+
+
+def as_json(block: Any) -> Markup:
+    r"""Return JSON that is safe inside a script element.
+
+    Args:
+        block: what JSON can hold.
+
+    >>> as_json(["</script>"])
+    Markup('["\\u003c/script>"]')
+    """
+    text = json.dumps(block, separators=(",", ":"), allow_nan=False, ensure_ascii=True)
+    return Markup(text.replace("<", "\\u003c"))
+
+
+@lru_cache
+def environment() -> jinja2.Environment:
+    """Return the templates, with escaping on and undefined names refused."""
+    loader = jinja2.PackageLoader("gears3d.views.report")
+    return jinja2.Environment(
+        loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+
+
+@lru_cache
+def asset(name: str) -> Markup:
+    """Return a vendored or own script or style sheet, to be put into the page as it is.
+
+    Args:
+        name: file in ``assets``.
+    """
+    return Markup((ROOM / "assets" / name).read_text(encoding="utf-8"))
