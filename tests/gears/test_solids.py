@@ -268,7 +268,7 @@ def test_piece_budget_is_what_the_chords_do():
     """The chord error falls with the square of the segments, and is the sagitta of the pieces' own chords."""
     coarse, fine = piece_budget(PAIR, 12), piece_budget(PAIR, 23)
     assert coarse["chord_error_m"] / fine["chord_error_m"] == pytest.approx(4.0, rel=0.02)
-    assert piece_budget(PAIR, 24)["chord_error_m"] == pytest.approx(0.33e-6, rel=0.5)
+    assert piece_budget(PAIR, 24)["chord_error_m"] == pytest.approx(0.2e-6, rel=0.02)
     assert fine["quantum_m"] == pytest.approx(7.5e-3 / 10216, rel=1e-12)
 
 
