@@ -181,10 +181,17 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
     if log is not None:
         log.seek(0)
         said = log.read()
-    if "adapter" in said or "Vulkan" in said or "libvulkan" in said:
-        raise ViewerError(f"the viewer finds no graphics driver: {DRIVER}")
-    tail = " ".join(said.split()[-30:])
-    raise ViewerError(f"the viewer does not start: {tail or 'it says nothing'} (try `rerun {path}`)")
+    raise ViewerError(_why(said, path))
+
+
+def _why(said: str, path: Path) -> str:
+    """Why a viewer did not start, from what it printed."""
+    panics = [line.split("panicked at", 1)[1].strip(" :'") for line in said.splitlines() if "panicked at" in line]
+    panic = panics[0][:80] if panics else ""
+    if "render context" in said or "graphics adapter" in said:
+        return f"the viewer finds no graphics driver: {DRIVER}" + (f" (it says: {panic})" if panic else "")
+    last = said.strip().splitlines()[-1].strip() if said.strip() else "it says nothing"
+    return f"the viewer does not start: {panic or last} (try `rerun {path}`)"
 
 
 def _seek(client: Any, at: float) -> None:
