@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np  # noqa: F401  (the one dependency that is loaded at once)
 
-__version__ = "0.1.0"
+from gears3d.version import __version__
 
 _HOME = {
     "load": "gears3d.scenario",

@@ -33,7 +33,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     Args:
         summary: content of ``summary.json``.
     """
-    out = [("regime", str(summary["regime"]).replace("_", " ")), ("impacts", _impacts(summary))]
+    out = [("regime", _regime(summary)), ("impacts", _impacts(summary))]
     for flank in ("active", "reverse"):
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
@@ -42,11 +42,16 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         out += _agreement(summary["comparison"])
     budget = summary["error_budget"]
     if budget:
-        out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
+        out.append(("error budget of the gap", f"{budget['total_m'] * 1e9:.2g} nm"))
     out.append(("speed", _speed(summary)))
     if summary["status"] == "partial":
         out.append(("status", f"partial: interrupted at {summary['reached_s']:.3f} s"))
     return out
+
+
+def _regime(summary: dict[str, Any]) -> str:
+    words = [str(summary["regime"]).replace("_", " "), summary.get("motion")]
+    return ", ".join(word for word in words if word)
 
 
 def _impacts(summary: dict[str, Any]) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.recording import Recording
 from gears3d.simulation.sensors import observe
+from gears3d.version import __version__
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
@@ -79,13 +80,11 @@ def simulate(
 
 def _about(scenario: Scenario) -> dict[str, Any]:
     """Return what a reader of the recording needs to know of the scenario."""
-    import gears3d
-
     rig = scenario.rig()
     return {
         "title": scenario.title,
         "source": scenario.source,
-        "version": gears3d.__version__,
+        "version": __version__,
         "seed": scenario.run.seed,
         "settle_s": scenario.run.settle,
         "period_s": scenario.period,

@@ -1,0 +1,153 @@
+"""``gears3d run`` from the outside: the run folder of the contract, the table, exit codes, and Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+
+from gears3d.recording import read
+from gears3d.runs import read_run
+
+FILE = "scenarios/rigaud-2020/fig5-20rpm.toml"
+SIGNALS = "time_s theta_drive_rad theta_loose_rad omega_drive_rad_s omega_loose_rad_s displacement_m velocity_m_s"
+IMPACTS = "time_s flank velocity_m_s rebound_m_s impulse_N_s phase_rad tooth_drive tooth_loose flight_height_m"
+COMPARISON = {
+    *["impacts_compared", "impacts_matched", "impacts_missed", "impacts_invented", "velocity_error_median"],
+    *[
+        "velocity_error_p95",
+        "velocity_bias",
+        "phase_error_median_cycles",
+        "flight_height_min_m",
+        "regime_equal",
+        "mode",
+    ],
+}
+
+
+def gears3d(*words, **more):
+    command = [sys.executable, "-m", "gears3d", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=120, **more)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    out = tmp_path_factory.mktemp("runs") / "fig5"
+    done = gears3d("run", FILE, "--set", "run.duration=1.2 s", "--out", out)
+    assert done.returncode == 0, done.stderr
+    return out, done
+
+
+def test_the_folder_holds_what_the_contract_says(run):
+    out, _ = run
+    names = {str(p.relative_to(out)) for p in out.rglob("*") if p.is_file()}
+    assert names == {
+        *["scenario.toml", "signals.parquet", "impacts.parquet", "summary.json", "replay.rrd", "report.html"],
+        *["twin/signals.parquet", "twin/impacts.parquet"],
+    }
+    for folder in (out, out / "twin"):
+        signals = pyarrow.parquet.read_schema(folder / "signals.parquet")
+        assert signals.names == SIGNALS.split()
+        assert signals.field("displacement_m").metadata[b"unit"] == b"m"
+        assert pyarrow.parquet.read_schema(folder / "impacts.parquet").names == IMPACTS.split()
+    summary = json.loads((out / "summary.json").read_text())
+    assert set(summary["comparison"]) == COMPARISON
+    assert summary["status"] == "complete"
+    assert summary["error_budget"]["total_m"] > 0
+    assert (out / "report.html").stat().st_size < 2_000_000
+    assert (out / "replay.rrd").stat().st_size < 3_000_000 * 1.2
+
+
+def test_the_table_says_what_came_out_and_stays_quiet_otherwise(run):
+    out, done = run
+    assert done.stderr == ""
+    assert "double sided" in done.stdout
+    assert "matched, 0 missed, 0 invented" in done.stdout
+    assert "expected regime = double_sided: met" in done.stdout
+    assert str(out) in done.stdout.replace("\n", "")
+
+
+def test_the_folder_can_be_read_and_run_again(run, tmp_path):
+    out, _ = run
+    again = tmp_path / "again"
+    done = gears3d("run", out / "scenario.toml", "--out", again, "--no-views", "--json")
+    assert done.returncode == 0, done.stderr
+    first, second = read_run(out), read_run(again)
+    assert json.loads(done.stdout) == second.summary
+    assert first.recording.signals.keys() == second.recording.signals.keys()
+    for name, column in first.recording.impacts.items():
+        assert column.tolist() == second.recording.impacts[name].tolist(), name
+    assert second.twin is not None
+
+
+def test_the_twin_alone(tmp_path):
+    done = gears3d("run", FILE, "--model", "rigid", "--no-views", "--out", tmp_path / "rigid", "--json")
+    summary = json.loads(done.stdout)
+    assert (done.returncode, summary["model"], summary["comparison"]) == (0, "rigid", None)
+    assert len(read(tmp_path / "rigid").impacts["time_s"]) == summary["impacts"]
+
+
+def test_a_missed_expectation_is_exit_code_1(tmp_path):
+    words = ("--set", "expect.regime=contact", "--set", "run.duration=1 s", "--no-views", "--model", "rigid")
+    done = gears3d("run", FILE, *words, "--out", tmp_path / "x")
+    assert done.returncode == 1
+    assert "expected regime = contact: missed (found double_sided)" in done.stdout
+    assert (tmp_path / "x" / "summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["nowhere.toml"], 3, "nowhere.toml"),
+        ([FILE, "--set", "motion.harmonics[0].frequency=180 rpm"], 3, "motion.harmonics[0].frequency"),
+        ([FILE, "--set", "gears.loose.inertia=-0.1 kg m^2"], 3, "gears.loose.inertia"),
+        ([FILE, "--set", "gears.drive.teeth=2"], 3, "gears.drive.teeth"),
+        ([FILE, "--set", "run.duration=0 s"], 3, "run.duration"),
+        ([FILE, "--set", "mount.bakclash=1 mm"], 3, "did you mean"),
+        ([FILE, "--model", "bulet"], 2, "did you mean 'bullet'"),
+        ([FILE, "--twin", "bulet"], 2, "did you mean"),
+        ([FILE, "--contact", "nativ"], 2, "did you mean 'native'"),
+    ],
+)
+def test_bad_input_is_one_clear_error(words, code, text, tmp_path):
+    done = gears3d("run", *words, "--out", tmp_path / "x")
+    assert done.returncode == code, done.stderr
+    assert text in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unwritable_output_is_said_before_anything_is_simulated(tmp_path):
+    (tmp_path / "file").write_text("")
+    begin = time.perf_counter()
+    done = gears3d("run", FILE, "--set", "run.duration=1000 s", "--out", tmp_path / "file" / "run")
+    assert time.perf_counter() - begin < 10
+    assert done.returncode == 3
+    assert "cannot be written" in " ".join(done.stderr.split())
+
+
+def test_ctrl_c_leaves_a_valid_partial_run_that_says_so(tmp_path):
+    out = tmp_path / "run"
+    command = [sys.executable, "-m", "gears3d", "run", FILE, "--set", "run.duration=600 s", "--out", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 30
+    while not list(tmp_path.glob(".run.*.tmp")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(6)
+    os.kill(process.pid, signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert process.returncode == 130, stderr
+    assert "Traceback" not in stderr
+    assert "partial" in stdout
+    partial = read_run(out)
+    assert partial.summary["status"] == "partial"
+    assert 0 < partial.summary["reached_s"] < 600
+    time_s = partial.recording.signals["time_s"]
+    assert time_s[-1] == pytest.approx(partial.summary["reached_s"], abs=1e-3)
+    assert (Path(out) / "report.html").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["run"]
