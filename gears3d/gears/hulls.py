@@ -53,20 +53,17 @@ def piece_budget(pair: Pair, points: int = 24) -> dict[str, float]:
         points: points along each flank, as given to :func:`pieces`.
 
     Returns:
-        ``chord_error_m`` the largest distance of a chord from its flank, over both gears; ``extent_m`` the longest
-        edge of a piece's box; ``quantum_m`` the step in which Bullet stores its vertices; ``gap_error_m`` how far a
-        gap between two pieces may differ from that of the flanks: a chord on each side and a step of each vertex.
+        ``chord_error_m`` the largest distance of a chord from its flank, over both gears and all deviating teeth;
+        ``extent_m`` the longest edge of a piece's box in the gear's own frame; ``quantum_m`` the step in which Bullet
+        stores its vertices; ``gap_error_m`` how far a gap between two pieces may differ from that of the flanks: a
+        chord on each side and a step of each vertex.
     """
-    flanks = pair.compiled()
     chord, extent = 0.0, 0.0
     for which in GEARS:
-        gear = GEARS.index(which)
-        rolls = _rolls(pair, flanks, which, ACTIVE, 1, points)
-        ends = flank_points(flanks, gear, ACTIVE, 1, rolls)[0]
-        middles, normals = flank_points(flanks, gear, ACTIVE, 1, 0.5 * (rolls[1:] + rolls[:-1]))
-        chord = max(chord, float(np.max(np.sum((middles - 0.5 * (ends[1:] + ends[:-1])) * normals, axis=1))))
-        box = pieces(pair, which, points)[0]
-        extent = max(extent, float(np.max(np.ptp(box, axis=0))))
+        deviating = any(deviation.gear == which for deviation in pair.deviations)
+        for tooth in range(1, pair.gear(which).teeth + 1 if deviating else 2):
+            chord = max(chord, *(_chord_error(pair, which, flank, tooth, points) for flank in (ACTIVE, REVERSE)))
+        extent = max(extent, *(float(np.max(np.ptp(piece, axis=0))) for piece in pieces(pair, which, points)))
     quantum = extent / _HULL_STEPS
     return {
         "chord_error_m": chord,
@@ -74,6 +71,15 @@ def piece_budget(pair: Pair, points: int = 24) -> dict[str, float]:
         "quantum_m": quantum,
         "gap_error_m": 2.0 * (chord + quantum),
     }
+
+
+def _chord_error(pair: Pair, which: str, flank: int, tooth: int, points: int) -> float:
+    """Return the largest distance of a chord's middle from the flank, along the flank's normal there [m]."""
+    flanks, gear = pair.compiled(), GEARS.index(which)
+    rolls = _rolls(pair, flanks, which, flank, tooth, points)
+    ends = flank_points(flanks, gear, flank, tooth, rolls)[0]
+    middles, normals = flank_points(flanks, gear, flank, tooth, 0.5 * (rolls[1:] + rolls[:-1]))
+    return float(np.max(np.sum((middles - 0.5 * (ends[1:] + ends[:-1])) * normals, axis=1)))
 
 
 def _rolls(pair: Pair, flanks: Flanks, which: str, flank: int, tooth: int, points: int) -> NDArray[np.float64]:

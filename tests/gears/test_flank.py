@@ -11,6 +11,7 @@ from gears3d.errors import InputError
 from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation, candidates, flank_gap, gap_at, nearest_gap
 from gears3d.gears.flank import ACTIVE, REVERSE, flank_point, flank_points
 from gears3d.gears.involute import inv
+from gears3d.gears.limits import steepest
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)
@@ -27,9 +28,10 @@ def pairs(draw):
     module = draw(st.floats(0.5e-3, 8e-3))
     teeth = draw(st.tuples(st.integers(12, 130), st.integers(12, 130)))
     shift = draw(st.tuples(st.floats(-0.3, 0.7), st.floats(-0.3, 0.7)))
-    alpha = radians(draw(st.floats(17, 25)))
+    alpha, addendum = radians(draw(st.floats(17, 25))), draw(st.floats(0.7, 1.25))
+    rest = {"addendum": addendum, "dedendum": addendum + 0.25}
     try:
-        gears = [Gear(module, z, alpha, profile_shift=x) for z, x in zip(teeth, shift, strict=True)]
+        gears = [Gear(module, z, alpha, profile_shift=x, **rest) for z, x in zip(teeth, shift, strict=True)]
         return Pair.from_backlash(*gears, draw(st.floats(0.0, 0.05)) * module)
     except InputError:
         assume(False)
@@ -175,6 +177,30 @@ def test_flanks_touch_at_the_imposed_deviation_exactly(which, flank, sign, terms
             assert flank_gap(flanks, theta_drive, theta_loose, drive, loose, number)[0] == pytest.approx(0, abs=1e-13)
         other = nearest_gap(flanks, theta_drive, theta_loose, 1 - number)[2]
         assert other == pytest.approx(pair.backlash - s if flank == "active" else s, abs=1e-13)
+
+
+@settings(max_examples=80, deadline=None)
+@given(pairs(), st.data())
+def test_any_regular_deviation_is_imposed_exactly(pair, data):
+    """Up to 95 % of the steepest admissible flank, on either gear and side of any pair."""
+    which = data.draw(st.sampled_from(["drive", "loose"]))
+    flank = data.draw(st.sampled_from([ACTIVE, REVERSE]))
+    order = data.draw(st.integers(0, 2 * pair.gear(which).teeth))
+    most = min(0.95 * steepest(pair, which) / max(order, 1) ** 2, 1e-3)
+    amplitude, phase = data.draw(st.floats(-1, 1)) * most, data.draw(st.floats(0, 6))
+    side = ("active", "reverse")[flank]
+    try:
+        flanks = pair.with_deviations(HarmonicDeviation(which, side, order, amplitude, phase)).compiled()
+    except InputError as error:
+        assert "jam" in str(error)  # noqa: PT017
+        assume(False)
+    for theta in np.linspace(-3, 3, 13):
+        phi = amplitude * cos(order * theta + phase)
+        s = phi if flank == ACTIVE else pair.backlash - phi
+        theta_loose = angles(pair, theta, s) if which == "drive" else theta
+        theta_drive = theta if which == "drive" else (pair.loose.base_radius * theta - s) / pair.drive.base_radius
+        for drive, loose in candidates(flanks, theta_drive, theta_loose, flank):
+            assert flank_gap(flanks, theta_drive, theta_loose, drive, loose, flank)[0] == pytest.approx(0, abs=1e-12)
 
 
 def test_added_material_at_fixed_normal_would_miss_the_imposed_deviation():

@@ -269,7 +269,10 @@ def test_piece_budget_is_what_the_chords_do():
     coarse, fine = piece_budget(PAIR, 12), piece_budget(PAIR, 23)
     assert coarse["chord_error_m"] / fine["chord_error_m"] == pytest.approx(4.0, rel=0.02)
     assert piece_budget(PAIR, 24)["chord_error_m"] == pytest.approx(0.2e-6, rel=0.02)
-    assert fine["quantum_m"] == pytest.approx(7.5e-3 / 10216, rel=1e-12)
+    assert 7.5e-3 < fine["extent_m"] < np.hypot(7.5e-3, 7e-3)
+    assert fine["quantum_m"] == pytest.approx(fine["extent_m"] / 10216, rel=1e-12)
+    steep = HarmonicDeviation("loose", "reverse", 90, 8e-6)
+    assert piece_budget(PAIR.with_deviations(steep), 23)["chord_error_m"] > 1.5 * fine["chord_error_m"]
 
 
 def test_mass_of_the_rig_gear():
