@@ -44,11 +44,12 @@ def compare(
 
 def _show(found: Comparison, title: str) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     for note in found.notes:
-        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {note}")
-    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
+    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value in rows(found):
         table.add_row(name, value)
     Console(highlight=False).print(table)
