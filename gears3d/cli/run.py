@@ -72,7 +72,7 @@ def _fill(
         other, comparison = None, None
         if twin != "none":
             with _clock(wall, "twin"):
-                other = simulate(scenario, twin)
+                other = simulate(_until(scenario, recording), twin)
                 comparison = _comparison(recording, other)
         summary = summarise(scenario, recording, comparison)
         with _clock(wall, "files"):
@@ -92,6 +92,15 @@ def _fill(
     summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
     folder.write_summary(summary)
     return summary
+
+
+def _until(scenario: Scenario, recording: Recording) -> Scenario:
+    """Return the scenario as far as the recording got: an interrupted run has a twin of its own length."""
+    if not recording.meta.get("interrupted"):
+        return scenario
+    reached = recording.meta["reached_s"]
+    settle = min(scenario.run.settle, reached / 2)
+    return scenario.with_({"run.duration": f"{reached!r} s", "run.settle": f"{settle!r} s"})
 
 
 def _comparison(recording: Recording, twin: Recording) -> dict[str, Any]:

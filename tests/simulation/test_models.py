@@ -7,7 +7,7 @@ import gears3d as g3
 from gears3d.errors import UsageError
 
 FILE = "scenarios/rigaud-2020/fig5-20rpm.toml"
-SHORT = ["run.duration=0.5 s"]
+SHORT = ["run.duration=1 s"]
 
 
 def test_what_is_not_known_is_refused_with_a_hint():
@@ -34,11 +34,12 @@ def test_an_encoder_error_changes_the_reading_and_nothing_else(model):
     np.testing.assert_allclose(shift, base.rig().base_radius_loose * error, atol=1e-12)
     for name, column in plain.impacts.items():
         np.testing.assert_array_equal(read.impacts[name], column)
-    smooth = slice(5, -5)
-    omega = plain.signals["omega_loose_rad_s"]
-    expected = -amplitude * np.sin(theta + phase) * omega
+    omega, time = plain.signals["omega_loose_rad_s"], plain.signals["time_s"]
+    away = np.abs(time[:, None] - plain.impacts["time_s"]).min(axis=1) > 1e-4  # a sampled jump has no derivative
+    away[[0, -1]] = False
     slip = read.signals["omega_loose_rad_s"] - omega
-    np.testing.assert_allclose(slip[smooth], expected[smooth], atol=2e-6)
+    expected = -amplitude * np.sin(theta + phase) * omega
+    np.testing.assert_allclose(slip[away], expected[away], atol=2e-6)
 
 
 def test_a_recording_says_where_it_comes_from():
