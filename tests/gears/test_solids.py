@@ -293,3 +293,21 @@ def test_bad_chord_and_tooth():
         profile(PAIR, "drive", tooth=91)
     with pytest.raises(InputError, match="which: is 'both'"):
         solid(PAIR, "both")
+
+
+def test_helical_solids_mesh_in_every_section():
+    """Hands are opposite: at both end faces the teeth stand as far apart as in the middle."""
+    gear, mate = (Gear(2.75e-3, z, helix_angle=radians(28), face_width=16e-3) for z in (17, 43))
+    pair = Pair.from_backlash(gear, mate, 200e-6)
+    bodies = [solid(pair, which, chord=2e-6) for which in ("drive", "loose")]
+    theta = 0.05
+    theta_loose = (100e-6 + gear.base_radius * theta) / mate.base_radius
+    for height in (-8e-3, 8e-3):
+        sections = []
+        for which, angle, body in zip(("drive", "loose"), (theta, theta_loose), bodies, strict=True):
+            ring = body.vertices[np.abs(body.vertices[:, 2] - height) < 1e-12][:, :2]
+            ring = posed(ring[np.hypot(*ring.T) > 1e-3], pair, which, angle)
+            sections.append(ring)
+        near = [np.abs(s[:, 0] - gear.reference_radius) < 8e-3 for s in sections]
+        drive, loose = (s[n] for s, n in zip(sections, near, strict=True))
+        assert polygon_distance(drive, loose) == pytest.approx(100e-6, abs=4e-6)
