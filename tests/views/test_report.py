@@ -182,8 +182,8 @@ def test_partial_run_says_so(run, page):
 
 def test_missed_expectation_is_shown(run, page):
     summary = {**run["summary"], "expect": {"regime": {"expected": "contact", "found": "double_sided", "met": False}}}
-    assert "✗ Expected regime: contact; found double sided." in Reader(render(**{**run, "summary": summary})).text
-    assert "✓ Expected regime: double sided" in Reader(page).text
+    assert "✗ Expected regime: contact; found double-sided." in Reader(render(**{**run, "summary": summary})).text
+    assert "✓ Expected regime: double-sided" in Reader(page).text
 
 
 def test_without_a_twin_nothing_is_compared(run):
@@ -208,6 +208,14 @@ def test_a_run_without_impacts_or_speeds_has_a_report(run):
     text = render(scenario=run["scenario"], recording=bare, summary=summary)
     assert Reader(text).blocks["impacts"]["time"] == []
     assert "stay in contact" in Reader(text).text
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2])
+def test_a_run_cut_off_at_once_has_a_report(run, samples):
+    cut = Recording({k: v[:samples] for k, v in run["recording"].signals.items()}, {}, run["recording"].meta)
+    text = render(scenario=run["scenario"], recording=cut, summary={"status": "partial", "reached_s": 0.0})
+    assert "Partial run." in text
+    assert len(Reader(text).blocks["traces"]["time"]) == samples
 
 
 def test_rendering_is_fast(run):

@@ -61,7 +61,7 @@ def figure(value: Any, kind: str = "", digits: int = 4) -> Figure:
     if value is None or (isinstance(value, Real) and not isfinite(float(value))):
         return Figure("–")
     if not isinstance(value, Real):
-        return Figure(str(value).replace("_", " "))
+        return Figure(str(value).replace("_sided", "-sided").replace("_", " "))
     if isinstance(value, int) and not kind:
         return Figure(str(value), float(value))
     number = float(value)

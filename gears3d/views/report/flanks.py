@@ -44,7 +44,7 @@ def walls(recording: Recording, rows: tuple[Row, ...], backlash: float, time: np
         time: where to say it [s], (n,).
     """
     shift = {Flank.ACTIVE: np.zeros(len(time)), Flank.REVERSE: np.zeros(len(time))}
-    harmonics = [row.p for row in rows if row.code == Code.FLANK_HARMONIC]
+    harmonics = [row.p for row in rows if row.code == Code.FLANK_HARMONIC and len(recording.time)]
     for gear, flank, order, amplitude, phase in harmonics:
         name = "theta_drive_rad" if Gear(int(gear)) is Gear.DRIVE else "theta_loose_rad"
         angle = np.interp(time, recording.time, recording.signals[name])
@@ -54,7 +54,7 @@ def walls(recording: Recording, rows: tuple[Row, ...], backlash: float, time: np
 
 
 def crossings(recording: Recording, state: np.ndarray, start: float) -> dict[str, np.ndarray]:
-    """Return how long each flight across the backlash lasted.
+    """Return how long each flight across the backlash lasted and how fast it ended.
 
     A crossing ends with the first impact after one on the other flank; it begins where the gear last touched the
     flank that it left.
@@ -65,17 +65,17 @@ def crossings(recording: Recording, state: np.ndarray, start: float) -> dict[str
         start: what is earlier than this is left out [s].
 
     Returns:
-        Durations [s] by ``"active"`` and ``"reverse"``, the flank that was struck, in order of time.
+        By ``"active"`` and ``"reverse"``, the flank that was struck: duration [s] and impact speed [m/s], (k, 2).
     """
-    found: dict[str, list[float]] = {name: [] for name in FLANKS}
+    found: dict[str, list[tuple[float, float]]] = {name: [] for name in FLANKS}
     flank, hits, time = recording.impacts["flank"], recording.impacts["time_s"], recording.time
     latest = [np.maximum.accumulate(np.where(state == code, np.arange(len(state)), -1)) for code in (0, 1)]
     for k in np.flatnonzero(np.diff(flank)) + 1:
         left = int(latest[1 - flank[k]][max(int(np.searchsorted(time, hits[k])) - 1, 0)])
         if left >= 0 and hits[k] >= start:
             begin = max(float(time[left]), float(hits[k - 1]))
-            found[FLANKS[flank[k]]].append(float(hits[k]) - begin)
-    return {name: np.array(values) for name, values in found.items()}
+            found[FLANKS[flank[k]]].append((float(hits[k]) - begin, abs(float(recording.impacts["velocity_m_s"][k]))))
+    return {name: np.array(values).reshape(-1, 2) for name, values in found.items()}
 
 
 def touching(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np.ndarray | None:

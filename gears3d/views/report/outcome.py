@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.signals import window
+from gears3d.signals import durations, window
 from gears3d.views.report.figures import Figure, figure, kind_of
 from gears3d.views.report.flanks import NEAR, crossings, touching
 from gears3d.views.report.trust import Claim
@@ -102,7 +102,8 @@ def answer(summary: dict[str, Any]) -> str:
     hit = [f"{_speed(v).text} on the {f} flank" for f, v in speeds.items() if v is not None]
     if per_period and hit:
         count = figure(per_period, digits=3).text
-        parts.append(f"It strikes {count} times a period of the drive, on average with {' and '.join(hit)}.")
+        parts.append(f"It strikes {count} times a period of the drive's fluctuation, bounces included.")
+        parts.append(f"The mean impact speed is {' and '.join(hit)}.")
     return " ".join(part for part in parts if part)
 
 
@@ -128,18 +129,39 @@ def _times(scenario: Scenario, recording: Recording) -> list[Claim]:
         return []
     start, _ = window(recording.signals, recording.meta)
     found = []
-    for name, durations in crossings(recording, state, start).items():
-        if durations.size:
-            low, high = (figure(float(v), "time", 3).text for v in (durations.min(), durations.max()))
-            meaning = f"{durations.size} flights across the backlash, shortest {low}, longest {high}"
-            mean = figure(float(durations.mean()), "time")
-            found.append(Claim(f"crossing_{name}_s", f"mean flight time, to the {name} flank", mean, meaning))
+    for name, flights in crossings(recording, state, start).items():
+        if len(flights):
+            found += _crossing_lines(name, *flights.T)
+    if not found and (flights := durations(recording.time, state)[2]).size:
+        meaning = f"the longest of {flights.size} flights, from leaving a flank to the next touch"
+        found.append(Claim("flight_longest_s", "longest flight", figure(float(flights.max()), "time"), meaning))
     settled = state[recording.time >= start]
+    if not len(settled):
+        return found
     for code, name in ((0, "on the active flank"), (1, "on the reverse flank"), (2, "in flight")):
         part = figure(float(np.mean(settled == code)), "ratio", 3)
         meaning = f"closer to it than {figure(NEAR, 'length').text}" if code == 0 else ""
         found.append(Claim(f"share_{code}", f"time {name}", part, meaning))
     return found
+
+
+def _crossing_lines(flank: str, times: np.ndarray, speeds: np.ndarray) -> list[Claim]:
+    low, high = (figure(float(one), "time", 3).text for one in (times.min(), times.max()))
+    slow, fast = (figure(float(one), "velocity", 3).text for one in (speeds.min(), speeds.max()))
+    return [
+        Claim(
+            f"crossing_{flank}_m_s",
+            f"first impact after a crossing, {flank} flank",
+            figure(float(speeds.mean()), "velocity"),
+            f"mean speed of {len(speeds)}, without the bounces that follow; {slow} to {fast}",
+        ),
+        Claim(
+            f"crossing_{flank}_s",
+            f"flight across, to the {flank} flank",
+            figure(float(times.mean()), "time"),
+            f"mean of {len(times)} flights across the backlash, {low} to {high}",
+        ),
+    ]
 
 
 def expectations(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure, bool]]:

@@ -49,7 +49,7 @@ NAMES = {
     "run.settle": "left out as settling",
     "run.output_rate": "output rate",
     "run.seed": "random seed",
-    "sensors": "Sensors",
+    "sensors": "Sensors, for records",
     "effect": "Effects",
     "expect": "Expected",
 }

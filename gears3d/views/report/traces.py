@@ -35,6 +35,8 @@ def traces(recording: Recording, twin: Recording | None = None, most: int = MOST
         ``{"tick", "time": [...], "run": {name: {"quantum", "steps"}}, "twin": {...} or None}``: a running sum of
         ``steps`` times ``quantum`` gives the SI values, a running sum of ``time`` times ``tick`` the seconds.
     """
+    if not len(recording.time):
+        return {"tick": TICK, "time": [], "run": {}, "twin": None}
     with_corners = [cornered(one) for one in (recording, twin) if one is not None]
     ticks = np.unique(np.concatenate([thinned(columns, most) for columns in with_corners]))
     tables = [_table(columns, ticks) for columns in with_corners]
@@ -126,6 +128,8 @@ def thinned(columns: dict[str, np.ndarray], most: int = MOST_POINTS) -> np.ndarr
     Returns:
         Ticks, integers, rising.
     """
+    if len(columns["tick"]) < 3:
+        return columns["tick"]
     tick = columns["tick"].astype(float)
     scaled = [
         columns[name] / max(float(np.ptp(columns[name])) * tolerance, quantum)
@@ -136,13 +140,14 @@ def thinned(columns: dict[str, np.ndarray], most: int = MOST_POINTS) -> np.ndarr
     start = np.union1d(start, np.flatnonzero(columns["keep"]))
     slack = 1.0
     while True:
-        at = knots(tick, np.array(scaled), start, slack)
-        if len(at) <= max(most, len(start)) or slack > 1e6:
+        limit = max(most, len(start))
+        at = knots(tick, np.array(scaled), start, slack, limit)
+        if len(at) <= limit or slack > 1e6:
             return columns["tick"][at]
         slack *= 2.0
 
 
-def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.0) -> np.ndarray:
+def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.0, most: float = np.inf) -> np.ndarray:
     """Return indices between which straight lines are nowhere further than a tolerance from the points.
 
     Every stretch that is too far off is cut at its worst point, all stretches at once, until none is left
@@ -153,16 +158,17 @@ def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.
         y: channels, (c, n).
         start: indices that stay, rising, the first 0 and the last n - 1.
         tolerance: largest distance allowed, in units of y.
+        most: give up as soon as there are more.
 
     Returns:
-        Indices, rising.
+        Indices, rising; more than ``most`` of them when it gave up.
 
     >>> knots(np.arange(5.0), np.array([[0.0, 1.0, 2.0, 1.0, 0.0]]), np.array([0, 4]), 0.1).tolist()
     [0, 2, 4]
     """
     at = start
     alive = np.arange(len(x))
-    while alive.size:
+    while alive.size and len(at) <= most:
         segment = np.searchsorted(at, alive, side="right") - 1
         segment = np.minimum(segment, len(at) - 2)
         left, right = at[segment], at[segment + 1]
@@ -175,7 +181,7 @@ def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.
         worst = np.repeat(np.maximum.reduceat(error, begins), np.diff(begins, append=len(alive)))
         bad = worst > tolerance
         peak = np.flatnonzero(bad & (error == worst))
-        _, first = np.unique(segment[peak], return_index=True)
-        at = np.union1d(at, alive[peak[first]])
+        first = np.flatnonzero(np.diff(segment[peak], prepend=-1))
+        at = np.sort(np.concatenate([at, alive[peak[first]]]))
         alive = alive[bad]
     return at

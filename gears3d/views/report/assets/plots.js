@@ -149,9 +149,11 @@ function scatter(id, xLabel, yLabel, xValue, sets, options = {}) {
   points.sort((a, b) => a[0] - b[0]);
   const columns = sets.map(() => new Array(points.length).fill(null));
   points.forEach(([, s, y], i) => { columns[s][i] = y; });
+  const look = axes(xLabel, yLabel);
+  if (options.steps) look[0].incrs = options.steps;
   const range = options.range || ((u, low, high) => [low, high]);
   const plot = build(id, { x: { label: options.xName, value: (u, v) => xValue(v) },
-    scales: { x: { time: false, range }, y: { range: padded(.08) } }, axes: axes(xLabel, yLabel),
+    scales: { x: { time: false, range }, y: { range: padded(.08) } }, axes: look,
     cursor: { drag: { x: true, y: true, uni: 30, dist: 6 }, dataIdx: snap } },
     sets.map((set) => spots(set.label, set.flank, set.open, set.value)), [points.map((p) => p[0]), ...columns]);
   if (plot) alone.push(plot);
@@ -167,7 +169,7 @@ function drawSection() {
   const sets = [set(DATA.impacts, 0, "active"), set(DATA.impacts, 1, "reverse")];
   if (DATA.twinImpacts) sets.push(set(DATA.twinImpacts, 0, "active, twin", true), set(DATA.twinImpacts, 1, "reverse, twin", true));
   scatter("plot-section", "phase of the drive's fluctuation [°]", "impact velocity [mm/s]", (v) => show(v, 3, "°"), sets,
-    { xName: "phase", range: (u, low, high) => low === null || u.status === 0 ? [0, 360] : [low, high] });
+    { xName: "phase", steps: [1, 5, 10, 30, 60, 90], range: (u, low, high) => low === null || u.status === 0 ? [0, 360] : [low, high] });
 }
 
 function drawErrors() {
@@ -203,6 +205,7 @@ function drawAll() {
   const window_ = time.plots.length ? { ...time.plots[0].scales.x } : null;
   for (const plot of [...time.plots, ...alone]) plot.destroy();
   alone.length = 0;
+  if (DATA.time.length < 2) return;
   drawTime(); drawSection(); drawHistogram(); drawErrors();
   if (window_ && time.plots.length) time.plots[0].setScale("x", { min: window_.min, max: window_.max });
 }

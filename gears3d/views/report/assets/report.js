@@ -32,6 +32,7 @@ const ZOOMS = {
 };
 
 function onKey(event) {
+  if (!time.plots.length) return;
   const { min, max } = span(), width = max - min, middle = (min + max) / 2;
   const act = {
     ArrowLeft: () => look(min - width / 5, max - width / 5), ArrowRight: () => look(min + width / 5, max + width / 5),
@@ -51,7 +52,7 @@ function save(name, text) {
 document.getElementById("theme").addEventListener("click", () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"));
 document.getElementById("print").addEventListener("click", () => print());
 document.getElementById("csv").addEventListener("click", () => save("impacts.csv", impactsCsv()));
-document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventListener("click", ZOOMS[button.dataset.zoom]));
+document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventListener("click", () => time.plots.length && ZOOMS[button.dataset.zoom]()));
 ["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name).addEventListener("keydown", onKey));
 preferred.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
 
