@@ -61,13 +61,21 @@ def _impacts(summary: dict[str, Any]) -> str:
 
 
 def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
-    missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
-    matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} matched"
-    lines = [("against the twin", f"{matched}, {missed} missed, {invented} invented ({comparison['mode']})")]
+    if comparison["mode"] == "distribution":
+        verdict = "the twin is chaotic: compared as distributions, see report.html"
+    else:
+        missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
+        matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} impacts matched"
+        verdict = f"{matched}, {missed} missed, {invented} invented"
+    lines = [("against the twin", verdict)]
     median, p95 = comparison["velocity_error_median"], comparison["velocity_error_p95"]
     if median is not None:
-        lines.append(("impact speed error", f"median {median:.2%}, 95 % below {p95:.2%}"))
+        lines.append(("impact speed error", f"median {_percent(median)}, 95 % below {_percent(p95)}"))
     return lines
+
+
+def _percent(ratio: float) -> str:
+    return f"{ratio:.2%}" if ratio >= 1e-4 else f"{ratio * 100:.0e} %"
 
 
 def _speed(summary: dict[str, Any]) -> str:
