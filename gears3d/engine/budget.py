@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from gears3d.engine.mesh import NOBODY, able_to_touch, teeth_of_points, with_neighbours
+from gears3d.engine.mesh import NOBODY, able_to_touch, teeth_of_points
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
-from gears3d.gears.flank import Flanks, flank_gap
+from gears3d.gears.edge import Edged, edged_gap
+from gears3d.gears.flank import Flanks
 
 if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
@@ -25,29 +26,37 @@ MARGINS = 2.0 * MARGIN / MM
 
 @njit(cache=True)
 def _hold_against(
-    flanks: Flanks, found: np.ndarray, raw: np.ndarray, theta_drive: float, theta_loose: float, sums: np.ndarray
+    shape: Edged, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
 ) -> tuple[int, float, float]:
-    """Add raw minus refined of all pairs on their flanks to ``sums``; return the worst row, its excess and gap.
+    """Add raw minus refined of the pairs that are next to touch to ``sums``; return the worst row, its excess and gap.
 
     ``sums`` holds count, sum, sum of squares and largest size of the difference.
     """
+    gaps = np.full(found.shape[0], math.inf)
+    least = np.full(2, math.inf)
+    for i in range(found.shape[0]):
+        side = found[i, 2]
+        if side != NOBODY:
+            gaps[i] = edged_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)[0]
+            least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(found.shape[0]):
-        if found[i, 2] == NOBODY:
+        if found[i, 2] == NOBODY or not gaps[i] <= least[found[i, 2]] + slack:
             continue
-        gap, _, _, _, _, _, _, valid = flank_gap(
-            flanks, theta_drive, theta_loose, found[i, 0], found[i, 1], found[i, 2]
-        )
-        if not valid:
-            continue
-        excess = raw[i] - gap
+        excess = raw[i] - gaps[i]
         sums[0] += 1.0
         sums[1] += excess
         sums[2] += excess * excess
         sums[3] = max(sums[3], abs(excess))
         if abs(excess) > abs(worst):
-            row, worst, refined = i, excess, gap
+            row, worst, refined = i, excess, gaps[i]
     return row, worst, refined
+
+
+def _roughness(flanks: Flanks) -> float:
+    """Return how far apart the deviations of two teeth in mesh can be [m]."""
+    waves = np.abs(flanks.harmonics[:, :, :, 1]).sum(axis=2)
+    return float((2.0 * waves + np.ptp(flanks.offsets, axis=2)).sum(axis=0).max())
 
 
 class Watch:
@@ -55,15 +64,18 @@ class Watch:
 
     Args:
         pair: the gears.
-        flanks: of the pair, compiled.
+        shape: flanks and edges of the pair.
         turn: of the drive gear in one step at most [rad].
     """
 
-    def __init__(self, pair: Pair, flanks: Flanks, turn: float) -> None:
-        self._flanks = flanks
+    def __init__(self, pair: Pair, shape: Edged, turn: float) -> None:
+        self._shape = shape
         self._turn = turn
+        self._slack = 1e-6 + _roughness(shape.flanks)
+        # two arcs of a quarter of the path's length as radius part by this much over the turn of a step
+        parting = (turn * pair.drive.base_radius) ** 2 / (0.25 * pair.path_length)
+        self._reach = 1.1 * pair.backlash + self._slack + parting + 20e-6
         self._counts = (pair.drive.teeth, pair.loose.teeth)
-        self._reach = 1.3 * pair.backlash + 60e-6
         self._parts = piece_budget(pair)
         self._sums = np.zeros(4)
         self.allowed = MARGINS + self._parts["gap_error_m"]
@@ -85,10 +97,11 @@ class Watch:
         theta_drive = drive_at(plant.motion, time)[0]
         on_drive, on_loose, raw = world.nearest(self._reach)
         self.queries += 1
-        found = teeth_of_points(self._flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
-        near = with_neighbours(found, self._counts)
-        self.teeth = able_to_touch(self._flanks, near, theta_drive, theta_loose, self._turn)
-        row, excess, refined = _hold_against(self._flanks, found, raw, theta_drive, theta_loose, self._sums)
+        found = teeth_of_points(self._shape.flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+        self.teeth = able_to_touch(self._shape, found, theta_drive, theta_loose, self._turn, self._slack)
+        row, excess, refined = _hold_against(
+            self._shape, found, raw, (theta_drive, theta_loose), self._slack, self._sums
+        )
         if abs(excess) > self.allowed:
             self._refuse(found[row], raw[row], refined, time)
         for side, name in enumerate(("active", "reverse")):

@@ -10,7 +10,7 @@ from numba import njit
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
-from gears3d.gears.flank import Flanks
+from gears3d.gears.edge import Edged
 
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
 """How a step ends: no event, a gap closes on the active or reverse flank, the loose gear comes to rest."""
@@ -20,60 +20,103 @@ TOUCH = 1e-11
 PARTS = 4
 """Looks within a step at which both gaps are measured."""
 HALVINGS = 60
+GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
+"""The two points of Gauss-Legendre quadrature, in parts of a step."""
 
 
 class Plant(NamedTuple):
     """What does not change during a run.
 
     Args:
-        surfaces: the flanks.
+        surfaces: flanks and edges.
         motion: table of the drive gear's motion.
         torques: table of the loose gear's torques.
         inertia: of the loose gear [kg m²].
     """
 
-    surfaces: Flanks
+    surfaces: Edged
     motion: np.ndarray
     torques: np.ndarray
     inertia: float
 
 
 class Arc(NamedTuple):
-    """A parabola of flight.
+    """A stretch of flight: a parabola, or a cubic where the torque changes.
 
     Args:
         time: at which it starts [s].
         theta: angle of the loose gear there [rad].
         omega: speed there [rad/s].
-        accel: acceleration throughout [rad/s²].
+        accel: acceleration there [rad/s²].
+        jerk: its rate of change throughout [rad/s³].
     """
 
     time: float
     theta: float
     omega: float
     accel: float
+    jerk: float
 
 
 @njit(cache=True)
-def middle_acceleration(plant: Plant, place: int, start: Arc, duration: float) -> float:
-    """Return the acceleration [rad/s²] that, held over a step, gives its speed to third order in the duration."""
+def angle_after(arc: Arc, after: float) -> float:
+    """Return the loose gear's angle [rad] ``after`` seconds."""
+    return arc.theta + (arc.omega + (0.5 * arc.accel + arc.jerk * after / 6.0) * after) * after
+
+
+@njit(cache=True)
+def speed_after(arc: Arc, after: float) -> float:
+    """Return the loose gear's speed [rad/s] ``after`` seconds."""
+    return arc.omega + (arc.accel + 0.5 * arc.jerk * after) * after
+
+
+@njit(cache=True)
+def through(start: Arc, duration: float, first: float, second: float) -> Arc:
+    """Return the arc whose acceleration has these values at the two Gauss points of a step [rad/s²]."""
+    jerk = (second - first) / (GAUSS[1] - GAUSS[0]) / duration
+    return Arc(start.time, start.theta, start.omega, first - GAUSS[0] * duration * jerk, jerk)
+
+
+@njit(cache=True)
+def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
+    """Return the flight under the torques for a step: exact for constant ones, else of fourth order.
+
+    Args:
+        plant: surfaces, motion, torques, inertia.
+        place: FREE, ON_ACTIVE or ON_REVERSE.
+        start: time and state; acceleration and jerk are not used.
+        duration: of the step [s].
+    """
     torques, inertia = plant.torques, plant.inertia
     direction = np.sign(start.omega)
     first = acceleration(torques, inertia, place, start.time, start.theta, start.omega, direction)
     if direction == 0.0:
         direction = np.sign(first)
-    half = 0.5 * duration
-    theta = start.theta + (start.omega + 0.5 * first * half) * half
-    return acceleration(torques, inertia, place, start.time + half, theta, start.omega + first * half, direction)
+    arc = Arc(start.time, start.theta, start.omega, first, 0.0)
+    if duration <= 0.0:
+        return arc
+    for _ in range(3):
+        early, late = GAUSS[0] * duration, GAUSS[1] * duration
+        values = (
+            acceleration(
+                torques, inertia, place, start.time + early, angle_after(arc, early), speed_after(arc, early), direction
+            ),
+            acceleration(
+                torques, inertia, place, start.time + late, angle_after(arc, late), speed_after(arc, late), direction
+            ),
+        )
+        if values[0] == first and values[1] == first:
+            break
+        arc = through(start, duration, values[0], values[1])
+    return arc
 
 
 @njit(cache=True)
 def gap_along(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, after: float) -> tuple[float, float]:
     """Return gap [m] and gap rate [m/s] of one side, ``after`` seconds into a flight."""
     angle, speed, _ = drive_at(plant.motion, arc.time + after)
-    loose = arc.theta + (arc.omega + 0.5 * arc.accel * after) * after
-    gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, loose)
-    return gap, by_drive * speed + by_loose * (arc.omega + arc.accel * after)
+    gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, angle_after(arc, after))
+    return gap, by_drive * speed + by_loose * speed_after(arc, after)
 
 
 @njit(cache=True)
@@ -136,36 +179,53 @@ def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high
 
 
 @njit(cache=True)
-def plan_flight(plant: Plant, teeth: np.ndarray, start: Arc, longest: float) -> tuple[float, float, int]:
-    """Return how long the next step of a flight is, under which acceleration, and how it ends.
+def _stop_within(arc: Arc, longest: float) -> float:
+    """Return when the loose gear comes to rest, or -1 if its speed keeps its sign."""
+    if arc.omega * speed_after(arc, longest) >= 0.0:
+        return -1.0
+    low, high = 0.0, longest
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if arc.omega * speed_after(arc, middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@njit(cache=True)
+def plan_flight(plant: Plant, teeth: np.ndarray, start: Arc, longest: float) -> tuple[float, Arc, int]:
+    """Return how long the next step of a flight is, its path, and how it ends.
 
     Args:
         plant: surfaces, motion, torques, inertia.
         teeth: candidate tooth pairs (n, 3): drive, loose, side.
-        start: where the flight is now; its acceleration is not used.
+        start: where the flight is now; acceleration and jerk are not used.
         longest: longest step wanted [s].
 
     Returns:
-        Duration [s], acceleration [rad/s²], and NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS.
+        Duration [s], path, and NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS.
     """
     duration, event = longest, NOTHING
-    accel = middle_acceleration(plant, FREE, start, duration)
+    arc = flight_arc(plant, FREE, start, duration)
     for _ in range(6):
-        arc = Arc(start.time, start.theta, start.omega, accel)
         reach, found = longest, NOTHING
-        if start.omega * (start.omega + accel * longest) < 0.0:
-            reach, found = -start.omega / accel, STOPS
+        stop = _stop_within(arc, longest)
+        if stop >= 0.0:
+            reach, found = stop, STOPS
         for side in range(2):
             root = closing_within(plant, teeth, side, arc, reach)
             if root >= 0.0:
                 reach, found = root, CLOSES_ACTIVE + side
         settled = abs(reach - duration) <= 1e-15
         duration, event = reach, found
-        new = middle_acceleration(plant, FREE, start, duration)
-        if settled or new == accel:
+        if settled:
             break
-        accel = new
-    return duration, accel, event
+        new = flight_arc(plant, FREE, start, duration)
+        if new.accel == arc.accel and new.jerk == arc.jerk:
+            break
+        arc = new
+    return duration, arc, event
 
 
 @njit(cache=True)

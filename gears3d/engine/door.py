@@ -21,6 +21,7 @@ from gears3d.engine.torques import torque_table
 from gears3d.engine.world import Body, World
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, ToothDeviation, pieces
+from gears3d.gears.edge import edged
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
@@ -131,8 +132,8 @@ def _located(
     began = clock.perf_counter()
     motion = motion_table(scenario)
     torques = torque_table([torque_constant(scenario.drag.torque), *rows])
-    flanks = pair.compiled()
-    plant = Plant(flanks, motion, torques, scenario.rig().inertia)
+    shape = edged(pair)
+    plant = Plant(shape, motion, torques, scenario.rig().inertia)
     harmonics = scenario.motion.harmonics
     stroke = (2.0 * math.pi * harmonics[0].frequency, harmonics[0].phase) if harmonics else (0.0, 0.0)
     settings = Settings(
@@ -147,14 +148,13 @@ def _located(
     turn = fastest(motion)[0] * settings.longest_step
     log = Log(settings.duration, scenario.run.output_rate)
     with World(*bodies(scenario, pair), respond=False) as world:
-        run = Located(world, plant, settings, Watch(pair, flanks, turn), log)
+        run = Located(world, plant, settings, Watch(pair, shape, turn), log)
         complete = run.run(progress)
     meta: dict[str, Any] = {
         "model": "bullet",
         "contact": "located",
         "steps": run.steps,
         "queries": run.watch.queries,
-        "handovers": run.handovers,
         "error_budget": run.watch.report(run.worst_gap),
         "wall_s": clock.perf_counter() - began,
     }

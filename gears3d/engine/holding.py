@@ -8,11 +8,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gears3d.engine.closing import HALVINGS, PARTS, Plant
-from gears3d.engine.mesh import side_gap
+from gears3d.engine.closing import HALVINGS, PARTS, TOUCH, Arc, Plant
+from gears3d.engine.mesh import TOGETHER, side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import resisting
 
+HELD, LOST, MEETS = 0, 1, 2
+"""How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
 DIFFERENCE = 2e-6
 """Half-width of the differences of the flank's speed along the imposed motion [s]."""
 
@@ -57,24 +59,116 @@ def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 
 
 @njit(cache=True)
+def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float) -> tuple[int, float]:
+    """Return which of the touching tooth pairs holds the loose gear, and its reaction [N].
+
+    Of several pairs that touch, the one counts whose flank asks for the largest reaction: on any other the loose gear
+    would sink into it.
+    """
+    angle, _, _ = drive_at(plant.motion, time)
+    least = side_gap(plant.surfaces, teeth, side, angle, theta)[0]
+    best, force = -1, 0.0
+    for i in range(teeth.shape[0]):
+        if teeth[i, 2] != side:
+            continue
+        if side_gap(plant.surfaces, teeth[i : i + 1], side, angle, theta)[0] <= least + TOGETHER:
+            own = reaction(plant, teeth[i : i + 1], side, time, theta)
+            if best < 0 or own > force:
+                best, force = i, own
+    return best, force
+
+
+@njit(cache=True)
 def plan_contact(
-    plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, longest: float
-) -> tuple[float, bool]:
-    """Return how long contact lasts, at most ``longest`` seconds, and whether it is lost then."""
+    plant: Plant, teeth: np.ndarray, side: int, start: Arc, longest: float, soft: float
+) -> tuple[float, int, int]:
+    """Return how the next step of permanent contact ends.
+
+    Args:
+        plant: surfaces, motion, torques, inertia.
+        teeth: candidate tooth pairs (n, 3).
+        side: 0 active, 1 reverse.
+        start: time and state of the loose gear; the acceleration is not used.
+        longest: longest step wanted [s].
+        soft: approach speed of the next tooth pair up to which it takes over without an impact [m/s].
+
+    Returns:
+        Duration [s]; HELD, LOST (the flank would have to pull) or MEETS (another pair of teeth hits); and the row of
+        ``teeth`` that holds until then.
+    """
     weak = -1e-7 * plant.inertia
-    if reaction(plant, teeth, side, time, theta) < weak:
-        return 0.0, True
-    _, omega = on_flank(plant, teeth, side, time, theta)
-    low = 0.0
-    for part in range(1, PARTS + 1):
+    row, force = supporting(plant, teeth, side, start.time, start.theta)
+    if force < weak:
+        return 0.0, LOST, row
+    low, part = 0.0, 1
+    for _ in range(PARTS + 8):
         high = longest * part / PARTS
-        if reaction(plant, teeth, side, time + high, theta + omega * high) < weak:
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                if reaction(plant, teeth, side, time + middle, theta + omega * middle) < weak:
-                    high = middle
-                else:
-                    low = middle
-            return high, True
+        held = teeth[row : row + 1]
+        lost = _lost_between(plant, held, side, start, low, high, weak)
+        end = high if lost < 0.0 else lost
+        meets = _meets_between(plant, teeth, held, side, start, low, end)
+        if meets >= 0.0:
+            end = meets
+        theta, omega = _held_at(plant, held, side, start, end)
+        if meets >= 0.0:
+            angle, speed, _ = drive_at(plant.motion, start.time + end)
+            _, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+            if by_drive * speed + by_loose * omega < -soft:
+                return end, MEETS, row
+        if meets >= 0.0 or lost >= 0.0:
+            new, force = supporting(plant, teeth, side, start.time + end, theta)
+            if force < weak or new == row:
+                return end, LOST if force < weak else HELD, row
+            if end > 0.0:
+                return end, HELD, row
+            row = new
+            continue
         low = high
-    return longest, False
+        part += 1
+        if part > PARTS:
+            break
+    return low, HELD, row
+
+
+@njit(cache=True)
+def _held_at(plant: Plant, held: np.ndarray, side: int, start: Arc, after: float) -> tuple[float, float]:
+    """Return angle and speed of the loose gear on the held teeth, ``after`` seconds into the step."""
+    return on_flank(plant, held, side, start.time + after, start.theta + start.omega * after)
+
+
+@njit(cache=True)
+def _lost_between(plant: Plant, held: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float) -> float:
+    """Return when the reaction of the held teeth falls below ``weak``, or -1 if it does not at ``high``."""
+    if reaction(plant, held, side, start.time + high, start.theta + start.omega * high) >= weak:
+        return -1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if reaction(plant, held, side, start.time + middle, start.theta + start.omega * middle) < weak:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@njit(cache=True)
+def _meets_between(
+    plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, low: float, high: float
+) -> float:
+    """Return when another pair than the held one first overlaps, or -1 if none does at ``high``."""
+    if not _overlaps(plant, teeth, held, side, start, high):
+        return -1.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if _overlaps(plant, teeth, held, side, start, middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@njit(cache=True)
+def _overlaps(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> bool:
+    """Return whether some pair of teeth overlaps while the held pair touches."""
+    theta, _ = _held_at(plant, held, side, start, after)
+    angle, _, _ = drive_at(plant.motion, start.time + after)
+    return side_gap(plant.surfaces, teeth, side, angle, theta)[0] < -TOUCH

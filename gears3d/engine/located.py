@@ -25,12 +25,12 @@ from gears3d.engine.closing import (
     highest,
     plan_flight,
 )
-from gears3d.engine.holding import on_flank, plan_contact
+from gears3d.engine.holding import LOST, MEETS, on_flank, plan_contact, supporting
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
-from gears3d.engine.mesh import side_gap
+from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import plan_pressed, pressed_step
+from gears3d.engine.pressing import lasting, plan_pressed, pressed_step
 from gears3d.engine.torques import FREE
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
@@ -78,6 +78,7 @@ class _Flight:
         entry: rate of the gap when a compliant contact began [m/s].
         began: when that was [s].
         impulse: of its force so far [N s].
+        stays: whether the compliant contact counts as permanent.
     """
 
     left: int = 0
@@ -85,6 +86,7 @@ class _Flight:
     entry: float = 0.0
     began: float = 0.0
     impulse: float = 0.0
+    stays: bool = False
 
 
 @dataclass
@@ -109,7 +111,6 @@ class Located:
     omega: float = 0.0
     place: int = FREE
     steps: int = 0
-    handovers: int = 0
     worst_gap: float = 0.0
     flight: _Flight = field(default_factory=_Flight)
     teeth: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
@@ -149,14 +150,24 @@ class Located:
             )
         self.omega = -gaps[0][1] / gaps[0][2] * speed
         if self.settings.start == "free":
-            self.theta += 0.5 * (gaps[1][0] - gaps[0][0]) / gaps[0][2]
+            middle = 0.5 * (gaps[0][0] + gaps[1][0])
+            self.theta += (middle - gaps[0][0]) / gaps[0][2]
+            self.flight.height = middle
         else:
-            side = 1 if self.settings.start == "reverse" else 0
-            self.theta, self.omega = on_flank(self.plant, self.teeth, side, 0.0, self.theta)
-            self.flight.left = side
-            if not self.settings.springs.size:
-                self.place = 1 + side
+            self._begin_on(1 if self.settings.start == "reverse" else 0)
         self._pose()
+
+    def _begin_on(self, side: int) -> None:
+        """Begin on a flank: at rest on it if it holds, else leaving it with no relative speed."""
+        self.theta, self.omega = on_flank(self.plant, self.teeth, side, 0.0, self.theta)
+        self.flight.left = side
+        springs = self.settings.springs
+        force = supporting(self.plant, self.teeth, side, 0.0, self.theta)[1]
+        if force >= 0.0:
+            self.place = 1 + side
+            self.flight.stays = True
+            if springs.size:
+                self.theta -= force / springs[:, 0].sum() / self._contact(side)[2]
 
     def _advance(self) -> None:
         """Do one step: look at the teeth, plan, let Bullet move the gears, act on what the step ends with."""
@@ -173,9 +184,7 @@ class Located:
             raise EngineError(f"the loose gear's state is not a number at t = {self.time:.6g} s: look at the torques")
 
     def _fly(self, longest: float) -> None:
-        start = Arc(self.time, self.theta, self.omega, 0.0)
-        duration, accel, event = plan_flight(self.plant, self.teeth, start, longest)
-        arc = Arc(self.time, self.theta, self.omega, accel)
+        duration, arc, event = plan_flight(self.plant, self.teeth, self._here(), longest)
         top = highest(self.plant, self.teeth, self.flight.left, arc, duration)
         self.flight.height = max(self.flight.height, top)
         self._move(arc, duration)
@@ -185,15 +194,20 @@ class Located:
         elif event != NOTHING:
             self._strike(event - CLOSES_ACTIVE)
 
+    def _here(self) -> Arc:
+        return Arc(self.time, self.theta, self.omega, 0.0, 0.0)
+
     def _move(self, arc: Arc, duration: float) -> None:
-        """Let Bullet integrate a parabola and take the loose gear's state from it."""
+        """Let Bullet integrate a step of flight and take the loose gear's state from it."""
         if duration <= 0.0:
             return
         until = arc.time + duration
         self.log.flight(arc, until)
-        theta, omega = self.world.step(duration, self.plant.inertia * arc.accel)
-        # Bullet moves with the speed at the end of the step: half a step's worth too far
-        self.theta, self.omega = theta - 0.5 * arc.accel * duration * duration, omega
+        mean = arc.accel + 0.5 * arc.jerk * duration
+        theta, omega = self.world.step(duration, self.plant.inertia * mean)
+        # Bullet moves on with the speed at the end of the step, which is too far by this much
+        too_far = (0.5 * arc.accel + arc.jerk * duration / 3.0) * duration * duration
+        self.theta, self.omega = theta - too_far, omega
         self.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
         self.steps += 1
         self._pose()
@@ -202,55 +216,57 @@ class Located:
         angle, speed, _ = drive_at(self.plant.motion, self.time)
         self.world.place((angle, self.theta), (speed, self.omega))
 
-    def _contact(self, side: int) -> tuple[float, float, float, int]:
-        """Return gap [m], gap rate [m/s], the loose gear's lever [m] and the tooth pair of one side."""
+    def _contact(self, side: int) -> tuple[float, float, float]:
+        """Return gap [m], gap rate [m/s] and the loose gear's lever [m] of one side."""
         angle, speed, _ = drive_at(self.plant.motion, self.time)
-        gap, by_drive, by_loose, nearest = side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta)
-        return gap, by_drive * speed + by_loose * self.omega, by_loose, nearest
+        gap, by_drive, by_loose, _ = side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta)
+        return gap, by_drive * speed + by_loose * self.omega, by_loose
 
     def _strike(self, side: int) -> None:
         """A gap has closed: act with the impact law, or begin a compliant contact."""
-        gap, rate, lever, nearest = self._contact(side)
+        gap, rate, lever = self._contact(side)
         self.worst_gap = max(self.worst_gap, abs(gap))
         if abs(gap) > NEAR:
-            self.handovers += 1
+            raise EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {self.time:.9g} s")
         if self._contact(1 - side)[0] < -NEAR:
-            raise EngineError(
-                f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
-            )
+            self._jam()
         if self.settings.springs.size:
             self.flight.entry, self.flight.began, self.flight.impulse = rate, self.time, 0.0
             self.place = 1 + side
             return
         coefficient = self.settings.law.coefficient(Flank(side), abs(rate))
         rebound = coefficient * abs(rate)
-        stays = rebound < self.settings.stick_velocity
-        if stays:
+        if rebound < self.settings.stick_velocity and self._holds(side):
             rebound = 0.0
+            self.place = 1 + side
         # impulse along the normal: change of the gap rate through the generalised inertia J M⁻¹ Jᵀ
         impulse = (rebound - rate) / (lever * lever / self.plant.inertia)
-        self._note(side, nearest, self.time, (rate, rebound), impulse)
+        self._note(side, self.time, (rate, rebound), impulse)
         self.omega += lever * impulse / self.plant.inertia
         self.flight = _Flight(left=side)
-        if stays:
-            self.place = 1 + side
+        if self.place != FREE:
             self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
         self._pose()
 
-    def _note(self, side: int, nearest: int, when: float, rates: tuple[float, float], impulse: float) -> None:
+    def _holds(self, side: int) -> bool:
+        """Whether the flank presses if the loose gear stays on it."""
+        return supporting(self.plant, self.teeth, side, self.time, self.theta)[1] >= 0.0
+
+    def _note(self, side: int, when: float, rates: tuple[float, float], impulse: float) -> None:
         sign = 1.0 if side == 0 else -1.0
         frequency, phase = self.settings.stroke
-        drive, loose = self.teeth[nearest, :2]
+        angle = drive_at(self.plant.motion, self.time)[0]
+        drive, loose = touching_teeth(self.plant.surfaces, self.teeth, side, angle, self.theta)
         self.log.impacts.append(
             Impact(
                 time_s=when,
                 flank=side,
-                velocity_m_s=sign * rates[0] + 0.0,
+                velocity_m_s=sign * rates[0],
                 rebound_m_s=sign * rates[1] + 0.0,
-                impulse_N_s=impulse,
+                impulse_N_s=sign * impulse,
                 phase_rad=(frequency * when + phase) % (2.0 * math.pi),
-                tooth_drive=int(drive),
-                tooth_loose=int(loose),
+                tooth_drive=drive,
+                tooth_loose=loose,
                 flight_height_m=self.flight.height,
             )
         )
@@ -258,39 +274,50 @@ class Located:
     def _hold(self, longest: float) -> None:
         """Permanent contact: follow the flank; leave it when it would have to pull."""
         side = self.place - 1
-        duration, lost = plan_contact(self.plant, self.teeth, side, self.time, self.theta, longest)
+        soft = self.settings.stick_velocity
+        duration, event, row = plan_contact(self.plant, self.teeth, side, self._here(), longest, soft)
         if duration > 0.0:
-            until = self.time + duration
-            guess = self.theta + self.omega * duration
-            theta, omega = on_flank(self.plant, self.teeth, side, until, guess)
-            ends = np.array([(self.time, self.theta, self.omega), (until, theta, omega)])
-            self.log.contact(self.plant, self.teeth, side, ends)
-            torque = self.plant.inertia * (omega - self.omega) / duration
-            self.world.step(duration, torque)
-            self.time, self.theta, self.omega = until, theta, omega
-            self.steps += 1
-            self._pose()
-            if self._contact(1 - side)[0] < -TOUCH:
-                raise EngineError(
-                    f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
-                )
-        if lost:
+            self._follow(side, self.teeth[row : row + 1], duration)
+        if event == LOST:
             self.place = FREE
             self.flight = _Flight(left=side)
+        elif event == MEETS:
+            self.place = FREE
+            self.flight = _Flight(left=side)
+            self._strike(side)
+
+    def _follow(self, side: int, held: np.ndarray, duration: float) -> None:
+        """Let Bullet go along with the flank, and put the loose gear on the held teeth."""
+        until = self.time + duration
+        theta, omega = on_flank(self.plant, held, side, until, self.theta + self.omega * duration)
+        ends = np.array([(self.time, self.theta, self.omega), (until, theta, omega)])
+        self.log.contact(self.plant, self.teeth, side, ends)
+        self.world.step(duration, self.plant.inertia * (omega - self.omega) / duration)
+        self.time, self.theta, self.omega = until, theta, omega
+        self.steps += 1
+        self._pose()
+        if self._contact(1 - side)[0] < -TOUCH:
+            self._jam()
+
+    def _jam(self) -> None:
+        raise EngineError(
+            f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
+        )
 
     def _press(self, longest: float) -> None:
-        """Compliant contact: one short step under the gap's own force."""
+        """Compliant contact: one short step under the gap's own force; a passage that lasts is permanent contact."""
         side = self.place - 1
-        _, _, lever, _ = self._contact(side)
-        longest = min(longest, pressed_step(self.settings.springs, self.plant.inertia, lever))
-        start = Arc(self.time, self.theta, self.omega, 0.0)
-        duration, accel, force, parts = plan_pressed(
-            self.plant, self.teeth, side, self.settings.springs, start, longest
-        )
-        self.flight.impulse += force * duration
-        self._move(Arc(self.time, self.theta, self.omega, accel), duration)
+        springs, flight = self.settings.springs, self.flight
+        mass = self.plant.inertia / self._contact(side)[2] ** 2
+        longest = min(longest, pressed_step(springs, mass))
+        duration, arc, force, parts = plan_pressed(self.plant, self.teeth, side, springs, self._here(), longest)
+        flight.impulse += force * duration
+        self._move(arc, duration)
+        if not flight.stays and self.time - flight.began > lasting(springs, mass):
+            flight.stays = True
+            self._note(side, flight.began, (flight.entry, 0.0), -mass * flight.entry)
         if parts:
-            _, rate, _, nearest = self._contact(side)
-            self._note(side, nearest, self.flight.began, (self.flight.entry, rate), self.flight.impulse)
+            if not flight.stays:
+                self._note(side, flight.began, (flight.entry, self._contact(side)[1]), flight.impulse)
             self.flight = _Flight(left=side)
             self.place = FREE

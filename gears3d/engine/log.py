@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from gears3d.engine.closing import Arc, Plant
+from gears3d.engine.closing import Arc, Plant, angle_after, speed_after
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 
@@ -21,7 +21,7 @@ class Impact(NamedTuple):
         flank: 0 active, 1 reverse.
         velocity_m_s: relative to the flank just before [m/s].
         rebound_m_s: the same just after [m/s].
-        impulse_N_s: along the transverse line of action [N s].
+        impulse_N_s: on the loose gear, along the contact normal; positive on the active flank [N s].
         phase_rad: of the first harmonic of the motion [rad].
         tooth_drive: number of the drive gear's tooth.
         tooth_loose: number of the loose gear's tooth.
@@ -41,11 +41,11 @@ class Impact(NamedTuple):
 
 @njit(cache=True)
 def _fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
-    """Write the samples before ``until`` from a parabola; return the first sample not written."""
+    """Write the samples before ``until`` from a flight; return the first sample not written."""
     while first < times.size and times[first] < until:
         after = times[first] - arc.time
-        out[first, 0] = arc.theta + (arc.omega + 0.5 * arc.accel * after) * after
-        out[first, 1] = arc.omega + arc.accel * after
+        out[first, 0] = angle_after(arc, after)
+        out[first, 1] = speed_after(arc, after)
         first += 1
     return first
 
@@ -96,7 +96,7 @@ class Log:
         self._next = 0
 
     def flight(self, arc: Arc, until: float) -> None:
-        """Write the samples of a parabola that starts at ``arc.time`` and ends at ``until`` [s]."""
+        """Write the samples of a flight that starts at ``arc.time`` and ends at ``until`` [s]."""
         self._next = _fill_flight(arc, until, self.times, self._next, self._loose)
 
     def contact(self, plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray) -> None:

@@ -7,42 +7,40 @@ import math
 import numpy as np
 from numba import njit
 
-from gears3d.gears.flank import Flanks, flank_gap
+from gears3d.gears.edge import Edged, edged_gap
+from gears3d.gears.flank import Flanks, roll_of
 
 ACTIVE, REVERSE = 0, 1
 NOBODY = -1
 """Stands for a tooth when a point lies on no flank that could touch its partner's."""
+TOGETHER = 1e-10
+"""Tooth pairs whose gaps differ by less touch together [m]."""
 _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
 @njit(cache=True)
 def side_gap(
-    flanks: Flanks, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
+    shape: Edged, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
 ) -> tuple[float, float, float, int]:
     """Return the smallest gap of one side among the candidate teeth, measured on the true flanks.
 
     Args:
-        flanks: of the pair.
+        shape: flanks and edges of the pair.
         teeth: candidates (n, 3): tooth of the drive gear, tooth of the loose gear, side.
         side: 0 active, 1 reverse.
         theta_drive: angle of the drive gear [rad].
         theta_loose: angle of the loose gear [rad].
 
     Returns:
-        Gap [m], its derivatives by the angles of drive and loose gear [m/rad], and the row of ``teeth`` it is for.
-        Teeth whose contact would lie off the flanks count only when there are no others; without candidates the gap
-        is infinite.
+        Gap [m], its derivatives by the angles of drive and loose gear [m/rad], and the row of ``teeth`` it is for;
+        without candidates the gap is infinite.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
-    on_flank = False
     for i in range(teeth.shape[0]):
-        if teeth[i, 2] != side:
-            continue
-        gap, drive, loose, _, _, _, _, valid = flank_gap(
-            flanks, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side
-        )
-        if (valid and not on_flank) or (valid == on_flank and gap < best):
-            best, by_drive, by_loose, row, on_flank = gap, drive, loose, i, valid
+        if teeth[i, 2] == side:
+            gap, drive, loose, _ = edged_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            if gap < best:
+                best, by_drive, by_loose, row = gap, drive, loose, i
     return best, by_drive, by_loose, row
 
 
@@ -98,49 +96,61 @@ def teeth_of_points(
 
 
 @njit(cache=True)
-def with_neighbours(found: np.ndarray, counts: tuple[int, int]) -> np.ndarray:
-    """Return the tooth pairs found and those that mesh just before and after them, each once, (m, 3)."""
-    teeth = np.zeros((3 * found.shape[0], 3), np.int64)
-    size = 0
-    for shift in (0, -1, 1):
-        for i in range(found.shape[0]):
-            if found[i, 2] == NOBODY:
-                continue
-            drive = (found[i, 0] - 1 + shift) % counts[0] + 1
-            loose = (found[i, 1] - 1 + shift) % counts[1] + 1
-            known = False
-            for j in range(size):
-                same = teeth[j, 0] == drive and teeth[j, 1] == loose and teeth[j, 2] == found[i, 2]
-                known = known or same
-            if not known:
-                teeth[size, 0], teeth[size, 1], teeth[size, 2] = drive, loose, found[i, 2]
-                size += 1
-    return teeth[:size].copy()
+def touching_teeth(
+    shape: Edged, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
+) -> tuple[int, int]:
+    """Return the numbers of the teeth that touch; of several pairs, those next to the pitch point.
+
+    Args:
+        shape: flanks and edges of the pair.
+        teeth: candidates (n, 3).
+        side: 0 active, 1 reverse.
+        theta_drive: angle of the drive gear [rad].
+        theta_loose: angle of the loose gear [rad].
+    """
+    least = side_gap(shape, teeth, side, theta_drive, theta_loose)[0]
+    mount = shape.flanks.mount
+    drive, loose, nearest = 0, 0, math.inf
+    for i in range(teeth.shape[0]):
+        if teeth[i, 2] != side:
+            continue
+        gap = edged_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)[0]
+        if gap > least + TOGETHER:
+            continue
+        # at the pitch point the roll angle is the tangent of the working pressure angle
+        u = (1.0 - 2.0 * side) * mount[3] - theta_drive
+        away = abs(roll_of(shape.flanks, 0, side, teeth[i, 0], u) - mount[0] / mount[1])
+        if away < nearest:
+            drive, loose, nearest = teeth[i, 0], teeth[i, 1], away
+    return drive, loose
 
 
 @njit(cache=True)
-def able_to_touch(flanks: Flanks, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float) -> np.ndarray:
-    """Return the tooth pairs whose contact lies on both flanks now or after a turn to either side.
-
-    A side on which there is none keeps all it has.
+def able_to_touch(
+    shape: Edged, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float, slack: float
+) -> np.ndarray:
+    """Return the tooth pairs that touch first, or nearly so, now or after a turn to either side.
 
     Args:
-        flanks: of the pair.
-        teeth: candidates (n, 3).
+        shape: flanks and edges of the pair.
+        teeth: found near each other (n, 3).
         theta_drive: angle of the drive gear [rad].
         theta_loose: angle of the loose gear [rad].
         turn: of the drive gear [rad], less than the flanks stay in mesh.
+        slack: by how much more open than the nearest a gap may be to be kept [m].
     """
-    ratio = flanks.gears[0, 0] / flanks.gears[1, 0]
+    ratio = shape.flanks.gears[0, 0] / shape.flanks.gears[1, 0]
     keep = np.zeros(teeth.shape[0], np.bool_)
-    some = np.zeros(2, np.bool_)
-    for i in range(teeth.shape[0]):
-        side = teeth[i, 2]
-        for sign in (0.0, 1.0, -1.0):
-            drive, loose = theta_drive + sign * turn, theta_loose + sign * turn * ratio
-            if not keep[i]:
-                keep[i] = flank_gap(flanks, drive, loose, teeth[i, 0], teeth[i, 1], side)[7]
-        some[side] = some[side] or keep[i]
-    for i in range(teeth.shape[0]):
-        keep[i] = keep[i] or not some[teeth[i, 2]]
+    gaps = np.zeros(teeth.shape[0])
+    for sign in (0.0, 1.0, -1.0):
+        drive, loose = theta_drive + sign * turn, theta_loose + sign * turn * ratio
+        least = np.full(2, math.inf)
+        for i in range(teeth.shape[0]):
+            side = teeth[i, 2]
+            if side != NOBODY:
+                gaps[i] = edged_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
+                least[side] = min(least[side], gaps[i])
+        for i in range(teeth.shape[0]):
+            side = teeth[i, 2]
+            keep[i] = keep[i] or (side != NOBODY and gaps[i] <= least[side] + slack)
     return teeth[keep]

@@ -9,12 +9,12 @@ import numpy as np
 from numba import njit
 
 from gears3d.effects.rows import Code, Row
-from gears3d.engine.closing import HALVINGS, Arc, Plant, gap_along
+from gears3d.engine.closing import GAUSS, HALVINGS, Arc, Plant, angle_after, gap_along, speed_after, through
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import acceleration
 
-STEPS_PER_RADIAN = 25.0
+STEPS_PER_RADIAN = 10.0
 """Steps while the undamped contact oscillation turns through one radian."""
 
 
@@ -23,17 +23,25 @@ def springs_of(rows: Sequence[Row]) -> np.ndarray:
     return np.array([row.p[:2] for row in rows if row.code == Code.GAP_SPRING], dtype=float).reshape(-1, 2)
 
 
-def pressed_step(springs: np.ndarray, inertia: float, lever: float) -> float:
+def pressed_step(springs: np.ndarray, mass: float) -> float:
     """Return the step [s] that resolves a contact.
 
     Args:
         springs: of :func:`springs_of`.
-        inertia: of the loose gear [kg m²].
-        lever: of the flank force on it [m].
+        mass: of the loose gear as the flank feels it [kg].
     """
     stiffness, damping = springs.sum(axis=0)
-    rate = math.sqrt(stiffness / inertia) * lever + damping * lever**2 / inertia
-    return 1.0 / (STEPS_PER_RADIAN * rate)
+    return 1.0 / (STEPS_PER_RADIAN * (math.sqrt(stiffness / mass) + damping / mass))
+
+
+def lasting(springs: np.ndarray, mass: float) -> float:
+    """Return how long a contact must last to count as permanent: five periods of its oscillation [s].
+
+    Args:
+        springs: of :func:`springs_of`.
+        mass: of the loose gear as the flank feels it [kg].
+    """
+    return 10.0 * math.pi * math.sqrt(mass / springs[:, 0].sum())
 
 
 @njit(cache=True)
@@ -65,9 +73,28 @@ def _pressed_acceleration(
 
 
 @njit(cache=True)
+def _pressed_arc(
+    plant: Plant, teeth: np.ndarray, side: int, springs: np.ndarray, start: Arc, duration: float
+) -> tuple[Arc, float]:
+    """Return the path of a step under the flank's force, and the mean of that force [N]."""
+    first, force = _pressed_acceleration(plant, teeth, side, springs, start.time, start.theta, start.omega)
+    arc = Arc(start.time, start.theta, start.omega, first, 0.0)
+    for _ in range(6):
+        early, late = GAUSS[0] * duration, GAUSS[1] * duration
+        one, force_one = _pressed_acceleration(
+            plant, teeth, side, springs, start.time + early, angle_after(arc, early), speed_after(arc, early)
+        )
+        two, force_two = _pressed_acceleration(
+            plant, teeth, side, springs, start.time + late, angle_after(arc, late), speed_after(arc, late)
+        )
+        arc, force = through(start, duration, one, two), 0.5 * (force_one + force_two)
+    return arc, force
+
+
+@njit(cache=True)
 def plan_pressed(
     plant: Plant, teeth: np.ndarray, side: int, springs: np.ndarray, start: Arc, longest: float
-) -> tuple[float, float, float, bool]:
+) -> tuple[float, Arc, float, bool]:
     """Return the next step of a compliant contact.
 
     Args:
@@ -75,28 +102,30 @@ def plan_pressed(
         teeth: candidate tooth pairs (n, 3).
         side: 0 active, 1 reverse.
         springs: stiffness and damping of each row (n, 2).
-        start: where the loose gear is now; its acceleration is not used.
+        start: where the loose gear is now; acceleration and jerk are not used.
         longest: step wanted [s].
 
     Returns:
-        Duration [s], acceleration [rad/s²], flank force [N] in its middle, and whether the flanks part at its end.
+        Duration [s], path, mean flank force [N], and whether the flanks part at its end.
     """
-    first, _ = _pressed_acceleration(plant, teeth, side, springs, start.time, start.theta, start.omega)
-    half = 0.5 * longest
-    theta = start.theta + (start.omega + 0.5 * first * half) * half
-    accel, force = _pressed_acceleration(
-        plant, teeth, side, springs, start.time + half, theta, start.omega + first * half
-    )
-    arc = Arc(start.time, start.theta, start.omega, accel)
-    gap, rate = gap_along(plant, teeth, side, arc, longest)
-    if gap < 0.0 or rate <= 0.0:
-        return longest, accel, force, False
-    low, high = 0.0, longest
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        gap, _ = gap_along(plant, teeth, side, arc, middle)
-        if gap < 0.0:
-            low = middle
-        else:
-            high = middle
-    return high, accel, force, True
+    duration = longest
+    for _ in range(8):
+        arc, force = _pressed_arc(plant, teeth, side, springs, start, duration)
+        gap, rate = gap_along(plant, teeth, side, arc, longest)
+        if gap < 0.0 or rate <= 0.0:
+            if duration < longest:
+                arc, force = _pressed_arc(plant, teeth, side, springs, start, longest)
+            return longest, arc, force, False
+        low, high = 0.0, longest
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if gap_along(plant, teeth, side, arc, middle)[0] < 0.0:
+                low = middle
+            else:
+                high = middle
+        settled = abs(high - duration) <= 1e-15
+        duration = high
+        if settled:
+            break
+    arc, force = _pressed_arc(plant, teeth, side, springs, start, duration)
+    return duration, arc, force, True
