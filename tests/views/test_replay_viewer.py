@@ -2,6 +2,9 @@
 
 import io
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +16,12 @@ from gears3d.scenario import load
 from gears3d.views.replay import colours, replay, viewer
 from tests.views.film import film
 
+ROOT = Path(__file__).resolve().parents[2]
+
 
 @pytest.fixture(scope="module")
 def rrd(tmp_path_factory):
-    scenario = load(Path(__file__).resolve().parents[2] / "scenarios/rigaud-2020/fig5-20rpm.toml")
+    scenario = load(ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml")
     recording = film(scenario)
     return replay(recording, scenario, out=tmp_path_factory.mktemp("viewer") / "replay.rrd"), recording
 
@@ -151,3 +156,20 @@ def test_verb_without_display_writes_a_picture(rrd, shots, capsys, monkeypatch):
     with Image.open(made["picture"]) as picture:
         assert picture.size == (1600, 900)
     assert "no display" in said.err
+
+
+@pytest.mark.slow
+@pytest.mark.viewer
+def test_pictures_of_the_readme_can_be_made(shots, tmp_path):
+    command = [sys.executable, "tools/screenshots.py", "scenarios/rigaud-2020/fig5-20rpm.toml", str(tmp_path)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    for name in ("replay.png", "mesh-zone.png"):
+        assert (tmp_path / name).stat().st_size <= 300_000
+        assert (ROOT / "docs/pictures" / name).stat().st_size <= 300_000
+        with Image.open(tmp_path / name) as fresh, Image.open(ROOT / "docs/pictures" / name) as kept:
+            assert fresh.size == kept.size
+            seen = np.asarray(fresh.convert("RGB")).astype(int)
+            assert min(share_of_marks(seen)) > 0.001
+            assert min(share(seen, colours.DRIVE), share(seen, colours.LOOSE)) > 0.1

@@ -47,6 +47,10 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
         lines.append(
             f"- Arrows: impulse on the loose gear, 1 N s = {scales[0]:g} mm in the scene, {scales[1]:g} mm in the zone."
         )
+    if pair.drive.helix_angle:
+        lines.append(
+            "- Helical teeth: the mesh zone and all marks show the transverse section in the middle of the teeth."
+        )
     if recording.meta.get("interrupted"):
         lines.insert(1, "**Interrupted: this is a part of the run.**")
     return rr.TextDocument("\n\n".join(lines[:4]) + "\n" + "\n".join(lines[4:]), media_type=rr.MediaType.MARKDOWN)

@@ -59,13 +59,13 @@ def _scene(section: Section) -> rrb.Spatial3DView:
     gears = section.pair.drive, section.pair.loose
     distance = section.pair.centre_distance * 1e3
     left, right = -gears[0].tip_radius * 1e3, distance + gears[1].tip_radius * 1e3
-    middle, width = 0.5 * (left + right), right - left
+    middle, width, height = 0.5 * (left + right), right - left, 2e3 * max(gear.tip_radius for gear in gears)
     return rrb.Spatial3DView(
         origin="/scene",
         name="Gears at true scale",
         background=BACKGROUND,
         line_grid=False,
-        eye_controls=_eye((middle, 0.0), 0.55 * width, tilt=0.3),
+        eye_controls=_eye((middle, 0.0), max(0.55 * width, 1.1 * height), tilt=0.3),
     )
 
 

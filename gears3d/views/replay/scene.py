@@ -69,8 +69,9 @@ def _mark(section: Section, which: int) -> rr.LineStrips3D:
     gear = (section.pair.drive, section.pair.loose)[which]
     height, root = 0.502e3 * gear.face_width, gear.root_radius * 1e3
     angle = np.linspace(0.0, 2.0 * pi, 73)
-    hub = 0.12 * root * np.column_stack([np.cos(angle), np.sin(angle)])
-    line = np.array([[0.12 * root, 0.0], [0.96 * root, 0.0]])
+    inner = max(0.12 * root, 0.6e3 * (gear.bore or 0.0))
+    hub = inner * np.column_stack([np.cos(angle), np.sin(angle)])
+    line = np.array([[inner, 0.0], [0.96 * root, 0.0]])
     return rr.LineStrips3D([lifted(hub, height), lifted(line, height)], colors=[colours.MARK], radii=[-1.5])
 
 
