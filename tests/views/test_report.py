@@ -208,6 +208,7 @@ def test_a_run_without_impacts_or_speeds_has_a_report(run):
     text = render(scenario=run["scenario"], recording=bare, summary=summary)
     assert Reader(text).blocks["impacts"]["time"] == []
     assert "stay in contact" in Reader(text).text
+    assert "there was no impact" in Reader(text).text
 
 
 @pytest.mark.parametrize("samples", [0, 1, 2])

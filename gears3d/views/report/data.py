@@ -51,7 +51,7 @@ def blocks(scenario: Scenario, recording: Recording, twin: Recording | None, sum
 def _walls(scenario: Scenario, recording: Recording, time: np.ndarray) -> dict[str, Any]:
     """Return the flanks as nanometres: one number each when they stand still."""
     ends = walls(recording, scenario.rows(), scenario.rig().backlash, time)
-    out: dict[str, Any] = {"quantum": NANOMETRE, "moving": ends.moving}
+    out: dict[str, Any] = {"quantum": NANOMETRE, "moving": ends.moving, "complete": ends.complete}
     for name, values in (("active", ends.active), ("reverse", ends.reverse)):
         whole = np.rint(values / NANOMETRE).astype(np.int64)
         out[name] = np.diff(whole, prepend=0).tolist() if ends.moving else [int(v) for v in whole[:1]]

@@ -49,7 +49,7 @@ NAMES = {
     "run.settle": "left out as settling",
     "run.output_rate": "output rate",
     "run.seed": "random seed",
-    "sensors": "Sensors, for records",
+    "sensors": "Sensors",
     "effect": "Effects",
     "expect": "Expected",
 }
@@ -80,13 +80,13 @@ def table(document: str) -> list[Line]:
         document: the resolved scenario, TOML.
 
     Returns:
-        Lines in the order of the text; keys without a name keep their own.
+        Lines in the order of :data:`NAMES`; keys without a name keep their own and come last.
 
     >>> table('[mount]\nbacklash = "250 um"')
     [Line(group='Mounting', name='backlash along the line of action', value='250 µm')]
     """
     lines = []
-    for section, content in parse(document).items():
+    for section, content in sorted(parse(document).items(), key=_place):
         if section in PASSED_OVER:
             continue
         group = NAMES.get(section, section)
@@ -95,12 +95,17 @@ def table(document: str) -> list[Line]:
         elif isinstance(content, dict):
             lines += [
                 Line(group, NAMES.get(f"{section}.{key}", words(key)), inline(value))
-                for key, value in content.items()
+                for key, value in sorted(content.items(), key=lambda item: _place((f"{section}.{item[0]}", None)))
                 if value not in ({}, [])
             ]
         else:
             lines.append(Line(group, words(section), inline(content)))
     return lines
+
+
+def _place(item: tuple[str, Any]) -> int:
+    order = list(NAMES)
+    return order.index(item[0]) if item[0] in order else len(order)
 
 
 def inline(value: Any, without: tuple[str, ...] = ()) -> str:
@@ -123,7 +128,7 @@ def inline(value: Any, without: tuple[str, ...] = ()) -> str:
         return "; ".join(inline(one) for one in value)
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return pretty(str(value).replace("_", " "))
+    return pretty(str(value).replace("_sided", "-sided").replace("_", " "))
 
 
 def _named(key: str, value: Any) -> str:

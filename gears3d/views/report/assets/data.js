@@ -32,7 +32,7 @@ const DATA = (() => {
   return {
     time, run: signals(traces.run), twin: signals(traces.twin), active: wall("active"), reverse: wall("reverse"),
     impacts: impacts("impacts"), twinImpacts: impacts("twin_impacts"), errors: block("errors"),
-    histogram: block("histogram"), about: block("about"), tick: traces.tick,
+    histogram: block("histogram"), about: block("about"), wallsComplete: walls.complete, tick: traces.tick,
   };
 })();
 

@@ -57,6 +57,13 @@ function build(id, options, series, data) {
   return plot;
 }
 
+// both flanks are in view as long as the whole run is
+function betweenFlanks(u, low, high) {
+  const { min, max } = u.scales.x, whole = min === DATA.time[0] && max === DATA.time[DATA.time.length - 1];
+  const lowest = (values) => values.reduce((a, b) => Math.min(a, b)), highest = (values) => values.reduce((a, b) => Math.max(a, b));
+  return whole ? padded(.09)(u, Math.min(low, lowest(DATA.active)), Math.max(high, highest(DATA.reverse))) : padded(.09, .5)(u, low, high);
+}
+
 // ---- plots over time
 const time = { plots: [], busy: false };
 
@@ -77,10 +84,10 @@ function snap(u, index, at) {
   return at;
 }
 
-function timePlot(id, yLabel, series, columns, share = .06, least = 1e-3) {
+function timePlot(id, yLabel, series, columns, range = padded(.06, .1)) {
   const plot = build(id, {
     x: { label: "time", value: (u, v) => show(v, 6, "s") },
-    scales: { x: { time: false }, y: { range: padded(share, least) } },
+    scales: { x: { time: false }, y: { range } },
     axes: axes("time [s]", yLabel),
     cursor: { sync: { key: "gears3d-time", filters: { pub: (type) => !["mousedown", "mouseup", "dblclick"].includes(type) } },
       drag: { x: true, y: true, uni: 30, dist: 6 }, dataIdx: snap },
@@ -129,7 +136,7 @@ function drawTime() {
     const wall = (label, flank, to) => line(label, "--" + flank, um, { width: 1.5, auto: false, fill: css(`--${flank}-soft`), fillTo: to });
     timePlot("plot-displacement", "displacement [µm]",
       [wall("active flank", "active", (u) => u.scales.y.min), wall("reverse flank", "reverse", (u) => u.scales.y.max), ...series, ...marks],
-      [DATA.active, DATA.reverse, ...columns, ...at], .09, .5);
+      [DATA.active, DATA.reverse, ...columns, ...at], betweenFlanks);
   }
   if (DATA.run.velocity) {
     const [series, columns] = pairOf("velocity", "mm/s", 3), [marks, at] = impactSeries(-1, (i) => DATA.run.velocity[i]);

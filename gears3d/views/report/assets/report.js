@@ -51,10 +51,12 @@ function save(name, text) {
 
 document.getElementById("theme").addEventListener("click", () => setTheme(root.dataset.theme === "dark" ? "light" : "dark"));
 document.getElementById("print").addEventListener("click", () => print());
-document.getElementById("csv").addEventListener("click", () => save("impacts.csv", impactsCsv()));
+document.getElementById("csv")?.addEventListener("click", () => save("impacts.csv", impactsCsv()));
 document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventListener("click", () => time.plots.length && ZOOMS[button.dataset.zoom]()));
 ["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name).addEventListener("keydown", onKey));
 preferred.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
+
+if (!DATA.wallsComplete) document.getElementById("walls-note").textContent = " Deviations of single teeth are left out of the bands.";
 
 let before = "light";
 addEventListener("beforeprint", () => { before = root.dataset.theme; setTheme("light"); });
