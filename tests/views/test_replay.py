@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
+from gears3d.cli import main
 from gears3d.effects import Code, Gate, Row
 from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
+from gears3d.runs import RunFolder
 from gears3d.scenario import load
 from gears3d.views.replay import replay, viewer
 from gears3d.views.replay.motion import Motion, frames
@@ -224,6 +226,20 @@ def test_nothing_recorded(scenario, tmp_path):
     empty = Recording({"time_s": [], "theta_drive_rad": [], "theta_loose_rad": []})
     with pytest.raises(InputError, match="nothing was recorded"):
         replay(empty, scenario, out=tmp_path / "a.rrd")
+
+
+def test_run_folder_brings_scenario_and_twin(scenario, recording, tmp_path):
+    with RunFolder(tmp_path / "run") as folder:
+        folder.write_scenario(scenario, "made by a test")
+        folder.write_recording(recording)
+        folder.write_recording(recording, "twin")
+        folder.write_summary({"status": "complete"})
+        place = folder.commit()
+    with pytest.raises(SystemExit) as stop:
+        main(["replay", str(place), "--no-open"])
+    assert not stop.value.code
+    chunks = RrdReader(str(place / "replay.rrd")).stream().to_chunks()
+    assert {"/displacement/by_twin", "/impacts"} <= {chunk.entity_path for chunk in chunks}
 
 
 def test_gears_must_be_known(recording):

@@ -1,10 +1,12 @@
 """What the real viewer paints, without a window, and the verb that opens it."""
 
+import contextlib
 import io
 import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -145,6 +147,32 @@ def test_missing_driver_is_named(rrd, monkeypatch):
     monkeypatch.setenv("WGPU_BACKEND", "vulkan")
     with pytest.raises(viewer.ViewerError, match=r"no graphics driver.*apt install mesa-vulkan-drivers"):
         viewer.snapshot(rrd[0])
+
+
+@pytest.mark.viewer
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+def test_no_viewer_outlives_its_context(rrd, shots):
+    with viewer.Headless(rrd[0], (640, 360)):
+        assert processes(rrd[0])
+    assert gone(rrd[0])
+
+
+def processes(path):
+    found = []
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            words = entry.read_bytes().split(b"\0")
+            if b"--headless" in words and str(path).encode() in words:
+                found.append(entry.parent.name)
+    return found
+
+
+def gone(path):
+    for _ in range(50):
+        if not processes(path):
+            return True
+        time.sleep(0.1)
+    return False
 
 
 @pytest.mark.viewer

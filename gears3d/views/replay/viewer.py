@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
@@ -78,7 +80,9 @@ def serve(path: Path) -> int:
     Raises:
         ViewerError: there is no viewer.
     """
-    return subprocess.run([executable(), "--bind", "127.0.0.1", "--web-viewer", str(path)], check=False).returncode
+    ports = ["--port", str(_free_port()), "--web-viewer-port", str(_free_port())]
+    command = [executable(), "--bind", "127.0.0.1", *ports, "--web-viewer", str(path)]
+    return subprocess.run(command, check=False).returncode
 
 
 class Headless:
@@ -160,12 +164,10 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
     """Start a viewer on a free port and wait until it has loaded the file."""
     from rerun.experimental import ViewerClient
 
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = _free_port()
     command = [executable(), "--bind", "127.0.0.1", "--port", str(port), *options, str(path)]
     sink = log if log is not None else subprocess.DEVNULL
-    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, start_new_session=log is None)
+    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, start_new_session=True)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and process.poll() is None:
         try:
@@ -182,6 +184,12 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
         log.seek(0)
         said = log.read()
     raise ViewerError(_why(said, path))
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
 
 
 def _why(said: str, path: Path) -> str:
@@ -218,10 +226,14 @@ def _settled(client: Any, view: str | None) -> bytes:
 
 
 def _stop(process: subprocess.Popen[str]) -> None:
-    if process.poll() is None:
-        process.terminate()
-        try:
-            process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+    """End the launcher and the viewer that it launched."""
+    with suppress(ProcessLookupError):
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGTERM)
+        else:
+            process.terminate()
+    try:
+        process.wait(5.0)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
