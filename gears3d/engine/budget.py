@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
     from gears3d.gears import Pair
 
+LOCATION = 1e-12
+"""How exactly a closing gap is looked for at best [m]."""
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
@@ -119,23 +121,25 @@ class Watch:
             f"{self.allowed * 1e6:.2f} µm (collision pieces and flanks are not of the same gears)"
         )
 
-    def report(self, located: float) -> dict[str, float]:
+    def report(self, located: float, strayed: float) -> dict[str, float]:
         """Return the error budget, all in m.
 
         Args:
             located: largest gap left at an impact.
+            strayed: largest distance between where Bullet arrived and the path that was planned.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count
         spread = math.sqrt(max(self._sums[2] / count - mean * mean, 0.0))
         return {
-            "facet_chord_m": self._parts["chord_error_m"],
-            "hull_quantisation_m": self._parts["quantum_m"],
-            "hull_margins_m": MARGINS,
-            "raw_minus_refined_mean_m": mean,
-            "raw_minus_refined_std_m": spread,
-            "raw_minus_refined_max_m": self._sums[3],
-            "raw_allowed_m": self.allowed,
-            "location_m": located,
-            "total_m": located + 1e-12,
+            "facet_chord": self._parts["chord_error_m"],
+            "hull_quantisation": self._parts["quantum_m"],
+            "hull_margins": MARGINS,
+            "raw_minus_refined_mean": mean,
+            "raw_minus_refined_std": spread,
+            "raw_minus_refined_max": self._sums[3],
+            "raw_minus_refined_allowed": self.allowed,
+            "location": located,
+            "step": strayed,
+            "total": located + strayed + LOCATION,
         }

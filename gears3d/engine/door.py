@@ -16,10 +16,11 @@ from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Log
 from gears3d.engine.motion import fastest, motion_table
+from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import torque_table
 from gears3d.engine.world import Body, World
-from gears3d.errors import UsageError, did_you_mean
+from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, ToothDeviation, pieces
 from gears3d.gears.edge import edged
 from gears3d.recording import Recording
@@ -27,6 +28,7 @@ from gears3d.recording import Recording
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+Parts = tuple[World, Plant, Watch, Log]
 CONTACTS = ("located", "native")
 LONGEST_STEP = 2e-3
 """s."""
@@ -41,6 +43,8 @@ def simulate(
     pair: Pair | None = None,
     contact: str = "located",
     progress: Callable[[float], None] | None = None,
+    *,
+    step: float | None = None,
 ) -> Recording:
     """Run a scenario as rigid bodies in PyBullet.
 
@@ -49,20 +53,66 @@ def simulate(
         pair: gears that take the place of the scenario's own; the scenario's flank effects are added to them.
         contact: ``"located"`` (impacts where the true flanks meet) or ``"native"`` (Bullet's own contact response).
         progress: called now and then with the simulated time done [s].
+        step: longest step of located contact, or the step of native contact [s]; ``None``: chosen, or 10 µs.
 
     Returns:
         The recording, with ``meta["error_budget"]``; after Ctrl-C what there is, with ``meta["interrupted"]``.
 
     Raises:
         UsageError: the contact is not known.
-        InputError: gears that cannot be made.
+        InputError: gears that cannot be made, or what this engine or Bullet's own contact cannot do.
         EngineError: jammed gears, a raw gap outside the hull budget, a state that is not a number.
     """
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
     rows = scenario.rows()
+    _refuse(scenario, rows, contact)
     gears = (scenario.pair() if pair is None else pair).with_deviations(*flank_deviations(rows))
-    return _located(scenario, gears, rows, progress)
+    began = clock.perf_counter()
+    shape = edged(gears)
+    torques = torque_table([torque_constant(scenario.drag.torque), *rows])
+    plant = Plant(shape, motion_table(scenario), torques, scenario.rig().inertia)
+    turn = fastest(plant.motion)[0] * longest_step(plant.motion, rows, gears)
+    watch = Watch(gears, shape, turn)
+    log = Log(scenario.run.duration, scenario.run.output_rate)
+    with World(*bodies(scenario, gears), respond=contact == "native") as world:
+        make = _native if contact == "native" else _located
+        run = make(scenario, rows, gears, (world, plant, watch, log), step)
+        complete = run.run(progress)
+    radii = (gears.drive.base_radius, gears.loose.base_radius)
+    meta: dict[str, Any] = {
+        "model": "bullet",
+        "contact": contact,
+        "steps": run.steps,
+        "queries": watch.queries,
+        "contacts": run.contacts,
+        "error_budget": watch.report(run.located, run.strayed),
+        "interrupted": not complete,
+        "reached_s": run.time,
+        "base_radius_drive_m": radii[0],
+        "base_radius_loose_m": radii[1],
+        "wall_s": clock.perf_counter() - began,
+    }
+    return Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
+
+
+def _refuse(scenario: Scenario, rows: tuple[Row, ...], contact: str) -> None:
+    """Refuse what this engine, or Bullet's own contact, cannot do."""
+    faults = []
+    if scenario.motion.record is not None:
+        text = f"is {scenario.motion.record}: the engine imposes mean and harmonics only"
+        faults.append(Fault("motion.record", text, "give motion.mean and motion.harmonics"))
+    if contact == "native":
+        unable = {Code.GAP_SPRING: "compliant flanks", Code.IMPACT_SCATTER: "scattered restitution"}
+        faults += [
+            Fault(
+                "effect", f"asks for {unable[row.code]}, which Bullet's own contact cannot do", "use contact = located"
+            )
+            for row in rows
+            if row.code in unable
+        ]
+    if faults:
+        raise InputError(faults)
 
 
 def flank_deviations(rows: tuple[Row, ...]) -> list[HarmonicDeviation | ToothDeviation]:
@@ -126,39 +176,34 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float
     return min(times)
 
 
-def _located(
-    scenario: Scenario, pair: Pair, rows: tuple[Row, ...], progress: Callable[[float], None] | None
-) -> Recording:
-    began = clock.perf_counter()
-    motion = motion_table(scenario)
-    torques = torque_table([torque_constant(scenario.drag.torque), *rows])
-    shape = edged(pair)
-    plant = Plant(shape, motion, torques, scenario.rig().inertia)
+def _stroke(scenario: Scenario) -> tuple[float, float]:
+    """Return circular frequency [rad/s] and phase [rad] of the first harmonic, zeros without one."""
     harmonics = scenario.motion.harmonics
-    stroke = (2.0 * math.pi * harmonics[0].frequency, harmonics[0].phase) if harmonics else (0.0, 0.0)
+    return (2.0 * math.pi * harmonics[0].frequency, harmonics[0].phase) if harmonics else (0.0, 0.0)
+
+
+def _law(scenario: Scenario, rows: tuple[Row, ...]) -> ImpactLaw:
+    return ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed)
+
+
+def _located(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float | None) -> Located:
+    world, plant, watch, log = parts
+    longest = longest_step(plant.motion, rows, pair)
     settings = Settings(
         duration=scenario.run.duration,
-        longest_step=longest_step(motion, rows, pair),
-        law=ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed),
+        longest_step=longest if step is None else min(step, longest),
+        law=_law(scenario, rows),
         stick_velocity=scenario.impact.stick_velocity,
         springs=springs_of(rows),
         start=scenario.start.state,
-        stroke=stroke,
+        stroke=_stroke(scenario),
     )
-    turn = fastest(motion)[0] * settings.longest_step
-    log = Log(settings.duration, scenario.run.output_rate)
-    with World(*bodies(scenario, pair), respond=False) as world:
-        run = Located(world, plant, settings, Watch(pair, shape, turn), log)
-        complete = run.run(progress)
-    meta: dict[str, Any] = {
-        "model": "bullet",
-        "contact": "located",
-        "steps": run.steps,
-        "queries": run.watch.queries,
-        "error_budget": run.watch.report(run.worst_gap),
-        "wall_s": clock.perf_counter() - began,
-    }
-    if not complete:
-        meta |= {"interrupted": True, "reached_s": run.time}
+    return Located(world, plant, settings, watch, log)
+
+
+def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float | None) -> Native:
+    world, plant, watch, log = parts
+    settings = (scenario.run.duration, STEP if step is None else step, scenario.impact.stick_velocity)
     radii = (pair.drive.base_radius, pair.loose.base_radius)
-    return Recording(log.signals(motion, radii), log.impact_columns(), meta)
+    law = _law(scenario, rows)
+    return Native(world, plant, radii, law, watch, log, settings, _stroke(scenario))

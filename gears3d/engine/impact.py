@@ -29,6 +29,11 @@ class ImpactLaw:
         self._rows = [row for row in rows if row.code // 100 == 3]
         self._scatter = np.random.default_rng(seed)
 
+    @property
+    def changes(self) -> bool:
+        """Whether the coefficient differs from impact to impact."""
+        return any(row.code != Code.IMPACT_OFFSET for row in self._rows)
+
     def coefficient(self, flank: Flank, speed: float) -> float:
         """Return the coefficient for one impact; with scatter rows every call draws anew.
 

@@ -22,15 +22,16 @@ from gears3d.engine.closing import (
     TOUCH,
     Arc,
     Plant,
+    angle_after,
     highest,
     plan_flight,
 )
-from gears3d.engine.holding import LOST, MEETS, on_flank, plan_contact, supporting
+from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, supporting
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import lasting, plan_pressed, pressed_step
+from gears3d.engine.pressing import PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
 from gears3d.engine.torques import FREE
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
@@ -76,9 +77,10 @@ class _Flight:
         left: flank that it left.
         height: largest distance from it so far [m].
         entry: rate of the gap when a compliant contact began [m/s].
-        began: when that was [s].
+        began: when that, or permanent contact, began [s].
         impulse: of its force so far [N s].
-        stays: whether the compliant contact counts as permanent.
+        stays: whether the contact is permanent.
+        pushing: whether the flanks push on each other in a compliant contact.
     """
 
     left: int = 0
@@ -87,6 +89,7 @@ class _Flight:
     began: float = 0.0
     impulse: float = 0.0
     stays: bool = False
+    pushing: bool = True
 
 
 @dataclass
@@ -111,7 +114,9 @@ class Located:
     omega: float = 0.0
     place: int = FREE
     steps: int = 0
-    worst_gap: float = 0.0
+    located: float = 0.0
+    strayed: float = 0.0
+    contacts: list[tuple[int, float, float]] = field(default_factory=list)
     flight: _Flight = field(default_factory=_Flight)
     teeth: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
 
@@ -134,8 +139,18 @@ class Located:
                     progress(self.time)
         except KeyboardInterrupt:
             return False
+        finally:
+            if self.place != FREE:
+                self._leave(self.place - 1)
         self.log.finish(self.theta, self.omega, self.time)
         return True
+
+    def _leave(self, side: int) -> None:
+        """Leave a flank; what was permanent contact is written down."""
+        if self.flight.stays:
+            self.contacts.append((side, self.flight.began, self.time))
+        self.place = FREE
+        self.flight = _Flight(left=side)
 
     def _begin(self) -> None:
         """Put the gears where the scenario starts and see that they are not jammed."""
@@ -208,6 +223,8 @@ class Located:
         # Bullet moves on with the speed at the end of the step, which is too far by this much
         too_far = (0.5 * arc.accel + arc.jerk * duration / 3.0) * duration * duration
         self.theta, self.omega = theta - too_far, omega
+        radius = self.plant.surfaces.flanks.gears[1, 0]
+        self.strayed = max(self.strayed, radius * abs(self.theta - angle_after(arc, duration)))
         self.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
         self.steps += 1
         self._pose()
@@ -225,7 +242,7 @@ class Located:
     def _strike(self, side: int) -> None:
         """A gap has closed: act with the impact law, or begin a compliant contact."""
         gap, rate, lever = self._contact(side)
-        self.worst_gap = max(self.worst_gap, abs(gap))
+        self.located = max(self.located, abs(gap))
         if abs(gap) > NEAR:
             raise EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {self.time:.9g} s")
         if self._contact(1 - side)[0] < -NEAR:
@@ -245,6 +262,7 @@ class Located:
         self.omega += lever * impulse / self.plant.inertia
         self.flight = _Flight(left=side)
         if self.place != FREE:
+            self.flight.began, self.flight.stays = self.time, True
             self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
         self._pose()
 
@@ -278,12 +296,9 @@ class Located:
         duration, event, row = plan_contact(self.plant, self.teeth, side, self._here(), longest, soft)
         if duration > 0.0:
             self._follow(side, self.teeth[row : row + 1], duration)
-        if event == LOST:
-            self.place = FREE
-            self.flight = _Flight(left=side)
-        elif event == MEETS:
-            self.place = FREE
-            self.flight = _Flight(left=side)
+        if event != HELD:
+            self._leave(side)
+        if event == MEETS:
             self._strike(side)
 
     def _follow(self, side: int, held: np.ndarray, duration: float) -> None:
@@ -310,14 +325,17 @@ class Located:
         springs, flight = self.settings.springs, self.flight
         mass = self.plant.inertia / self._contact(side)[2] ** 2
         longest = min(longest, pressed_step(springs, mass))
-        duration, arc, force, parts = plan_pressed(self.plant, self.teeth, side, springs, self._here(), longest)
+        duration, arc, force, end = plan_pressed(
+            self.plant, self.teeth, side, springs, self._here(), longest, flight.pushing
+        )
         flight.impulse += force * duration
         self._move(arc, duration)
         if not flight.stays and self.time - flight.began > lasting(springs, mass):
             flight.stays = True
             self._note(side, flight.began, (flight.entry, 0.0), -mass * flight.entry)
-        if parts:
+        if end == TURNS:
+            flight.pushing = not flight.pushing
+        elif end == PARTS_NOW:
             if not flight.stays:
                 self._note(side, flight.began, (flight.entry, self._contact(side)[1]), flight.impulse)
-            self.flight = _Flight(left=side)
-            self.place = FREE
+            self._leave(side)
