@@ -74,7 +74,7 @@ def _fill(
             with _clock(wall, "twin"):
                 other = simulate(_until(scenario, recording), twin)
                 comparison = _comparison(recording, other)
-        summary = summarise(scenario, recording, comparison)
+        summary = {**summarise(scenario, recording, comparison), "command": _command()}
         with _clock(wall, "files"):
             folder.write_scenario(scenario, _header(summary))
             folder.write_recording(recording)
@@ -127,13 +127,18 @@ def _report(
     write(folder.path / "report.html", scenario=scenario, recording=recording, twin=twin, summary=summary)
 
 
-def _header(summary: dict[str, Any]) -> str:
-    import platform
+def _command() -> str:
+    """Return what was typed, ready to type again."""
     import shlex
 
-    command = shlex.join(["gears3d", *sys.argv[1:]])
+    return shlex.join(["gears3d", *sys.argv[1:]])
+
+
+def _header(summary: dict[str, Any]) -> str:
+    import platform
+
     return (
-        f"{command}\ngears3d {summary['version']}, Python {platform.python_version()}, "
+        f"{summary['command']}\ngears3d {summary['version']}, Python {platform.python_version()}, "
         f"{platform.machine()}, seed {summary['seed']}"
     )
 

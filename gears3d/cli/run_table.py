@@ -42,7 +42,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         out += _agreement(summary["comparison"])
     budget = summary["error_budget"]
     if budget:
-        out.append(("error budget of the gap", f"{budget['total_m'] * 1e9:.2g} nm"))
+        out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
     out.append(("speed", _speed(summary)))
     if summary["status"] == "partial":
         out.append(("status", f"partial: interrupted at {summary['reached_s']:.3f} s"))

@@ -58,7 +58,7 @@ def test_the_folder_holds_what_the_contract_says(run):
     summary = json.loads((out / "summary.json").read_text())
     assert set(summary["comparison"]) == COMPARISON
     assert summary["status"] == "complete"
-    assert summary["error_budget"]["total_m"] > 0
+    assert summary["error_budget"]["total"] > 0
     assert (out / "report.html").stat().st_size < 2_000_000
     assert (out / "replay.rrd").stat().st_size < 3_000_000 * 1.2
 

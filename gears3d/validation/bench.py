@@ -1,0 +1,42 @@
+"""The bench that the claims are measured on: Rigaud & Perret-Liaudet 2020, table 1 and figure 5."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gears3d.scenario import Scenario, load
+
+FIG5 = """
+format = 1
+title = "Rigaud & Perret-Liaudet 2020, fig. 5, 20 rpm"
+[gears]
+module = "3.5 mm"
+pressure_angle = "20 deg"
+face_width = "7.5 mm"
+drive = { teeth = 90 }
+loose = { teeth = 90, inertia = "0.0695 kg m^2" }
+[mount]
+backlash = "250 um"
+[motion]
+mean = "30 rpm"
+harmonics = [ { amplitude = "20 rpm", frequency = "3 Hz" } ]
+[drag]
+torque = "0.22 N m"
+[impact]
+restitution = 0.3
+[run]
+duration = "2 s"
+settle = "0 s"
+"""
+
+
+def fig5(**overrides: Any) -> Scenario:
+    """Return figure 5 at 20 rpm, changed.
+
+    Args:
+        overrides: dotted keys with ``__`` for the dot, e.g. ``impact__restitution=0.5``.
+
+    >>> fig5(impact__restitution=0.5).impact.restitution
+    0.5
+    """
+    return load(FIG5, overrides=[(key.replace("__", "."), value) for key, value in overrides.items()])

@@ -1,0 +1,125 @@
+"""Effects: the change that each makes in the engine is the change that it makes in the twin.
+
+Every effect is tried at a size that an engineer meets, and as small as ten times the engine's own error budget of the
+gap: the parameter is scaled down until the impacts move by that length. What is compared is the *change* (with minus
+without) of times and speeds of the first impacts on both flanks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from gears3d.recording import Recording
+from gears3d.simulation import simulate
+from gears3d.validation.bench import fig5
+from gears3d.validation.claim import Claim
+
+AGREEMENT = 0.05
+FIRST = 8
+"""How many impacts after the start are compared: four on either flank."""
+
+Effect = dict[str, Any]
+
+SIZES: dict[str, tuple[str, Effect, str]] = {
+    "transmission error, drive": ("transmission_error", {"order": 7, "phase": "40 deg"}, "amplitude=5e-6 m"),
+    "transmission error, loose": ("transmission_error", {"order": 5, "gear": "loose"}, "amplitude=5e-6 m"),
+    "transmission error, active flank": ("transmission_error", {"order": 3, "flank": "active"}, "amplitude=5e-6 m"),
+    "viscous drag": ("drag_viscous", {}, "coefficient=5e-3 N m s/rad"),
+    "restitution over speed": ("restitution_speed", {}, "slope=-3 s/m"),
+}
+"""Effects whose size can go to zero: kind, fixed parameters, scaled parameter at an engineer's size."""
+
+
+def effect(name: str, scale: float) -> list[Effect]:
+    """Return the effect as a scenario has it.
+
+    Args:
+        name: a key of ``SIZES``.
+        scale: factor on its size.
+    """
+    kind, fixed, sized = SIZES[name]
+    key, text = sized.split("=")
+    number, unit = text.split(" ", 1)
+    return [{"kind": kind, **fixed, key: f"{float(number) * scale!r} {unit}"}]
+
+
+@cache
+def run(model: str, name: str = "", scale: float = 1.0) -> Recording:
+    """Run figure 5 with one effect, or with none.
+
+    Args:
+        model: ``"bullet"`` or ``"rigid"``.
+        name: a key of ``SIZES``; none when empty.
+        scale: factor on its size.
+    """
+    scenario = fig5(run__duration="0.34 s")
+    return simulate(scenario.with_({"effect": effect(name, scale)}) if name else scenario, model)
+
+
+def change(model: str, name: str, scale: float) -> np.ndarray:
+    """Return the change that an effect makes, as lengths and speeds over their typical size, (2·FIRST,).
+
+    Args:
+        model: ``"bullet"`` or ``"rigid"``.
+        name: a key of ``SIZES``.
+        scale: factor on its size.
+    """
+    plain, more = run(model).impacts, run(model, name, scale).impacts
+    moved = [more[key][:FIRST] - plain[key][:FIRST] for key in ("time_s", "velocity_m_s")]
+    return np.concatenate([moved[0] * np.abs(plain["velocity_m_s"][:FIRST]), moved[1] * 1e-2])
+
+
+def disagreement(name: str, scale: float) -> float:
+    """Return how far the engine's change is from the twin's, over the size of the twin's.
+
+    Args:
+        name: a key of ``SIZES``.
+        scale: factor on its size, negative for the other sign.
+    """
+    engine, twin = change("bullet", name, scale), change("rigid", name, scale)
+    return float(np.linalg.norm(engine - twin) / np.linalg.norm(twin))
+
+
+def smallest(name: str) -> float:
+    """Return the factor at which the effect moves the impacts by ten times the engine's error budget.
+
+    Args:
+        name: a key of ``SIZES``.
+    """
+    budget = run("bullet").meta["error_budget"]["total"]
+    probe = 1e-3
+    moved = np.abs(change("rigid", name, probe)[:FIRST]).max()
+    return float(probe * 10 * budget / moved)
+
+
+def claims(quick: bool = False) -> Iterator[Claim]:
+    """Measure them.
+
+    Args:
+        quick: one sign at an engineer's size.
+    """
+    for name in SIZES:
+        signs = (1,) if quick or name == "viscous drag" else (1, -1)
+        for sign in signs:
+            for words, scale in (("", 1.0),) if quick else (("", 1.0), (", at 10 x the budget", smallest(name))):
+                sized = f"{name}{' reversed' if sign < 0 else ''}{words}"
+                yield Claim(f"{sized}: change off the twin's", disagreement(name, sign * scale), AGREEMENT)
+    yield from compliance()
+
+
+def compliance() -> Iterator[Claim]:
+    """Give the claims of compliant teeth, which take the place of the restitution law."""
+    scenario = fig5(run__duration="0.34 s")
+    spring = {"kind": "tooth_compliance", "stiffness": "2.6e6 N/m", "damping": "1200 N s/m"}
+    soft = scenario.with_({"effect": [spring]})
+    changes = []
+    for model in ("bullet", "rigid"):
+        hard, more = simulate(scenario, model).impacts, simulate(soft, model).impacts
+        moved = [more[key][:2] - hard[key][:2] for key in ("velocity_m_s", "rebound_m_s")]
+        changes.append(np.concatenate([moved[0], moved[1]]))
+    off = np.linalg.norm(changes[0] - changes[1]) / np.linalg.norm(changes[1])
+    yield Claim("tooth compliance, 2.6 N/µm: change off the twin's", float(off), AGREEMENT)
