@@ -15,7 +15,9 @@ from gears3d.lumped.layout import (
     DISPLACEMENT,
     DONE,
     FREE,
+    IDLE,
     IMPACTS_FULL,
+    MARK,
     MODE,
     N_CONTACTS,
     N_IMPACTS,
@@ -28,8 +30,10 @@ from gears3d.lumped.layout import (
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
-PATIENCE = 10_000
-"""Steps without any progress in time after which a run is broken off."""
+PATIENCE = 20_000
+"""So many steps in a row that are SHORTEST or less on average break a run off."""
+SHORTEST = 1e-12
+"""Mean length of a step that leads nowhere [s]."""
 
 
 def _compiled(fingerprint: int):
@@ -39,7 +43,6 @@ def _compiled(fingerprint: int):
             return BROKEN
         if state[MODE] == BEFORE:
             begin(m, state, out)
-        idle, last = 0, state[TIME]
         while state[TIME] < end:
             if count[N_IMPACTS] >= out.impacts.shape[0]:
                 return IMPACTS_FULL
@@ -55,10 +58,11 @@ def _compiled(fingerprint: int):
             count[STEPS] += 1
             if not (isfinite(state[DISPLACEMENT]) and isfinite(state[SPEED])):
                 return BROKEN
-            idle = idle + 1 if state[TIME] <= last else 0
-            last = state[TIME]
-            if idle > PATIENCE:
-                return STANDSTILL
+            count[IDLE] += 1
+            if count[IDLE] == PATIENCE:
+                if state[TIME] - state[MARK] < PATIENCE * SHORTEST:
+                    return STANDSTILL
+                count[IDLE], state[MARK] = 0, state[TIME]
         return DONE
 
     return advance

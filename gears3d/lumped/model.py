@@ -41,6 +41,7 @@ class Model(NamedTuple):
         damping: of the flanks [N·s/m].
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
         rest: loose speed that counts as rest [rad/s].
+        unfelt: acceleration of the gap that is rounding [m/s²].
         gated: whether torques differ between flight and contact.
         seed: of the scatter.
     """
@@ -60,6 +61,7 @@ class Model(NamedTuple):
     damping: float
     rate: np.ndarray
     rest: float
+    unfelt: float
     gated: bool
     seed: int
 
@@ -99,6 +101,7 @@ def model(
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
+    rate = _rates(rig, spin, base, torques, flanks, fastest, stiffness, damping)
     return Model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
@@ -113,8 +116,9 @@ def model(
         stick_velocity=float(stick_velocity),
         stiffness=stiffness,
         damping=damping,
-        rate=_rates(rig, spin, base, torques, flanks, fastest, stiffness, damping),
+        rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
+        unfelt=float(1e-12 * rig.base_radius_drive * fastest * rate[0]),
         gated=bool(np.any(base != base[0]) or any(row[1] != 7.0 for row in torques)),
         seed=int(seed),
     )

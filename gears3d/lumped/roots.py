@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
+import numpy as np
+
 from gears3d.lumped.compile import inner
 
 
@@ -57,7 +59,7 @@ def first_root(c, sign, n, reach):
         return inf
     q1 = sign * c[lead + 1]
     x = 0.0
-    for _ in range(500):
+    for _ in range(12):
         root = sqrt(q1 * q1 + 2.0 * bend * q0)
         if q1 < 0.0:
             step = 2.0 * q0 / (root - q1)
@@ -75,6 +77,38 @@ def first_root(c, sign, n, reach):
             q1 = q1 * x + q0
             q0 = q0 * x + sign * c[lead + k]
         if q0 <= 0.0:
+            return x
+    return _creep(c, sign, lead, n, x, reach)
+
+
+@inner
+def _creep(c, sign, lead, n, start, reach):
+    """Go on like :func:`first_root` where roots crowd: the series is moved along, which makes its bounds tight."""
+    d = n - lead
+    q = np.zeros(d + 1)
+    for k in range(d + 1):
+        q[k] = sign * c[lead + k]
+    x, step = 0.0, start
+    for _ in range(2000):
+        for i in range(d):
+            for k in range(d - 1, i - 1, -1):
+                q[k] += step * q[k + 1]
+        x += step
+        if q[0] <= 0.0:
+            return x
+        window, step = 2.0 * (reach - x), 0.0
+        while step < 0.3 * window:
+            window *= 0.5
+            bend, power = 0.0, 1.0
+            for k in range(2, d + 1):
+                bend += max(0.0, -q[k]) * k * (k - 1) * power
+                power *= window
+            root = sqrt(q[1] * q[1] + 2.0 * bend * q[0])
+            step = 2.0 * q[0] / (root - q[1]) if root > q[1] else inf
+        step = min(step, window)
+        if x + step >= reach * (1.0 - 1e-15):
+            return inf
+        if step <= 1e-15 * x:
             return x
     return x
 

@@ -188,7 +188,7 @@ def flight(m, state, n, pressed, w):
             w[OMEGA2, k + 1] = -total / m.inertia * INVERSE[k + 1]
     if state[LIFT] >= 0.0:
         gap = w[GAP + int(state[LIFT])]
-        if abs(gap[2]) < 1e-9 * (abs(w[S, 2]) + abs(m.radius_drive * w[THETA1, 2])):
+        if abs(gap[2]) < m.unfelt:
             gap[2] = 0.0
 
 

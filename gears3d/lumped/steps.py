@@ -87,8 +87,9 @@ def sample(m, state, count, out, x, n):
     """Take the samples that fall into the step [0, x]."""
     w, t = out.work, state[TIME]
     i = count[N_SAMPLES]
-    while i < out.samples.shape[0] and i * out.spacing <= t + x:
-        at = max(i * out.spacing - t, 0.0)
+    end = (t + x) * (1.0 + 1e-15)  # the last sample's time may be rounded up
+    while i < out.samples.shape[0] and i * out.spacing <= end:
+        at = min(max(i * out.spacing - t, 0.0), x)
         row = out.samples[i]
         row[0] = i * out.spacing
         row[1] = value(w[THETA1], n, at)
@@ -211,7 +212,7 @@ def contact_step(m, state, count, out, span):
     x, ends = reach, False
     if sign != 0.0:
         root = first_root(w[REACTION], 1.0, n - 2, x)
-        if root == 0.0 and state[HOLD] > 0.0:
+        if root < state[HOLD]:
             x = min(x, state[HOLD])
             root = inf
         elif root < x:
