@@ -117,8 +117,9 @@ def plan_contact(
                 return end, MEETS, row
         if meets >= 0.0 or lost >= 0.0:
             new, force = supporting(plant, teeth, side, start.time + end, theta)
-            if force < weak or new == row:
-                return end, LOST if force < weak else HELD, row
+            pulls = force < weak or (new == row and meets < 0.0)
+            if pulls or new == row:
+                return end, LOST if pulls else HELD, row
             if end > 0.0:
                 return end, HELD, row
             row = new
