@@ -1,0 +1,83 @@
+"""``gears3d show``: the data sheet of a scenario's pair, and its mesh as a drawing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gears3d.gears.sheet import Quantity
+    from gears3d.scenario import Scenario
+
+
+def show(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    out: Annotated[
+        Path | None, typer.Option(help="Draw the mesh there (.png, .svg, .pdf); nothing is drawn without it.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the data sheet as JSON, SI units.")] = False,
+) -> None:
+    """Print the data sheet of a gear pair in the terms of ISO 21771, and draw its mesh.
+
+    Example: gears3d show scenarios/base/rigaud-2020.toml --out mesh.png
+    """
+    from gears3d.gears.sheet import data_sheet
+    from gears3d.scenario import load
+    from gears3d.views.sheet import write_drawing
+
+    loaded = load(scenario, set_ or ())
+    pair, gears = loaded.pair(), loaded.gears
+    if out is not None:
+        write_drawing(out, pair, loaded.title, loaded.motion.mean)
+    sheet = data_sheet(pair, loaded.motion.mean, (gears.drive.density, gears.loose.density))
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(_answer(loaded, scenario, sheet, out))
+        return
+    _print(loaded, scenario, sheet)
+    typer.echo(f"drawing written to {out}" if out is not None else "for a drawing of the mesh: --out mesh.png")
+
+
+def _answer(loaded: Scenario, path: Path, sheet: tuple[Quantity, ...], out: Path | None) -> dict[str, Any]:
+    from gears3d.views.sheet import tables
+
+    return {
+        "scenario": str(path),
+        "title": loaded.title,
+        "source": loaded.source,
+        "inertia_simulated_kg_m2": {"drive": loaded.gears.drive.inertia, "loose": loaded.gears.loose.inertia},
+        "sheet": tables(sheet),
+        "drawing": str(out) if out is not None else None,
+    }
+
+
+def _print(loaded: Scenario, path: Path, sheet: tuple[Quantity, ...]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gears3d.views.sheet import rows
+
+    table = Table(title=escape(loaded.title or str(path)), title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for name in ("", "", "pair | drive", "loose"):
+        table.add_column(name, overflow="fold")
+    group = ""
+    for line_group, name, symbol, texts in rows(sheet):
+        if line_group != group:
+            group = line_group
+            table.add_row("", "", "", "")
+            table.add_row(f"[bold]{escape(group)}[/]", "", "", "")
+        same = len(texts) == 2 and texts[0] == texts[1]
+        table.add_row(escape(name), escape(symbol), texts[0], "same" if same else texts[-1] if len(texts) == 2 else "")
+    inertia = loaded.gears.loose.inertia
+    if inertia is not None:
+        from gears3d.units import show as text
+
+        table.add_row("moment of inertia that is simulated", "J", "motion is imposed", text(inertia, "inertia"))
+    Console(highlight=False).print(table)

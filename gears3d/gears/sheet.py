@@ -1,0 +1,273 @@
+"""The data sheet of a pair: every quantity with its ISO 21771 name, symbol, unit family and equation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, cos, pi, sin, sqrt, tan
+
+from gears3d.gears.deviation import GEARS
+from gears3d.gears.gear import Gear
+from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.pair import Pair
+from gears3d.gears.rack import form
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One line of a data sheet.
+
+    Args:
+        group: heading that it stands under.
+        name: as ISO 21771 calls it.
+        symbol: as ISO 21771 writes it, subscripts after ``_``.
+        family: its unit family.
+        values: in the family's SI unit; one of the pair, or those of drive and loose gear; ``None`` where there is
+            none.
+        source: where it is defined; ``(n)`` counts the equations of ISO 21771:2007.
+    """
+
+    group: str
+    name: str
+    symbol: str
+    family: str
+    values: tuple[float | None, ...]
+    source: str = ""
+
+
+def data_sheet(
+    pair: Pair,
+    speed: float = 0.0,
+    densities: tuple[float, float] | None = None,
+) -> tuple[Quantity, ...]:
+    """Return the data sheet of a pair.
+
+    Args:
+        pair: the pair; its deviations do not enter.
+        speed: mean speed of the drive gear [rad/s], for the sliding speeds.
+        densities: of drive and loose gear [kg/m³], for masses and inertias of the solids; ``None`` leaves them out.
+
+    Returns:
+        The quantities, group by group.
+
+    Source: ISO 21771:2007, sections 4 to 7; the radial backlash is the exact one, not its linear estimate.
+
+    >>> gear = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
+    >>> sheet = {q.symbol: q.values for q in data_sheet(Pair.from_backlash(gear, gear, 250e-6))}
+    >>> round(sheet["j_wt"][0] * 1e6, 3), round(sheet["ε_γ"][0], 3)
+    (266.352, 1.738)
+    """
+    sheet = (
+        *_common(pair),
+        *_single(pair),
+        *_diameters(pair),
+        *_mesh(pair),
+        *_backlash(pair),
+        *_motion(pair, speed),
+        *(_masses(pair, densities) if densities else ()),
+    )
+    return sheet
+
+
+def path_points(pair: Pair) -> dict[str, float]:
+    """Return the points of the path of contact as distances from the pitch point, along the motion of the contact.
+
+    Args:
+        pair: the pair.
+
+    Returns:
+        ``A`` start (tip of the loose gear), ``B`` and ``D`` ends of the stretch with a single pair of teeth, ``C``
+        pitch point, ``E`` end (tip of the drive gear), ``T1`` and ``T2`` where the line of action touches the base
+        circles [m]. B lies after D where the contact ratio exceeds 2.
+
+    Source: ISO 21771:2007, equations (77) to (80).
+    """
+    tangent = tan(pair.working_pressure_angle)
+    drive, loose = pair.drive, pair.loose
+    start = loose.base_radius * (tangent - loose.tip_roll)
+    end = drive.base_radius * (drive.tip_roll - tangent)
+    pitch = drive.base_pitch
+    return {
+        "T1": -drive.base_radius * tangent,
+        "A": start,
+        "B": end - pitch,
+        "C": 0.0,
+        "D": start + pitch,
+        "E": end,
+        "T2": loose.base_radius * tangent,
+    }
+
+
+def radial_backlash(pair: Pair) -> float | None:
+    """Return by how much the axes may approach until the backlash is gone [m], ``None`` if it never is.
+
+    Args:
+        pair: the pair.
+    """
+    base_sum = pair.drive.base_radius + pair.loose.base_radius
+    left = inv(pair.working_pressure_angle) - 0.5 * pair.backlash / base_sum
+    return None if left < 0.0 else pair.centre_distance - base_sum / cos(inverse_inv(left))
+
+
+def _both(pair: Pair, value) -> tuple[float | None, ...]:
+    return tuple(value(which, pair.gear(which)) for which in GEARS)
+
+
+def _common(pair: Pair):
+    gear, group = pair.drive, "basic rack"
+    alpha_t, beta = gear.transverse_pressure_angle, gear.helix_angle
+    yield Quantity(group, "normal module", "m_n", "length", (gear.module,))
+    yield Quantity(group, "transverse module", "m_t", "length", (gear.transverse_module,), "(2)")
+    yield Quantity(group, "normal pressure angle", "α_n", "angle", (gear.pressure_angle,))
+    yield Quantity(group, "transverse pressure angle", "α_t", "angle", (alpha_t,), "(14)")
+    yield Quantity(group, "helix angle, right hand positive", "β", "angle", (beta, -beta if beta else beta))
+    yield Quantity(group, "base helix angle", "β_b", "angle", (abs(gear.base_helix_angle),), "(6)")
+    yield Quantity(group, "transverse pitch", "p_t", "length", (pi * gear.transverse_module,), "(23)")
+    yield Quantity(group, "transverse base pitch", "p_bt", "length", (gear.base_pitch,), "(28)")
+    normal = gear.base_pitch * cos(gear.base_helix_angle)
+    yield Quantity(group, "normal base pitch", "p_bn", "length", (normal,), "(28), cos β_b")
+    if beta:
+        yield Quantity(group, "axial pitch", "p_x", "length", (pi * gear.module / abs(sin(beta)),), "π·m_n/sin β")
+
+
+def _single(pair: Pair):
+    group = "gears"
+
+    def of(name: str, symbol: str, family: str, value, source: str = ""):
+        return Quantity(group, name, symbol, family, _both(pair, value), source)
+
+    yield of("number of teeth", "z", "count", lambda _, gear: gear.teeth)
+    yield of("face width", "b", "length", lambda _, gear: gear.face_width)
+    yield of("profile shift coefficient", "x", "ratio", lambda _, gear: gear.profile_shift)
+    yield of("addendum coefficient of the rack", "h_aP*", "ratio", lambda _, gear: gear.addendum)
+    yield of("dedendum coefficient of the rack", "h_fP*", "ratio", lambda _, gear: gear.dedendum)
+    yield of("root fillet coefficient of the rack", "ρ_fP*", "ratio", lambda _, gear: gear.fillet_radius)
+    yield of("virtual number of teeth", "z_n", "ratio", _virtual_teeth, "z/(cos β·cos² β_b)")
+    yield of("transverse tooth thickness", "s_t", "length", lambda which, _: _thickness(pair, which), "(39), thinned")
+    yield of(
+        "normal tooth thickness", "s_n", "length", lambda which, _: _normal_thickness(pair, which), "(49), thinned"
+    )
+    yield of("transverse tooth thickness at the tip", "s_at", "length", lambda which, _: _tip_land(pair, which), "(38)")
+
+
+def _virtual_teeth(_: str, gear: Gear) -> float:
+    return gear.teeth / (cos(gear.helix_angle) * cos(gear.base_helix_angle) ** 2)
+
+
+def _thickness(pair: Pair, which: str) -> float:
+    gear = pair.gear(which)
+    return 2.0 * gear.reference_radius * (pair.half_angle(which) - inv(gear.transverse_pressure_angle))
+
+
+def _normal_thickness(pair: Pair, which: str) -> float:
+    return _thickness(pair, which) * cos(pair.gear(which).helix_angle)
+
+
+def _tip_land(pair: Pair, which: str) -> float:
+    gear = pair.gear(which)
+    return 2.0 * gear.tip_radius * (pair.half_angle(which) - inv(acos(gear.base_radius / gear.tip_radius)))
+
+
+def _diameters(pair: Pair):
+    group = "diameters"
+
+    def of(name: str, symbol: str, value, source: str = ""):
+        return Quantity(group, name, symbol, "length", _both(pair, value), source)
+
+    cosine = cos(pair.working_pressure_angle)
+    yield of("reference diameter", "d", lambda _, gear: 2.0 * gear.reference_radius, "(1)")
+    yield of("base diameter", "d_b", lambda _, gear: 2.0 * gear.base_radius, "(19)")
+    yield of("working pitch diameter", "d_w", lambda _, gear: 2.0 * gear.base_radius / cosine, "(56), (57)")
+    yield of("tip diameter", "d_a", lambda _, gear: 2.0 * gear.tip_radius, "(33)")
+    yield of("root diameter", "d_f", lambda _, gear: 2.0 * gear.root_radius, "(34)")
+    yield of("end of active profile diameter", "d_Na", lambda _, gear: 2.0 * gear.tip_radius, "(68), (69)")
+    yield of(
+        "start of active profile diameter",
+        "d_Nf",
+        lambda which, gear: _diameter(gear, pair.start_roll(which)),
+        "(64) to (67)",
+    )
+    yield of(
+        "root form diameter",
+        "d_Ff",
+        lambda which, gear: _diameter(gear, form(gear, pair.half_angle(which))[0]),
+        "(128)",
+    )
+    mates = {"drive": pair.loose, "loose": pair.drive}
+    yield of(
+        "tip clearance",
+        "c",
+        lambda which, gear: pair.centre_distance - gear.tip_radius - mates[which].root_radius,
+        "(60)",
+    )
+
+
+def _diameter(gear: Gear, roll: float) -> float:
+    return 2.0 * gear.base_radius * sqrt(1.0 + roll * roll)
+
+
+def _mesh(pair: Pair):
+    group, points = "mesh", path_points(pair)
+    drive, loose = pair.drive, pair.loose
+    gears = (drive, loose)
+    overlap = pair.overlap_ratio
+    reach = [gear.base_radius * tan(pair.working_pressure_angle) for gear in gears]
+    curvature = reach[0] * reach[1] / sum(reach) / cos(drive.base_helix_angle)
+    width = min(gear.face_width for gear in gears)
+    lines = width * pair.contact_ratio / cos(drive.base_helix_angle)
+
+    def of(name: str, symbol: str, family: str, value: float, source: str):
+        return Quantity(group, name, symbol, family, (value,), source)
+
+    yield of("transmission ratio", "i", "ratio", loose.teeth / drive.teeth, "(52)")
+    yield of("centre distance", "a", "length", pair.centre_distance, "(54)")
+    yield of("reference centre distance", "a_d", "length", drive.reference_radius + loose.reference_radius, "(53)")
+    yield of("working transverse pressure angle", "α_wt", "angle", pair.working_pressure_angle, "(54), (55)")
+    yield of("length of path of contact", "g_α", "length", points["E"] - points["A"], "(77)")
+    yield of("length of approach path", "g_f", "length", -points["A"], "(79)")
+    yield of("length of recess path", "g_a", "length", points["E"], "(80)")
+    yield of("transverse contact ratio", "ε_α", "ratio", pair.contact_ratio, "(90)")
+    yield of("overlap ratio", "ε_β", "ratio", overlap, "(93)")
+    yield of("total contact ratio", "ε_γ", "ratio", pair.contact_ratio + overlap, "(97)")
+    yield of(
+        "equivalent radius of curvature at the pitch point", "ρ_red,C", "length", curvature, "(17), normal section"
+    )
+    yield of("mean total length of the contact lines", "l_m", "length", lines, "b·ε_α/cos β_b")
+
+
+def _backlash(pair: Pair):
+    group, b = "backlash", pair.backlash
+    angles = tuple(b / gear.base_radius for gear in (pair.drive, pair.loose))
+    at_reference = b / cos(pair.drive.transverse_pressure_angle)
+
+    def of(name: str, symbol: str, value: float | None, source: str):
+        return Quantity(group, name, symbol, "length", (value,), source)
+
+    yield of("along the transverse line of action", "j_bt", b, "dead band b of the equations of motion")
+    yield of("normal backlash", "j_bn", pair.normal_backlash, "(103): j_bt·cos β_b")
+    yield of("circumferential backlash at the working pitch", "j_wt", pair.circumferential_backlash, "(102)")
+    yield of("circumferential backlash at the reference", "j_t", at_reference, "j_bt/cos α_t")
+    yield of("radial backlash", "j_r", radial_backlash(pair), "approach of the axes that closes it, exact")
+    yield Quantity(group, "angular backlash, the mate held", "j_φ", "angle", angles, "j_bt/r_b")
+
+
+def _motion(pair: Pair, speed: float):
+    group, points = "motion at the mean speed of the drive", path_points(pair)
+    drive, loose = pair.drive, pair.loose
+    pitch_radius = drive.base_radius / cos(pair.working_pressure_angle)
+    relative = abs(speed) * (1.0 + drive.teeth / loose.teeth)
+    speeds = (speed, speed * drive.teeth / loose.teeth)
+    yield Quantity(group, "speed", "n", "speed", speeds)
+    yield Quantity(group, "mesh frequency", "f_z", "frequency", (abs(speed) * drive.teeth / (2.0 * pi),), "z·n")
+    yield Quantity(group, "pitch line speed", "v_t", "velocity", (abs(speed) * pitch_radius,), "ω·d_w/2")
+    yield Quantity(group, "sliding speed at the start A", "v_gf", "velocity", (relative * abs(points["A"]),), "(112)")
+    yield Quantity(group, "sliding speed at the end E", "v_ga", "velocity", (relative * abs(points["E"]),), "(113)")
+
+
+def _masses(pair: Pair, densities: tuple[float, float]):
+    from gears3d.gears.solids import mass_properties, solid
+
+    found = [mass_properties(solid(pair, w, 2e-6), d) for w, d in zip(GEARS, densities, strict=True)]
+    group = "solids"
+    yield Quantity(group, "density", "ρ", "density", tuple(densities))
+    yield Quantity(group, "mass", "m", "mass", tuple(each.mass for each in found))
+    yield Quantity(group, "moment of inertia", "J", "inertia", tuple(float(each.inertia[2, 2]) for each in found))

@@ -1,0 +1,223 @@
+"""The transverse section of a mesh: at true scale, and again with the backlash widened by a stated factor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, hypot, pi, sin
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gears3d.gears.outline import outline
+from gears3d.gears.sheet import path_points
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from gears3d.gears import Pair
+
+Array = NDArray[np.float64]
+
+ACTIVE, REVERSE = "#0072B2", "#D55E00"
+"""Colours of the flanks, told apart by colour-blind eyes too."""
+FACES = {"drive": "#C9D6E3", "loose": "#E6E0D4"}
+EDGE, NEUTRAL = "#333333", "#777777"
+FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+SEEN = 0.17
+"""Backlash that one sees, in transverse pitches."""
+
+
+def posed(pair: Pair, which: str, chord: float) -> list[Array]:
+    """Return the outline of each tooth in the plane at θ = 0, active flanks in contact at the pitch point.
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the polygon from the flanks [m].
+
+    Returns:
+        Points [m], (n, 2), tooth by tooth.
+    """
+    points = outline(pair, which, chord).points
+    turn = pair.rotation(which, 0.0)
+    c, s = cos(turn), sin(turn)
+    return list(points @ np.array([[c, s], [-s, c]]) + np.array(pair.centre(which)[:2]))
+
+
+def exaggeration(pair: Pair) -> int:
+    """Return the factor by which the backlash has to be widened to be seen, 1 if it need not.
+
+    Args:
+        pair: the pair.
+    """
+    room = 0.5 * pi * pair.drive.transverse_module
+    fitting = [f for f in FACTORS if (f - 1) * pair.backlash < 0.6 * room] or [1]
+    wanted = [f for f in fitting if f * pair.backlash >= SEEN * pi * pair.drive.transverse_module]
+    return wanted[0] if wanted else fitting[-1]
+
+
+def normal(pair: Pair) -> Array:
+    """Return the direction in which contact moves along the line of action of the active flanks, (2,)."""
+    angle = pair.working_pressure_angle
+    return np.array([sin(angle), cos(angle)])
+
+
+def pitch_point(pair: Pair) -> Array:
+    """Return the pitch point [m], (2,)."""
+    return np.array([pair.drive.base_radius / cos(pair.working_pressure_angle), 0.0])
+
+
+def micro(length: float) -> str:
+    """Return a length with its unit as a drawing shows it.
+
+    Args:
+        length: [m].
+
+    >>> micro(0.00025)
+    '250 µm'
+    """
+    return show(length, "length", 5).replace("um", "µm")
+
+
+def draw_section(axes: Axes, pair: Pair) -> None:
+    """Draw teeth, circles, line of action, path of contact and contact points at true scale.
+
+    Args:
+        axes: to draw into.
+        pair: the pair.
+    """
+    points, centre, along = path_points(pair), pitch_point(pair), normal(pair)
+    pitch = pi * pair.drive.transverse_module
+    reach = max(2.0 * pitch, 1.35 * max(points["E"], -points["A"]))
+    _teeth(axes, pair, centre, reach)
+    _circles(axes, pair, centre, reach)
+    ends = [1e3 * (centre + along * points[name]) for name in ("T1", "T2")]
+    axes.axline(tuple(ends[0]), tuple(ends[1]), color=ACTIVE, linewidth=0.8, linestyle=(0, (6, 3)), zorder=5)
+    path = 1e3 * np.array([centre + along * points[name] for name in ("A", "E")])
+    axes.plot(*path.T, color=ACTIVE, linewidth=2.6, zorder=6, label="path of contact A–E", solid_capstyle="butt")
+    contacts = _contacts(pair)
+    places = 1e3 * np.array([centre + along * each for each in contacts])
+    axes.plot(*places.T, "o", color="white", markeredgecolor="black", markersize=6, zorder=8, label="teeth touch here")
+    label_at = np.array([along[1], -along[0]])
+    for name in "ABCDE":
+        spot = 1e3 * (centre + along * points[name])
+        axes.plot(*spot, "|" if name != "C" else "+", color="black", markersize=8, zorder=7)
+        aside = 11 * label_at * (1 if name in "ACE" else -1)
+        axes.annotate(name, tuple(spot), tuple(aside), textcoords="offset points",
+                      ha="center", va="center", fontsize=9, zorder=9, bbox=_BACK)  # fmt: skip
+    for name in ("T1", "T2"):
+        spot = 1e3 * (centre + along * points[name])
+        if np.max(np.abs(spot - 1e3 * centre)) < 1e3 * reach:
+            axes.plot(*spot, "s", color=ACTIVE, markersize=4, zorder=7)
+    _arrows(axes, pair, centre, reach)
+    _window(axes, centre, reach)
+    axes.legend(fontsize=8, loc="lower right", framealpha=0.9)
+    axes.set(xlabel="along the line of centres [mm]", ylabel="across [mm]")
+    axes.set_title("Transverse section, true scale, active flanks in contact at C", fontsize=10, loc="left")
+
+
+_BACK = {"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.6}
+
+
+def _teeth(axes: Axes, pair: Pair, centre: Array, reach: float) -> None:
+    chord = 2e-4 * reach
+    for which in ("drive", "loose"):
+        ring = 1e3 * np.vstack(posed(pair, which, chord))
+        axes.fill(*ring.T, facecolor=FACES[which], edgecolor=EDGE, linewidth=0.8, zorder=2)
+
+
+def _circles(axes: Axes, pair: Pair, centre: Array, reach: float) -> None:
+    cosine = cos(pair.working_pressure_angle)
+    for which in ("drive", "loose"):
+        gear, axis = pair.gear(which), pair.centre(which)[:2]
+        side = 1.0 if which == "drive" else -1.0
+        kinds = (
+            ("base", gear.base_radius, ":", 0.62),
+            ("pitch", gear.base_radius / cosine, "-.", 0.76),
+            ("tip", gear.tip_radius, "-", 0.90),
+        )
+        for name, radius, style, height in kinds:
+            angle = np.linspace(-0.5 * pi, 0.5 * pi, 721)
+            x, y = axis[0] + side * radius * np.cos(angle), radius * np.sin(angle)
+            axes.plot(1e3 * x, 1e3 * y, color=NEUTRAL, linewidth=0.7, linestyle=style, zorder=4)
+            up = height * reach * (1.0 if which == "drive" else -1.0)
+            if abs(up) < radius:
+                across = axis[0] + side * (radius * radius - up * up) ** 0.5
+                if abs(across - centre[0]) < 0.93 * reach:
+                    axes.text(1e3 * across, 1e3 * up, f"{name} {which}", fontsize=7, color=EDGE, ha="center",
+                              va="center", rotation=-side * 12, zorder=9, bbox=_BACK)  # fmt: skip
+
+
+def _contacts(pair: Pair) -> list[float]:
+    """Places along the path of contact where teeth touch in the middle plane [m from the pitch point]."""
+    points, pitch = path_points(pair), pair.drive.base_pitch
+    return [k * pitch for k in range(-4, 5) if points["A"] - 1e-12 <= k * pitch <= points["E"] + 1e-12]
+
+
+def _arrows(axes: Axes, pair: Pair, centre: Array, reach: float) -> None:
+    """Arrows for the sense of rotation, drive and loose gear both moving up at the pitch point."""
+    for which, side in (("drive", -1.0), ("loose", 1.0)):
+        x = 1e3 * (centre[0] + side * 0.84 * reach)
+        axes.annotate("", (x, 1e3 * 0.2 * reach), (x, -1e3 * 0.2 * reach), zorder=9,
+                      arrowprops={"arrowstyle": "-|>", "color": EDGE, "linewidth": 1.4})  # fmt: skip
+        axes.text(x, -1e3 * 0.27 * reach, which, ha="center", va="center", fontsize=9, zorder=9, bbox=_BACK)
+
+
+def _window(axes: Axes, centre: Array, reach: float) -> None:
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(1e3 * (centre[0] - reach), 1e3 * (centre[0] + reach))
+    axes.set_ylim(-1.25e3 * reach, 1.25e3 * reach)
+    axes.tick_params(labelsize=8)
+
+
+def draw_backlash(axes: Axes, pair: Pair) -> None:
+    """Draw one tooth in its space with the backlash widened, and dimension it.
+
+    Args:
+        axes: to draw into.
+        pair: the pair.
+    """
+    factor = exaggeration(pair)
+    wide = replace(pair, thinning=pair.thinning + 0.5 * (factor - 1) * pair.backlash)
+    centre, along = pitch_point(wide), normal(wide)
+    pitch = pi * wide.drive.transverse_module
+    reach = 0.7 * pitch
+    gap, spot = wide.backlash, _reverse_contact(wide)
+    axis = np.array([along[0], -along[1]])
+    middle = np.array([centre[0], 0.35 * (spot[1] + 0.0)])
+    for which in ("drive", "loose"):
+        ring = 1e3 * np.vstack(posed(wide, which, 2e-4 * reach))
+        axes.fill(*ring.T, facecolor=FACES[which], edgecolor=EDGE, linewidth=0.8, zorder=2)
+    axes.plot(*(1e3 * centre), "o", color="white", markeredgecolor=ACTIVE, markeredgewidth=1.6, markersize=7, zorder=6)
+    ends = [1e3 * (spot + sign * 0.5 * gap * axis) for sign in (-1.0, 1.0)]
+    axes.axline(tuple(1e3 * spot), tuple(1e3 * (spot + 1e-3 * axis)), color=REVERSE, linewidth=0.8,
+                linestyle=(0, (6, 3)), zorder=4)  # fmt: skip
+    axes.annotate("", tuple(ends[0]), tuple(ends[1]), zorder=7,
+                  arrowprops={"arrowstyle": "<|-|>", "color": REVERSE, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0,
+                              "mutation_scale": 9})  # fmt: skip
+    text = f"j_bt = {micro(pair.backlash)}\nj_bn = {micro(pair.normal_backlash)}"
+    axes.annotate(text, tuple(1e3 * spot), (-8, -52), textcoords="offset points", fontsize=9, color=REVERSE, zorder=9,
+                  ha="right", va="center", bbox=_BACK,
+                  arrowprops={"arrowstyle": "-", "color": REVERSE, "linewidth": 0.8})  # fmt: skip
+    axes.annotate("active flanks touch", tuple(1e3 * centre), (18, 30), textcoords="offset points", fontsize=9,
+                  color=ACTIVE, zorder=9, bbox=_BACK,
+                  arrowprops={"arrowstyle": "-", "color": ACTIVE, "linewidth": 0.8})  # fmt: skip
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(1e3 * (middle[0] - 1.3 * reach), 1e3 * (middle[0] + 1.3 * reach))
+    axes.set_ylim(1e3 * (middle[1] - reach), 1e3 * (middle[1] + reach))
+    axes.set(xticks=[], yticks=[])
+    scale = f"drawn {factor} times as wide, by thinner teeth" if factor > 1 else "at true scale"
+    axes.set_title(f"Backlash {scale}", fontsize=10, loc="left")
+
+
+def _reverse_contact(pair: Pair) -> Array:
+    """Return the middle of the reverse gap nearest the pitch point, between flanks that face each other [m], (2,)."""
+    from gears3d.gears.flank import candidates, compile_pair, flank_gap
+
+    flanks = compile_pair(pair)
+    found = [flank_gap(flanks, 0.0, 0.0, i, j, 1) for i, j in candidates(flanks, 0.0, 0.0, 1)]
+    centre = pitch_point(pair)
+    best = min(found, key=lambda gap: hypot(gap[3] - centre[0], gap[4] - centre[1]) if gap[7] else float("inf"))
+    return np.array([best[3], best[4]])
