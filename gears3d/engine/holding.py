@@ -15,6 +15,8 @@ from gears3d.engine.torques import resisting
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
+SAME_SPEED = 1e-9
+"""Flanks whose speeds ask for loose gear speeds closer than this move together [rad/s]."""
 DIFFERENCE = 2e-6
 """Half-width of the differences of the flank's speed along the imposed motion [s]."""
 
@@ -62,19 +64,22 @@ def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float) -> tuple[int, float]:
     """Return which of the touching tooth pairs holds the loose gear, and its reaction [N].
 
-    Of several pairs that touch, the one counts whose flank asks for the largest reaction: on any other the loose gear
-    would sink into it.
+    Of several pairs that touch, the one counts whose flank moves fastest towards the loose gear's, and of those as
+    fast the one that asks for the largest reaction: on any other the loose gear would sink into it.
     """
-    angle, _, _ = drive_at(plant.motion, time)
+    angle, speed, _ = drive_at(plant.motion, time)
     least = side_gap(plant.surfaces, teeth, side, angle, theta)[0]
-    best, force = -1, 0.0
+    best, force, fastest = -1, 0.0, 0.0
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
-        if side_gap(plant.surfaces, teeth[i : i + 1], side, angle, theta)[0] <= least + TOGETHER:
-            own = reaction(plant, teeth[i : i + 1], side, time, theta)
-            if best < 0 or own > force:
-                best, force = i, own
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth[i : i + 1], side, angle, theta)
+        if gap > least + TOGETHER:
+            continue
+        push = -by_drive / abs(by_loose) * speed
+        own = reaction(plant, teeth[i : i + 1], side, time, theta)
+        if best < 0 or push > fastest + SAME_SPEED or (push > fastest - SAME_SPEED and own > force):
+            best, force, fastest = i, own, push
     return best, force
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet
 
+from gears3d.engine.bullet import pybullet
 from gears3d.engine.hulls import write_compound
 from gears3d.errors import EngineError
 
