@@ -38,6 +38,7 @@ def run(
     from gears3d.scenario import load
 
     begin = time.perf_counter()
+    _announce_compilation()
     question = load(scenario, overrides=set_ or [])
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
@@ -92,6 +93,18 @@ def _fill(
     summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
     folder.write_summary(summary)
     return summary
+
+
+def _announce_compilation() -> None:
+    """Say why the first run takes longer: the kernels are compiled for this machine and kept."""
+    import os
+
+    import gears3d
+
+    kept = os.environ.get("NUMBA_CACHE_DIR")
+    places = [Path(kept)] if kept else list(Path(gears3d.__file__).parent.glob("*/__pycache__"))
+    if not any(next(place.rglob("*.nbi"), None) for place in places) and sys.stderr.isatty():
+        print("compiling for this machine (once, about half a minute) ...", file=sys.stderr)  # noqa: T201
 
 
 def _until(scenario: Scenario, recording: Recording) -> Scenario:
