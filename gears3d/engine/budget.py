@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from gears3d.engine.closing import TOUCH
 from gears3d.engine.mesh import NOBODY, able_to_touch, teeth_of_points
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
     from gears3d.gears import Pair
 
-LOCATION = 1e-12
-"""How exactly a closing gap is looked for at best [m]."""
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
@@ -30,9 +29,10 @@ MARGINS = 2.0 * MARGIN / MM
 def _hold_against(
     shape: Edged, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
 ) -> tuple[int, float, float]:
-    """Add raw minus refined of the pairs that are next to touch to ``sums``; return the worst row, its excess and gap.
+    """Hold Bullet's gaps, margins taken out, against the refined ones of the pairs that are next to touch.
 
-    ``sums`` holds count, sum, sum of squares and largest size of the difference.
+    Returns the worst row, its excess and its refined gap [m]; ``sums`` takes count, sum, sum of squares and largest
+    size of the difference.
     """
     gaps = np.full(found.shape[0], math.inf)
     least = np.full(2, math.inf)
@@ -45,7 +45,7 @@ def _hold_against(
     for i in range(found.shape[0]):
         if found[i, 2] == NOBODY or not gaps[i] <= least[found[i, 2]] + slack:
             continue
-        excess = raw[i] - gaps[i]
+        excess = raw[i] + MARGINS - gaps[i]
         sums[0] += 1.0
         sums[1] += excess
         sums[2] += excess * excess
@@ -80,7 +80,7 @@ class Watch:
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = piece_budget(pair)
         self._sums = np.zeros(4)
-        self.allowed = MARGINS + self._parts["gap_error_m"]
+        self.allowed = self._parts["gap_error_m"]
         self.queries = 0
         self.teeth = np.zeros((0, 3), dtype=np.int64)
 
@@ -117,8 +117,8 @@ class Watch:
         flank = ("active", "reverse")[teeth[2]]
         raise EngineError(
             f"t = {time:.6g} s, {flank} flanks, drive tooth {teeth[0]} against loose tooth {teeth[1]}: Bullet measures "
-            f"a gap of {raw * 1e6:.3f} µm, the flanks {refined * 1e6:.3f} µm; the hulls account for "
-            f"{self.allowed * 1e6:.2f} µm (collision pieces and flanks are not of the same gears)"
+            f"a gap of {(raw + MARGINS) * 1e6:.3f} µm, the flanks {refined * 1e6:.3f} µm; the hulls account for "
+            f"{self.allowed * 1e6:.2f} µm of difference (collision pieces and flanks are not of the same gears)"
         )
 
     def report(self, located: float, strayed: float) -> dict[str, float]:
@@ -127,6 +127,11 @@ class Watch:
         Args:
             located: largest gap left at an impact.
             strayed: largest distance between where Bullet arrived and the path that was planned.
+
+        Returns:
+            ``facet_chord``, ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and
+            about it, margins taken out, ``_std``, ``_max`` and what is ``_allowed``; ``location``, ``step`` and the
+            ``total`` of what an impact's place depends on, which the hulls do not.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count
@@ -135,11 +140,11 @@ class Watch:
             "facet_chord": self._parts["chord_error_m"],
             "hull_quantisation": self._parts["quantum_m"],
             "hull_margins": MARGINS,
-            "raw_minus_refined_mean": mean,
+            "raw_minus_refined_mean": mean - MARGINS,
             "raw_minus_refined_std": spread,
             "raw_minus_refined_max": self._sums[3],
             "raw_minus_refined_allowed": self.allowed,
             "location": located,
             "step": strayed,
-            "total": located + strayed + LOCATION,
+            "total": located + strayed + TOUCH,
         }

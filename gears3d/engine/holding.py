@@ -5,18 +5,18 @@ Source: Kadmiri et al. 2012, eqs (21) and (22), with the reaction taken from the
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
-from gears3d.engine.closing import HALVINGS, PARTS, TOUCH, Arc, Plant
-from gears3d.engine.mesh import TOGETHER, side_gap
+from gears3d.engine.closing import HALVINGS, PARTS, Arc, Plant
+from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import resisting
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
-SAME_SPEED = 1e-9
-"""Flanks whose speeds ask for loose gear speeds closer than this move together [rad/s]."""
 DIFFERENCE = 2e-6
 """Half-width of the differences of the flank's speed along the imposed motion [s]."""
 
@@ -37,7 +37,7 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     for _ in range(8):
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
         theta -= gap / by_loose
-        if abs(gap) < 1e-13:
+        if abs(gap) < 1e-16:
             break
     return theta, -by_drive / by_loose * speed
 
@@ -61,11 +61,29 @@ def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 
 
 @njit(cache=True)
-def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float) -> tuple[int, float]:
+def resolved(theta: float) -> float:
+    """Return the difference of two gaps that rounding leaves meaningful at an angle [rad], in m."""
+    return 1e-13 + 2e-16 * abs(theta)
+
+
+@njit(cache=True)
+def softly(plant: Plant, time: float, stick_velocity: float) -> float:
+    """Return the speed below which teeth that run onto each other take over without an impact [m/s].
+
+    It is the stick velocity or, at high speeds, what an edge gains while its gap is below what rounding resolves.
+    """
+    angle, speed, _ = drive_at(plant.motion, time)
+    radius = plant.surfaces.flanks.gears[0, 0]
+    return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolved(angle)))
+
+
+@njit(cache=True)
+def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, soft: float) -> tuple[int, float]:
     """Return which of the touching tooth pairs holds the loose gear, and its reaction [N].
 
     Of several pairs that touch, the one counts whose flank moves fastest towards the loose gear's, and of those as
-    fast the one that asks for the largest reaction: on any other the loose gear would sink into it.
+    fast (to within ``soft`` [m/s]) the one that asks for the largest reaction: on any other the loose gear would sink
+    into it.
     """
     angle, speed, _ = drive_at(plant.motion, time)
     least = side_gap(plant.surfaces, teeth, side, angle, theta)[0]
@@ -74,11 +92,12 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
         if teeth[i, 2] != side:
             continue
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth[i : i + 1], side, angle, theta)
-        if gap > least + TOGETHER:
+        if gap > least + resolved(theta):
             continue
         push = -by_drive / abs(by_loose) * speed
+        same = soft / abs(by_loose)
         own = reaction(plant, teeth[i : i + 1], side, time, theta)
-        if best < 0 or push > fastest + SAME_SPEED or (push > fastest - SAME_SPEED and own > force):
+        if best < 0 or push > fastest + same or (push > fastest - same and own > force):
             best, force, fastest = i, own, push
     return best, force
 
@@ -102,7 +121,7 @@ def plan_contact(
         ``teeth`` that holds until then.
     """
     weak = -1e-7 * plant.inertia
-    row, force = supporting(plant, teeth, side, start.time, start.theta)
+    row, force = supporting(plant, teeth, side, start.time, start.theta, soft)
     if force < weak:
         return 0.0, LOST, row
     low, part = 0.0, 1
@@ -121,7 +140,7 @@ def plan_contact(
             if by_drive * speed + by_loose * omega < -soft:
                 return end, MEETS, row
         if meets >= 0.0 or lost >= 0.0:
-            new, force = supporting(plant, teeth, side, start.time + end, theta)
+            new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
             pulls = force < weak or (new == row and meets < 0.0)
             if pulls or new == row:
                 return end, LOST if pulls else HELD, row
@@ -177,4 +196,4 @@ def _overlaps(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, star
     """Return whether some pair of teeth overlaps while the held pair touches."""
     theta, _ = _held_at(plant, held, side, start, after)
     angle, _, _ = drive_at(plant.motion, start.time + after)
-    return side_gap(plant.surfaces, teeth, side, angle, theta)[0] < -TOUCH
+    return side_gap(plant.surfaces, teeth, side, angle, theta)[0] < -resolved(theta)

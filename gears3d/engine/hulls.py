@@ -7,6 +7,23 @@ from pathlib import Path
 
 import numpy as np
 
+QUANTA = 10216
+"""Bullet's hull computer cuts vertices to this fraction of a piece's extent, towards its middle, on each axis."""
+
+
+def against_truncation(points: np.ndarray) -> np.ndarray:
+    """Return the vertices moved outwards by half a step of Bullet's grid, so that cutting them rounds them.
+
+    Args:
+        points: of one convex piece (n, 3).
+
+    >>> import numpy as np
+    >>> against_truncation(np.array([[0.0, 0.0, 0.0], [1.0216, 1.0216, 1.0216]]))[:, 0].round(9).tolist()
+    [-5e-05, 1.02165]
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    return points + 0.5 * (high - low) / QUANTA * np.sign(points - 0.5 * (low + high))
+
 
 def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
     """Write an OBJ with one object a piece, which Bullet loads as a compound of convex hulls.
@@ -17,7 +34,8 @@ def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
     """
     lines: list[str] = []
     first = 1
-    for number, points in enumerate(pieces):
+    for number, piece in enumerate(pieces):
+        points = against_truncation(piece)
         lines.append(f"o piece{number}")
         lines += [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in points]
         # only points named by a face are loaded; which faces does not matter, the hull is taken anew

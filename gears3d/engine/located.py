@@ -26,7 +26,7 @@ from gears3d.engine.closing import (
     highest,
     plan_flight,
 )
-from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, supporting
+from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
@@ -177,7 +177,7 @@ class Located:
         self.theta, self.omega = on_flank(self.plant, self.teeth, side, 0.0, self.theta)
         self.flight.left = side
         springs = self.settings.springs
-        force = supporting(self.plant, self.teeth, side, 0.0, self.theta)[1]
+        force = self._reaction(side)
         if force >= 0.0:
             self.place = 1 + side
             self.flight.stays = True
@@ -268,13 +268,19 @@ class Located:
 
     def _holds(self, side: int) -> bool:
         """Whether the flank presses if the loose gear stays on it."""
-        return supporting(self.plant, self.teeth, side, self.time, self.theta)[1] >= 0.0
+        return self._reaction(side) >= 0.0
+
+    def _reaction(self, side: int) -> float:
+        """Return the force that holds the loose gear on a flank [N], negative where the flank would have to pull."""
+        soft = softly(self.plant, self.time, self.settings.stick_velocity)
+        return supporting(self.plant, self.teeth, side, self.time, self.theta, soft)[1]
 
     def _note(self, side: int, when: float, rates: tuple[float, float], impulse: float) -> None:
         sign = 1.0 if side == 0 else -1.0
         frequency, phase = self.settings.stroke
-        angle = drive_at(self.plant.motion, self.time)[0]
-        drive, loose = touching_teeth(self.plant.surfaces, self.teeth, side, angle, self.theta)
+        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        angles, speeds = (angle, self.theta), (speed, self.omega)
+        drive, loose = touching_teeth(self.plant.surfaces, self.teeth, side, angles, speeds)
         self.log.impacts.append(
             Impact(
                 time_s=when,
@@ -292,7 +298,7 @@ class Located:
     def _hold(self, longest: float) -> None:
         """Permanent contact: follow the flank; leave it when it would have to pull."""
         side = self.place - 1
-        soft = self.settings.stick_velocity
+        soft = softly(self.plant, self.time, self.settings.stick_velocity)
         duration, event, row = plan_contact(self.plant, self.teeth, side, self._here(), longest, soft)
         if duration > 0.0:
             self._follow(side, self.teeth[row : row + 1], duration)

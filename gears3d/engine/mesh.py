@@ -15,6 +15,8 @@ NOBODY = -1
 """Stands for a tooth when a point lies on no flank that could touch its partner's."""
 TOGETHER = 1e-10
 """Tooth pairs whose gaps differ by less touch together [m]."""
+SAME_RATE = 1e-4
+"""Tooth pairs that close on each other with rates differing by less hit together [m/s]."""
 _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
@@ -97,31 +99,33 @@ def teeth_of_points(
 
 @njit(cache=True)
 def touching_teeth(
-    shape: Edged, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
+    shape: Edged, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return the numbers of the teeth that touch; of several pairs, those next to the pitch point.
+    """Return the numbers of the teeth that hit; of several pairs as fast, those next to the pitch point.
 
     Args:
         shape: flanks and edges of the pair.
         teeth: candidates (n, 3).
         side: 0 active, 1 reverse.
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
+        angles: of drive and loose gear [rad].
+        speeds: of drive and loose gear just before [rad/s].
     """
-    least = side_gap(shape, teeth, side, theta_drive, theta_loose)[0]
+    least = side_gap(shape, teeth, side, angles[0], angles[1])[0]
     mount = shape.flanks.mount
-    drive, loose, nearest = 0, 0, math.inf
+    drive, loose, nearest, fastest = 0, 0, math.inf, math.inf
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
-        gap = edged_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)[0]
+        gap, by_drive, by_loose, _ = edged_gap(shape, angles[0], angles[1], teeth[i, 0], teeth[i, 1], side)
         if gap > least + TOGETHER:
             continue
+        rate = by_drive * speeds[0] + by_loose * speeds[1]
         # at the pitch point the roll angle is the tangent of the working pressure angle
-        u = (1.0 - 2.0 * side) * mount[3] - theta_drive
+        u = (1.0 - 2.0 * side) * mount[3] - angles[0]
         away = abs(roll_of(shape.flanks, 0, side, teeth[i, 0], u) - mount[0] / mount[1])
-        if away < nearest:
+        if rate < fastest - SAME_RATE or (rate < fastest + SAME_RATE and away < nearest):
             drive, loose, nearest = teeth[i, 0], teeth[i, 1], away
+            fastest = min(rate, fastest)
     return drive, loose
 
 

@@ -145,8 +145,9 @@ class Native:
 
     def _note(self, hit: _Hit, rebound: float) -> None:
         self.watch.look(self.world, self.plant, self.time, self.theta)
-        angle = drive_at(self.plant.motion, self.time)[0]
-        drive, loose = touching_teeth(self.plant.surfaces, self.watch.teeth, hit.side, angle, self.theta)
+        angle, speed, _ = drive_at(self.plant.motion, self.time)
+        angles, speeds = (angle, self.theta), (speed, self.omega)
+        drive, loose = touching_teeth(self.plant.surfaces, self.watch.teeth, hit.side, angles, speeds)
         frequency, phase = self.stroke
         self.log.impacts.append(
             Impact(

@@ -6,7 +6,7 @@ jump where a pair of teeth enters or leaves the path of contact.
 
 from __future__ import annotations
 
-from math import cos, inf, sin
+from math import atan2, cos, inf, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -28,8 +28,8 @@ class Edged(NamedTuple):
 
     Args:
         flanks: the arrays of the pair.
-        tips: roll angle of each flank's end [rad] and the edge's position in the gear's own frame [m], for each gear,
-            flank and tooth (2, 2, teeth, 3).
+        tips: roll angle of the normal at each flank's end [rad] and the edge's position in the gear's own frame [m],
+            for each gear, flank and tooth (2, 2, teeth, 3).
     """
 
     flanks: Flanks
@@ -52,7 +52,10 @@ def edged(pair: Pair) -> Edged:
         for flank in (0, 1):
             for tooth in range(1, gear.teeth + 1):
                 roll = roll_at_radius(flanks, number, flank, tooth, gear.tip_radius)
-                tips[number, flank, tooth - 1] = (roll, *flank_point(flanks, number, flank, tooth, roll)[:2])
+                x, y, nx, ny, _, _ = flank_point(flanks, number, flank, tooth, roll)
+                if gear.tip_relief is not None:
+                    roll = roll_of(flanks, number, flank, tooth, atan2(ny, nx))
+                tips[number, flank, tooth - 1] = (roll, x, y)
     return Edged(flanks, tips)
 
 
@@ -76,8 +79,14 @@ def edged_support(shape, gear, flank, tooth, u):
         x, y = shape.tips[gear, flank, tooth - 1, 1], shape.tips[gear, flank, tooth - 1, 2]
         height = x * cos(u) + y * sin(u)
         return height, y * cos(u) - x * sin(u), -height, 1
+    if roll < 0.0:  # as if the flank ended in an edge at the base circle too, so that the gap has one maximum only
+        start = u + (1.0 - 2.0 * flank) * roll
+        height, slope, _ = support(shape.flanks, gear, flank, tooth, start)
+        turn = u - start
+        along, across = height * cos(turn) + slope * sin(turn), slope * cos(turn) - height * sin(turn)
+        return along, across, -along, -1
     height, slope, bend = support(shape.flanks, gear, flank, tooth, u)
-    return height, slope, bend, -1 if roll < 0.0 else 0
+    return height, slope, bend, 0
 
 
 @njit(cache=True)
@@ -109,7 +118,7 @@ def edged_gap(shape, theta_drive, theta_loose, tooth_drive, tooth_loose, flank):
             low = psi
         else:
             high = psi
-        new = psi + rise / bend if bend > 0.0 else high
+        new = psi + rise / bend if bend > 0.0 else 0.5 * (low + high)
         if not low <= new <= high:
             new = 0.5 * (low + high)
         if abs(new - psi) < 1e-12:
