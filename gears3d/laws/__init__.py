@@ -1,1 +1,4 @@
-""""""
+"""The field's closed forms, one function an equation."""
+
+from gears3d.laws.plastic import crossing as crossing
+from gears3d.laws.plastic import loss_phases as loss_phases

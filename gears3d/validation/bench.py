@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from math import pi
+from typing import Any, NamedTuple
 
 from gears3d.scenario import Scenario, load
 
@@ -40,3 +41,36 @@ def fig5(**overrides: Any) -> Scenario:
     0.5
     """
     return load(FIG5, overrides=[(key.replace("__", "."), value) for key, value in overrides.items()])
+
+
+class Swing(NamedTuple):
+    """What the closed forms ask of a drive with one harmonic.
+
+    Args:
+        speed: amplitude of its speed along the line of action [m/s].
+        omega: circular frequency [rad/s].
+        pull: deceleration of the free loose gear along the line of action [m/s²].
+    """
+
+    speed: float
+    omega: float
+    pull: float
+
+    @property
+    def excitation(self) -> float:
+        """Λ = m·ω·ΔV/F (Rigaud & Perret-Liaudet 2020, eq. 7)."""
+        return self.omega * self.speed / self.pull
+
+
+def swing(scenario: Scenario) -> Swing:
+    """Return speed, frequency and pull of a scenario with one harmonic and Coulomb drag.
+
+    Args:
+        scenario: the scenario.
+
+    >>> round(swing(fig5()).excitation, 2)
+    12.47
+    """
+    rig, harmonic = scenario.rig(), scenario.motion.harmonics[0]
+    pull = rig.drag_torque * rig.base_radius_loose / rig.inertia
+    return Swing(rig.base_radius_drive * harmonic.amplitude, 2 * pi * harmonic.frequency, pull)

@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from gears3d.comparison import compare
 from gears3d.gears import ToothDeviation
+from gears3d.laws import crossing, loss_phases
 from gears3d.recording import Recording
 from gears3d.simulation import simulate
-from gears3d.validation.bench import fig5
+from gears3d.validation.bench import fig5, swing
 from gears3d.validation.claim import Claim
 
 EXTRA = 10e-6
@@ -66,28 +65,11 @@ def closed_form(extra: float) -> tuple[float, float]:
     Returns:
         Change of its time [s] and of its approach speed [m/s].
     """
-    from scipy.optimize import brentq
-
     scenario = fig5()
-    rig = scenario.rig()
-    harmonic = scenario.motion.harmonics[0]
-    omega = 2 * np.pi * harmonic.frequency
-    speed = rig.base_radius_drive * harmonic.amplitude
-    pull = rig.drag_torque * rig.base_radius_loose / rig.inertia
-    lost = np.arccos(-pull / (omega * speed)) / omega
-
-    def gap(t: float, width: float) -> float:
-        flight = speed * np.sin(omega * lost) * (t - lost) - pull / 2 * (t - lost) ** 2
-        return flight + speed / omega * (np.cos(omega * t) - np.cos(omega * lost)) - width
-
-    def approach(t: float) -> float:
-        return speed * np.sin(omega * lost) - pull * (t - lost) - speed * np.sin(omega * t)
-
-    late = lost + 0.05
-    times = [
-        brentq(gap, lost + 1e-4, late, args=(width,), xtol=1e-15) for width in (rig.backlash, rig.backlash - extra)
-    ]
-    return float(times[1] - times[0]), float(approach(times[1]) - approach(times[0]))
+    drive, backlash = swing(scenario), scenario.rig().backlash
+    phase, _ = loss_phases(drive.excitation)
+    sound, faulty = (crossing(drive.speed, drive.omega, drive.pull, phase, gap) for gap in (backlash, backlash - extra))
+    return faulty[0] - sound[0], faulty[1] - sound[1]
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:

@@ -11,9 +11,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from gears3d.laws import crossing, loss_phases
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
-from gears3d.validation.bench import fig5
+from gears3d.validation.bench import fig5, swing
 from gears3d.validation.claim import Claim
 
 CASES = {"20 rpm, 3 Hz, 250 um": (20, 3, 250), "5 rpm, 3 Hz, 250 um": (5, 3, 250), "4 rpm, 10 Hz, 200 um": (4, 10, 200)}
@@ -38,24 +39,11 @@ def orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     Args:
         scenario: one harmonic, e = 0.
     """
-    from scipy.optimize import brentq
-
-    rig, harmonic = scenario.rig(), scenario.motion.harmonics[0]
-    omega, speed = 2 * np.pi * harmonic.frequency, rig.base_radius_drive * harmonic.amplitude
-    pull = rig.drag_torque * rig.base_radius_loose / rig.inertia
-    quarter = float(np.arccos(-pull / (omega * speed)))
-    times, speeds = [], []
-    for lost, width in ((quarter / omega, rig.backlash), ((2 * np.pi - quarter) / omega, -rig.backlash)):
-        launch = speed * np.sin(omega * lost)
-
-        def moved(t: float, lost: float = lost, launch: float = launch) -> float:
-            tau = t - lost
-            return launch * tau - pull / 2 * tau**2 + speed / omega * (np.cos(omega * t) - np.cos(omega * lost))
-
-        hit = brentq(lambda t, f=moved, w=width: f(t) - w, lost + 1e-6, lost + 0.5 / harmonic.frequency, xtol=1e-16)
-        times.append(hit)
-        speeds.append(launch - pull * (hit - lost) - speed * np.sin(omega * hit))
-    return np.array(times), np.array(speeds)
+    drive = swing(scenario)
+    phases = loss_phases(drive.excitation)
+    gaps = (scenario.rig().backlash, -scenario.rig().backlash)
+    hits = [crossing(drive.speed, drive.omega, drive.pull, phase, gap) for phase, gap in zip(phases, gaps, strict=True)]
+    return np.array([hit[0] for hit in hits]), np.array([hit[1] for hit in hits])
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
