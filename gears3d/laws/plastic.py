@@ -1,8 +1,8 @@
 """The flight of the loose gear between the flanks of a harmonically driven gear, in closed form.
 
 Source: Rigaud & Perret-Liaudet 2020, eqs (15) to (19). In print the labels of t3 and t4 are interchanged and both
-losses are given in quadrants where the flank still pushes; here the active flank is left where the drive's acceleration falls
-below -F/m, the reverse flank where it rises above it again.
+losses are given in quadrants where the flank still pushes; here the active flank is left where the acceleration of the
+drive falls below -F/m, the reverse flank where it rises above it again.
 """
 
 from __future__ import annotations
