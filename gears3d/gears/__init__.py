@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from gears3d.gears.deviation import HarmonicDeviation, ToothDeviation
 from gears3d.gears.gear import Gear
 from gears3d.gears.pair import Pair
+from gears3d.gears.relief import Relief
 
 if TYPE_CHECKING:
     from gears3d.gears.flank import Flanks, candidates, flank_gap, flank_point, gap_at, nearest_gap
@@ -39,6 +40,7 @@ __all__ = [
     "Gear",
     "HarmonicDeviation",
     "Pair",
+    "Relief",
     "ToothDeviation",
     "candidates",
     "flank_gap",

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import acos, atan, cos, degrees, inf, pi, radians, sin, sqrt, tan
+from math import atan, cos, degrees, inf, pi, radians, sin, sqrt, tan
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.involute import inv
+from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.relief import Relief, relief_faults
 
 TEETH = (5, 2000)
 
@@ -28,6 +29,13 @@ class Gear:
         dedendum: dedendum of the basic rack, in modules.
         fillet_radius: tip radius of the cutting rack, in modules.
         bore: diameter of the hole along the axis [m], ``None`` for none.
+        tip_shortening: how much lower the tip lies than the rack's addendum puts it, in modules.
+        tip_diameter: diameter of the tip cylinder [m], in place of addendum and tip shortening.
+        tip_relief: taken off the flanks towards the tip.
+        root_relief: taken off the flanks towards the root.
+        rim: thickness of the rim below the root circle [m]; with ``web`` a pocket is left on both faces.
+        web: thickness of the web between rim and hub, in the middle of the face [m].
+        hub: diameter of the hub [m], which is as wide as the face; ``None`` for none: the web goes down to the bore.
 
     Raises:
         InputError: carries one fault for each value that makes no gear.
@@ -49,9 +57,16 @@ class Gear:
     dedendum: float = 1.25
     fillet_radius: float = 0.25
     bore: float | None = None
+    tip_shortening: float = 0.0
+    tip_diameter: float | None = None
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
+    rim: float | None = None
+    web: float | None = None
+    hub: float | None = None
 
     def __post_init__(self) -> None:
-        faults = list(_simple_faults(self)) or list(_shape_faults(self))
+        faults = list(_simple_faults(self)) or list(_shape_faults(self)) or list(relief_faults(self))
         if faults:
             raise InputError(faults)
 
@@ -83,12 +98,22 @@ class Gear:
     @cached_property
     def tip_radius(self) -> float:
         """Radius of the tip cylinder [m]."""
-        return self.reference_radius + (self.addendum + self.profile_shift) * self.module
+        if self.tip_diameter is not None:
+            return 0.5 * self.tip_diameter
+        return self.reference_radius + (self.addendum + self.profile_shift - self.tip_shortening) * self.module
 
     @cached_property
     def root_radius(self) -> float:
         """Radius of the root cylinder [m]."""
         return self.reference_radius - (self.dedendum - self.profile_shift) * self.module
+
+    @property
+    def pocket(self) -> tuple[float, float] | None:
+        """Radii of hub and rim between which the web stands back from the faces [m]; ``None`` for a full body."""
+        if self.rim is None:
+            return None
+        inner = self.hub if self.hub is not None else self.bore
+        return 0.5 * (inner or 0.0), self.root_radius - self.rim
 
     @cached_property
     def base_pitch(self) -> float:
@@ -118,6 +143,7 @@ def _simple_faults(gear: Gear):
         "addendum": (gear.addendum, 0.05, 3.0, "modules", 1.0),
         "dedendum": (gear.dedendum, 0.05, 3.0, "modules", 1.0),
         "fillet_radius": (gear.fillet_radius, 0.0, 1.0, "modules", 1.0),
+        "tip_shortening": (gear.tip_shortening, -0.5, 1.0, "modules", 1.0),
     }
     for key, (value, low, high, unit, scale) in ranges.items():
         shown = value * scale
@@ -130,21 +156,14 @@ def _simple_faults(gear: Gear):
 
 
 def _shape_faults(gear: Gear):
-    module_mm = gear.module * 1e3
-    if gear.tip_radius <= gear.base_radius:
-        yield Fault(
-            "addendum",
-            f"puts the tip ({gear.tip_radius * 1e3:.4g} mm) inside the base circle ({gear.base_radius * 1e3:.4g} mm)",
-            "give more addendum or profile shift",
-        )
-    elif gear.base_half_angle <= inv(acos(gear.base_radius / gear.tip_radius)):
-        yield Fault(
-            "addendum",
-            f"of {gear.addendum:g} modules with profile shift {gear.profile_shift:g} makes pointed teeth",
-            "give less addendum or profile shift",
-        )
+    yield from _tip_faults(gear)
     if gear.root_radius <= 0.2 * gear.module:
-        yield Fault("dedendum", f"leaves a root radius of {gear.root_radius * 1e3:.4g} mm", "give less dedendum")
+        most = 0.5 * gear.teeth / cos(gear.helix_angle) + gear.profile_shift - 0.2
+        yield Fault(
+            "dedendum",
+            f"is {gear.dedendum:g} modules: the root radius is {gear.root_radius * 1e3:.4g} mm",
+            f"give less than {most:.4g} modules",
+        )
     slope = gear.pressure_angle
     depth = gear.dedendum * tan(slope)
     widest = (pi / 4.0 - depth) * cos(slope) / (1.0 - sin(slope))
@@ -154,8 +173,77 @@ def _shape_faults(gear: Gear):
             f"is {gear.fillet_radius:g} modules, more than the tip of the rack has room for",
             f"give 0 to {max(widest, 0.0):.4g} modules",
         )
-    if gear.bore is not None and not 0.0 < gear.bore <= 1.6 * gear.root_radius * cos(pi / gear.teeth):
-        most = 1.6e3 * gear.root_radius * cos(pi / gear.teeth)
+    yield from _body_faults(gear)
+
+
+def _tip_faults(gear: Gear):
+    if gear.tip_diameter is not None and gear.tip_shortening != 0.0:
+        yield Fault("tip_diameter", f"is {gear.tip_diameter * 1e3:g} mm beside a tip_shortening", "keep one of the two")
+        return
+    key = "addendum" if gear.tip_diameter is None else "tip_diameter"
+    lowest, highest = max(gear.base_radius, gear.root_radius), _pointed_radius(gear)
+    if lowest < gear.tip_radius < highest:
+        return
+    if key == "tip_diameter":
+        value, limits = f"is {2e3 * gear.tip_radius:.6g} mm", f"{2e3 * lowest:.6g} and less than {2e3 * highest:.6g} mm"
+    else:
+        value = f"of {gear.addendum:g} modules with profile shift {gear.profile_shift:g}"
+        value += f" and tip shortening {gear.tip_shortening:g}" if gear.tip_shortening else ""
+        other = gear.reference_radius + (gear.profile_shift - gear.tip_shortening) * gear.module
+        low, high = ((radius - other) / gear.module for radius in (lowest, highest))
+        limits = f"{max(low, 0.0):.4g} and less than {high:.4g} modules, or another profile shift"
+    if gear.tip_radius >= highest:
         yield Fault(
-            "bore", f"is {gear.bore * 1e3:g} mm at module {module_mm:g} mm", f"give more than 0 up to {most:.4g} mm"
+            key,
+            f"{value}: makes pointed teeth" if key != "addendum" else f"{value} makes pointed teeth",
+            f"give more than {limits}",
+        )
+    else:
+        where = "base" if lowest == gear.base_radius else "root"
+        yield Fault(
+            key,
+            f"{value}{':' if key != 'addendum' else ''} puts the tip ({gear.tip_radius * 1e3:.4g} mm) inside the "
+            f"{where} circle ({lowest * 1e3:.4g} mm)",
+            f"give more than {limits}",
+        )
+
+
+def _pointed_radius(gear: Gear) -> float:
+    """Return the radius at which both flanks of a tooth of full thickness meet [m]."""
+    return gear.base_radius / cos(inverse_inv(max(gear.base_half_angle, 0.0)))
+
+
+def _body_faults(gear: Gear):
+    """Yield what is wrong with bore, rim, web and hub."""
+    most = 1.6 * gear.root_radius * cos(pi / gear.teeth)
+    if gear.bore is not None and not 0.0 < gear.bore <= most:
+        yield Fault(
+            "bore",
+            f"is {gear.bore * 1e3:g} mm at module {gear.module * 1e3:g} mm",
+            f"give more than 0 up to {most * 1e3:.4g} mm",
+        )
+        return
+    for key, partner in (("rim", "web"), ("web", "rim"), ("hub", "rim")):
+        if getattr(gear, key) is not None and getattr(gear, partner) is None:
+            yield Fault(key, f"is {getattr(gear, key) * 1e3:g} mm without a {partner}", f"give {partner} too")
+            return
+    if gear.rim is None or gear.web is None:
+        return
+    least, room = 0.5 * (gear.bore or 0.0), gear.root_radius * cos(pi / gear.teeth)
+    if gear.hub is not None and not 2.0 * least < gear.hub < most:
+        yield Fault(
+            "hub", f"is {gear.hub * 1e3:g} mm", f"give more than {2e3 * least:.4g} and less than {most * 1e3:.4g} mm"
+        )
+        return
+    least = max(least, 0.5 * (gear.hub or 0.0))
+    thin, thick = gear.root_radius - 0.98 * room, gear.root_radius - least
+    if not thin <= gear.rim < thick:
+        yield Fault(
+            "rim", f"is {gear.rim * 1e3:g} mm", f"give at least {thin * 1e3:.4g} and less than {thick * 1e3:.4g} mm"
+        )
+    if not 0.0 < gear.web < gear.face_width:
+        yield Fault(
+            "web",
+            f"is {gear.web * 1e3:g} mm",
+            f"give more than 0 and less than face_width ({gear.face_width * 1e3:g} mm)",
         )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.gears.deviation import GEARS, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, roll_at_radius
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.pair import Pair
 
 _HULL_STEPS = 10216
@@ -83,11 +83,17 @@ def _chord_error(pair: Pair, which: str, flank: int, tooth: int, points: int) ->
 
 
 def _rolls(pair: Pair, flanks: Flanks, which: str, flank: int, tooth: int, points: int) -> NDArray[np.float64]:
-    """Roll angles from the start of the working flank to the tip, with equal chord errors along a perfect involute."""
+    """Roll angles from the start of the working flank to the tip, with equal chord errors along a perfect involute.
+
+    Where a relief starts there is a point in any case: a chord across that edge would cut off more than others.
+    """
     gear = GEARS.index(which)
     lowest, start = flanks.gears[gear, 4], pair.start_roll(which)
     start = max(lowest, start - 0.03 * (pair.gear(which).tip_roll - start), _LEAST_ROLL)
     base = pair.gear(which).base_radius
     first = roll_at_radius(flanks, gear, flank, tooth, base * (1.0 + start**2) ** 0.5)
     last = roll_at_radius(flanks, gear, flank, tooth, pair.gear(which).tip_radius)
-    return np.linspace(first**1.5, last**1.5, points) ** (2.0 / 3.0)
+    edges = relief_starts(flanks, gear)
+    edges = edges[(edges > first) & (edges < last)]
+    rolls = np.linspace(first**1.5, last**1.5, points - len(edges)) ** (2.0 / 3.0)
+    return np.sort(np.append(rolls, edges))

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
 from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, roll_at_radius
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.gear import Gear
 from gears3d.gears.pair import Pair
 from gears3d.gears.rack import fillet_points, form
+from gears3d.gears.relief import relief_bend
 
 Array = NDArray[np.float64]
 
@@ -69,7 +70,8 @@ def outline(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | N
     lowest, fillet_angle = form(gear, half)
     flanks = compile_pair(pair)
     curve = _fillet(gear, half, fillet_angle, coarse)
-    segments = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord)
+    starts = relief_starts(flanks, number)
+    segments = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord) + len(starts)
     tip_angle = 2.0 * (half - (gear.tip_roll - np.arctan(gear.tip_roll)))
     tip = max(1, _arc_segments(tip_angle, gear.tip_radius, coarse))
     gap = pi / gear.teeth - curve[-1, 1]
@@ -131,6 +133,7 @@ def _flank_segments(pair: Pair, which: str, lowest: float, chord: float) -> int:
     )
     reach = pair.path_length
     extra = steep * reach / (reach - min(steep, 0.9 * reach)) / (gear.base_radius * lowest)
+    extra += relief_bend(gear, lowest)
     span = (gear.tip_roll**1.5 - lowest**1.5) / 1.5
     return max(2, ceil(span * sqrt(gear.base_radius * (1.0 + extra) / (8.0 * chord))))
 
@@ -149,11 +152,11 @@ def _fillet(gear: Gear, half_angle: float, first: float, chord: float) -> Array:
 
 
 def _flank(flanks: Flanks, gear: int, side: int, tooth: int, extent: tuple[float, float, int]) -> Array:
-    """Points of a flank from form circle to tip, (segments + 1, 2)."""
+    """Points of a flank from form circle to tip, the edges where reliefs start among them, (segments + 1, 2)."""
     lowest, tip_radius, segments = extent
-    last = roll_at_radius(flanks, gear, side, tooth, tip_radius)
-    rolls = np.linspace(max(lowest, _LEAST_ROLL) ** 1.5, last**1.5, segments + 1) ** (2.0 / 3.0)
-    return flank_points(flanks, gear, side, tooth, rolls)[0]
+    last, starts = roll_at_radius(flanks, gear, side, tooth, tip_radius), relief_starts(flanks, gear)
+    rolls = np.linspace(max(lowest, _LEAST_ROLL) ** 1.5, last**1.5, segments + 1 - len(starts)) ** (2.0 / 3.0)
+    return flank_points(flanks, gear, side, tooth, np.sort(np.append(rolls, starts)))[0]
 
 
 def _turned(points: Array, angle: float) -> Array:

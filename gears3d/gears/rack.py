@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, sin, sqrt, tan
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.gears.gear import Gear
 from gears3d.gears.involute import inv
+
+if TYPE_CHECKING:
+    from gears3d.gears.gear import Gear
 
 
 def _tip_circle(gear: Gear, half_angle: float) -> tuple[float, float]:
@@ -57,6 +60,7 @@ def form(gear: Gear, half_angle: float) -> tuple[float, float]:
         Roll angle of the perfect involute and the ``angle`` of :func:`fillet` there [rad]; where the rack undercuts
         the tooth, those of the point where the fillet crosses the involute.
 
+    >>> from gears3d.gears import Gear
     >>> gear = Gear(3.5e-3, 90)
     >>> round(form(gear, gear.base_half_angle)[0], 4)
     0.2889

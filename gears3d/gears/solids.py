@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
 
@@ -84,13 +85,10 @@ def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, 
     cap = _cap(section, inner)
     flat = np.vstack([section.points.reshape(-1, 2), inner])
     upright = np.tile([0.0, 0.0, 1.0], (len(flat), 1))
-    parts = [(_lift(flat, levels[:1]), cap[:, ::-1], -upright), (_lift(flat, levels[-1:]), cap, upright)]
+    parts = [(lift(flat, levels[:1]), cap[:, ::-1], -upright), (lift(flat, levels[-1:]), cap, upright)]
     ring, segments, outward = _split(section)
-    parts.append(_wall(ring, segments, outward, levels))
-    if len(inner) > 1:
-        around = np.arange(len(inner))
-        backwards = np.c_[np.roll(around, -1), around]
-        parts.append(_wall(inner, backwards, -inner / np.hypot(*inner.T)[:, None], levels))
+    parts.append(wall(ring, segments, outward, levels))
+    parts += drawn_inside(pair.gear(which), inner, levels)
     bases = np.cumsum([0] + [len(points) for points, _, _ in parts])
     faces = [triangles + base for (_, triangles, _), base in zip(parts, bases, strict=False)]
     return np.vstack([p for p, _, _ in parts]), np.vstack(faces), np.vstack([n for _, _, n in parts])
@@ -116,22 +114,16 @@ def _welded(pair: Pair, which: str, section: Outline, chord: float) -> tuple[Arr
     """Vertices and triangles of the closed surface, every vertex once."""
     levels = _levels(pair, which, chord)
     outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chord)
-    hollow = len(inner) > 1
-    layer = np.vstack([outer, inner]) if hollow else outer
-    vertices = _lift(layer, levels)
-    cap = _cap(section, inner)
-    around = np.arange(len(outer))
-    segments = [np.c_[around, np.roll(around, -1)]]
-    bottom, top = cap[:, ::-1], cap + len(layer) * (len(levels) - 1)
-    if hollow:
-        around = len(outer) + np.arange(len(inner))
-        segments.append(np.c_[np.roll(around, -1), around])
-    else:
-        vertices = np.vstack([vertices, _lift(inner, levels[[0, -1]])])
-        centre = len(layer) * len(levels)
-        bottom = np.where(bottom == len(outer), centre, bottom)
-        top = np.where(cap == len(outer), centre + 1, top)
-    return vertices, np.vstack([bottom, top, _stitch(np.vstack(segments), len(layer), len(levels))])
+    vertices, faces = lift(outer, levels), stitch(loop(0, len(outer)), len(outer), len(levels))
+    inside, walls, top = inside_surface(pair.gear(which), inner, levels)
+    cap, count = _cap(section, inner), len(outer)
+
+    def face(outer_start: int, inner_start: int) -> Indices:
+        return np.where(cap < count, cap + outer_start, cap - count + inner_start)
+
+    first = len(vertices)
+    bottom, above = face(0, first)[:, ::-1], face(count * (len(levels) - 1), first + top)
+    return np.vstack([vertices, inside]), np.vstack([bottom, above, faces, walls + first])
 
 
 def _levels(pair: Pair, which: str, chord: float) -> Array:
@@ -144,17 +136,10 @@ def _levels(pair: Pair, which: str, chord: float) -> Array:
     return np.c_[heights, lead * heights]
 
 
-def _lift(points: Array, levels: Array) -> Array:
-    """Put plane points on every level, turned by its angle: (levels·n, 3), level after level."""
-    c, s = np.cos(levels[:, 1])[:, None], np.sin(levels[:, 1])[:, None]
-    x, y = c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]
-    return np.stack([x, y, np.broadcast_to(levels[:, :1], x.shape)], axis=2).reshape(-1, 3)
-
-
 def _inner_ring(pair: Pair, which: str, section: Outline, chord: float) -> Array:
-    """Points of the bore in step with the roots, or the centre alone where there is no bore, (m, 2)."""
-    gear = pair.gear(which)
-    if gear.bore is None:
+    """Points of the inner edge of the end face in step with the roots, or the centre alone of a full face, (m, 2)."""
+    radius = inner_radius(pair.gear(which))
+    if radius == 0.0:
         return np.zeros((1, 2))
     points, root = section.points, section.root
     angles = np.arctan2(points[..., 1], points[..., 0])
@@ -162,11 +147,11 @@ def _inner_ring(pair: Pair, which: str, section: Outline, chord: float) -> Array
     if root == 0:
         left = np.roll(right, -1, axis=0)
     width = np.mod(left[:, :1] - right[:, -1:], 2.0 * pi)
-    under = max(1, ceil(float(width.max()) * sqrt(gear.bore / (16.0 * chord))))
+    under = max(1, ceil(float(width.max()) * sqrt(radius / (8.0 * chord))))
     between = right[:, -1:] + width * np.linspace(0.0, 1.0, under + 1)
     last = left[:, 1:] if root else left[:, :0]
     ring = np.hstack([right[:, :-1], between, last] if root else [between[:, :-1]]).ravel()
-    return 0.5 * gear.bore * np.c_[np.cos(ring), np.sin(ring)]
+    return radius * np.c_[np.cos(ring), np.sin(ring)]
 
 
 def _cap(section: Outline, inner: Array) -> Indices:
@@ -209,24 +194,6 @@ def _annulus(outer: Indices, root: int, inner_count: int) -> Indices:
             start = _INNER + place + (under - 1 if place > root else 0)
             triangles.append(np.array([[here, there, start + 1], [here, start + 1, start]]))
     return np.vstack(triangles)
-
-
-def _stitch(segments: Indices, layer: int, levels: int) -> Indices:
-    """Triangles between the levels over segments (start, end) of one layer, outside to the right."""
-    shift = layer * np.arange(levels - 1)[:, None, None]
-    a, b = segments[:, 0], segments[:, 1]
-    faces = np.vstack([np.c_[a, b, b + layer], np.c_[a, b + layer, a + layer]])
-    return (faces + shift).reshape(-1, 3)
-
-
-def _wall(points: Array, segments: Indices, outward: Array, levels: Array) -> tuple[Array, Indices, Array]:
-    """Carry a chain along the axis; ``outward`` are its normals in the plane, tilted here by the helix."""
-    lead = (levels[-1, 1] - levels[0, 1]) / (levels[-1, 0] - levels[0, 0])
-    normals = _lift(outward, levels)
-    around = points[:, 0] * outward[:, 1] - points[:, 1] * outward[:, 0]
-    normals[:, 2] = np.tile(-lead * around, len(levels))
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    return _lift(points, levels), _stitch(segments, len(points), len(levels)), normals
 
 
 def _split(section: Outline) -> tuple[Array, Indices, Array]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import InputError, did_you_mean
 from gears3d.scenario import keys
@@ -31,7 +31,10 @@ from gears3d.scenario.model import (
     period,
 )
 from gears3d.scenario.reader import Reader, check_bounds
-from gears3d.units import parse
+from gears3d.units import parse, show
+
+if TYPE_CHECKING:
+    from gears3d.gears.relief import Relief
 
 
 def build(document: Document) -> Scenario:
@@ -106,13 +109,14 @@ def _check_top(reader: Reader, top: Mapping[str, Any]) -> None:
 
 def _gears(reader: Reader, section: dict[str, Any]) -> tuple[GearSpec, GearSpec]:
     """Read both gears; a gear's own keys go before the common ones."""
-    reader.unknown(section, "gears", [*keys.COMMON, "drive", "loose"])
+    reader.unknown(section, "gears", [*keys.COMMON, *keys.EXTRA["gears"]])
     common = {name: reader.value(section, "gears", name, key) for name, key in keys.COMMON.items()}
+    reliefs = {name: _relief(reader, section[name], f"gears.{name}") for name in keys.RELIEFS if name in section}
     gears = []
     for which in ("drive", "loose"):
         place = f"gears.{which}"
         table = reader.table(section.get(which, {}), place)
-        reader.unknown(table, place, list(keys.GEAR))
+        reader.unknown(table, place, [*keys.GEAR, *keys.RELIEFS])
         own = {name: reader.value(table, place, name, key) for name, key in keys.GEAR.items() if name in table}
         if "teeth" not in table:
             own["teeth"] = reader.value(table, place, "teeth", keys.TEETH)
@@ -121,8 +125,35 @@ def _gears(reader: Reader, section: dict[str, Any]) -> tuple[GearSpec, GearSpec]
             reader.fault(f"{place}.module", "is missing (normal module)", 'e.g. module = "3.5 mm" in [gears]')
         if merged["face_width"] is None and merged["module"] is not None:
             merged["face_width"] = 10 * merged["module"]
+            if merged["helix_angle"] and "face_width" not in (*section, *table):
+                angle = show(merged["helix_angle"], "angle")
+                reader.fault(
+                    f"{place}.face_width", f"is missing beside a helix_angle of {angle}", 'e.g. face_width = "20 mm"'
+                )
+        for name in keys.RELIEFS:
+            merged[name] = reliefs.get(name)
+            if name in table:
+                merged[name] = _relief(reader, table[name], f"{place}.{name}")
         gears.append(GearSpec(**merged))
     return gears[0], gears[1]
+
+
+def _relief(reader: Reader, written: Any, place: str) -> Relief | None:
+    """Read a relief; one that takes nothing off is none."""
+    from gears3d.gears.relief import STARTS, Relief
+
+    table = reader.table(written, place)
+    if not isinstance(written, Mapping):
+        return None
+    values = reader.keys(table, place, keys.RELIEF)
+    given = [name for name in STARTS if name in table]
+    if len(given) != 1:
+        held = f"has {' and '.join(given)}" if given else "has no start"
+        reader.fault(f"{place}.{given[-1]}" if given else place, held, f"give one of {', '.join(STARTS)}")
+        return None
+    if values["amount"] is None or values["shape"] is None or values[given[0]] is None:
+        return None
+    return Relief(**values) if values["amount"] > 0.0 else None
 
 
 def _motion(reader: Reader, section: dict[str, Any], values: dict[str, Any]) -> Motion:

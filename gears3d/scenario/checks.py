@@ -9,7 +9,7 @@ from gears3d.errors import InputError
 from gears3d.scenario import keys
 from gears3d.scenario.document import near_files
 from gears3d.scenario.meshing import mesh
-from gears3d.scenario.model import Gears, GearSpec, Mount, Scenario
+from gears3d.scenario.model import Gears, Mount, Scenario
 from gears3d.scenario.reader import Reader
 from gears3d.units import show
 
@@ -31,7 +31,8 @@ def _complete(part: object, *names: str) -> bool:
     return all(getattr(part, name) is not None for name in names)
 
 
-_SHAPE = [name for name in GearSpec.__dataclass_fields__ if name not in ("inertia", "bore")]
+_SHAPE = [name for name, key in keys.GEAR.items() if key.default is not None or name in ("module", "face_width")]
+"""Keys without which there is no gear."""
 
 
 def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
@@ -80,7 +81,8 @@ def _check_shapes(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> b
         except InputError as why:
             sound = False
             for fault in why.faults:
-                own = fault.key in section.get(which, {}) or fault.key not in section
+                name = fault.key.split(".")[0]
+                own = name in section.get(which, {}) or name not in section
                 key = f"gears.{which}.{fault.key}" if own else f"gears.{fault.key}"
                 if (key, fault.message) not in told:
                     reader.fault(key, fault.message, fault.remedy)

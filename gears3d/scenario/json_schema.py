@@ -28,8 +28,10 @@ def schema() -> dict[str, Any]:
     }
     properties |= {name: _key(key) for name, key in keys.TOP.items()}
     properties |= {name: _table(known) for name, known in keys.SECTIONS.items()}
+    reliefs = {name: {**_table(keys.RELIEF), "description": about} for name, about in keys.RELIEFS.items()}
     gear = _table(keys.GEAR)
-    properties["gears"]["properties"] |= {"drive": gear, "loose": gear}
+    gear["properties"] |= reliefs
+    properties["gears"]["properties"] |= {**reliefs, "drive": gear, "loose": gear}
     sensor = _table(keys.SENSOR)
     properties["sensors"]["properties"] |= {"drive": sensor, "loose": sensor}
     properties["motion"]["properties"]["harmonics"] = {"type": "array", "items": _table(keys.HARMONIC)}

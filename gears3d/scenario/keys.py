@@ -52,7 +52,12 @@ COMMON = {
     "addendum": Key("ratio", "addendum, in modules", 1, 0.1, 2.0),
     "dedendum": Key("ratio", "dedendum, in modules", 1.25, 0.1, 3.0),
     "fillet_radius": Key("ratio", "tip radius of the cutting rack, in modules", 0.25, 0.0, 1.0),
+    "tip_shortening": Key("ratio", "how much lower the tip lies than the addendum puts it, in modules", 0, -0.5, 1.0),
+    "tip_diameter": _positive("length", "diameter of the tip circle, in place of addendum and tip_shortening", None),
     "bore": _positive("length", "diameter of the hole along the axis", None),
+    "rim": _positive("length", "thickness of the rim below the root circle; needs web", None),
+    "web": _positive("length", "thickness of the web between rim and hub; needs rim", None),
+    "hub": _positive("length", "diameter of the hub, as wide as the face; none: the web goes down to the bore", None),
     "inertia": _positive(
         "inertia", "moment of inertia about the gear's axis; that of the solid when not given", None, "a body has mass"
     ),
@@ -66,6 +71,18 @@ TEETH = Key(
     why="with fewer than 5 involute teeth a pair lets go before the next pair takes over",
 )
 GEAR = {"teeth": TEETH, **COMMON}
+RELIEF = {
+    "amount": Key("length", "taken off each flank at the end, along the involute's normal", low=0.0),
+    "start_roll": Key("angle", "roll angle at which it starts", None, low=0.0),
+    "start_diameter": _positive("length", "diameter at which it starts, in place of start_roll", None),
+    "length": _positive("length", "length of roll from start to end, in place of start_roll", None),
+    "shape": Key("choice", "over the roll angle", "linear", choices=("linear", "parabolic")),
+}
+RELIEFS = {
+    "tip_relief": "material taken off the flanks towards the tip",
+    "root_relief": "material taken off the flanks towards the root form circle",
+}
+"""Tables of RELIEF keys that a gear holds, or both gears in common."""
 MOUNT = {
     "backlash": _positive(
         "length", "width of the dead band along the transverse line of action", None, "gears jammed: there is no gap"
@@ -121,5 +138,5 @@ TOP = {
     "title": Key("text", "one line for people", ""),
     "source": Key("text", "where the numbers are from", ""),
 }
-EXTRA = {"gears": ("drive", "loose"), "motion": ("harmonics",), "sensors": ("drive", "loose")}
+EXTRA = {"gears": ("drive", "loose", *RELIEFS), "motion": ("harmonics",), "sensors": ("drive", "loose")}
 """What the sections hold besides keys."""

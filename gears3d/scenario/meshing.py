@@ -39,8 +39,8 @@ def solid_inertia(pair: Pair, which: str, density: float) -> float:
         density: kg/m³.
 
     Returns:
-        Polar moment of the transverse section, bore taken off, times density and face width; slices that are turned
-        against each other, as a helix does, have the same.
+        Polar moment of the transverse section, bore and pockets beside the web taken off, times density and face width;
+        slices that are turned against each other, as a helix does, have the same.
     """
     from math import pi
 
@@ -54,4 +54,8 @@ def solid_inertia(pair: Pair, which: str, density: float) -> float:
     squares = x * x + x * x_next + x_next * x_next + y * y + y * y_next + y_next * y_next
     section = float(np.sum((x * y_next - x_next * y) * squares)) / 12
     hole = pi / 2 * (0.5 * (gear.bore or 0.0)) ** 4
-    return density * gear.face_width * (section - hole)
+    moment = gear.face_width * (section - hole)
+    if gear.pocket and gear.web is not None:
+        hub, rim = gear.pocket
+        moment -= (gear.face_width - gear.web) * pi / 2 * (rim**4 - hub**4)
+    return density * moment

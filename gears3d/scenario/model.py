@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from math import pi
 from pathlib import Path
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears.gear import Gear
     from gears3d.gears.pair import Pair
+    from gears3d.gears.relief import Relief
     from gears3d.scenario.overrides import Overrides
 
 
@@ -29,9 +30,16 @@ class GearSpec:
         addendum: in modules.
         dedendum: in modules.
         fillet_radius: tip radius of the cutting rack, in modules.
+        tip_shortening: in modules.
+        tip_diameter: m; ``None``: from addendum and tip shortening.
         bore: diameter of the hole, m; ``None``: none.
+        rim: thickness of the rim, m; ``None``: a full body.
+        web: thickness of the web, m.
+        hub: diameter of the hub, m; ``None``: none.
         inertia: about its axis, kg·m²; of the loose gear that of its solid when not given, of the drive ``None`` then.
         density: kg/m³.
+        tip_relief: taken off towards the tip.
+        root_relief: taken off towards the root.
     """
 
     teeth: int
@@ -43,26 +51,22 @@ class GearSpec:
     addendum: float
     dedendum: float
     fillet_radius: float
+    tip_shortening: float
+    tip_diameter: float | None
     bore: float | None
+    rim: float | None
+    web: float | None
+    hub: float | None
     inertia: float | None
     density: float
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
 
     def gear(self) -> Gear:
         """Return its geometry."""
         from gears3d.gears.gear import Gear
 
-        return Gear(
-            module=self.module,
-            teeth=self.teeth,
-            pressure_angle=self.pressure_angle,
-            helix_angle=self.helix_angle,
-            face_width=self.face_width,
-            profile_shift=self.profile_shift,
-            addendum=self.addendum,
-            dedendum=self.dedendum,
-            fillet_radius=self.fillet_radius,
-            bore=self.bore,
-        )
+        return Gear(**{part.name: getattr(self, part.name) for part in fields(Gear)})
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,15 @@ def exact_area(gear, half):
     return 2 * gear.teeth * (root + trochoid + involute + tip)
 
 
+def exact_volume(gear):
+    """Of the section carried along the face, less bore and pockets."""
+    volume = (exact_area(gear, gear.base_half_angle) - 0.25 * pi * (gear.bore or 0.0) ** 2) * gear.face_width
+    if gear.rim is None:
+        return volume
+    inner = gear.hub or gear.bore or 0.0
+    return volume - pi * ((gear.root_radius - gear.rim) ** 2 - 0.25 * inner**2) * (gear.face_width - gear.web)
+
+
 def volume_of(gear, mate=None):
     pair = Pair.from_backlash(gear, mate or gear, 0.0)
     return solid(pair, "drive", chord=0.05e-6, root_chord=0.05e-6).volume
@@ -95,13 +104,18 @@ def test_outline_area_converges_to_the_exact_section(gear):
         {"fillet_radius": 0.1},
         {"bore": 0.02},
         {"bore": None},
+        {"tip_shortening": 0.1},
+        {"tip_diameter": 0.0515},
+        {"rim": 4e-3, "web": 2e-3},
+        {"rim": 4e-3, "web": 2e-3, "hub": 0.016},
+        {"rim": 5e-3, "web": 3e-3, "hub": 0.016, "helix_angle": radians(25)},
+        {"rim": 4e-3, "web": 2e-3, "bore": None},
+        {"rim": 4e-3, "web": 2e-3, "hub": 0.01, "bore": None},
     ],
 )
 def test_every_parameter_changes_the_volume_by_the_amount_it_should(change):
     gear = Gear(**{**SMALL, **change})
-    expected = (exact_area(gear, gear.base_half_angle) - 0.25 * pi * (gear.bore or 0.0) ** 2) * gear.face_width
-    before = Gear(**SMALL)
-    start = (exact_area(before, before.base_half_angle) - 0.25 * pi * before.bore**2) * before.face_width
+    expected, start = exact_volume(gear), exact_volume(Gear(**SMALL))
     assert volume_of(gear) == pytest.approx(expected, rel=3e-5)
     if change:
         assert abs(expected / start - 1) > 2e-4
@@ -284,6 +298,31 @@ def test_mass_of_the_rig_gear():
     assert np.abs(found.centre).max() < 1e-12
     assert found.inertia[2, 2] == pytest.approx(0.5 * found.mass * (area / pi), rel=2e-3)
     assert found.inertia[0, 0] == pytest.approx(found.inertia[2, 2] / 2 + found.mass * 7.5e-3**2 / 12, rel=1e-6)
+
+
+@pytest.mark.parametrize("hub", [None, 0.018])
+@pytest.mark.parametrize("bore", [None, 0.012])
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_a_web_makes_a_closed_body_that_weighs_and_turns_as_it_should(helix, bore, hub):
+    values = {"module": 2e-3, "teeth": 24, "face_width": 12e-3, "helix_angle": radians(helix), "bore": bore}
+    gear = Gear(**values, rim=4e-3, web=3e-3, hub=hub)
+    full, light = (Pair.from_backlash(g, g, 50e-6) for g in (Gear(**values), gear))
+    body = solid(light, "drive")
+    assert_is_a_solid(body)
+    assert body.euler_number == (0 if bore else 2)
+    inner, outer = gear.pocket
+    assert inner == 0.5 * (hub or bore or 0.0)
+    assert outer == pytest.approx(gear.root_radius - 4e-3, rel=1e-14)
+    heavy, found = (mass_properties(solid(pair, "drive"), 7850.0) for pair in (full, light))
+    taken = 7850 * 9e-3 * pi * (outer**2 - inner**2)
+    assert heavy.mass - found.mass == pytest.approx(taken, rel=1e-4)
+    polar = 0.5 * taken * (outer**2 + inner**2)
+    assert heavy.inertia[2, 2] - found.inertia[2, 2] == pytest.approx(polar, rel=2e-4)
+    assert np.abs(found.centre).max() < 1e-12
+    vertices, faces, normals = solid_arrays(light, "drive")
+    drawn = trimesh.Trimesh(vertices, faces, process=False)
+    assert drawn.volume == pytest.approx(body.volume, rel=1e-4)
+    assert np.quantile(np.einsum("ij,ij->i", drawn.face_normals, normals[faces].mean(axis=1)), 0.001) > 0.99
 
 
 def test_bad_chord_and_tooth():

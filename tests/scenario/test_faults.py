@@ -46,7 +46,7 @@ def without(*names):
         ("gears.drive.module", "3 mm", "gears.drive.module", "drive has 3 mm and loose 3.5 mm: the gears do not mesh", "same"),
         ("gears.loose.pressure_angle", "25 deg", "gears.loose.pressure_angle", "drive has 20 deg and loose 25 deg", "same"),
         ("gears.loose.helix_angle", "10 deg", "gears.loose.helix_angle", "the gears do not mesh", "opposite hands"),
-        ("gears.addendum", 1.9, "gears.addendum", "pointed teeth", "less addendum"),
+        ("gears.addendum", 1.9, "gears.addendum", "pointed teeth", "less than 1."),
         ("gears.modul", "3 mm", "gears.modul", "is not a known key", "did you mean 'module'?"),
         ("mount.backlash", "-5 um", "mount.backlash", "is '-5 um'; must be more than 0 m", "gears jammed"),
         ("mount.backlash", "0 um", "mount.backlash", "must be more than 0 m", "gears jammed"),
