@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -19,28 +18,14 @@ def schema(
     Example: gears3d schema --out gears3d.schema.json
     """
     from gears3d.cli.output import print_json
+    from gears3d.files import write_text
     from gears3d.scenario import schema as make
 
     if out is None:
         print_json(make())
         return
-    _write(out, json.dumps(make(), indent=2) + "\n")
+    write_text(out, json.dumps(make(), indent=2) + "\n")
     if as_json:
         print_json({"schema": str(out)})
     else:
         typer.echo(str(out))
-
-
-def _write(out: Path, text: str) -> None:
-    """Write under a temporary name and rename."""
-    from gears3d.errors import Fault, InputError
-
-    temporary = out.with_name(f".{out.name}.{os.getpid()}")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(out)
-    except OSError as why:
-        temporary.unlink(missing_ok=True) if temporary.parent.is_dir() else None
-        raise InputError(
-            Fault("--out", f"cannot be written: {why.strerror}", "choose another place", str(out))
-        ) from why

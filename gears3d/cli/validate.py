@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gears3d.validation import Claim
+
+Measured = list[tuple[str, list["Claim"]]]
 
 
 def validate(
     quick: Annotated[bool, typer.Option(help="A part of the cases, in about half a minute.")] = False,
     only: Annotated[str, typer.Option(help="One chapter: solids, twin, agreement, native, faults or effects.")] = "",
+    out: Annotated[Path | None, typer.Option(help="Write the table as Markdown, too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON.")] = False,
 ) -> None:
     """Measure what gears3d claims of itself and hold each number against its bound; exit code 1 if one is missed.
@@ -18,34 +28,65 @@ def validate(
     Example: gears3d validate --quick
     """
     from rich.console import Console
-    from rich.table import Table
 
     from gears3d.cli.output import print_json
+    from gears3d.files import write_text
     from gears3d.validation import chapters
 
-    console, note = Console(), Console(stderr=True)
-    lines, missed = [], 0
+    console = Console(width=None if sys.stdout.isatty() else 120)
+    measured: Measured = []
     for title, claims in chapters(quick, only):
-        table = Table("claim", "measured", "bound", "", title=title, title_justify="left", box=None)
-        with note.status(title) if sys.stderr.isatty() and not as_json else _quiet():
-            measured = list(claims())
-        for claim in measured:
-            bound = f"{'>=' if claim.at_least else '<='} {claim.bound:.4g} {claim.unit}"
-            verdict = "[green]holds[/]" if claim.holds else "[red]MISSED[/]"
-            table.add_row(claim.name, f"{claim.value:.4g} {claim.unit}", bound, verdict)
-            missed += not claim.holds
-            lines.append({"chapter": title, **vars(claim), "holds": claim.holds})
+        with Console(stderr=True).status(title) if sys.stderr.isatty() and not as_json else nullcontext():
+            measured.append((title, list(claims())))
         if not as_json:
-            console.print(table, "")
+            _print(console, *measured[-1])
+    every = [claim for _, claims in measured for claim in claims]
+    missed = sum(not claim.holds for claim in every)
     if as_json:
-        print_json(lines)
+        print_json([_plain(title, claim) for title, claims in measured for claim in claims])
     else:
-        console.print(f"{len(lines)} claims, {missed} missed")
+        console.print(f"{len(every)} claims, {missed} missed")
+    if out is not None:
+        write_text(out, markdown(measured))
     if missed:
         raise typer.Exit(1)
 
 
-def _quiet():  # type: ignore[no-untyped-def]
-    from contextlib import nullcontext
+def _print(console: Console, title: str, claims: list[Claim]) -> None:
+    from rich.table import Table
 
-    return nullcontext()
+    table = Table("claim", "measured", "bound", "", title=title, title_justify="left", box=None)
+    for claim in claims:
+        table.add_row(claim.name, *_words(claim), "[green]holds[/]" if claim.holds else "[red]MISSED[/]")
+    console.print(table, "")
+
+
+def _words(claim: Claim) -> tuple[str, str]:
+    """Return measured value and bound as text."""
+    sign = "≥" if claim.at_least else "≤"
+    return f"{claim.value:.3g} {claim.unit}".strip(), f"{sign} {claim.bound:.3g} {claim.unit}".strip()
+
+
+def _plain(title: str, claim: Claim) -> dict[str, Any]:
+    return {"chapter": title, **vars(claim), "holds": claim.holds}
+
+
+def markdown(measured: Measured) -> str:
+    """Return the table as a page of the documentation.
+
+    Args:
+        measured: chapters with their claims.
+    """
+    import platform
+
+    from gears3d.version import __version__
+
+    about = f"gears3d {__version__}, Python {platform.python_version()}, {platform.machine()}"
+    lines = ["# Validation", "", f"Printed by `gears3d validate --out docs/validation.md` ({about}).", ""]
+    for title, claims in measured:
+        lines += [f"## {title}", "", "| claim | measured | bound | |", "|---|---|---|---|"]
+        for claim in claims:
+            value, bound = _words(claim)
+            lines.append(f"| {claim.name} | {value} | {bound} | {'holds' if claim.holds else '**missed**'} |")
+        lines.append("")
+    return "\n".join(lines)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gears3d.comparison.against import period_of
-from gears3d.errors import Fault, InputError, UsageError
+from gears3d.errors import UsageError
+from gears3d.files import replacing
 from gears3d.recording import FLANKS, Recording
 
 if TYPE_CHECKING:
@@ -79,14 +79,8 @@ def write_picture(path: Path, comparison: Comparison, a: Recording, b: Recording
     """
     if path.suffix.lower() not in FORMATS:
         raise UsageError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with replacing(path) as unfinished:
         picture(comparison, a, b).savefig(unfinished, format=path.suffix.lower()[1:], dpi=130)
-        unfinished.replace(path)
-    except OSError as error:
-        raise InputError(Fault("", f"cannot be written: {error.strerror}", "name another place", str(path))) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
     return path
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError
+from gears3d.files import replacing
 from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table, unit_of
 from gears3d.recording.meta import from_json, to_json
 from gears3d.recording.record import Recording
@@ -42,27 +41,13 @@ def write(recording: Recording, path: Path) -> Path:
         if len(recording.impacts["time_s"]):
             raise UsageError(f"{path}: one file has no room for the impacts: name a folder")
         put = write_csv if path.suffix == ".csv" else write_parquet
-        _replace(path, lambda place: put(recording.signals, recording.meta, place))
+        with replacing(path) as unfinished:
+            put(recording.signals, recording.meta, unfinished)
         return path
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(Fault("", f"cannot be made: {error.strerror}", "name another folder", str(path))) from error
-    _replace(path / SIGNALS, lambda place: write_parquet(recording.signals, recording.meta, place))
-    _replace(path / IMPACTS, lambda place: write_parquet(recording.impacts, recording.meta, place))
+    for name, table in ((SIGNALS, recording.signals), (IMPACTS, recording.impacts)):
+        with replacing(path / name) as unfinished:
+            write_parquet(table, recording.meta, unfinished)
     return path
-
-
-def _replace(path: Path, put: Callable[[Path], None]) -> None:
-    """Write under a temporary name, then rename."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        put(unfinished)
-        unfinished.replace(path)
-    except OSError as error:
-        raise InputError(Fault("", f"cannot be written: {error}", "name another place", str(path))) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def write_parquet(table: Table, meta: dict[str, Any], path: Path) -> None:

@@ -39,7 +39,7 @@ def claims_of(comparison: Comparison, case: str) -> Iterator[Claim]:
     """
     found = comparison.to_dict()
     yield Claim(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
-    yield Claim(f"{case}: impacts compared", found["impacts_compared"], 24, at_least=True)
+    yield Claim(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
     yield Claim(f"{case}: impact speed, median error", found["velocity_error_median"], 0.002)
     yield Claim(f"{case}: impact speed, 95 % of the errors", found["velocity_error_p95"], 0.006)
     yield Claim(f"{case}: impact speed, bias", abs(found["velocity_bias"]), 0.001)

@@ -68,12 +68,15 @@ def test_schema_is_printed_or_written(gears3d, tmp_path):
 
 
 def test_an_output_that_cannot_be_written_is_bad_input(gears3d, tmp_path):
-    for target in (tmp_path / "nowhere" / "schema.json", tmp_path):
+    file = tmp_path / "file"
+    file.write_text("stays")
+    for target in (file / "schema.json", tmp_path):
         code, out, err = gears3d("schema", "--out", str(target), "--json")
         assert code == 3
-        assert f"{target}: --out: cannot be written" in err
-        assert json.loads(out)["error"]["faults"][0]["key"] == "--out"
-    assert list(tmp_path.iterdir()) == []
+        assert f"{target}: cannot be written" in err
+        assert json.loads(out)["error"]["faults"][0]["file"] == str(target)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert file.read_text() == "stays"
 
 
 @pytest.mark.parametrize(

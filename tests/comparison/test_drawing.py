@@ -88,8 +88,8 @@ def test_pictures_are_written_whole(tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
     with pytest.raises(UsageError, match=r"a picture ends in .png, .svg, .pdf"):
         write_picture(tmp_path / "c.gif", found, a, b)
-    with pytest.raises(InputError, match=r"c.png: cannot be written: No such file or directory"):
-        write_picture(tmp_path / "none" / "c.png", found, a, b)
+    with pytest.raises(InputError, match=r"c.png: cannot be written: File exists"):
+        write_picture(tmp_path / "c.svg" / "c.png", found, a, b)
 
 
 def test_comparing_loads_neither_matplotlib_nor_scipy():

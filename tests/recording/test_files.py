@@ -106,10 +106,10 @@ def test_a_failed_write_leaves_what_was_there(tmp_path, monkeypatch):
 
 def test_a_place_that_cannot_be_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=r"file/run: cannot be made: Not a directory"):
+    with pytest.raises(InputError, match=r"file/run/signals.parquet: cannot be written: Not a directory"):
         example().write(tmp_path / "file" / "run")
-    with pytest.raises(InputError, match=r"no/record.csv: cannot be written"):
-        measured().write(tmp_path / "no" / "record.csv")
+    with pytest.raises(InputError, match=r"file/record.csv: cannot be written"):
+        measured().write(tmp_path / "file" / "record.csv")
 
 
 def test_summary_tells_what_bare_tables_do_not(tmp_path):

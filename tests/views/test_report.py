@@ -236,4 +236,4 @@ def test_write_replaces_whole_or_not_at_all(run, tmp_path):
     assert first.startswith("<!doctype html>")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     with pytest.raises(InputError, match="cannot be written"):
-        write(tmp_path / "nowhere" / "report.html", **run)
+        write(place / "report.html", **run)

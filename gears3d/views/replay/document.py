@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import rerun as rr
 
-from gears3d.errors import Fault, InputError, UsageError
+from gears3d.errors import InputError, UsageError
+from gears3d.files import replacing
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
 from gears3d.views.replay.layout import ABOUT, layout
@@ -55,16 +54,11 @@ def replay(
     true, wide = Section(pair), Section(pair, widening(pair))
     motion = Motion(recording, true, rows)
     target = Path(out)
-    unfinished = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _write(unfinished, scenario, motion, wide, twin)
-        unfinished.replace(target)
-    except (OSError, RuntimeError) as error:
-        raise InputError(Fault("--out", f"cannot be written: {error}", "name another place", str(target))) from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
+    with replacing(target) as unfinished:
+        try:
+            _write(unfinished, scenario, motion, wide, twin)
+        except RuntimeError as error:  # what the recorder raises when a disk is full
+            raise OSError(str(error)) from error
     return target
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from functools import lru_cache
 from importlib.resources import files
 from itertools import groupby
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from markupsafe import Markup
 
-from gears3d.errors import Fault, InputError
+from gears3d.files import write_text
 from gears3d.views.report import outcome, story, trust
 from gears3d.views.report.data import blocks
 from gears3d.views.report.drawing import mesh_drawing
@@ -102,16 +101,7 @@ def write(
         InputError: it cannot be written.
     """
     html = render(scenario=scenario, recording=recording, twin=twin, summary=summary, gears_svg=gears_svg)
-    place = Path(path)
-    temporary = place.with_name(f".{place.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(html, encoding="utf-8")
-        temporary.replace(place)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        remedy = "name a file in a folder that you may write"
-        raise InputError(Fault("", f"cannot be written: {error.strerror}", remedy, str(place))) from error
-    return place
+    return write_text(path, html)
 
 
 def as_json(block: Any) -> Markup:

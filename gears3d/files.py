@@ -1,0 +1,62 @@
+"""How a file is written: under a temporary name beside its place, renamed when it is whole."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from gears3d.errors import Fault, InputError
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give a temporary path to write to; it takes the place of ``path`` when the block ends well.
+
+    A block that fails leaves nothing behind, and what was there before stays as it was.
+
+    Args:
+        path: where the file is to be; folders on the way are made.
+
+    Yields:
+        The temporary path.
+
+    Raises:
+        InputError: the file cannot be written.
+
+    >>> with replacing("/dev/null/at/all.txt") as unfinished:
+    ...     _ = unfinished.write_text("lost")
+    Traceback (most recent call last):
+    gears3d.errors.InputError: /dev/null/at/all.txt: cannot be written: Not a directory (name another place)
+    """
+    place = Path(path)
+    unfinished = place.with_name(f".{place.name}.{os.getpid()}.tmp")
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        yield unfinished
+        unfinished.replace(place)
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise InputError(Fault("", f"cannot be written: {why}", "name another place", str(place))) from error
+    finally:
+        with suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write a text file, whole or not at all.
+
+    Args:
+        path: where it is to be.
+        text: its content.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    with replacing(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+    return Path(path)
