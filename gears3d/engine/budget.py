@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
     from gears3d.gears import Pair
 
+FAR = 3e-4
+"""Gaps wider than this are not held against Bullet's: the ends of the hulls' flanks may be nearest there [m]."""
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
@@ -43,7 +45,7 @@ def _hold_against(
             least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(found.shape[0]):
-        if found[i, 2] == NOBODY or not gaps[i] <= least[found[i, 2]] + slack:
+        if found[i, 2] == NOBODY or not gaps[i] <= min(least[found[i, 2]] + slack, FAR):
             continue
         excess = raw[i] + MARGINS - gaps[i]
         sums[0] += 1.0
@@ -130,7 +132,7 @@ class Watch:
 
         Returns:
             ``facet_chord``, ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and
-            about it, margins taken out, ``_std``, ``_max`` and what is ``_allowed``; ``location``, ``step`` and the
+            about it, margins taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` and the
             ``total`` of what an impact's place depends on, which the hulls do not.
         """
         count = max(self._sums[0], 1.0)
@@ -143,7 +145,7 @@ class Watch:
             "raw_minus_refined_mean": mean - MARGINS,
             "raw_minus_refined_std": spread,
             "raw_minus_refined_max": self._sums[3],
-            "raw_minus_refined_allowed": self.allowed,
+            "raw_allowed": self.allowed,
             "location": located,
             "step": strayed,
             "total": located + strayed + TOUCH,

@@ -10,13 +10,15 @@ import math
 import numpy as np
 from numba import njit
 
-from gears3d.engine.closing import HALVINGS, PARTS, Arc, Plant
+from gears3d.engine.closing import HALVINGS, Arc, Plant
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import resisting
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
+LOOKS = 2
+"""Looks at the reaction within a step."""
 DIFFERENCE = 2e-6
 """Half-width of the differences of the flank's speed along the imposed motion [s]."""
 
@@ -37,7 +39,7 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     for _ in range(8):
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
         theta -= gap / by_loose
-        if abs(gap) < 1e-16:
+        if abs(gap) < 1e-11:  # the step just taken leaves less than its square
             break
     return theta, -by_drive / by_loose * speed
 
@@ -125,33 +127,31 @@ def plan_contact(
     if force < weak:
         return 0.0, LOST, row
     low, part = 0.0, 1
-    for _ in range(PARTS + 8):
-        high = longest * part / PARTS
+    for _ in range(LOOKS + 8):
+        high = longest * part / LOOKS
         held = teeth[row : row + 1]
         lost = _lost_between(plant, held, side, start, low, high, weak)
         end = high if lost < 0.0 else lost
         meets = _meets_between(plant, teeth, held, side, start, low, end)
-        if meets >= 0.0:
-            end = meets
+        if meets < 0.0 and lost < 0.0:
+            low = high
+            part += 1
+            if part > LOOKS:
+                break
+            continue
+        end = lost if meets < 0.0 else meets
         theta, omega = _held_at(plant, held, side, start, end)
         if meets >= 0.0:
             angle, speed, _ = drive_at(plant.motion, start.time + end)
             _, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
             if by_drive * speed + by_loose * omega < -soft:
                 return end, MEETS, row
-        if meets >= 0.0 or lost >= 0.0:
-            new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
-            pulls = force < weak or (new == row and meets < 0.0)
-            if pulls or new == row:
-                return end, LOST if pulls else HELD, row
-            if end > 0.0:
-                return end, HELD, row
-            row = new
-            continue
-        low = high
-        part += 1
-        if part > PARTS:
-            break
+        new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
+        if force < weak or new == row:
+            return end, LOST if force < weak else HELD, row
+        if end > 0.0:
+            return end, HELD, row
+        row = new
     return low, HELD, row
 
 

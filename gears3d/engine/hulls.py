@@ -32,13 +32,14 @@ def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
         path: of the file.
         pieces: convex point sets, each (n, 3), in the unit of the world.
     """
-    lines: list[str] = []
+    text: list[str] = []
     first = 1
     for number, piece in enumerate(pieces):
         points = against_truncation(piece)
-        lines.append(f"o piece{number}")
-        lines += [f"v {x:.9f} {y:.9f} {z:.9f}" for x, y, z in points]
+        text.append(f"o piece{number}\n")
+        text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel()))
         # only points named by a face are loaded; which faces does not matter, the hull is taken anew
-        lines += [f"f {first} {first + i} {first + i + 1}" for i in range(1, len(points) - 1)]
+        text += [f"f {first} {i} {i + 1}\n" for i in range(first + 1, first + len(points) - 1, 2)]
+        text.append(f"f {first} {first + len(points) - 2} {first + len(points) - 1}\n")
         first += len(points)
-    path.write_text("\n".join(lines) + "\n", encoding="ascii")
+    path.write_text("".join(text), encoding="ascii")

@@ -312,7 +312,7 @@ class Located:
         until = self.time + duration
         theta, omega = on_flank(self.plant, held, side, until, self.theta + self.omega * duration)
         ends = np.array([(self.time, self.theta, self.omega), (until, theta, omega)])
-        self.log.contact(self.plant, self.teeth, side, ends)
+        self.log.contact(self.plant, held, side, ends)
         self.world.step(duration, self.plant.inertia * (omega - self.omega) / duration)
         self.time, self.theta, self.omega = until, theta, omega
         self.steps += 1

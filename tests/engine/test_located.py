@@ -94,7 +94,7 @@ def test_budget_and_bookkeeping():
     record = simulate(fig5(), progress=done.append)
     budget = record.meta["error_budget"]
     assert budget["total"] < 2e-11
-    assert budget["raw_minus_refined_max"] < budget["raw_minus_refined_allowed"] < 2.5e-6
+    assert budget["raw_minus_refined_max"] < budget["raw_allowed"] < 2.5e-6
     assert budget["raw_minus_refined_mean"] == pytest.approx(-budget["hull_margins"], abs=0.5e-6)
     assert record.meta["queries"] <= record.meta["steps"] + 200
     assert (record.meta["model"], record.meta["contact"]) == ("bullet", "located")
