@@ -151,7 +151,7 @@ def holds(m, state, flank, out):
     contact(m, state, flank, 1 + flank, 5, out.work)
     if out.work[REACTION, 0] > 0.0:
         return True
-    if not m.gated:
+    if not m.gated[flank]:
         return False
     contact(m, state, flank, 0, 5, out.work)
     return out.work[REACTION, 0] > 0.0

@@ -30,6 +30,8 @@ from gears3d.lumped.layout import (
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
+SOURCES = ("compile", "impacts", "kernel", "layout", "model", "roots", "series", "start", "steps")
+"""The files whose functions are compiled into the kernel, and the model and layout that they depend on."""
 PATIENCE = 20_000
 """So many steps in a row that are SHORTEST or less on average break a run off."""
 SHORTEST = 1e-12
@@ -71,8 +73,7 @@ def _compiled(fingerprint: int):
 def _fingerprint() -> int:
     """Checksum of what is compiled: numba's cache looks only at this file's date, not at those it calls."""
     here = Path(__file__).parent
-    names = ("compile", "impacts", "kernel", "layout", "model", "roots", "series", "start", "steps")
-    return zlib.crc32(b"".join((here / f"{name}.py").read_bytes() for name in names)) or 1
+    return zlib.crc32(b"".join((here / f"{name}.py").read_bytes() for name in SOURCES)) or 1
 
 
 advance = _compiled(_fingerprint())

@@ -42,7 +42,7 @@ class Model(NamedTuple):
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
         rest: loose speed that counts as rest [rad/s].
         unfelt: acceleration of the gap that is rounding [m/s²].
-        gated: whether torques differ between flight and contact.
+        gated: whether torques differ between flight and contact on a flank, (2,).
         seed: of the scatter.
     """
 
@@ -62,7 +62,7 @@ class Model(NamedTuple):
     rate: np.ndarray
     rest: float
     unfelt: float
-    gated: bool
+    gated: np.ndarray
     seed: int
 
 
@@ -101,6 +101,7 @@ def model(
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
+    heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
     rate = _rates(rig, spin, base, torques, flanks, fastest, stiffness, damping)
     return Model(
         radius_drive=float(rig.base_radius_drive),
@@ -118,8 +119,8 @@ def model(
         damping=damping,
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
-        unfelt=float(1e-12 * rig.base_radius_drive * fastest * rate[0]),
-        gated=bool(np.any(base != base[0]) or any(row[1] != 7.0 for row in torques)),
+        unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),
+        gated=_gated(base, torques),
         seed=int(seed),
     )
 
@@ -153,6 +154,16 @@ def _torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
             mask = float(sum(1 << phase for phase in acts))
             others.append((float(row.code), mask, *row.p, *(0.0,) * (3 - len(row.p))))
     return base, np.array(others, dtype=float).reshape(-1, 5)
+
+
+def _gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:
+    masks = torques[:, 1].astype(int)
+    return np.array(
+        [
+            bool(np.any(base[phase] != base[FLIGHT]) or np.any((masks >> phase & 1) != (masks & 1)))
+            for phase in (ACTIVE, REVERSE)
+        ]
+    )
 
 
 def _restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:

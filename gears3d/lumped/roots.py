@@ -89,7 +89,7 @@ def _creep(c, sign, lead, n, start, reach):
     for k in range(d + 1):
         q[k] = sign * c[lead + k]
     x, step = 0.0, start
-    for _ in range(2000):
+    for _ in range(300):
         for i in range(d):
             for k in range(d - 1, i - 1, -1):
                 q[k] += step * q[k + 1]
@@ -97,7 +97,9 @@ def _creep(c, sign, lead, n, start, reach):
         if q[0] <= 0.0:
             return x
         window, step = 2.0 * (reach - x), 0.0
-        while step < 0.3 * window:
+        for _ in range(60):
+            if step >= 0.3 * window:
+                break
             window *= 0.5
             bend, power = 0.0, 1.0
             for k in range(2, d + 1):

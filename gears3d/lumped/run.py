@@ -49,6 +49,7 @@ def run(
     start: str = "active",
     progress: Callable[[float], None] | None = None,
     lyapunov: bool = False,
+    chunk: float | None = None,
 ) -> Outcome:
     """Simulate the rigid model from rest on a flank or free in the middle of the backlash.
 
@@ -59,6 +60,8 @@ def run(
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         progress: called with the time reached [s].
         lyapunov: whether to follow a disturbed copy, too.
+        chunk: time between two calls of ``progress`` and two renewed disturbances [s]; the slowest harmonic's period
+            unless given.
 
     Returns:
         Impacts, contacts, samples and counters.
@@ -78,7 +81,7 @@ def run(
     state, count = start_state(start), np.zeros(at.COUNTERS, dtype=np.int64)
     advance(m, state, count, out, 0.0)
     refuse_jammed(m, state)
-    period = 2 * pi / m.harmonics[:, 1].min() if len(m.harmonics) else 1.0
+    period = chunk or (2 * pi / m.harmonics[:, 1].min() if len(m.harmonics) else 1.0)
     shadow = Shadow(m, period, duration) if lyapunov else None
     impacts: list[np.ndarray] = []
     contacts: list[np.ndarray] = []

@@ -186,6 +186,8 @@ def flight(m, state, n, pressed, w):
             w[OMEGA2, k + 1] = 0.0
         else:
             w[OMEGA2, k + 1] = -total / m.inertia * INVERSE[k + 1]
+            if k == 0 and w[OMEGA2, 0] == 0.0 and abs(w[OMEGA2, 1]) * m.radius_loose < m.unfelt:
+                w[OMEGA2, 1] = 0.0
     if state[LIFT] >= 0.0:
         gap = w[GAP + int(state[LIFT])]
         if abs(gap[2]) < m.unfelt:

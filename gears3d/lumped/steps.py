@@ -142,7 +142,7 @@ def free_step(m, state, count, out, span):
         else:
             impact(m, state, count, flank, out)
     elif event == PUSHES:
-        state[MODE] = PRESSED + flank
+        state[MODE], state[HOLD] = PRESSED + flank, 1.0
     elif event == CLEARS:
         leave_spring(m, state, count, flank, out)
     else:
@@ -155,7 +155,7 @@ def _turn(m, state, event, w):
         state[SPEED] = 0.0
         let_go(m, state, w)
     elif event == BREAKS_LOOSE:
-        let_go(m, state, w)
+        state[SPEED], state[SIGN] = 0.0, -1.0 if w[TORQUE, 0] > 0.0 else 1.0
 
 
 @inner
@@ -233,10 +233,10 @@ def _end_contact(m, state, count, out, flank):
     """Leave the flank, unless the torques of flight press the gear back on it at once."""
     state[GAPS + flank] = 0.0
     state[RATES + flank] = 0.0
-    if m.gated:
+    if m.gated[flank]:
         phase = 1 + flank if state[SLIDE] == 1.0 else 0
         contact(m, state, flank, phase, 5, out.work)
-        if out.work[REACTION, 0] > 0.0:
+        if out.work[REACTION, 0] > m.unfelt * m.inertia / m.radius_loose**2:
             state[SLIDE] = 1.0 - state[SLIDE]
             return
     close_contact(state, count, flank, out)
@@ -250,6 +250,8 @@ def spring_step(m, state, count, out, span):
     flank = int(state[MODE]) - PRESSED
     reach, n = plan(m.rate[1], span)
     flight(m, state, n, flank, w)
+    if state[HOLD] > 0.0:  # pressed on again: the force begins at zero
+        w[REACTION, 0] = state[HOLD] = 0.0
     reach = trusted(w[GAP + flank], 1, n, reach)
     event, x = -1, reach
     root = first_root(w[REACTION], 1.0, n, x)
