@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.gears.deviation import HarmonicDeviation, ToothDeviation
 from gears3d.gears.gear import Gear
+from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
 from gears3d.gears.pair import Pair
 from gears3d.gears.relief import Relief
 
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
     from gears3d.gears.flank import Flanks, candidates, flank_gap, flank_point, gap_at, nearest_gap
     from gears3d.gears.hulls import piece_budget, pieces
     from gears3d.gears.outline import profile
+    from gears3d.gears.rolling import QuasiStatic, quasi_static
     from gears3d.gears.solids import mass_properties, solid, solid_arrays
+    from gears3d.gears.surface import Surfaces, compile_surfaces, section_gap, surface_gap, surface_point
 
 _HOME = {
     "Flanks": "flank",
@@ -30,19 +33,32 @@ _HOME = {
     "piece_budget": "hulls",
     "pieces": "hulls",
     "profile": "outline",
+    "QuasiStatic": "rolling",
+    "quasi_static": "rolling",
+    "Surfaces": "surface",
+    "compile_surfaces": "surface",
+    "section_gap": "surface",
+    "surface_gap": "surface",
+    "surface_point": "surface",
     "mass_properties": "solids",
     "solid": "solids",
     "solid_arrays": "solids",
 }
 
 __all__ = [
+    "Eccentricity",
     "Flanks",
     "Gear",
     "HarmonicDeviation",
+    "Misalignment",
     "Pair",
+    "QuasiStatic",
     "Relief",
+    "Surfaces",
     "ToothDeviation",
+    "Wobble",
     "candidates",
+    "compile_surfaces",
     "flank_gap",
     "flank_point",
     "gap_at",
@@ -51,8 +67,12 @@ __all__ = [
     "piece_budget",
     "pieces",
     "profile",
+    "quasi_static",
+    "section_gap",
     "solid",
     "solid_arrays",
+    "surface_gap",
+    "surface_point",
 ]
 
 

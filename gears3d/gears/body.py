@@ -43,7 +43,7 @@ def _contour(gear: Gear, levels: Array) -> Array:
             half = np.vstack([half, [[hub, web], [hub, face]]])
     below = np.c_[half * [1.0, -1.0], np.full(len(half), levels[0, 1])]
     above = np.c_[half, np.full(len(half), levels[-1, 1])][::-1]
-    steps = levels if bore > 0.0 else levels[[0, -1]]
+    steps = levels[:, :2] if bore > 0.0 else levels[[0, -1], :2]
     wall = np.c_[np.full(len(steps), bore), steps * [face / levels[-1, 0], 1.0]]
     return np.vstack([below, wall, above])
 
@@ -54,7 +54,7 @@ def inside_surface(gear: Gear, inner: Array, levels: Array) -> tuple[Array, Indi
     Args:
         gear: the gear.
         inner: points of that edge [m], (n, 2), or the centre alone, (1, 2).
-        levels: height [m] and angle [rad] of each level, (levels, 2).
+        levels: height, angle and angle of crowning of each level, (levels, 3).
 
     Returns:
         Points, those of the lower edge first [m], (m, 3); triangles, (k, 3); number of the first point of the upper
@@ -68,7 +68,7 @@ def inside_surface(gear: Gear, inner: Array, levels: Array) -> tuple[Array, Indi
     count = 0
     for radius, height, angle in contour:
         ring = around if radius > 0.0 else np.zeros((1, 2))
-        points.append(lift(radius * ring, np.array([[height, angle]])))
+        points.append(lift(radius * ring, np.array([[height, angle, 0.0]])))
         starts.append((count, radius > 0.0))
         count += len(ring)
     for (lower, lower_ring), (upper, upper_ring) in pairwise(starts):
@@ -89,7 +89,7 @@ def drawn_inside(gear: Gear, inner: Array, levels: Array) -> list[tuple[Array, I
     Args:
         gear: the gear.
         inner: points of the inner edge of the end faces [m], (n, 2), or the centre alone, (1, 2).
-        levels: height [m] and angle [rad] of each level, (levels, 2).
+        levels: height, angle and angle of crowning of each level, (levels, 3).
 
     Returns:
         Points, triangles and normals of each strip.
@@ -101,8 +101,8 @@ def drawn_inside(gear: Gear, inner: Array, levels: Array) -> list[tuple[Array, I
     for (r1, z1, a1), (r2, z2, a2) in pairwise(contour):
         if r1 == r2 == 0.0:
             continue
-        points = np.vstack([lift(r * around, np.array([[z, a]])) for r, z, a in ((r1, z1, a1), (r2, z2, a2))])
-        radial = np.vstack([lift(around, np.array([[0.0, a]])) for a in (a1, a2)])
+        points = np.vstack([lift(r * around, np.array([[z, a, 0.0]])) for r, z, a in ((r1, z1, a1), (r2, z2, a2))])
+        radial = np.vstack([lift(around, np.array([[0.0, a, 0.0]])) for a in (a1, a2)])
         axial, inward = r1 - r2, z1 - z2
         normals = radial * inward + np.array([0.0, 0.0, -axial])
         faces = stitch(loop(0, n)[:, ::-1], n, 2)
@@ -129,17 +129,21 @@ def loop(first: int, count: int) -> Indices:
     return np.c_[around, np.roll(around, -1)]
 
 
-def lift(points: Array, levels: Array) -> Array:
+def lift(points: Array, levels: Array, shares: Array | None = None) -> Array:
     """Put plane points on every level, turned by its angle.
 
     Args:
         points: in the plane [m], (n, 2).
-        levels: height [m] and angle [rad] of each level, (levels, 2).
+        levels: height [m], angle [rad] and angle of crowning [rad] of each level, (levels, 3).
+        shares: of the crowning's angle that each point turns by, (n,); none when not given.
 
     Returns:
         Points level after level [m], (levels·n, 3).
     """
-    c, s = np.cos(levels[:, 1])[:, None], np.sin(levels[:, 1])[:, None]
+    angle = levels[:, 1:2]
+    if shares is not None and levels[:, 2].any():
+        angle = angle + levels[:, 2:3] * shares
+    c, s = np.cos(angle), np.sin(angle)
     x, y = c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]
     return np.stack([x, y, np.broadcast_to(levels[:, :1], x.shape)], axis=2).reshape(-1, 3)
 
@@ -161,21 +165,24 @@ def stitch(segments: Indices, layer: int, levels: int) -> Indices:
     return (faces + shift).reshape(-1, 3)
 
 
-def wall(points: Array, segments: Indices, outward: Array, levels: Array) -> tuple[Array, Indices, Array]:
+def wall(
+    points: Array, segments: Indices, outward: Array, levels: Array, shares: Array | None = None
+) -> tuple[Array, Indices, Array]:
     """Carry a chain along the axis, for drawing.
 
     Args:
         points: of the chain [m], (n, 2).
         segments: start and end of each segment, (m, 2).
         outward: normals of the points in the plane, tilted here by the helix, (n, 2).
-        levels: height [m] and angle [rad] of each level, (levels, 2).
+        levels: height, angle and angle of crowning of each level, (levels, 3).
+        shares: of the crowning's angle that each point turns by, (n,).
 
     Returns:
         Points, triangles and normals.
     """
     lead = (levels[-1, 1] - levels[0, 1]) / (levels[-1, 0] - levels[0, 0])
-    normals = lift(outward, levels)
+    normals = lift(outward, levels, shares)
     around = points[:, 0] * outward[:, 1] - points[:, 1] * outward[:, 0]
     normals[:, 2] = np.tile(-lead * around, len(levels))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    return lift(points, levels), stitch(segments, len(points), len(levels)), normals
+    return lift(points, levels, shares), stitch(segments, len(points), len(levels)), normals

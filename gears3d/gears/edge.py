@@ -6,7 +6,7 @@ jump where a pair of teeth enters or leaves the path of contact.
 
 from __future__ import annotations
 
-from math import atan2, cos, inf, sin
+from math import atan2, cos, inf, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -43,9 +43,18 @@ def edged(pair: Pair) -> Edged:
         pair: the pair, deviations included.
 
     Raises:
-        InputError: helical gears.
+        InputError: gears whose contact needs more than one transverse section.
     """
-    flanks = pair.compiled()
+    return edges_of(pair, pair.compiled())
+
+
+def edges_of(pair: Pair, flanks: Flanks) -> Edged:
+    """Return transverse sections of flanks with their edges at the tip circle.
+
+    Args:
+        pair: the pair, deviations included.
+        flanks: its flanks.
+    """
     gears = (pair.drive, pair.loose)
     tips = np.zeros((2, 2, max(gear.teeth for gear in gears), 3))
     for number, gear in enumerate(gears):
@@ -127,3 +136,49 @@ def edged_gap(shape, theta_drive, theta_loose, tooth_drive, tooth_loose, flank):
     if at1 < 0 or at2 < 0 or at1 + at2 == 2:
         return inf, 0.0, 0.0, False
     return distance * cos(psi) - h1 - h2, s1, -s2, at1 == 0 and at2 == 0
+
+
+@njit(cache=True)
+def edged_gap_at(shape, centre, rotation_drive, rotation_loose, tooth_drive, tooth_loose, flank):
+    """Return the gap of two flanks with their tip edges for any pose of both gears in the plane.
+
+    Args:
+        shape: flanks and edges of a pair.
+        centre: position x, y of the loose gear's axis relative to the drive gear's [m].
+        rotation_drive: angle about +z of the drive gear's own frame [rad].
+        rotation_loose: angle about +z of the loose gear's own frame [rad].
+        tooth_drive: number of the drive gear's tooth.
+        tooth_loose: number of the loose gear's tooth.
+        flank: 0 active, 1 reverse.
+
+    Returns:
+        gap [m], > 0 open, infinite where edge would meet edge or a tip the root; its derivatives by the rotations of
+        drive and loose gear [m/rad]; the point midway between the flanks x, y [m]; the common normal from drive to
+        loose nx, ny; whether the contact lies on both flanks, off the edges.
+    """
+    x, y = centre
+    psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
+    low, high = psi - _SEARCH, psi + _SEARCH
+    h1, s1, h2, s2, nx, ny, at1, at2 = 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0, 0
+    for _ in range(60):
+        nx, ny = cos(psi), sin(psi)
+        h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
+        h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
+        rise = y * nx - x * ny - s1 - s2
+        bend = x * nx + y * ny + c1 + c2
+        if rise > 0.0:
+            low = psi
+        else:
+            high = psi
+        new = psi + rise / bend if bend > 0.0 else high
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        if abs(new - psi) < 1e-12:
+            break
+        psi = new
+    along = 0.5 * (h1 + x * nx + y * ny - h2)
+    across = 0.5 * (s1 + y * nx - x * ny - s2)
+    px, py = along * nx - across * ny, along * ny + across * nx
+    if at1 < 0 or at2 < 0 or at1 + at2 == 2:
+        return inf, 0.0, 0.0, px, py, nx, ny, False
+    return x * nx + y * ny - h1 - h2, s1, s2, px, py, nx, ny, at1 == 0 and at2 == 0

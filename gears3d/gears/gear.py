@@ -36,6 +36,9 @@ class Gear:
         rim: thickness of the rim below the root circle [m]; with ``web`` a pocket is left on both faces.
         web: thickness of the web between rim and hub, in the middle of the face [m].
         hub: diameter of the hub [m], which is as wide as the face; ``None`` for none: the web goes down to the bore.
+        lead_crowning: taken off both flanks at both ends of the face, by a parabola over the face [m].
+        helix_slope: by how much the helix advances too far in the gear's frame, from the end at -z to that at +z [m]:
+            material added to the active and taken off the reverse flanks at +z, half of it, and the other way at -z.
 
     Raises:
         InputError: carries one fault for each value that makes no gear.
@@ -64,6 +67,8 @@ class Gear:
     rim: float | None = None
     web: float | None = None
     hub: float | None = None
+    lead_crowning: float = 0.0
+    helix_slope: float = 0.0
 
     def __post_init__(self) -> None:
         faults = list(_simple_faults(self)) or list(_shape_faults(self)) or list(relief_faults(self))
@@ -151,6 +156,11 @@ def _simple_faults(gear: Gear):
         if not (above and shown <= high + 1e-9):
             limits = f"> {low:g}" if high == inf else f"{low:g} to {high:g}"
             yield Fault(key, f"is {shown:g} {unit}".rstrip(), f"give {limits} {unit}".rstrip())
+    for key in ("lead_crowning", "helix_slope"):
+        value = getattr(gear, key)
+        if gear.module > 0.0 and not abs(value) <= 0.05 * gear.module:
+            most = 0.05e6 * gear.module
+            yield Fault(key, f"is {value * 1e6:g} um", f"give -{most:g} to {most:g} um (a twentieth of the module)")
     if gear.teeth != int(gear.teeth):
         yield Fault("teeth", f"is {gear.teeth:g}", "give a whole number")
 

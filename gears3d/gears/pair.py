@@ -19,6 +19,7 @@ from gears3d.gears.deviation import GEARS, Deviation, index_of
 from gears3d.gears.gear import Gear
 from gears3d.gears.involute import inv, inverse_inv
 from gears3d.gears.limits import check_deviations
+from gears3d.gears.mounting import Mounting
 from gears3d.gears.rack import form
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ class Pair:
         centre_distance: distance of the parallel axes [m].
         thinning: taken off every tooth of both gears, measured along the base circle [m].
         deviations: of the flanks from the perfect involute.
+        mounting: how the gears sit off their ideal axes.
 
     Raises:
         InputError: the gears do not mesh, jam, lose contact between teeth or dig into each other's roots.
@@ -55,6 +57,7 @@ class Pair:
     centre_distance: float
     thinning: float = 0.0
     deviations: tuple[Deviation, ...] = ()
+    mounting: tuple[Mounting, ...] = ()
 
     def __post_init__(self) -> None:
         _check_same_rack(self.drive, self.loose)
@@ -147,6 +150,17 @@ class Pair:
         """
         return replace(self, deviations=self.deviations + deviations)
 
+    def with_mounting(self, *mounting: Mounting) -> Pair:
+        """Return the pair with its gears off their ideal axes.
+
+        Args:
+            mounting: eccentricities, wobbles and misalignments, added to those there are.
+
+        Returns:
+            A new pair.
+        """
+        return replace(self, mounting=self.mounting + mounting)
+
     def gear(self, which: str) -> Gear:
         """Return the gear named ``"drive"`` or ``"loose"``."""
         return (self.drive, self.loose)[index_of(which, GEARS, "which")]
@@ -218,19 +232,26 @@ class Pair:
         """Return the flanks as arrays for the compiled functions of :mod:`gears3d.gears.flank`.
 
         Raises:
-            InputError: helical gears, whose contact is not refined on the flanks.
+            InputError: gears whose contact needs more than one transverse section.
         """
         from gears3d.gears.flank import compile_pair
 
-        if self.drive.helix_angle != 0.0:
-            raise InputError(
-                Fault(
-                    "helix_angle",
-                    f"is {degrees(self.drive.helix_angle):g} deg: contact is located on spur teeth only",
-                    "give 0 deg",
-                )
-            )
+        _check_planar(self)
         return compile_pair(self)
+
+
+def _check_planar(pair: Pair) -> None:
+    """Refuse what shows beyond the transverse section of gears on their ideal axes."""
+    reason = "contact is located on spur teeth only"
+    if pair.drive.helix_angle != 0.0:
+        raise InputError(Fault("helix_angle", f"is {degrees(pair.drive.helix_angle):g} deg: {reason}", "give 0 deg"))
+    for which in GEARS:
+        slope = pair.gear(which).helix_slope
+        if slope != 0.0:
+            raise InputError(Fault(f"{which}.helix_slope", f"is {slope * 1e6:g} um: {reason}", "give 0 um"))
+    if pair.mounting:
+        kind = type(pair.mounting[0]).__name__
+        raise InputError(Fault("mounting", f"has {kind}: contact is located on ideal axes only", "leave it out"))
 
 
 def _base_thickness(gear: Gear) -> float:

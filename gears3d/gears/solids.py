@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, pi, sqrt, tan
+from math import ceil, pi, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
+from gears3d.gears.surface import lead_turn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -85,9 +86,10 @@ def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, 
     cap = _cap(section, inner)
     flat = np.vstack([section.points.reshape(-1, 2), inner])
     upright = np.tile([0.0, 0.0, 1.0], (len(flat), 1))
-    parts = [(lift(flat, levels[:1]), cap[:, ::-1], -upright), (lift(flat, levels[-1:]), cap, upright)]
-    ring, segments, outward = _split(section)
-    parts.append(wall(ring, segments, outward, levels))
+    shares = np.append(_shares(section), np.zeros(len(inner)))
+    parts = [(lift(flat, levels[:1], shares), cap[:, ::-1], -upright), (lift(flat, levels[-1:], shares), cap, upright)]
+    ring, segments, outward, shares = _split(section)
+    parts.append(wall(ring, segments, outward, levels, shares))
     parts += drawn_inside(pair.gear(which), inner, levels)
     bases = np.cumsum([0] + [len(points) for points, _, _ in parts])
     faces = [triangles + base for (_, triangles, _), base in zip(parts, bases, strict=False)]
@@ -114,7 +116,7 @@ def _welded(pair: Pair, which: str, section: Outline, chord: float) -> tuple[Arr
     """Vertices and triangles of the closed surface, every vertex once."""
     levels = _levels(pair, which, chord)
     outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chord)
-    vertices, faces = lift(outer, levels), stitch(loop(0, len(outer)), len(outer), len(levels))
+    vertices, faces = lift(outer, levels, _shares(section)), stitch(loop(0, len(outer)), len(outer), len(levels))
     inside, walls, top = inside_surface(pair.gear(which), inner, levels)
     cap, count = _cap(section, inner), len(outer)
 
@@ -127,13 +129,31 @@ def _welded(pair: Pair, which: str, section: Outline, chord: float) -> tuple[Arr
 
 
 def _levels(pair: Pair, which: str, chord: float) -> Array:
-    """Heights of the layers and the angle by which the helix turns each, (levels, 2)."""
+    """Heights of the layers, the angle by which helix and helix slope turn each, and that of crowning, (levels, 3)."""
     gear = pair.gear(which)
-    sense = 1.0 if which == "drive" else -1.0
-    lead = sense * tan(gear.helix_angle) / gear.reference_radius
+    lead = lead_turn(gear, 1.0 if which == "drive" else -1.0)
     count = max(1, ceil(abs(lead) * gear.face_width * sqrt(gear.tip_radius / (8.0 * chord))))
+    if gear.lead_crowning != 0.0:
+        count = 2 * ceil(0.5 * max(count, sqrt(abs(gear.lead_crowning) / chord)))
     heights = np.linspace(-0.5, 0.5, count + 1) * gear.face_width
-    return np.c_[heights, lead * heights]
+    lean = gear.lead_crowning / gear.base_radius * (2.0 * heights / gear.face_width) ** 2
+    return np.c_[heights, lead * heights, lean]
+
+
+def _shares(section: Outline) -> Array:
+    """What each point of the outline turns by when its flank turns by one, reverse flanks onwards: (teeth·n,)."""
+    teeth, n = section.points.shape[:2]
+    rise = np.arange(section.fillet) / section.fillet
+    share = np.zeros(n)
+    low, top = section.root, section.root + section.fillet
+    high = top + section.flank + section.tip
+    share[low:top] = rise
+    share[top : top + section.flank + 1] = 1.0
+    share[top + section.flank : high + 1] = np.linspace(1.0, -1.0, section.tip + 1)
+    share[high : high + section.flank + 1] = -1.0
+    down = -rise[::-1][: n - high - section.flank - 1]
+    share[high + section.flank + 1 : high + section.flank + 1 + len(down)] = down
+    return np.tile(share, teeth)
 
 
 def _inner_ring(pair: Pair, which: str, section: Outline, chord: float) -> Array:
@@ -196,8 +216,8 @@ def _annulus(outer: Indices, root: int, inner_count: int) -> Indices:
     return np.vstack(triangles)
 
 
-def _split(section: Outline) -> tuple[Array, Indices, Array]:
-    """Double the corners of the tips: points, segments between them and outward normals in the plane."""
+def _split(section: Outline) -> tuple[Array, Indices, Array, Array]:
+    """Double the corners of the tips: points, segments between them, outward normals in the plane, crowning shares."""
     n = section.points.shape[1]
     first = section.root + section.fillet + section.flank
     order = np.concatenate([np.arange(first + 1), np.arange(first, first + section.tip + 1)])
@@ -210,4 +230,5 @@ def _split(section: Outline) -> tuple[Array, Indices, Array]:
     real = length > 0.0
     normal = np.c_[step[:, 1], -step[:, 0]] / np.where(real, length**2, 1.0)[:, None]
     both = normal + np.roll(normal, 1, axis=0)
-    return ring, np.c_[index, follower][real], both / np.hypot(*both.T)[:, None]
+    shares = _shares(section).reshape(-1, n)[:, order].ravel()
+    return ring, np.c_[index, follower][real], both / np.hypot(*both.T)[:, None], shares

@@ -54,6 +54,8 @@ COMMON = {
     "fillet_radius": Key("ratio", "tip radius of the cutting rack, in modules", 0.25, 0.0, 1.0),
     "tip_shortening": Key("ratio", "how much lower the tip lies than the addendum puts it, in modules", 0, -0.5, 1.0),
     "tip_diameter": _positive("length", "diameter of the tip circle, in place of addendum and tip_shortening", None),
+    "lead_crowning": Key("length", "taken off both ends of the face, by a parabola", "0 um"),
+    "helix_slope": Key("length", "material added to the active flanks from the end at -z to that at +z", "0 um"),
     "bore": _positive("length", "diameter of the hole along the axis", None),
     "rim": _positive("length", "thickness of the rim below the root circle; needs web", None),
     "web": _positive("length", "thickness of the web between rim and hub; needs rim", None),

@@ -32,6 +32,8 @@ class GearSpec:
         fillet_radius: tip radius of the cutting rack, in modules.
         tip_shortening: in modules.
         tip_diameter: m; ``None``: from addendum and tip shortening.
+        lead_crowning: m.
+        helix_slope: over the face width, m.
         bore: diameter of the hole, m; ``None``: none.
         rim: thickness of the rim, m; ``None``: a full body.
         web: thickness of the web, m.
@@ -53,6 +55,8 @@ class GearSpec:
     fillet_radius: float
     tip_shortening: float
     tip_diameter: float | None
+    lead_crowning: float
+    helix_slope: float
     bore: float | None
     rim: float | None
     web: float | None

@@ -52,12 +52,16 @@ def test_tip_and_body_reach_the_gear():
         HEAD,
         {
             "gears.tip_shortening": 0.1,
+            "gears.lead_crowning": "8 um",
+            "gears.loose.helix_slope": "-5 um",
             "gears.loose.tip_shortening": 0,
             "gears.loose.tip_diameter": "321 mm",
             "gears.drive": {"teeth": 90, "bore": "40 mm", "rim": "9 mm", "web": "3 mm", "hub": "60 mm"},
         },
     ).gears
     assert gears.drive.gear().tip_radius == pytest.approx(0.161 - 0.35e-3)
+    assert gears.drive.gear().lead_crowning == pytest.approx(8e-6)
+    assert (gears.drive.helix_slope, gears.loose.gear().helix_slope) == (0.0, pytest.approx(-5e-6))
     assert gears.loose.gear().tip_radius == pytest.approx(0.1605)
     assert gears.drive.gear().pocket == pytest.approx((0.03, gears.drive.gear().root_radius - 9e-3))
 
