@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from gears3d.engine.closing import TOUCH
-from gears3d.engine.mesh import NOBODY, able_to_touch, teeth_of_points
+from gears3d.engine.mesh import NOBODY, able_to_touch, both_sides, teeth_of_points
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
     from gears3d.gears import Pair
 
+WIDENINGS = 6
+"""How often the search for near teeth is widened before the gears count as out of mesh."""
+DEEP = 2e-5
+"""Overlaps of yielding flanks deeper than this are not held against Bullet's, which are those of whole hulls [m]."""
 FAR = 3e-4
 """Gaps wider than this are not held against Bullet's: the ends of the hulls' flanks may be nearest there [m]."""
 MARGINS = 2.0 * MARGIN / MM
@@ -45,7 +49,8 @@ def _hold_against(
             least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(found.shape[0]):
-        if found[i, 2] == NOBODY or not gaps[i] <= min(least[found[i, 2]] + slack, FAR):
+        side = found[i, 2]
+        if side == NOBODY or gaps[i] < -DEEP or not gaps[i] <= min(least[side] + slack, FAR):
             continue
         excess = raw[i] + MARGINS - gaps[i]
         sums[0] += 1.0
@@ -99,21 +104,28 @@ class Watch:
             EngineError: a raw gap differs from the refined one by more than the hulls can account for.
         """
         theta_drive = drive_at(plant.motion, time)[0]
-        on_drive, on_loose, raw = world.nearest(self._reach)
-        self.queries += 1
-        found = teeth_of_points(self._shape.flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+        found, raw = self._near(world, theta_drive, theta_loose, time)
         self.teeth = able_to_touch(self._shape, found, theta_drive, theta_loose, self._turn, self._slack)
         row, excess, refined = _hold_against(
             self._shape, found, raw, (theta_drive, theta_loose), self._slack, self._sums
         )
         if abs(excess) > self.allowed:
             self._refuse(found[row], raw[row], refined, time)
-        for side, name in enumerate(("active", "reverse")):
-            if not (self.teeth[:, 2] == side).any():
-                raise EngineError(
-                    f"no teeth near each other on the {name} flanks at t = {time:.6g} s: "
-                    "the gears are out of mesh (smaller centre distance or backlash)"
-                )
+
+    def _near(self, world: World, theta_drive: float, theta_loose: float, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the teeth that Bullet finds near each other (n, 3), on both flanks, and its gaps (n,) [m]."""
+        reach = self._reach
+        for _ in range(WIDENINGS):
+            on_drive, on_loose, raw = world.nearest(reach)
+            self.queries += 1
+            found = teeth_of_points(self._shape.flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+            if both_sides(found):
+                return found, raw
+            reach *= 1.5
+        raise EngineError(
+            f"no teeth near each other on one of the flanks at t = {time:.6g} s: "
+            "the gears are out of mesh (smaller centre distance or backlash, stiffer teeth)"
+        )
 
     def _refuse(self, teeth: np.ndarray, raw: float, refined: float, time: float) -> None:
         flank = ("active", "reverse")[teeth[2]]

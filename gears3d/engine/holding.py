@@ -141,14 +141,15 @@ def plan_contact(
             continue
         end = lost if meets < 0.0 else meets
         theta, omega = _held_at(plant, held, side, start, end)
+        new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
         if meets >= 0.0:
             angle, speed, _ = drive_at(plant.motion, start.time + end)
-            _, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+            _, by_drive, by_loose, other = side_gap(plant.surfaces, teeth, side, angle, theta)
             if by_drive * speed + by_loose * omega < -soft:
                 return end, MEETS, row
-        new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
+            new = other if new == row else new
         if force < weak or new == row:
-            return end, LOST if force < weak else HELD, row
+            return end, LOST, row
         if end > 0.0:
             return end, HELD, row
         row = new

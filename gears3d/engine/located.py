@@ -31,7 +31,7 @@ from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
+from gears3d.engine.pressing import HALTS, PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
 from gears3d.engine.torques import FREE
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
@@ -339,7 +339,10 @@ class Located:
         if not flight.stays and self.time - flight.began > lasting(springs, mass):
             flight.stays = True
             self._note(side, flight.began, (flight.entry, 0.0), -mass * flight.entry)
-        if end == TURNS:
+        if end == HALTS:
+            self.omega = 0.0
+            self._pose()
+        elif end == TURNS:
             flight.pushing = not flight.pushing
         elif end == PARTS_NOW:
             if not flight.stays:

@@ -98,6 +98,16 @@ def teeth_of_points(
 
 
 @njit(cache=True)
+def both_sides(found: np.ndarray) -> bool:
+    """Return whether there are teeth on the active and on the reverse side; ``found`` (n, 3)."""
+    some = [False, False]
+    for i in range(found.shape[0]):
+        if found[i, 2] != NOBODY:
+            some[found[i, 2]] = True
+    return some[0] and some[1]
+
+
+@njit(cache=True)
 def touching_teeth(
     shape: Edged, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
 ) -> tuple[int, int]:
