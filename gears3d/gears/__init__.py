@@ -16,6 +16,13 @@ from gears3d.gears.pair import Pair
 from gears3d.gears.relief import Relief
 
 if TYPE_CHECKING:
+    from gears3d.gears.contact import (
+        ContactLines,
+        contact_lines,
+        curvature_radii,
+        sliding_speed,
+        specific_sliding,
+    )
     from gears3d.gears.flank import Flanks, candidates, flank_gap, flank_point, gap_at, nearest_gap
     from gears3d.gears.hulls import piece_budget, pieces
     from gears3d.gears.outline import profile
@@ -24,6 +31,11 @@ if TYPE_CHECKING:
     from gears3d.gears.surface import Surfaces, compile_surfaces, section_gap, surface_gap, surface_point
 
 _HOME = {
+    "ContactLines": "contact",
+    "contact_lines": "contact",
+    "curvature_radii": "contact",
+    "sliding_speed": "contact",
+    "specific_sliding": "contact",
     "Flanks": "flank",
     "candidates": "flank",
     "flank_gap": "flank",
@@ -46,6 +58,7 @@ _HOME = {
 }
 
 __all__ = [
+    "ContactLines",
     "Eccentricity",
     "Flanks",
     "Gear",
@@ -59,6 +72,8 @@ __all__ = [
     "Wobble",
     "candidates",
     "compile_surfaces",
+    "contact_lines",
+    "curvature_radii",
     "flank_gap",
     "flank_point",
     "gap_at",
@@ -69,8 +84,10 @@ __all__ = [
     "profile",
     "quasi_static",
     "section_gap",
+    "sliding_speed",
     "solid",
     "solid_arrays",
+    "specific_sliding",
     "surface_gap",
     "surface_point",
 ]
