@@ -50,8 +50,8 @@ def contact_lines(pair: Pair, theta: float, flank: str = "active") -> ContactLin
 
     >>> from gears3d.gears import Gear, Pair
     >>> gear = Gear(2e-3, 30, helix_angle=0.3, face_width=0.02)
-    >>> len(contact_lines(Pair.from_backlash(gear, gear, 1e-4), 0.0).lengths)
-    2
+    >>> contact_lines(Pair.from_backlash(gear, gear, 1e-4), 0.0).teeth[:, 0].tolist()
+    [30, 1, 2]
     """
     side = 1.0 - 2.0 * index_of(flank, FLANKS, "flank")
     drive, loose, path = pair.drive, pair.loose, pair.path_length

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.errors import Fault, InputError
+from gears3d.gears.body import lift
 from gears3d.gears.deviation import GEARS, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.pair import Pair
+from gears3d.gears.surface import lead_turn
 
 _HULL_STEPS = 10216
 """Steps into which Bullet quantises the extent of a convex hull's vertices."""
@@ -16,66 +21,101 @@ _LEAST_ROLL = 0.02
 """Roll angle below which an involute that starts at the base circle has no useful length."""
 
 
-def pieces(pair: Pair, which: str, points: int = 24) -> list[NDArray[np.float64]]:
-    """Return one convex piece a tooth, in the gear's own frame.
+def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) -> list[NDArray[np.float64]]:
+    """Return convex pieces of a gear's teeth, in the gear's own frame.
 
-    A piece is the hull of both flanks from the start of their working part to the tip, at both ends of the face; the
-    chords cut into the flanks, so a hull stands back by at most the chord error of :func:`piece_budget`.
+    A piece is the hull of both flanks from the start of their working part to the tip, at both ends of the face or of
+    a slice of it. Chords cut into the flanks, and between the ends of a slice helical tips run straight, so a hull
+    stands back by at most the errors of :func:`piece_budget`.
 
     Args:
         pair: the pair, deviations included.
         which: ``"drive"`` or ``"loose"``.
         points: points along each flank.
+        slices: pieces a tooth along the face; when not given 1 for straight teeth, 2 for crowned ones and
+            8 for helical ones.
 
     Returns:
-        Vertices [m], (4·points, 3), for teeth 1, 2, … in order of meshing: at −z the active flank upwards, then the
-        reverse flank downwards, then the same at +z.
+        Vertices [m], (4·points, 3), for teeth 1, 2, … in order of meshing, of each from -z to +z: at the lower end the
+        active flank upwards, then the reverse flank downwards, then the same at the upper end.
 
     Raises:
-        InputError: helical gears, or an unknown gear.
+        InputError: no slice, or an unknown gear.
     """
-    flanks, gear = pair.compiled(), index_of(which, GEARS, "which")
-    deep = 0.5 * pair.gear(which).face_width
+    gear, flanks = index_of(which, GEARS, "which"), compile_pair(pair)
+    levels = _levels(pair, which, slices)
     result = []
     for tooth in range(1, pair.gear(which).teeth + 1):
         active = flank_points(flanks, gear, ACTIVE, tooth, _rolls(pair, flanks, which, ACTIVE, tooth, points))[0]
         reverse = flank_points(flanks, gear, REVERSE, tooth, _rolls(pair, flanks, which, REVERSE, tooth, points))[0]
-        outline = np.vstack([active, reverse[::-1]])
-        result.append(np.vstack([np.c_[outline, np.full(len(outline), z)] for z in (-deep, deep)]))
+        shares = np.repeat([-1.0, 1.0], points)
+        layers = lift(np.vstack([active, reverse[::-1]]), levels, shares).reshape(len(levels), -1, 3)
+        result += [np.vstack(pair_of_layers) for pair_of_layers in pairwise(layers)]
     return result
 
 
-def piece_budget(pair: Pair, points: int = 24) -> dict[str, float]:
+def _levels(pair: Pair, which: str, slices: int | None) -> NDArray[np.float64]:
+    """Heights between the slices, their turn and their turn by crowning, (slices + 1, 3)."""
+    gear = pair.gear(which)
+    turn = lead_turn(gear, 1.0 - 2.0 * GEARS.index(which))
+    if slices is None:
+        slices = 8 if turn != 0.0 else 2 if gear.lead_crowning != 0.0 else 1
+    if slices != int(slices) or slices < 1:
+        raise InputError(Fault("slices", f"is {slices:g}", "give a whole number from 1"))
+    share = np.linspace(-1.0, 1.0, int(slices) + 1)
+    heights = 0.5 * gear.face_width * share
+    return np.c_[heights, turn * heights, gear.lead_crowning / gear.base_radius * share**2]
+
+
+def piece_budget(pair: Pair, points: int = 24, slices: int | None = None) -> dict[str, float]:
     """Return what the convex pieces of a pair owe to the true flanks.
 
     Args:
         pair: the pair.
         points: points along each flank, as given to :func:`pieces`.
+        slices: pieces a tooth along the face, as given to :func:`pieces`.
 
     Returns:
         ``chord_error_m`` the largest distance of a chord from its flank, over both gears and all deviating teeth;
+        ``slice_error_m`` how far the straight edges of slices stand off helical and crowned teeth, 0 for straight ones;
         ``extent_m`` the longest edge of a piece's box in the gear's own frame; ``quantum_m`` the step in which Bullet
         stores its vertices; ``gap_error_m`` how far a gap between two pieces may differ from that of the flanks: a
-        chord on each side and a step of each vertex.
+        chord and a slice's edge on each side and a step of each vertex.
     """
-    chord, extent = 0.0, 0.0
+    chord, along, extent = 0.0, 0.0, 0.0
     for which in GEARS:
         deviating = any(deviation.gear == which for deviation in pair.deviations)
         for tooth in range(1, pair.gear(which).teeth + 1 if deviating else 2):
             chord = max(chord, *(_chord_error(pair, which, flank, tooth, points) for flank in (ACTIVE, REVERSE)))
-        extent = max(extent, *(float(np.max(np.ptp(piece, axis=0))) for piece in pieces(pair, which, points)))
+        along = max(along, _slice_error(pair, which, slices))
+        extent = max(extent, *(float(np.max(np.ptp(piece, axis=0))) for piece in pieces(pair, which, points, slices)))
     quantum = extent / _HULL_STEPS
     return {
         "chord_error_m": chord,
+        "slice_error_m": along,
         "extent_m": extent,
         "quantum_m": quantum,
-        "gap_error_m": 2.0 * (chord + quantum),
+        "gap_error_m": 2.0 * (chord + along + quantum),
     }
+
+
+def _slice_error(pair: Pair, which: str, slices: int | None) -> float:
+    """Return how far a slice's hull stands off the surface midway between its ends [m].
+
+    There a hull's support function is the mean of those of its ends. Along an involute, whose support function is
+    linear, that of a turned section is the same; next to the tip it falls short by up to that of the edge, the
+    distance of the tip's tangent from the axis, times the square of the turn over 8. Crowning falls short by a quarter
+    of the change of its slope over the slice.
+    """
+    gear, levels = pair.gear(which), _levels(pair, which, slices)
+    turn = float(np.max(np.abs(np.diff(levels[:, 1])))) + float(np.max(np.abs(np.diff(levels[:, 2]))))
+    crowned = abs(gear.lead_crowning) / (len(levels) - 1) ** 2
+    return gear.base_radius * gear.tip_roll * turn * turn / 8.0 + crowned
 
 
 def _chord_error(pair: Pair, which: str, flank: int, tooth: int, points: int) -> float:
     """Return the largest distance of a chord's middle from the flank, along the flank's normal there [m]."""
-    flanks, gear = pair.compiled(), GEARS.index(which)
+    flanks, gear = compile_pair(pair), GEARS.index(which)
     rolls = _rolls(pair, flanks, which, flank, tooth, points)
     ends = flank_points(flanks, gear, flank, tooth, rolls)[0]
     middles, normals = flank_points(flanks, gear, flank, tooth, 0.5 * (rolls[1:] + rolls[:-1]))
