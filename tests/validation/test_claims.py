@@ -6,7 +6,6 @@ import pytest
 
 from gears3d.errors import UsageError
 from gears3d.validation import Claim, chapters
-from gears3d.validation.agreement import MEAN_SPEEDS, RESTITUTIONS, against_twin, claims_of
 from gears3d.validation.claim import CHAPTERS
 
 
@@ -24,16 +23,10 @@ def test_an_unknown_chapter_is_refused_with_a_hint():
         next(iter(chapters(only="solid")))
 
 
-@pytest.mark.parametrize("chapter", [name for name in CHAPTERS if name != "agreement"])
+@pytest.mark.parametrize("chapter", CHAPTERS)
 def test_every_claim_of_a_chapter_holds(chapter):
-    ((_, claims),) = chapters(only=chapter)
+    """Two of the twelve cases of ``agreement``: tests/engine holds all of them, to tighter bounds."""
+    ((_, claims),) = chapters(quick=chapter == "agreement", only=chapter)
     measured = list(claims())
     assert measured
-    assert [f"{c.name}: {c.value:.4g}, bound {c.bound:.4g}" for c in measured if not c.holds] == []
-
-
-@pytest.mark.parametrize("mean", MEAN_SPEEDS)
-@pytest.mark.parametrize("restitution", RESTITUTIONS)
-def test_located_engine_agrees_with_the_twin(restitution, mean):
-    measured = list(claims_of(against_twin(restitution, mean), ""))
     assert [f"{c.name}: {c.value:.4g}, bound {c.bound:.4g}" for c in measured if not c.holds] == []
