@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import acos, cos, degrees, pi, sin, tan
+from math import acos, cos, degrees, hypot, pi, sin, tan
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
@@ -282,9 +282,27 @@ def _check_same_rack(drive: Gear, loose: Gear) -> None:
         ours, theirs = getattr(drive, key), getattr(loose, key)
         if abs(ours - theirs) > 1e-9 * abs(ours):
             text = f"is {ours * scale:g} {unit} on the drive and {theirs * scale:g} {unit} on the loose gear"
-            faults.append(Fault(key, f"{text}: they do not mesh", "give both the same"))
+            remedy = f"give the loose gear {ours * scale:g} {unit} too"
+            if key == "helix_angle":
+                remedy += ": its hand is the opposite of the drive's by itself"
+            faults.append(Fault(key, f"{text}: they do not mesh", remedy))
     if faults:
         raise InputError(faults)
+
+
+def _longest_reach(pair: Pair) -> str:
+    """Return what to give for a contact ratio of at least 1."""
+    needed = pair.drive.base_pitch * (1.0 - pair.overlap_ratio)
+    reach = sum(gear.base_radius * gear.tip_roll for gear in (pair.drive, pair.loose)) - needed
+    base_sum = pair.drive.base_radius + pair.loose.base_radius
+    most = hypot(base_sum, reach) if reach > 0.0 else 0.0
+    backlash = _backlash(pair.drive, pair.loose, most, pair.thinning) if most > base_sum else -1.0
+    if backlash < 0.0:
+        return "give longer teeth: these lose contact at any backlash"
+    return (
+        f"give a smaller backlash or centre distance, at most {backlash * 1e6:.6g} um at {most * 1e3:.6g} mm, or "
+        "longer teeth"
+    )
 
 
 def _check_mesh(pair: Pair) -> None:
@@ -305,7 +323,7 @@ def _check_mesh(pair: Pair) -> None:
                 "centre_distance",
                 f"is {pair.centre_distance * 1e3:.6g} mm: the contact ratio is {pair.contact_ratio:.3f}, teeth lose "
                 "contact before the next pair meets",
-                "give a smaller backlash or centre distance, or longer teeth, for a contact ratio of at least 1",
+                _longest_reach(pair),
             )
         )
     for which in GEARS:
