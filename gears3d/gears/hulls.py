@@ -12,7 +12,7 @@ from gears3d.gears.body import lift
 from gears3d.gears.deviation import GEARS, index_of
 from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.pair import Pair
-from gears3d.gears.surface import lead_turn
+from gears3d.gears.surface import flanks_at, lead_turn
 
 _HULL_STEPS = 10216
 """Steps into which Bullet quantises the extent of a convex hull's vertices."""
@@ -42,15 +42,21 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
     Raises:
         InputError: no slice, or an unknown gear.
     """
-    gear, flanks = index_of(which, GEARS, "which"), compile_pair(pair)
-    levels = _levels(pair, which, slices)
+    gear = index_of(which, GEARS, "which")
+    levels, shares = _levels(pair, which, slices), np.repeat([-1.0, 1.0], points)
+    sections = [flanks_at(pair, height) for height in levels[:, 0]]
+    same = levels[0, 1] == 0.0 or sections[0].harmonics.shape[2] == 0
     result = []
     for tooth in range(1, pair.gear(which).teeth + 1):
-        active = flank_points(flanks, gear, ACTIVE, tooth, _rolls(pair, flanks, which, ACTIVE, tooth, points))[0]
-        reverse = flank_points(flanks, gear, REVERSE, tooth, _rolls(pair, flanks, which, REVERSE, tooth, points))[0]
-        shares = np.repeat([-1.0, 1.0], points)
-        layers = lift(np.vstack([active, reverse[::-1]]), levels, shares).reshape(len(levels), -1, 3)
-        result += [np.vstack(pair_of_layers) for pair_of_layers in pairwise(layers)]
+        layers = []
+        for flanks in sections[:1] if same else sections:
+            active, reverse = (
+                flank_points(flanks, gear, flank, tooth, _rolls(pair, flanks, which, flank, tooth, points))[0]
+                for flank in (ACTIVE, REVERSE)
+            )
+            layers.append(np.vstack([active, reverse[::-1]]))
+        lifted = [lift(layers[0 if same else i], levels[i : i + 1], shares) for i in range(len(levels))]
+        result += [np.vstack(ends) for ends in pairwise(lifted)]
     return result
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import degrees
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,14 +77,9 @@ def check_deviations(pair: Pair) -> None:
         pair: the pair.
 
     Raises:
-        InputError: helical gears, a tooth that is not there, a harmonic too steep, or material that uses up the
+        InputError: a tooth that is not there, a harmonic too steep, or material that uses up the
             backlash.
     """
-    if pair.drive.helix_angle != 0.0:
-        angle = degrees(pair.drive.helix_angle)
-        raise InputError(
-            Fault("helix_angle", f"is {angle:g} deg: deviations are known for spur teeth only", "give 0 deg")
-        )
     steepness: dict[tuple[str, str], float] = {}
     for deviation in pair.deviations:
         if isinstance(deviation, HarmonicDeviation):

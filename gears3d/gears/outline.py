@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
 from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
+from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.gear import Gear
 from gears3d.gears.pair import Pair
 from gears3d.gears.rack import fillet_points, form
 from gears3d.gears.relief import relief_bend
+from gears3d.gears.surface import flanks_at
 
 Array = NDArray[np.float64]
 
@@ -48,14 +49,17 @@ class Outline:
         return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
-def outline(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | None = None) -> Outline:
-    """Return the transverse section of a gear with its flanks, deviations included, at z = 0.
+def outline(
+    pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | None = None, height: float = 0.0
+) -> Outline:
+    """Return the transverse section of a gear with its flanks, deviations included, in the frame of the section.
 
     Args:
         pair: the pair.
         which: ``"drive"`` or ``"loose"``.
         chord: largest distance of the polygon from the flanks [m].
         root_chord: the same for tip, fillet and root [m]; five times ``chord`` when not given.
+        height: of the section above the middle of the face [m]; only helical deviating gears change with it.
 
     Returns:
         The polygon; its vertices on the flanks are points of the flanks.
@@ -68,7 +72,7 @@ def outline(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | N
         raise InputError(Fault("chord", f"is {chord:g} m", "give a positive length"))
     gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or 5.0 * chord
     lowest, fillet_angle = form(gear, half)
-    flanks = compile_pair(pair)
+    flanks = flanks_at(pair, height)
     curve = _fillet(gear, half, fillet_angle, coarse)
     starts = relief_starts(flanks, number)
     segments = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord) + len(starts)

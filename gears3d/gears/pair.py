@@ -145,7 +145,7 @@ class Pair:
             A new pair.
 
         Raises:
-            InputError: helical gears, a tooth that is not there, a harmonic too steep for a regular flank, or
+            InputError: a tooth that is not there, a harmonic too steep for a regular flank, or
                 material that uses up the backlash.
         """
         return replace(self, deviations=self.deviations + deviations)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
+from gears3d.gears.deviation import HarmonicDeviation
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
 from gears3d.gears.surface import lead_turn
@@ -61,13 +62,14 @@ def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | Non
     """
     import trimesh
 
-    section = outline(pair, which, chord, root_chord)
-    vertices, faces = _welded(pair, which, section, root_chord or 5.0 * chord)
+    vertices, faces = _welded(pair, which, (chord, root_chord or 5.0 * chord))
     return trimesh.Trimesh(vertices, faces, process=False, metadata={"name": which, "units": "m"})
 
 
 def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, Indices, Array]:
     """Return a gear's surface for drawing, with a normal at every vertex and none of them shared across edges.
+
+    Deviating helical gears are drawn with their middle section all along.
 
     Args:
         pair: the pair, deviations included.
@@ -112,11 +114,14 @@ def mass_properties(body: Trimesh, density: float) -> MassProperties:
     return MassProperties(float(found.mass), float(found.volume), np.array(found.center_mass), np.array(found.inertia))
 
 
-def _welded(pair: Pair, which: str, section: Outline, chord: float) -> tuple[Array, Indices]:
+def _welded(pair: Pair, which: str, chords: tuple[float, float]) -> tuple[Array, Indices]:
     """Vertices and triangles of the closed surface, every vertex once."""
-    levels = _levels(pair, which, chord)
-    outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chord)
+    section, levels = outline(pair, which, *chords), _levels(pair, which, chords[1])
+    outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chords[1])
     vertices, faces = lift(outer, levels, _shares(section)), stitch(loop(0, len(outer)), len(outer), len(levels))
+    if levels[0, 1] != 0.0 and any(isinstance(d, HarmonicDeviation) and d.gear == which for d in pair.deviations):
+        layers = [outline(pair, which, *chords, height).points.reshape(-1, 2) for height in levels[:, 0]]
+        vertices = np.vstack([lift(p, levels[i : i + 1], _shares(section)) for i, p in enumerate(layers)])
     inside, walls, top = inside_surface(pair.gear(which), inner, levels)
     cap, count = _cap(section, inner), len(outer)
 

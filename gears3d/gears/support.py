@@ -117,6 +117,31 @@ def relief_starts(flanks: Flanks, gear: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
+def turned_on(flanks, turn_drive, turn_loose):
+    """Return the flanks of sections that are turned on in their gears, so that deviations come when they should.
+
+    A harmonic deviation is a function of the gear's angle at the moment of touching. A section that stands ahead of the
+    gear by some angle meets what it shall impose at an angle that much larger.
+
+    Args:
+        flanks: the arrays of a pair.
+        turn_drive: by how much the drive gear's section is turned about +z [rad].
+        turn_loose: the same of the loose gear [rad].
+
+    Returns:
+        The arrays; the same ones where nothing depends on the angle.
+    """
+    if flanks.harmonics.shape[2] == 0 or (turn_drive == 0.0 and turn_loose == 0.0):
+        return flanks
+    harmonics = flanks.harmonics.copy()
+    for flank in range(2):
+        for i in range(harmonics.shape[2]):
+            harmonics[0, flank, i, 2] -= harmonics[0, flank, i, 0] * turn_drive
+            harmonics[1, flank, i, 2] += harmonics[1, flank, i, 0] * turn_loose
+    return Flanks(flanks.mount, flanks.gears, harmonics, flanks.offsets)
+
+
+@njit(cache=True)
 def deviation(flanks, gear, flank, tooth, u):
     """Return the support function's deviation δ(u) and its first two derivatives.
 

@@ -11,7 +11,7 @@ The gap of two teeth is the smallest over the face, in transverse sections, tip 
 
 from __future__ import annotations
 
-from math import cos, inf, pi, sin, tan
+from math import atan2, cos, inf, pi, sin, tan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from gears3d.gears.deviation import GEARS
 from gears3d.gears.edge import Edged, edged_gap_at, edges_of
-from gears3d.gears.flank import flank_point
+from gears3d.gears.flank import flank_point, roll_at_radius, roll_of
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
-from gears3d.gears.support import DISTANCE, compile_pair
+from gears3d.gears.support import BASE, DISTANCE, TIP_ROLL, Flanks, compile_pair, turned_on
 
 if TYPE_CHECKING:
     from gears3d.gears.gear import Gear
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 _TURN, _LEAN, _HALF, _OFF_X, _OFF_Y, _TILT_X, _TILT_Y, _AXIS = 0, 1, 2, 3, 4, 5, 6, 7
 _SECTIONS = 16
 """Intervals of the face in each of which the gap has at most one minimum."""
+_LEVEL = 1e-13
+"""Gaps of neighbouring sections that differ by less need no search between them [m]."""
+_STEP = 1e-6
+"""Over which a deviating section's change with the height is differenced [m]."""
 _GOLDEN = 0.6180339887498949
 
 
@@ -60,6 +64,17 @@ def lead_turn(gear: Gear, sense: float) -> float:
     )
 
 
+def flanks_at(pair: Pair, height: float) -> Flanks:
+    """Return the flanks of the section at a height, each in the frame of its section.
+
+    Args:
+        pair: the pair, deviations included.
+        height: above the middle of the face [m].
+    """
+    flanks = compile_pair(pair)
+    return turned_on(flanks, lead_turn(pair.drive, 1.0) * height, lead_turn(pair.loose, -1.0) * height)
+
+
 def compile_surfaces(pair: Pair) -> Surfaces:
     """Return the flank surfaces of a pair as arrays.
 
@@ -87,6 +102,26 @@ def compile_surfaces(pair: Pair) -> Surfaces:
 
 
 @njit(cache=True)
+def _section(surfaces, flank, tooth_drive, tooth_loose, z):
+    """Return flanks and edges of two teeth at a height; deviations that depend on the angle differ along a helix."""
+    shape, axial = surfaces.shape, surfaces.axial
+    turned = axial[0, _TURN] != 0.0 or axial[1, _TURN] != 0.0
+    if shape.flanks.harmonics.shape[2] == 0 or not turned or z == 0.0:
+        return shape
+    flanks = turned_on(shape.flanks, axial[0, _TURN] * z, axial[1, _TURN] * z)
+    tips = np.zeros_like(shape.tips)
+    for gear in range(2):
+        tooth = tooth_loose if gear else tooth_drive
+        radius = flanks.gears[gear, BASE] * np.sqrt(1.0 + flanks.gears[gear, TIP_ROLL] ** 2)
+        roll = roll_at_radius(flanks, gear, flank, tooth, radius)
+        x, y, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, roll)
+        roll = roll_of(flanks, gear, flank, tooth, atan2(ny, nx))
+        tips[gear, flank, tooth - 1, 0] = roll
+        tips[gear, flank, tooth - 1, 1], tips[gear, flank, tooth - 1, 2] = x, y
+    return Edged(flanks, tips)
+
+
+@njit(cache=True)
 def surface_point(surfaces, gear, flank, tooth, roll, z):
     """Return a point of a flank surface in the gear's own frame.
 
@@ -101,8 +136,22 @@ def surface_point(surfaces, gear, flank, tooth, roll, z):
     Returns:
         Position [m], outward unit normal, and derivatives of the position by roll [m/rad] and z [m/m], (4, 3).
     """
-    x, y, nx, ny, dx, dy = flank_point(surfaces.shape.flanks, gear, flank, tooth, roll)
-    side, axial = 1.0 - 2.0 * flank, surfaces.axial
+    found = _turned_point(surfaces, gear, flank, tooth, roll, z)
+    if surfaces.shape.flanks.harmonics.shape[2] > 0 and surfaces.axial[gear, _TURN] != 0.0:
+        before = _turned_point(surfaces, gear, flank, tooth, roll, z - _STEP)
+        after = _turned_point(surfaces, gear, flank, tooth, roll, z + _STEP)
+        found[3] = (after[0] - before[0]) / (2.0 * _STEP)
+        normal = np.cross(found[2], found[3])
+        found[1] = normal * (np.sign(np.dot(normal, found[1])) / np.sqrt(np.dot(normal, normal)))
+    return found
+
+
+@njit(cache=True)
+def _turned_point(surfaces, gear, flank, tooth, roll, z):
+    """As :func:`surface_point`, but for how the section itself changes with the height."""
+    axial, side = surfaces.axial, 1.0 - 2.0 * flank
+    flanks = turned_on(surfaces.shape.flanks, axial[0, _TURN] * z, axial[1, _TURN] * z)
+    x, y, nx, ny, dx, dy = flank_point(flanks, gear, flank, tooth, roll)
     turn = axial[gear, _TURN] * z - side * axial[gear, _LEAN] * z * z
     rate = axial[gear, _TURN] - 2.0 * side * axial[gear, _LEAN] * z
     c, s = cos(turn), sin(turn)
@@ -142,8 +191,9 @@ def section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
     y = axial[1, _AXIS] * z + y2 - y1
     turned += axial[0, _TURN] * z - side * axial[0, _LEAN] * z * z
     turned_loose += axial[1, _TURN] * z - side * axial[1, _LEAN] * z * z
+    shape = _section(surfaces, flank, tooth_drive, tooth_loose, z)
     gap, drive, loose, px, py, nx, ny, valid = edged_gap_at(
-        surfaces.shape, (x, y), turned, turned_loose, tooth_drive, tooth_loose, flank
+        shape, (x, y), turned, turned_loose, tooth_drive, tooth_loose, flank
     )
     drive += y1 * nx - x1 * ny
     loose += x2 * ny - y2 * nx
@@ -187,7 +237,7 @@ def surface_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
         here, before, after = gaps[i + 1], gaps[i], gaps[i + 2]
         if here < least:
             least, height = here, -half + i * step
-        level = abs(before - here) < 1e-15 and abs(after - here) < 1e-15
+        level = abs(before - here) < _LEVEL and abs(after - here) < _LEVEL
         if here < inf and here <= before and here <= after and not level:
             low, high = -half + max(i - 1, 0) * step, -half + min(i + 1, _SECTIONS) * step
             z, gap = _lowest(surfaces, (theta_drive, theta_loose), (tooth_drive, tooth_loose), flank, (low, high))

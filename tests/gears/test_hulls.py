@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, Pair, Relief, compile_surfaces, piece_budget, pieces, surface_point
+from gears3d.gears import Gear, HarmonicDeviation, Pair, Relief, compile_surfaces, piece_budget, pieces, surface_point
 from gears3d.gears.flank import ACTIVE, REVERSE
 
 GEARS = [Gear(2.75e-3, z, helix_angle=radians(28), face_width=16e-3) for z in (17, 43)]
@@ -44,6 +44,20 @@ def test_helical_hulls_stand_back_within_their_budget(which, slices):
     assert most <= budget["chord_error_m"] + budget["slice_error_m"]
     if which == "drive":
         assert most > 0.5 * budget["slice_error_m"]
+
+
+def test_helical_hulls_carry_deviations():
+    """The vertices at each end of a slice are those of the deviating surface there."""
+    pair = PAIR.with_deviations(HarmonicDeviation("drive", "active", 3, 15e-6, 0.4))
+    surfaces, budget = compile_surfaces(pair), piece_budget(pair)
+    made = pieces(pair, "drive")[8:16]
+    for piece, height in ((made[0][:24], -8e-3), (made[3][48:72], 0.0), (made[7][48:72], 8e-3)):
+        dense = [surface_point(surfaces, 0, ACTIVE, 2, r, height)[0] for r in np.linspace(0.1, 0.75, 4000)]
+        near = np.linalg.norm(np.array(dense)[None] - piece[:, None], axis=2).min(axis=1)
+        assert near.max() < 3e-6
+    least, most = outside(pair, "drive", 8)
+    assert least > -0.1e-6
+    assert most < 1.05 * (budget["chord_error_m"] + budget["slice_error_m"])
 
 
 def test_slice_error_falls_with_the_square_of_the_slices():

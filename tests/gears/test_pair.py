@@ -151,9 +151,6 @@ def test_impossible_deviations():
         pair.with_deviations(
             HarmonicDeviation("drive", "active", 1, 240e-6), ToothDeviation("loose", "reverse", 3, 20e-6)
         )
-    helical = Gear(2e-3, 40, helix_angle=0.3)
-    with pytest.raises(InputError, match=r"helix_angle: .*deviations are known for spur teeth only"):
-        Pair.from_backlash(helical, helical, 1e-4).with_deviations(ToothDeviation("drive", "active", 1, 1e-6))
 
 
 def test_displaced_teeth_use_up_no_backlash():

@@ -57,6 +57,23 @@ def test_imposed_orders_come_back(pair, which):
     assert np.abs(found.backlash - (pair.backlash + found.phi_reverse - found.phi_active)).max() < 1e-15
 
 
+@pytest.mark.parametrize("which", ["drive", "loose"])
+@pytest.mark.parametrize("turn", [28, -12])
+def test_imposed_orders_come_back_from_helical_gears(which, turn):
+    """Every point of the face gets the offset of the moment at which it touches."""
+    gears = [Gear(2.75e-3, z, helix_angle=radians(turn), face_width=16e-3) for z in (17, 43)]
+    pair = Pair.from_backlash(*gears, 120e-6)
+    terms, other = [(1, 20e-6, 0.3), (17, 0.4e-6, 1.3)], (2, 8e-6, 1.0)
+    deviations = [HarmonicDeviation(which, "active", *term) for term in terms]
+    found = quasi_static(
+        pair.with_deviations(*deviations, HarmonicDeviation(which, "reverse", *other)), np.linspace(-9, 40, 60)
+    )
+    for place, imposed, sign in ((found.phi_active, terms, 1), (found.phi_reverse, [other], -1)):
+        s = place + (0.0 if sign > 0 else pair.backlash)
+        own = found.theta if which == "drive" else (s + pair.drive.base_radius * found.theta) / pair.loose.base_radius
+        assert np.abs(place - sign * sum(a * np.cos(n * own + p) for n, a, p in imposed)).max() < 1e-13
+
+
 def test_a_thick_tooth_leads_while_it_touches():
     pair = UNEQUAL.with_deviations(ToothDeviation("loose", "active", 7, 10e-6))
     found = quasi_static(pair, samples=9)
@@ -72,6 +89,14 @@ def test_a_thick_tooth_leads_while_it_touches():
             assert teeth[1] == 7 or phi < 1e-13
     assert touching == pytest.approx(23 * 9 * pair.contact_ratio, abs=23)
     assert np.abs(found.phi_reverse).max() < 1e-14
+
+
+def test_a_thick_helical_tooth_leads_longer_than_a_straight_one():
+    pair = helical().with_deviations(ToothDeviation("drive", "active", 4, 10e-6))
+    found = quasi_static(pair, np.linspace(0, 2 * pi, 17 * 40, endpoint=False))
+    leading = np.abs(found.phi_active - 10e-6) < 1e-13
+    assert leading.sum() == pytest.approx(40 * (pair.contact_ratio + pair.overlap_ratio), abs=1.5)
+    assert (found.teeth[leading, 0] == 4).all()
 
 
 def shifted_axes(pair, items, theta, flank):
