@@ -161,6 +161,8 @@ def _motion(reader: Reader, section: dict[str, Any], values: dict[str, Any]) -> 
     mean = values["mean"]
     if mean is None and record is None and "mean" not in section:
         reader.fault("motion.mean", "is missing (mean speed of the drive)", 'e.g. mean = "30 rpm"')
+    if record == "":
+        reader.fault("motion.record", "is empty", "name a file, or leave it out")
     written = section.get("harmonics", [])
     if not isinstance(written, list):
         reader.fault("motion.harmonics", f"{written!r} is no list", "write harmonics = [ { amplitude = ..., } ]")
