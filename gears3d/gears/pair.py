@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 from gears3d.errors import Fault, InputError
 from gears3d.gears.deviation import GEARS, Deviation, index_of
 from gears3d.gears.gear import Gear
+from gears3d.gears.interference import interference_faults
 from gears3d.gears.involute import inv, inverse_inv
 from gears3d.gears.limits import check_deviations
 from gears3d.gears.mounting import Mounting
-from gears3d.gears.rack import form
 
 if TYPE_CHECKING:
     from gears3d.gears.flank import Flanks
@@ -307,7 +307,6 @@ def _longest_reach(pair: Pair) -> str:
 
 def _check_mesh(pair: Pair) -> None:
     backlash = pair.backlash
-    where = f"at a centre distance of {pair.centre_distance * 1e3:.6g} mm"
     if backlash < -_ROUNDING:
         closest = Pair.from_backlash(pair.drive, pair.loose, 0.0).centre_distance
         raise InputError(
@@ -326,15 +325,5 @@ def _check_mesh(pair: Pair) -> None:
                 _longest_reach(pair),
             )
         )
-    for which in GEARS:
-        gear = pair.gear(which)
-        lowest, start = form(gear, pair.half_angle(which))[0], pair.start_roll(which)
-        if start < lowest - 1e-9:
-            raise InputError(
-                Fault(
-                    f"{which}.teeth",
-                    f"is {gear.teeth}: {where} the tip of the mate digs into its root (involute from roll angle "
-                    f"{degrees(lowest):.4g} deg, needed from {degrees(start):.4g} deg)",
-                    "give more teeth, more profile shift or less addendum of the mate",
-                )
-            )
+    if faults := list(interference_faults(pair)):
+        raise InputError(faults)
