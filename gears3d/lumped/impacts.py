@@ -6,51 +6,13 @@ from math import cos, inf, log, pi, sqrt
 
 import numpy as np
 
+from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.layout import (
-    ANGLE,
-    BOUNCES,
-    CONTACT_SINCE,
-    CONTACTS,
-    DEPARTED,
-    DISPLACEMENT,
-    DRIVE_SPEED,
-    ENTRY,
-    ENTRY_HEIGHT,
-    ENTRY_PLACE,
-    ENTRY_VELOCITY,
-    FREE,
-    GAPS,
-    GRAZING,
-    GUESS,
-    HEIGHT,
-    HOLD,
-    IMPULSE,
-    LAST_IMPACT,
-    LIFT,
-    MODE,
-    N_CONTACTS,
-    N_IMPACTS,
-    OMEGA2,
-    PASSED,
-    PRESSED,
-    RATES,
-    REACTION,
-    SIGN,
-    SLIDE,
-    SPEED,
-    STALL,
-    STUCK,
-    THETA2,
-    TIME,
-    TOTAL,
-    ZENO,
-)  # fmt: skip
 from gears3d.lumped.series import contact, deviation, torque
 
 LEAST = 1e-13
 """Rebound speed that no clock resolves [m/s]."""
-UNFELT = 1e-12
+TOUCH = 1e-12
 """Approach speed of a touch that is no impact [m/s]."""
 
 
@@ -71,101 +33,101 @@ def normal(seed, index):
 @inner
 def restitution(m, flank, speed, index):
     """Return e = clip(e0 + slope·|v| ± asymmetry/2 + scatter·z, 0, 1)."""
-    e = m.restitution[0] + m.restitution[1] * speed
-    e += 0.5 * m.restitution[2] if flank == 0 else -0.5 * m.restitution[2]
-    if m.restitution[3] > 0.0:
-        e += m.restitution[3] * normal(m.seed, index)
+    e = m[at.RESTITUTION] + m[at.RESTITUTION + 1] * speed
+    e += 0.5 * m[at.RESTITUTION + 2] if flank == 0 else -0.5 * m[at.RESTITUTION + 2]
+    if m[at.RESTITUTION + 3] > 0.0:
+        e += m[at.RESTITUTION + 3] * normal(m[at.SEED], index)
     return min(max(e, 0.0), 1.0)
 
 
 @inner
-def log_impact(m, state, count, out, flank, time, place, speed, rebound, impulse, height):
+def log_impact(state, count, flank, time, place, speed, rebound, impulse, height):
     """Write a row of the impact table; ``speed`` and ``rebound`` away from and towards the gap are positive."""
     side = 1.0 if flank == 0 else -1.0
-    row = out.impacts[count[N_IMPACTS]]
+    row = state[at.IMPACT_ROW : at.IMPACT_ROW + 7]
     row[0], row[1], row[2], row[3] = time, flank, -side * speed, side * rebound
     row[4], row[5], row[6] = side * impulse, place, height
-    count[N_IMPACTS] += 1
-    count[TOTAL] += 1
+    count[at.HAS_IMPACT] = 1
+    count[at.TOTAL] += 1
 
 
 @inner
 def place_on_flank(m, state, flank, rebound):
     """Put the loose gear exactly on a flank, leaving it with a speed along the line of action."""
     side = 1.0 if flank == 0 else -1.0
-    theta = (m.radius_loose * state[ANGLE] - state[DISPLACEMENT]) / m.radius_drive
+    theta = (m[at.RADIUS_LOOSE] * state[at.ANGLE] - state[at.DISPLACEMENT]) / m[at.RADIUS_DRIVE]
     d1, p1 = deviation(m, 0, flank, theta)
-    d2, p2 = deviation(m, 1, flank, state[ANGLE])
-    omega = state[DRIVE_SPEED]
-    state[SPEED] = (side * rebound + (m.radius_drive + side * p1) * omega) / (m.radius_loose - side * p2)
-    state[DISPLACEMENT] = d1 + d2 if flank == 0 else m.backlash - d1 - d2
-    state[GAPS + flank], state[RATES + flank] = 0.0, rebound
+    d2, p2 = deviation(m, 1, flank, state[at.ANGLE])
+    omega = state[at.DRIVE_SPEED]
+    state[at.SPEED] = (side * rebound + (m[at.RADIUS_DRIVE] + side * p1) * omega) / (m[at.RADIUS_LOOSE] - side * p2)
+    state[at.DISPLACEMENT] = d1 + d2 if flank == 0 else m[at.BACKLASH] - d1 - d2
+    state[at.GAPS + flank], state[at.RATES + flank] = 0.0, rebound
     o1, q1 = deviation(m, 0, 1 - flank, theta)
-    o2, q2 = deviation(m, 1, 1 - flank, state[ANGLE])
-    state[GAPS + 1 - flank] = m.backlash - d1 - d2 - o1 - o2
-    state[RATES + 1 - flank] = -rebound - (p1 + q1) * omega - (p2 + q2) * state[SPEED]
+    o2, q2 = deviation(m, 1, 1 - flank, state[at.ANGLE])
+    state[at.GAPS + 1 - flank] = m[at.BACKLASH] - d1 - d2 - o1 - o2
+    state[at.RATES + 1 - flank] = -rebound - (p1 + q1) * omega - (p2 + q2) * state[at.SPEED]
 
 
 @inner
-def impact(m, state, count, flank, out):
+def impact(m, state, count, flank, w):
     """Newton's law on the flanks' relative velocity, v⁺ = −e·v⁻; Kadmiri et al. 2012, eqs (19), (20), (27)."""
-    speed = max(-state[RATES + flank], 0.0)
-    before, height = state[SPEED], state[HEIGHT]
-    e = restitution(m, flank, speed, count[TOTAL])
+    speed = max(-state[at.RATES + flank], 0.0)
+    before, height = state[at.SPEED], state[at.HEIGHT]
+    e = restitution(m, flank, speed, count[at.TOTAL])
     rebound = e * speed
-    count[STALL] = count[STALL] + 1 if state[TIME] - state[LAST_IMPACT] <= 0.0 else 0
-    state[LAST_IMPACT] = state[TIME]
-    if rebound < max(m.stick_velocity, LEAST) or count[STALL] > 100:
+    count[at.STALL] = count[at.STALL] + 1 if state[at.TIME] - state[at.LAST_IMPACT] <= 0.0 else 0
+    state[at.LAST_IMPACT] = state[at.TIME]
+    if rebound < max(m[at.STICK_VELOCITY], LEAST) or count[at.STALL] > 100:
         place_on_flank(m, state, flank, 0.0)
-        if holds(m, state, flank, out):
-            if rebound > m.stick_velocity:
-                count[ZENO] += 1
+        if holds(m, state, flank, w):
+            if rebound > m[at.STICK_VELOCITY]:
+                count[at.ZENO] += 1
             rebound = 0.0
-            count[CONTACTS] += 1
+            count[at.CONTACTS] += 1
             stick(m, state, flank)
         else:
-            bounce(m, state, count, flank, rebound, out)
+            bounce(m, state, count, flank, rebound, w)
     else:
-        bounce(m, state, count, flank, rebound, out)
-    if speed > UNFELT:
-        impulse = m.inertia / m.radius_loose * abs(state[SPEED] - before)
-        log_impact(m, state, count, out, flank, state[TIME], state[DISPLACEMENT], speed, rebound, impulse, height)
+        bounce(m, state, count, flank, rebound, w)
+    if speed > TOUCH:
+        impulse = m[at.INERTIA] / m[at.RADIUS_LOOSE] * abs(state[at.SPEED] - before)
+        log_impact(state, count, flank, state[at.TIME], state[at.DISPLACEMENT], speed, rebound, impulse, height)
     else:
-        count[GRAZING] += 1
+        count[at.GRAZING] += 1
 
 
 @inner
-def bounce(m, state, count, flank, rebound, out):
+def bounce(m, state, count, flank, rebound, w):
     """Fly on with the rebound."""
     place_on_flank(m, state, flank, rebound)
-    count[BOUNCES] += 1
-    guess = state[GUESS] * rebound if rebound > 0.0 else inf
-    take_off(m, state, flank, out.work)
-    state[GUESS] = guess
-    state[LIFT] = -1.0
+    count[at.BOUNCES] += 1
+    guess = state[at.GUESS] * rebound if rebound > 0.0 else inf
+    take_off(m, state, flank, w)
+    state[at.GUESS] = guess
+    state[at.LIFT] = -1.0
 
 
 @inner
-def holds(m, state, flank, out):
+def holds(m, state, flank, w):
     """Whether the flank's reaction presses the gear on it, with the torques of contact or those of flight."""
-    contact(m, state, flank, 1 + flank, 5, out.work)
-    if out.work[REACTION, 0] > 0.0:
+    contact(m, state, flank, 1 + flank, 5, w)
+    if w[at.REACTION, 0] > 0.0:
         return True
-    if not m.gated[flank]:
+    if m[at.GATED + flank] == 0.0:
         return False
-    contact(m, state, flank, 0, 5, out.work)
-    return out.work[REACTION, 0] > 0.0
+    contact(m, state, flank, 0, 5, w)
+    return w[at.REACTION, 0] > 0.0
 
 
 @inner
 def stick(m, state, flank):
     """Begin permanent contact."""
-    state[MODE] = STUCK + flank
-    state[SLIDE] = 0.0
-    state[HOLD] = 0.0
-    state[LIFT] = -1.0
-    state[GUESS] = inf
-    state[CONTACT_SINCE] = state[TIME]
+    state[at.MODE] = at.STUCK + flank
+    state[at.SLIDE] = 0.0
+    state[at.HOLD] = 0.0
+    state[at.LIFT] = -1.0
+    state[at.GUESS] = inf
+    state[at.CONTACT_SINCE] = state[at.TIME]
 
 
 @inner
@@ -173,89 +135,89 @@ def touch_down(m, state, count, flank):
     """Begin contact where the gear cannot lift off."""
     place_on_flank(m, state, flank, 0.0)
     stick(m, state, flank)
-    state[HOLD] = 1e-6 / m.rate[0]
+    state[at.HOLD] = 1e-6 / m[at.RATE]
 
 
 @inner
 def take_off(m, state, flank, w):
     """Begin a flight from a flank."""
-    state[MODE] = FREE
-    state[DEPARTED] = flank
-    state[HEIGHT] = 0.0
-    state[SLIDE] = 0.0
-    state[GUESS] = inf
-    state[LIFT] = flank
+    state[at.MODE] = at.FREE
+    state[at.DEPARTED] = flank
+    state[at.HEIGHT] = 0.0
+    state[at.SLIDE] = 0.0
+    state[at.GUESS] = inf
+    state[at.LIFT] = flank
     let_go(m, state, w)
 
 
 @inner
 def let_go(m, state, w):
     """Find the direction that dry friction resists: that of the speed, or none where it holds the gear at rest."""
-    if abs(state[SPEED]) > m.rest:
-        state[SIGN] = 1.0 if state[SPEED] > 0.0 else -1.0
+    if abs(state[at.SPEED]) > m[at.REST]:
+        state[at.SIGN] = 1.0 if state[at.SPEED] > 0.0 else -1.0
         return
-    mode = int(state[MODE])
-    phase = 1 + mode - PRESSED if mode >= PRESSED else 0
-    w[OMEGA2, 0], w[THETA2, 0] = 0.0, state[ANGLE]
-    pull = torque(m, phase, state[TIME], 0.0, 0, w)
-    dry = torque(m, phase, state[TIME], 1.0, 0, w) - pull
-    if mode >= PRESSED:
-        flank = mode - PRESSED
-        force = -m.stiffness * state[GAPS + flank] - m.damping * state[RATES + flank]
-        pull -= m.radius_loose * force if flank == 0 else -m.radius_loose * force
-    state[SPEED] = 0.0
-    state[SIGN] = 0.0
+    mode = int(state[at.MODE])
+    phase = 1 + mode - at.PRESSED if mode >= at.PRESSED else 0
+    w[at.OMEGA2, 0], w[at.THETA2, 0] = 0.0, state[at.ANGLE]
+    pull = torque(m, phase, state[at.TIME], 0.0, 0, w)
+    dry = torque(m, phase, state[at.TIME], 1.0, 0, w) - pull
+    if mode >= at.PRESSED:
+        flank = mode - at.PRESSED
+        force = -m[at.STIFFNESS] * state[at.GAPS + flank] - m[at.DAMPING] * state[at.RATES + flank]
+        pull -= m[at.RADIUS_LOOSE] * force if flank == 0 else -m[at.RADIUS_LOOSE] * force
+    state[at.SPEED] = 0.0
+    state[at.SIGN] = 0.0
     if abs(pull) > dry:
-        state[SIGN] = -1.0 if pull > 0.0 else 1.0
+        state[at.SIGN] = -1.0 if pull > 0.0 else 1.0
 
 
 @inner
-def close_contact(state, count, flank, out):
+def close_contact(state, count, flank):
     """Write a row of the contact table."""
-    row = out.contacts[count[N_CONTACTS]]
-    row[0], row[1], row[2] = flank, state[CONTACT_SINCE], state[TIME]
-    count[N_CONTACTS] += 1
+    row = state[at.CONTACT_ROW : at.CONTACT_ROW + 3]
+    row[0], row[1], row[2] = flank, state[at.CONTACT_SINCE], state[at.TIME]
+    count[at.HAS_CONTACT] = 1
 
 
 @inner
 def press(m, state, flank):
     """Begin a passage over a yielding flank."""
-    state[GAPS + flank] = 0.0
-    state[MODE] = PRESSED + flank
-    state[ENTRY] = state[TIME]
-    state[ENTRY_VELOCITY] = -state[RATES + flank]
-    state[ENTRY_HEIGHT] = state[HEIGHT]
-    state[ENTRY_PLACE] = state[DISPLACEMENT]
-    state[IMPULSE] = 0.0
-    state[PASSED] = 0.0
+    state[at.GAPS + flank] = 0.0
+    state[at.MODE] = at.PRESSED + flank
+    state[at.ENTRY] = state[at.TIME]
+    state[at.ENTRY_VELOCITY] = -state[at.RATES + flank]
+    state[at.ENTRY_HEIGHT] = state[at.HEIGHT]
+    state[at.ENTRY_PLACE] = state[at.DISPLACEMENT]
+    state[at.IMPULSE] = 0.0
+    state[at.PASSED] = 0.0
 
 
 @inner
-def settle(m, state, count, flank, out):
+def settle(m, state, count, flank):
     """Log a passage that has become permanent contact; its rebound is 0."""
-    mass = m.inertia / m.radius_loose**2
-    if state[PASSED] == 0.0 and state[TIME] - state[ENTRY] > 10.0 * pi * sqrt(mass / m.stiffness):
-        state[PASSED] = 1.0
-        state[CONTACT_SINCE] = state[ENTRY]
-        count[CONTACTS] += 1
-        speed = state[ENTRY_VELOCITY]
+    mass = m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
+    if state[at.PASSED] == 0.0 and state[at.TIME] - state[at.ENTRY] > 10.0 * pi * sqrt(mass / m[at.STIFFNESS]):
+        state[at.PASSED] = 1.0
+        state[at.CONTACT_SINCE] = state[at.ENTRY]
+        count[at.CONTACTS] += 1
+        speed = state[at.ENTRY_VELOCITY]
         log_impact(
-            m, state, count, out, flank, state[ENTRY], state[ENTRY_PLACE], speed, 0.0, mass * speed,
-            state[ENTRY_HEIGHT],
+            state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], speed, 0.0, mass * speed,
+            state[at.ENTRY_HEIGHT],
         )  # fmt: skip
 
 
 @inner
-def leave_spring(m, state, count, flank, out):
+def leave_spring(state, count, flank):
     """End a passage where the gap opens again, and log it as one impact unless it was permanent contact."""
-    state[GAPS + flank] = 0.0
-    if state[PASSED] == 1.0:
-        close_contact(state, count, flank, out)
+    state[at.GAPS + flank] = 0.0
+    if state[at.PASSED] == 1.0:
+        close_contact(state, count, flank)
     else:
-        count[BOUNCES] += 1
+        count[at.BOUNCES] += 1
         log_impact(
-            m, state, count, out, flank, state[ENTRY], state[ENTRY_PLACE], state[ENTRY_VELOCITY],
-            state[RATES + flank], state[IMPULSE], state[ENTRY_HEIGHT],
+            state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], state[at.ENTRY_VELOCITY],
+            state[at.RATES + flank], state[at.IMPULSE], state[at.ENTRY_HEIGHT],
         )  # fmt: skip
-    state[HEIGHT] = 0.0
-    state[DEPARTED] = flank
+    state[at.HEIGHT] = 0.0
+    state[at.DEPARTED] = flank

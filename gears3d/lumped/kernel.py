@@ -8,25 +8,8 @@ from pathlib import Path
 
 from numba import njit
 
-from gears3d.lumped.layout import (
-    BEFORE,
-    BROKEN,
-    CONTACTS_FULL,
-    DISPLACEMENT,
-    DONE,
-    FREE,
-    IDLE,
-    IMPACTS_FULL,
-    MARK,
-    MODE,
-    N_CONTACTS,
-    N_IMPACTS,
-    PRESSED,
-    SPEED,
-    STANDSTILL,
-    STEPS,
-    TIME,
-)  # fmt: skip
+from gears3d.lumped import layout as at
+from gears3d.lumped.compile import borrowed
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
@@ -42,30 +25,39 @@ def _compiled(fingerprint: int):
     @njit(cache=True, nogil=True)
     def advance(m, state, count, out, end):
         if fingerprint == 0:
-            return BROKEN
-        if state[MODE] == BEFORE:
-            begin(m, state, out)
-        while state[TIME] < end:
-            if count[N_IMPACTS] >= out.impacts.shape[0]:
-                return IMPACTS_FULL
-            if count[N_CONTACTS] >= out.contacts.shape[0]:
-                return CONTACTS_FULL
-            mode = state[MODE]
-            if mode == FREE:
-                free_step(m, state, count, out, end - state[TIME])
-            elif mode < PRESSED:
-                contact_step(m, state, count, out, end - state[TIME])
+            return at.BROKEN
+        m, state, count = borrowed(m), borrowed(state), borrowed(count)
+        w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
+        if state[at.MODE] == at.BEFORE:
+            begin(m, state, w)
+        while state[at.TIME] < end:
+            if count[at.N_IMPACTS] >= out.impacts.shape[0]:
+                return at.IMPACTS_FULL
+            if count[at.N_CONTACTS] >= out.contacts.shape[0]:
+                return at.CONTACTS_FULL
+            mode = state[at.MODE]
+            if mode == at.FREE:
+                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            elif mode < at.PRESSED:
+                contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             else:
-                spring_step(m, state, count, out, end - state[TIME])
-            count[STEPS] += 1
-            if not (isfinite(state[DISPLACEMENT]) and isfinite(state[SPEED])):
-                return BROKEN
-            count[IDLE] += 1
-            if count[IDLE] == PATIENCE:
-                if state[TIME] - state[MARK] < PATIENCE * SHORTEST:
-                    return STANDSTILL
-                count[IDLE], state[MARK] = 0, state[TIME]
-        return DONE
+                spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            if count[at.HAS_IMPACT]:
+                out.impacts[count[at.N_IMPACTS]] = state[at.IMPACT_ROW : at.IMPACT_ROW + 7]
+                count[at.N_IMPACTS] += 1
+            if count[at.HAS_CONTACT]:
+                out.contacts[count[at.N_CONTACTS]] = state[at.CONTACT_ROW : at.CONTACT_ROW + 3]
+                count[at.N_CONTACTS] += 1
+            count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
+            count[at.STEPS] += 1
+            if not (isfinite(state[at.DISPLACEMENT]) and isfinite(state[at.SPEED])):
+                return at.BROKEN
+            count[at.IDLE] += 1
+            if count[at.IDLE] == PATIENCE:
+                if state[at.TIME] - state[at.MARK] < PATIENCE * SHORTEST:
+                    return at.STANDSTILL
+                count[at.IDLE], state[at.MARK] = 0, state[at.TIME]
+        return at.DONE
 
     return advance
 

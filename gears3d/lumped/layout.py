@@ -20,19 +20,42 @@ OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATC
 )  # fmt: skip
 """GAP and DEVIATION take a row a flank (DEVIATION + 2*gear + flank); the effects' own scratch begins at ROWS."""
 
+# the model's numbers, one after the other
+(
+    RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
+    N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS,
+) = range(16)  # fmt: skip
+RATE, GATED, RESTITUTION, BASE, HARMONICS = 16, 19, 21, 25, 34
+PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
+
 # state
 TIME, DISPLACEMENT, ANGLE, SPEED, DRIVE_SPEED, MODE, SIGN, SLIDE = range(8)
 GAPS, RATES = 8, 10  # of both flanks
 DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
 ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE, MARK = range(18, 26)
-STATE = 26
+IMPACT_ROW, CONTACT_ROW = 26, 33  # what the step has to tell
+STATE = 36
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
 BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3
 
 # counters
-N_IMPACTS, N_CONTACTS, N_SAMPLES, TOTAL, BOUNCES, CONTACTS, GRAZING, ZENO, STALL, STEPS, IDLE = range(11)
-COUNTERS = 11
+(
+    N_IMPACTS,
+    N_CONTACTS,
+    N_SAMPLES,
+    TOTAL,
+    BOUNCES,
+    CONTACTS,
+    GRAZING,
+    ZENO,
+    STALL,
+    STEPS,
+    IDLE,
+    HAS_IMPACT,
+    HAS_CONTACT,
+) = range(13)
+COUNTERS = 13
 
 # how a stretch of the run ended
 DONE, IMPACTS_FULL, CONTACTS_FULL, BROKEN, STANDSTILL = range(5)

@@ -27,7 +27,7 @@ class Shadow:
     """
 
     def __init__(self, m: Model, period: float, duration: float) -> None:
-        self._model = m
+        self._model, self._numbers = m, m.flat()
         self._size = 1e-6 * m.backlash
         self._omega = 2 * pi / period
         self._from = 0.0 if duration < 4.5 * period else max(2 * period, 0.1 * duration)
@@ -51,7 +51,7 @@ class Shadow:
         copy = self._disturbed(before)
         own = np.zeros(at.COUNTERS, dtype=np.int64)
         own[at.TOTAL] = total
-        while advance(self._model, copy, own, self._buffers, end) in (at.IMPACTS_FULL, at.CONTACTS_FULL):
+        while advance(self._numbers, copy, own, self._buffers, end) in (at.IMPACTS_FULL, at.CONTACTS_FULL):
             own[at.N_IMPACTS] = own[at.N_CONTACTS] = 0
         apart = (copy[at.DISPLACEMENT] - after[at.DISPLACEMENT], self._speed(copy) - self._speed(after))
         distance = hypot(*apart)

@@ -9,6 +9,7 @@ import numpy as np
 
 from gears3d.effects import Code, Gate, Rig, Row
 from gears3d.errors import Fault, InputError
+from gears3d.lumped import layout
 
 FLIGHT, ACTIVE, REVERSE = 0, 1, 2
 """Phases of the motion; the flank of a contact phase is phase - 1."""
@@ -64,6 +65,21 @@ class Model(NamedTuple):
     unfelt: float
     gated: np.ndarray
     seed: int
+
+    def flat(self) -> np.ndarray:
+        """Return the numbers one after the other, as :mod:`gears3d.lumped.layout` has them.
+
+        One plain array costs the compiled code nothing to hand on; a structure of arrays costs it ten times its work.
+        """
+        sizes = [len(self.harmonics), len(self.torques), len(self.flanks)]
+        torques = layout.HARMONICS + layout.PER_HARMONIC * sizes[0]
+        scalars = [
+            self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
+            self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
+        ]  # fmt: skip
+        places = [torques, torques + layout.PER_TORQUE * sizes[1]]
+        arrays = [self.rate, self.gated, self.restitution, self.base, self.harmonics, self.torques, self.flanks]
+        return np.concatenate([scalars, sizes, places, *(np.ravel(a) for a in arrays)]).astype(float)
 
 
 def model(

@@ -40,9 +40,10 @@ def curvature(c, n, x):
 def first_root(c, sign, n, reach):
     """Return the first x in (0, reach) where sign·Σ c[k]·x^k falls below zero, infinity when there is none.
 
-    Leading zeros are divided out, so a start on the axis is no root. From each point the polynomial stays above the
-    parabola with its value and slope and the most negative second derivative within reach; the next point is that
-    parabola's root. It never passes a root and converges quadratically. 0 means that it falls at once.
+    Leading zeros are divided out, so a start on the axis is no root. If what remains falls all the way, its root is the
+    only one. Else, from each point the polynomial stays above the parabola with its value and slope and the most
+    negative second derivative within reach; the next point is that parabola's root. It never passes a root and
+    converges quadratically. 0 means that it falls at once.
     """
     lead = 0
     while lead < n and c[lead] == 0.0:
@@ -51,13 +52,19 @@ def first_root(c, sign, n, reach):
     q0 = sign * c[lead]
     if q0 <= 0.0:
         return 0.0 if q0 < 0.0 else inf
-    bend, power = 0.0, 1.0
-    for k in range(2, d + 1):
-        bend += max(0.0, -sign * c[lead + k]) * k * (k - 1) * power
-        power *= reach
     if d == 0:
         return inf
     q1 = sign * c[lead + 1]
+    bend, rise, power = 0.0, 0.0, 1.0
+    for k in range(2, d + 1):
+        term = sign * c[lead + k] * k * power
+        power *= reach
+        if term < 0.0:
+            bend -= term * (k - 1)
+        else:
+            rise += term * reach
+    if q1 + rise < 0.0:
+        return _only_root(c, sign, lead, d, reach)
     x = 0.0
     for _ in range(12):
         root = sqrt(q1 * q1 + 2.0 * bend * q0)
@@ -72,13 +79,40 @@ def first_root(c, sign, n, reach):
             return inf
         if step <= 1e-15 * x:
             return x
-        q0, q1 = sign * c[n], 0.0
-        for k in range(d - 1, -1, -1):
-            q1 = q1 * x + q0
-            q0 = q0 * x + sign * c[lead + k]
+        q0, q1 = _ahead(c, sign, lead, d, x)
         if q0 <= 0.0:
             return x
     return _creep(c, sign, lead, n, x, reach)
+
+
+@inner
+def _ahead(c, sign, lead, d, x):
+    """Return value and slope of the series without its leading zeros."""
+    q0, q1 = c[lead + d], 0.0
+    for k in range(d - 1, -1, -1):
+        q1 = q1 * x + q0
+        q0 = q0 * x + c[lead + k]
+    return sign * q0, sign * q1
+
+
+@inner
+def _only_root(c, sign, lead, d, reach):
+    """The root of a series that falls all the way to ``reach``: Newton from the parabola, the free fall of a bounce."""
+    q0, q1 = sign * c[lead], sign * c[lead + 1]
+    q2 = sign * c[lead + 2] if d > 1 else 0.0
+    spread = q1 * q1 - 4.0 * q2 * q0
+    x = 2.0 * q0 / (sqrt(spread) - q1) if spread > 0.0 else -q0 / q1
+    for _ in range(50):
+        if x >= reach:
+            if _ahead(c, sign, lead, d, reach)[0] >= 0.0:
+                return inf
+            x = 0.99999 * reach
+        q0, q1 = _ahead(c, sign, lead, d, x)
+        step = -q0 / q1
+        x = max(x + step, 0.0)
+        if abs(step) <= 1e-9 * x:
+            return x - _ahead(c, sign, lead, d, x)[0] / q1 if abs(step) > 1e-15 * x else x
+    return x
 
 
 @inner
@@ -117,8 +151,10 @@ def _creep(c, sign, lead, n, start, reach):
 
 @inner
 def highest(c, n, reach):
-    """Return the largest value of Σ c[k]·x^k over [0, reach]."""
+    """Return the largest value of Σ c[k]·x^k over [0, reach], for one that has at most one hump there."""
     top = max(c[0], value(c, n, reach))
+    if slope(c, n, reach) >= 0.0 or reach == 0.0:
+        return top
     parabolic = c[1] > 0.0 and c[2] < 0.0
     x = min(-0.5 * c[1] / c[2] if parabolic else 0.7 * reach, reach)
     for _ in range(20):
@@ -130,6 +166,6 @@ def highest(c, n, reach):
             break
         step = -d1 / d2
         x = min(max(x + step, 0.0), reach)
-        if abs(step) <= 1e-9 * x:
+        if abs(step) <= 1e-6 * x or x == 0.0:
             break
     return max(top, value(c, n, x))

@@ -79,7 +79,8 @@ def run(
     samples = int(np.floor(duration / spacing * (1 + 1e-12))) + 1
     out = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, samples, spacing)
     state, count = start_state(start), np.zeros(at.COUNTERS, dtype=np.int64)
-    advance(m, state, count, out, 0.0)
+    numbers = m.flat()
+    advance(numbers, state, count, out, 0.0)
     refuse_jammed(m, state)
     period = chunk or (2 * pi / m.harmonics[:, 1].min() if len(m.harmonics) else 1.0)
     shadow = Shadow(m, period, duration) if lyapunov else None
@@ -90,7 +91,7 @@ def run(
         for turn in range(1, int(np.ceil(duration / period)) + 1):
             end = min(turn * period, duration)
             before, total = state.copy(), int(count[at.TOTAL])
-            stretch(m, state, count, out, end, impacts, contacts)
+            stretch(numbers, state, count, out, end, impacts, contacts)
             if shadow is not None:
                 shadow.follow(before, state, total, end)
             if progress is not None:
@@ -111,7 +112,7 @@ def run(
 
 
 def stretch(
-    m: Model,
+    numbers: np.ndarray,
     state: np.ndarray,
     count: np.ndarray,
     out: at.Buffers,
@@ -122,7 +123,7 @@ def stretch(
     """Advance to ``end`` [s], emptying full tables into the lists.
 
     Args:
-        m: the packed model.
+        numbers: the packed model, flat.
         state: moved on.
         count: moved on.
         out: filled.
@@ -134,7 +135,7 @@ def stretch(
         EngineError: the motion stands still, is not finite, or has more impacts than fit into memory.
     """
     while True:
-        status = advance(m, state, count, out, end)
+        status = advance(numbers, state, count, out, end)
         where = f"the rigid model stopped at {state[at.TIME]:.9g} s after {count[at.TOTAL]} impacts: "
         if status == at.DONE:
             return

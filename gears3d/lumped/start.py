@@ -8,25 +8,8 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.lumped import impacts, layout, series
+from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.layout import (
-    ANGLE,
-    BEFORE,
-    CONTACT_SINCE,
-    DEPARTED,
-    DISPLACEMENT,
-    DRIVE_SPEED,
-    ENTRY,
-    FREE,
-    GAPS,
-    GUESS,
-    LAST_IMPACT,
-    LIFT,
-    MODE,
-    PASSED,
-    PRESSED,
-    REACTION,
-)  # fmt: skip
 from gears3d.lumped.model import Model
 
 STATES = ("active", "reverse", "free")
@@ -51,8 +34,8 @@ def start_state(start: str) -> np.ndarray:
     if start not in STATES:
         raise InputError(Fault("start.state", f"is {start!r}", did_you_mean(start, STATES)))
     state = np.zeros(layout.STATE)
-    state[MODE] = BEFORE
-    state[DEPARTED] = STATES.index(start)
+    state[at.MODE] = at.BEFORE
+    state[at.DEPARTED] = STATES.index(start)
     return state
 
 
@@ -66,7 +49,7 @@ def refuse_jammed(m: Model, state: np.ndarray) -> None:
     Raises:
         InputError: there is none.
     """
-    left = state[GAPS] + state[GAPS + 1]
+    left = state[at.GAPS] + state[at.GAPS + 1]
     if left <= 0.0 and m.stiffness == 0.0:
         raise InputError(
             Fault(
@@ -78,29 +61,28 @@ def refuse_jammed(m: Model, state: np.ndarray) -> None:
 
 
 @inner
-def begin(m, state, out):
+def begin(m, state, w):
     """Put the state on its flank, or into the middle of the backlash, at time 0."""
-    w = out.work
-    start = int(state[DEPARTED])
-    state[GUESS], state[LAST_IMPACT], state[LIFT] = inf, -inf, -1.0
+    start = int(state[at.DEPARTED])
+    state[at.GUESS], state[at.LAST_IMPACT], state[at.LIFT] = inf, -inf, -1.0
     flank = 1 if start == 1 else 0
     series.drive(m, 0.0, 2, w)
-    state[DRIVE_SPEED] = w[0, 0]
+    state[at.DRIVE_SPEED] = w[0, 0]
     for _ in range(50):  # the loose gear's deviation shifts its own angle
-        away = series.deviation(m, 0, flank, 0.0)[0] + series.deviation(m, 1, flank, state[ANGLE])[0]
-        state[DISPLACEMENT] = away if flank == 0 else m.backlash - away
-        state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
+        away = series.deviation(m, 0, flank, 0.0)[0] + series.deviation(m, 1, flank, state[at.ANGLE])[0]
+        state[at.DISPLACEMENT] = away if flank == 0 else m[at.BACKLASH] - away
+        state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
     impacts.place_on_flank(m, state, flank, 0.0)
     if start == 2:
-        state[DISPLACEMENT] += 0.5 * state[GAPS + 1]
-        state[GAPS + 1] *= 0.5
-        state[GAPS] = state[GAPS + 1]
-        state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
-        state[MODE], state[DEPARTED] = FREE, 0.0
+        state[at.DISPLACEMENT] += 0.5 * state[at.GAPS + 1]
+        state[at.GAPS + 1] *= 0.5
+        state[at.GAPS] = state[at.GAPS + 1]
+        state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
+        state[at.MODE], state[at.DEPARTED] = at.FREE, 0.0
         impacts.let_go(m, state, w)
-    elif impacts.holds(m, state, flank, out):
-        if m.stiffness > 0.0:
-            _sink(m, state, flank, w[REACTION, 0])
+    elif impacts.holds(m, state, flank, w):
+        if m[at.STIFFNESS] > 0.0:
+            _sink(m, state, flank, w[at.REACTION, 0])
             impacts.let_go(m, state, w)
         else:
             impacts.stick(m, state, flank)
@@ -111,10 +93,10 @@ def begin(m, state, out):
 @inner
 def _sink(m, state, flank, reaction):
     """Rest on a yielding flank."""
-    depth = reaction / m.stiffness
-    state[GAPS + flank], state[GAPS + 1 - flank] = -depth, state[GAPS + 1 - flank] + depth
-    state[DISPLACEMENT] += -depth if flank == 0 else depth
-    state[ANGLE] = state[DISPLACEMENT] / m.radius_loose
-    state[MODE] = PRESSED + flank
-    state[PASSED], state[ENTRY], state[CONTACT_SINCE] = 1.0, 0.0, 0.0
-    state[DEPARTED] = flank
+    depth = reaction / m[at.STIFFNESS]
+    state[at.GAPS + flank], state[at.GAPS + 1 - flank] = -depth, state[at.GAPS + 1 - flank] + depth
+    state[at.DISPLACEMENT] += -depth if flank == 0 else depth
+    state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
+    state[at.MODE] = at.PRESSED + flank
+    state[at.PASSED], state[at.ENTRY], state[at.CONTACT_SINCE] = 1.0, 0.0, 0.0
+    state[at.DEPARTED] = flank
