@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from gears3d import gears
     from gears3d.comparison import compare
     from gears3d.recording import Recording
-    from gears3d.views.replay import replay
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import simulate
+    from gears3d.views.replay import replay
 
 __all__ = ["Recording", "Scenario", "__version__", "compare", "gears", "load", "replay", "simulate"]
 

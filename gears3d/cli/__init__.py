@@ -8,6 +8,8 @@ for another exit code, and returns for 0.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -105,4 +107,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Args:
         arguments: without the program's name; those of the process when ``None``.
     """
+    atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
     get_command(app)(args=list(sys.argv[1:] if arguments is None else arguments), prog_name="gears3d")

@@ -38,8 +38,8 @@ def run(
     from gears3d.scenario import load
 
     begin = time.perf_counter()
-    _announce_compilation()
     question = load(scenario, overrides=set_ or [])
+    _announce_compilation()
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
     with RunFolder(place) as folder:
@@ -97,13 +97,9 @@ def _fill(
 
 def _announce_compilation() -> None:
     """Say why the first run takes longer: the kernels are compiled for this machine and kept."""
-    import os
+    from gears3d.kernels import compiled
 
-    import gears3d
-
-    kept = os.environ.get("NUMBA_CACHE_DIR")
-    places = [Path(kept)] if kept else list(Path(gears3d.__file__).parent.glob("*/__pycache__"))
-    if not any(next(place.rglob("*.nbi"), None) for place in places) and sys.stderr.isatty():
+    if sys.stderr.isatty() and not compiled():
         print("compiling for this machine (once, about half a minute) ...", file=sys.stderr)  # noqa: T201
 
 

@@ -98,7 +98,7 @@ def torque_relax(torque: float, time_constant: float, gate: Gate = Gate.ALWAYS) 
 
 
 def flank_harmonic(gear: Gear, flank: Flank, order: int, amplitude: float, phase: float) -> Row:
-    """Flank deviation over the angle of its own gear at the moment of touching; ``amplitude`` in m, ``phase`` in rad."""
+    """Flank deviation over its own gear's angle at the moment of touching; ``amplitude`` in m, ``phase`` in rad."""
     return Row(Code.FLANK_HARMONIC, Gate.ALWAYS, (float(gear), float(flank), float(order), amplitude, phase))
 
 

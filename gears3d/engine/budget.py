@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
 from gears3d.engine.closing import TOUCH
 from gears3d.engine.mesh import NOBODY, able_to_touch, both_sides, teeth_of_points
@@ -16,6 +15,7 @@ from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
 from gears3d.gears.edge import Edged, edged_gap
 from gears3d.gears.flank import Flanks
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.engine.closing import Plant

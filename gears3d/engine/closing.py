@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
 from gears3d.gears.edge import Edged
+from gears3d.kernels import njit
 
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
 """How a step ends: no event, a gap closes on the active or reverse flank, the loose gear comes to rest."""

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from gears3d.engine.closing import HALVINGS, Arc, Plant
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import resisting
+from gears3d.kernels import njit
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""

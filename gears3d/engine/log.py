@@ -6,11 +6,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gears3d.engine.closing import Arc, Plant, angle_after, speed_after
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
+from gears3d.kernels import njit
 
 
 class Impact(NamedTuple):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from gears3d.gears.edge import Edged, edged_gap
 from gears3d.gears.flank import Flanks, roll_of
+from gears3d.kernels import njit
 
 ACTIVE, REVERSE = 0, 1
 NOBODY = -1

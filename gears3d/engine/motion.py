@@ -9,7 +9,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
+
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from gears3d.effects.rows import Code, Row
 from gears3d.engine.closing import GAUSS, HALVINGS, Arc, Plant, angle_after, gap_along, speed_after, through
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import resisting
+from gears3d.kernels import njit
 
 PRESSES, TURNS, HALTS, PARTS_NOW = 0, 1, 2, 3
 """How a step of compliant contact ends: pressed on, push begun or ended, loose gear at rest, flanks parted."""

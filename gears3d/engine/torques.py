@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from gears3d.effects.rows import WIDTH, Code, Gate, Row
+from gears3d.kernels import njit
 
 FREE, ON_ACTIVE, ON_REVERSE = 0, 1, 2
 """Where the loose gear is: between the flanks, on the active one, on the reverse one."""

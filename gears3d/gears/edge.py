@@ -10,10 +10,10 @@ from math import atan2, cos, inf, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gears3d.gears.flank import Flanks, flank_point, roll_at_radius, roll_of, support
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair

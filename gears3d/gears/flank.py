@@ -12,7 +12,6 @@ from __future__ import annotations
 from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
-from numba import njit
 
 from gears3d.gears.support import (
     ACTIVE,
@@ -37,6 +36,7 @@ from gears3d.gears.support import (
     support,
     taken_off,
 )
+from gears3d.kernels import njit
 
 __all__ = [
     "ACTIVE",

@@ -6,11 +6,11 @@ from math import inf, lcm, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from gears3d.errors import Fault, InputError
 from gears3d.gears.surface import compile_surfaces, mates, surface_gap
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair

@@ -21,12 +21,12 @@ from math import atan2, cos, pi, sin, sqrt
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gears3d.gears.deviation import FLANKS, GEARS, HarmonicDeviation
 from gears3d.gears.rack import form
 from gears3d.gears.relief import relief_rows
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair

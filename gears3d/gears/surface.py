@@ -15,7 +15,6 @@ from math import atan2, cos, inf, pi, sin, tan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gears3d.gears.deviation import GEARS
@@ -23,6 +22,7 @@ from gears3d.gears.edge import Edged, edged_gap_at, edges_of
 from gears3d.gears.flank import flank_point, roll_at_radius, roll_of
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
 from gears3d.gears.support import BASE, DISTANCE, TIP_ROLL, Flanks, compile_pair, turned_on
+from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.gears.gear import Gear

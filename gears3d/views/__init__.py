@@ -1,1 +1,1 @@
-""""""
+"""What people look at: the replay, the report, the drawings."""
