@@ -60,3 +60,21 @@ def write_text(path: str | Path, text: str) -> Path:
     with replacing(path) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
     return Path(path)
+
+
+def write_bytes(path: str | Path, data: bytes) -> Path:
+    """Write a binary file, whole or not at all.
+
+    Args:
+        path: where it is to be.
+        data: its content.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    with replacing(path) as unfinished:
+        unfinished.write_bytes(data)
+    return Path(path)

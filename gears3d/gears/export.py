@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.files import write_bytes
 from gears3d.gears.deviation import GEARS
 from gears3d.gears.pair import Pair
 from gears3d.gears.solids import mass_properties, solid, solid_arrays
@@ -68,12 +67,12 @@ def write_meshes(
         files = {}
         for kind in dict.fromkeys(formats):
             data = _encoded(pair, gear, body, kind, chord)
-            _write(folder / f"{gear}.{kind}", data)
+            write_bytes(folder / f"{gear}.{kind}", data)
             digest = hashlib.sha256(data).hexdigest()
             files[kind] = {"name": f"{gear}.{kind}", "unit": UNITS[kind], "bytes": len(data), "sha256": digest}
         cards[gear] = card(pair, gear, body, chord, densities[GEARS.index(gear)]) | {"files": files, "command": command}
         text = json.dumps(cards[gear], indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-        _write(folder / f"{gear}.json", text.encode())
+        write_bytes(folder / f"{gear}.json", text.encode())
     return cards
 
 
@@ -157,17 +156,3 @@ def _glb(pair: Pair, which: str, chord: float) -> bytes:
     scene = trimesh.Scene()
     scene.add_geometry(body, node_name=which, geom_name=which)
     return bytes(export_glb(scene, include_normals=True))
-
-
-def _write(path: Path, data: bytes) -> None:
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished.write_bytes(data)
-        unfinished.replace(path)
-    except OSError as error:
-        why = Fault("", f"cannot be written: {error.strerror}", "name a folder that you may write", str(path))
-        raise InputError(why) from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)

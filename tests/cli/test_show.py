@@ -1,6 +1,7 @@
 """``gears3d show``: data sheet for people and programs, drawing, errors."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -57,7 +58,7 @@ def test_bad_input_and_bad_places(show, tmp_path):
     code, _, err = show(BASE, "--out", str(tmp_path / "mesh.gif"))
     assert code == 2
     assert "a drawing ends in .png, .svg, .pdf" in err
-    code, _, err = show(BASE, "--out", str(tmp_path / "nowhere" / "mesh.png"))
+    code, _, err = show(BASE, "--out", str(Path(BASE) / "mesh.png"))
     assert code == 3
     assert "cannot be written" in err
     code, _, err = show("nowhere.toml")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.errors import Fault, InputError, UsageError
+from gears3d.errors import UsageError
+from gears3d.files import replacing
 from gears3d.units import show
 from gears3d.views.sheet.action import draw_plane_of_action, draw_sliding
 from gears3d.views.sheet.section import draw_backlash, draw_section, micro
@@ -79,12 +79,6 @@ def write_drawing(path: Path, pair: Pair, title: str = "", speed: float = 0.0) -
     ending = path.suffix.lower()
     if ending not in FORMATS:
         raise UsageError(f"{path}: a drawing ends in {', '.join(FORMATS)}")
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
+    with replacing(path) as unfinished:
         drawing(pair, title, speed).savefig(unfinished, format=ending[1:], dpi=130)
-        unfinished.replace(path)
-    except OSError as error:
-        raise InputError(Fault("", f"cannot be written: {error.strerror}", "name another place", str(path))) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
     return path
