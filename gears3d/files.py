@@ -57,9 +57,7 @@ def write_text(path: str | Path, text: str) -> Path:
     Raises:
         InputError: it cannot be written.
     """
-    with replacing(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
-    return Path(path)
+    return write_bytes(path, text.encode())
 
 
 def write_bytes(path: str | Path, data: bytes) -> Path:
