@@ -4,8 +4,11 @@ from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-inner = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)
-"""Decorator of functions that only compiled code calls; leaving out their Python wrappers saves compile time."""
+inner = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", fastmath={"contract"})
+"""Decorator of functions that only compiled code calls; leaving out their Python wrappers saves compile time.
+
+Divisions are not checked one by one (a motion that is not finite ends the run), and a product may be fused with a sum.
+"""
 
 
 @intrinsic

@@ -44,9 +44,9 @@ def restitution(m, flank, speed, index):
 def log_impact(state, count, flank, time, place, speed, rebound, impulse, height):
     """Write a row of the impact table; ``speed`` and ``rebound`` away from and towards the gap are positive."""
     side = 1.0 if flank == 0 else -1.0
-    row = state[at.IMPACT_ROW : at.IMPACT_ROW + 7]
-    row[0], row[1], row[2], row[3] = time, flank, -side * speed, side * rebound
-    row[4], row[5], row[6] = side * impulse, place, height
+    row = at.IMPACT_ROW
+    state[row], state[row + 1], state[row + 2], state[row + 3] = time, flank, -side * speed, side * rebound
+    state[row + 4], state[row + 5], state[row + 6] = side * impulse, place, height
     count[at.HAS_IMPACT] = 1
     count[at.TOTAL] += 1
 
@@ -174,8 +174,8 @@ def let_go(m, state, w):
 @inner
 def close_contact(state, count, flank):
     """Write a row of the contact table."""
-    row = state[at.CONTACT_ROW : at.CONTACT_ROW + 3]
-    row[0], row[1], row[2] = flank, state[at.CONTACT_SINCE], state[at.TIME]
+    row = at.CONTACT_ROW
+    state[row], state[row + 1], state[row + 2] = flank, state[at.CONTACT_SINCE], state[at.TIME]
     count[at.HAS_CONTACT] = 1
 
 

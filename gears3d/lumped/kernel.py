@@ -22,18 +22,19 @@ SHORTEST = 1e-12
 
 
 def _compiled(fingerprint: int):
-    @njit(cache=True, nogil=True)
+    @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
     def advance(m, state, count, out, end):
         if fingerprint == 0:
             return at.BROKEN
         m, state, count = borrowed(m), borrowed(state), borrowed(count)
         w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
+        impacts, contacts = borrowed(out.impacts), borrowed(out.contacts)
         if state[at.MODE] == at.BEFORE:
             begin(m, state, w)
         while state[at.TIME] < end:
-            if count[at.N_IMPACTS] >= out.impacts.shape[0]:
+            if count[at.N_IMPACTS] >= impacts.shape[0]:
                 return at.IMPACTS_FULL
-            if count[at.N_CONTACTS] >= out.contacts.shape[0]:
+            if count[at.N_CONTACTS] >= contacts.shape[0]:
                 return at.CONTACTS_FULL
             mode = state[at.MODE]
             if mode == at.FREE:
@@ -43,10 +44,12 @@ def _compiled(fingerprint: int):
             else:
                 spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             if count[at.HAS_IMPACT]:
-                out.impacts[count[at.N_IMPACTS]] = state[at.IMPACT_ROW : at.IMPACT_ROW + 7]
+                for i in range(at.IMPACT_COLUMNS):
+                    impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
                 count[at.N_IMPACTS] += 1
             if count[at.HAS_CONTACT]:
-                out.contacts[count[at.N_CONTACTS]] = state[at.CONTACT_ROW : at.CONTACT_ROW + 3]
+                for i in range(3):
+                    contacts[count[at.N_CONTACTS], i] = state[at.CONTACT_ROW + i]
                 count[at.N_CONTACTS] += 1
             count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
             count[at.STEPS] += 1

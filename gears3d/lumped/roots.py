@@ -97,21 +97,24 @@ def _ahead(c, sign, lead, d, x):
 
 @inner
 def _only_root(c, sign, lead, d, reach):
-    """The root of a series that falls all the way to ``reach``: Newton from the parabola, the free fall of a bounce."""
+    """The root of a series that falls all the way to ``reach``: Halley's method from the parabola, a bounce's."""
     q0, q1 = sign * c[lead], sign * c[lead + 1]
     q2 = sign * c[lead + 2] if d > 1 else 0.0
     spread = q1 * q1 - 4.0 * q2 * q0
     x = 2.0 * q0 / (sqrt(spread) - q1) if spread > 0.0 else -q0 / q1
     for _ in range(50):
-        if x >= reach:
-            if _ahead(c, sign, lead, d, reach)[0] >= 0.0:
-                return inf
-            x = 0.99999 * reach
-        q0, q1 = _ahead(c, sign, lead, d, x)
-        step = -q0 / q1
+        x = min(x, reach)
+        q0, q1, q2 = c[lead + d], 0.0, 0.0
+        for k in range(d - 1, -1, -1):
+            q2 = q2 * x + q1
+            q1 = q1 * x + q0
+            q0 = q0 * x + c[lead + k]
+        if x == reach and sign * q0 >= 0.0:
+            return inf
+        step = -q0 / (q1 - q0 * q2 / q1)
         x = max(x + step, 0.0)
-        if abs(step) <= 1e-9 * x:
-            return x - _ahead(c, sign, lead, d, x)[0] / q1 if abs(step) > 1e-15 * x else x
+        if abs(step) <= 3e-6 * x:
+            return x
     return x
 
 
@@ -152,20 +155,22 @@ def _creep(c, sign, lead, n, start, reach):
 @inner
 def highest(c, n, reach):
     """Return the largest value of Σ c[k]·x^k over [0, reach], for one that has at most one hump there."""
-    top = max(c[0], value(c, n, reach))
-    if slope(c, n, reach) >= 0.0 or reach == 0.0:
-        return top
     parabolic = c[1] > 0.0 and c[2] < 0.0
     x = min(-0.5 * c[1] / c[2] if parabolic else 0.7 * reach, reach)
     for _ in range(20):
-        d1, d2 = 0.0, 0.0
-        for k in range(n, 0, -1):
+        d0, d1, d2 = c[n], 0.0, 0.0
+        for k in range(n - 1, -1, -1):
             d2 = d2 * x + d1
-            d1 = d1 * x + k * c[k]
+            d1 = d1 * x + d0
+            d0 = d0 * x + c[k]
+        if x == reach and d1 >= 0.0:
+            return max(c[0], d0)
         if d2 >= 0.0:
             break
-        step = -d1 / d2
+        step = -0.5 * d1 / d2
+        if abs(step) <= 1e-3 * x:
+            return d0 + 0.5 * d1 * step
         x = min(max(x + step, 0.0), reach)
-        if abs(step) <= 1e-6 * x or x == 0.0:
-            break
-    return max(top, value(c, n, x))
+        if x == 0.0:
+            return c[0]
+    return max(c[0], value(c, n, reach))

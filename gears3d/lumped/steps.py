@@ -23,30 +23,33 @@ FLIGHT_ENDS, SPEED_TURNS, BREAKS_LOOSE, PUSHES, CLEARS = range(5)
 
 
 @inner
-def plan(rate, span):
-    """Return the length of a step and the order that covers it to rounding, second derivatives included."""
-    reach = min(span, at.REACH[at.ORDER - 3] / rate)
+def plan(rate, span, spare):
+    """Return the length of a step and the order that covers it to rounding, with ``spare`` orders to differentiate."""
+    reach = min(span, at.REACH[at.ORDER - 1 - spare] / rate)
     n = 5
-    while n < at.ORDER and at.REACH[n - 3] < rate * reach:
+    while n < at.ORDER and at.REACH[n - 1 - spare] < rate * reach:
         n += 1
     return reach, n
 
 
 @inner
 def trusted(c, first, n, reach):
-    """Shorten ``reach`` until the last terms of the series no longer count beside the others."""
+    """Shorten ``reach`` until the last terms of the series no longer count beside the others.
+
+    Returns the reach, and a bound on how far the series gets from its start within it.
+    """
+    size = 0.0
     for _ in range(200):
         power, size = 1.0, 0.0
         for k in range(n):
             if k >= first:
                 size += abs(c[k]) * power
             power *= reach
-        if abs(c[n]) * power <= 1e-13 * size and abs(c[n - 1]) * power <= 1e-12 * size * reach:
-            return reach
-        if size == 0.0:
-            return reach
+        last = abs(c[n]) * power
+        if (last <= 1e-12 * size and abs(c[n - 1]) * power <= 1e-11 * size * reach) or size == 0.0:
+            return reach, size + last
         reach *= 0.7
-    return reach
+    return reach, size
 
 
 @inner
@@ -72,15 +75,23 @@ def sample(m, state, count, w, samples, spacing, x, n):
 @inner
 def carry(m, state, x, n, w):
     """Move the state to the end of the step."""
-    theta = value(w[at.THETA1], n, x)
+    theta = speed = s = omega = gap0 = gap1 = rate0 = rate1 = 0.0
+    for k in range(n, -1, -1):
+        rate0 = rate0 * x + gap0
+        rate1 = rate1 * x + gap1
+        gap0 = gap0 * x + w[at.GAP, k]
+        gap1 = gap1 * x + w[at.GAP + 1, k]
+        s = s * x + w[at.S, k]
+        theta = theta * x + w[at.THETA1, k]
+        omega = omega * x + w[at.OMEGA1, k]
+        if k < n:
+            speed = speed * x + w[at.OMEGA2, k]
     state[at.TIME] += x
-    state[at.DISPLACEMENT] = value(w[at.S], n, x)
-    state[at.ANGLE] = (state[at.DISPLACEMENT] + m[at.RADIUS_DRIVE] * theta) / m[at.RADIUS_LOOSE]
-    state[at.SPEED] = value(w[at.OMEGA2], n - 1, x)
-    state[at.DRIVE_SPEED] = value(w[at.OMEGA1], n, x)
-    for flank in range(2):
-        state[at.GAPS + flank] = value(w[at.GAP + flank], n, x)
-        state[at.RATES + flank] = slope(w[at.GAP + flank], n, x)
+    state[at.DISPLACEMENT] = s
+    state[at.ANGLE] = (s + m[at.RADIUS_DRIVE] * theta) / m[at.RADIUS_LOOSE]
+    state[at.SPEED], state[at.DRIVE_SPEED] = speed, omega
+    state[at.GAPS], state[at.GAPS + 1] = gap0, gap1
+    state[at.RATES], state[at.RATES + 1] = rate0, rate1
     state[at.LIFT] = -1.0
 
 
@@ -89,11 +100,13 @@ def free_step(m, state, count, w, samples, spacing, span):
     """Fly until a flank is met, the loose gear stops or breaks loose, or the step's end."""
     guess = state[at.GUESS]
     state[at.GUESS] = inf
-    reach, n = plan(m[at.RATE], min(span, guess))
+    reach, n = plan(m[at.RATE], min(span, guess), 1)
     flight(m, state, n, w)
-    reach = trusted(w[at.GAP], 1, n, reach)
-    reach = trusted(w[at.GAP + 1], 1, n, reach)
-    event, flank, x = _free_event(m, state, w, n, reach)
+    reach, way = trusted(w[at.GAP], 1, n, reach)
+    if m[at.N_FLANKS] > 0.0:
+        reach, other = trusted(w[at.GAP + 1], 1, n, reach)
+        way = max(way, other)
+    event, flank, x = _free_event(m, state, w, n, reach, way)
     departed = int(state[at.DEPARTED])
     state[at.HEIGHT] = max(state[at.HEIGHT], highest(w[at.GAP + departed], n, x))
     sample(m, state, count, w, samples, spacing, x, n)
@@ -125,7 +138,7 @@ def _turn(m, state, event, w):
 
 
 @inner
-def _free_event(m, state, w, n, reach):
+def _free_event(m, state, w, n, reach, way):
     event, where, x = -1, 0, reach
     for flank in range(2):
         gap = w[at.GAP + flank]
@@ -142,12 +155,13 @@ def _free_event(m, state, w, n, reach):
             root = first_root(w[at.SCRATCH], 1.0, n - 1, x)
             if root < x:
                 event, where, x = PUSHES, flank, root
-        else:
+        elif gap[0] <= way:
             root = first_root(gap, 1.0, n, x)
             if root < x:
                 event, where, x = FLIGHT_ENDS, flank, root
     if state[at.SIGN] != 0.0:
-        root = first_root(w[at.OMEGA2], state[at.SIGN], n, x)
+        straight = m[at.N_TORQUES] == 0.0 and m[at.BASE + 1] == 0.0
+        root = first_root(w[at.OMEGA2], state[at.SIGN], 1 if straight else n, x)
         if root < x:
             event, x = SPEED_TURNS, root
     else:
@@ -173,9 +187,9 @@ def contact_step(m, state, count, w, samples, spacing, span):
     """Ride on a flank until its reaction changes sign, the loose gear's speed turns, or the step's end."""
     flank = int(state[at.MODE]) - at.STUCK
     phase = 0 if state[at.SLIDE] == 1.0 else 1 + flank
-    reach, n = plan(m[at.RATE], span)
+    reach, n = plan(m[at.RATE], span, 2)
     sign = contact(m, state, flank, phase, n, w)
-    reach = trusted(w[at.REACTION], 0, n - 2, reach)
+    reach = trusted(w[at.REACTION], 0, n - 2, reach)[0]
     x, ends = reach, False
     if sign != 0.0:
         root = first_root(w[at.REACTION], 1.0, n - 2, x)
@@ -214,11 +228,11 @@ def _end_contact(m, state, count, flank, w):
 def spring_step(m, state, count, w, samples, spacing, span):
     """Press on a yielding flank until its force vanishes, the loose gear stops or breaks loose, or the step's end."""
     flank = int(state[at.MODE]) - at.PRESSED
-    reach, n = plan(m[at.RATE + 1], span)
+    reach, n = plan(m[at.RATE + 1], span, 2)
     yielding(m, state, n, flank, w)
     if state[at.HOLD] > 0.0:  # pressed on again: the force begins at zero
         w[at.REACTION, 0] = state[at.HOLD] = 0.0
-    reach = trusted(w[at.GAP + flank], 1, n, reach)
+    reach = trusted(w[at.GAP + flank], 1, n, reach)[0]
     event, x = -1, reach
     root = first_root(w[at.REACTION], 1.0, n, x)
     if root < x:
