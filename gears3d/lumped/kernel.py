@@ -9,11 +9,12 @@ from pathlib import Path
 from numba import njit
 
 from gears3d.lumped import layout as at
+from gears3d.lumped.bounces import bounce_on, eligible, ride
 from gears3d.lumped.compile import borrowed
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
-SOURCES = ("compile", "impacts", "kernel", "layout", "model", "roots", "series", "start", "steps")
+SOURCES = ("bounces", "compile", "impacts", "kernel", "layout", "model", "roots", "series", "start", "steps")
 """The files whose functions are compiled into the kernel, and the model and layout that they depend on."""
 PATIENCE = 20_000
 """So many steps in a row that are SHORTEST or less on average break a run off."""
@@ -37,10 +38,14 @@ def _compiled(fingerprint: int):
             if count[at.N_CONTACTS] >= contacts.shape[0]:
                 return at.CONTACTS_FULL
             mode = state[at.MODE]
-            if mode == at.FREE:
+            if mode == at.FREE and eligible(m, state):
+                if not bounce_on(m, state, count, impacts, spacing, samples.shape[0], end, w):
+                    free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            elif mode == at.FREE:
                 free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             elif mode < at.PRESSED:
-                contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+                if m[at.SIMPLE] == 0.0 or not ride(m, state, count, spacing, samples.shape[0], end, w):
+                    contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             else:
                 spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             if count[at.HAS_IMPACT]:

@@ -77,7 +77,9 @@ class Model(NamedTuple):
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
         ]  # fmt: skip
-        places = [torques, torques + layout.PER_TORQUE * sizes[1]]
+        simple = sizes == [1, 0, 0] and self.stiffness == 0.0 and not self.base[:, 1].any()
+        simple = simple and self.harmonics[0, 0] > 0.0
+        places = [torques, torques + layout.PER_TORQUE * sizes[1], simple]
         arrays = [self.rate, self.gated, self.restitution, self.base, self.harmonics, self.torques, self.flanks]
         return np.concatenate([scalars, sizes, places, *(np.ravel(a) for a in arrays)]).astype(float)
 
