@@ -11,11 +11,11 @@ J·ω·A·(Rb1/Rb2)·cos ψ = −T; ibid., eqs (17), (18). All else, and every s
 
 from __future__ import annotations
 
-from math import acos, cos, floor, pi, sin
+from math import acos, cos, floor, inf, pi, sin
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.impacts import LEAST, close_contact, impact, restitution, take_off
+from gears3d.lumped.impacts import LEAST, close_contact, impact, let_go, restitution, take_off
 
 WIDEST = 0.7
 """Largest phase of a bounce [rad]: up to here nine terms are exact to rounding."""
@@ -77,7 +77,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
         longest = 2.5 * v / start
         if omega * longest > WIDEST or jerk * longest > 0.2 * start or t + longest >= stop:
             break
-        if v * v >= 1.6 * start * m[at.BACKLASH] or abs(brake) * longest >= 0.5 * abs(speed):
+        if v * v >= 1.6 * start * m[at.BACKLASH] or abs(brake) * longest >= 0.5 * speed * state[at.SIGN]:
             break
         tau, rate = _landing(v, pull, size, omega, c0, s0, start)
         height = _height(v, pull, size, omega, c0, s0, start)
@@ -89,7 +89,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
             count[at.N_IMPACTS] = row
             count[at.BOUNCES] += done
             count[at.STEPS] += done + 1
-            _land(m, state, t, flank, place, speed, rate, height, start)
+            _land(m, state, t, flank, place, speed, rate, height, pull, size)
             impact(m, state, count, flank, w)
             return True
         change = rebound - rate
@@ -106,8 +106,9 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
     count[at.N_IMPACTS] = row
     count[at.BOUNCES] += done
     count[at.STEPS] += done
-    _land(m, state, t, flank, place, speed, v, 0.0, start)
+    _land(m, state, t, flank, place, speed, v, 0.0, pull, size)
     state[at.LAST_IMPACT] = t
+    let_go(m, state, w)
     return True
 
 
@@ -144,7 +145,7 @@ def _height(v, pull, size, omega, c0, s0, start):
 
 
 @inner
-def _land(m, state, t, flank, place, speed, rate, height, start):
+def _land(m, state, t, flank, place, speed, rate, height, pull, size):
     """Put the state on the flank at time t."""
     theta = m[at.MEAN] * t
     amplitude, omega = m[at.HARMONICS], m[at.HARMONICS + 1]
@@ -156,7 +157,8 @@ def _land(m, state, t, flank, place, speed, rate, height, start):
     state[at.GAPS + flank], state[at.RATES + flank] = 0.0, rate
     state[at.GAPS + 1 - flank], state[at.RATES + 1 - flank] = m[at.BACKLASH], -rate
     state[at.HEIGHT], state[at.LIFT] = height, -1.0
-    state[at.GUESS] = 2.5 / start * (rate if rate > 0.0 else 1.0)
+    start = pull + size * omega * cos(psi)
+    state[at.GUESS] = 2.5 * (rate if rate > 0.0 else 1.0) / start if start > 0.0 else inf
 
 
 @inner
@@ -181,7 +183,7 @@ def ride(m, state, count, spacing, n_samples, end, w):
     if count[at.N_SAMPLES] < n_samples and count[at.N_SAMPLES] * spacing <= min(until, end):
         return False
     place = 0.0 if flank == 0 else m[at.BACKLASH]
-    _land(m, state, min(until, end), flank, place, 0.0, 0.0, state[at.HEIGHT], 1.0)
+    _land(m, state, min(until, end), flank, place, 0.0, 0.0, state[at.HEIGHT], 1.0, 0.0)
     state[at.SPEED] = ratio * state[at.DRIVE_SPEED]
     if until < end:
         close_contact(state, count, flank)

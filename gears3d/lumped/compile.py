@@ -1,18 +1,19 @@
 """How the kernel's inner functions are compiled: only to be called from compiled code, and cached with it."""
 
+from typing import Any
+
 from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-inner = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", fastmath={"contract"})
+inner: Any = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", fastmath={"contract"})  # type: ignore[call-overload]
 """Decorator of functions that only compiled code calls; leaving out their Python wrappers saves compile time.
 
 Divisions are not checked one by one (a motion that is not finite ends the run), and a product may be fused with a sum.
 """
 
 
-@intrinsic
-def borrowed(typingctx, array):
+def _borrowed(typingctx, array):
     """Return the same array without its reference count, whose upkeep costs ten times what the kernel computes.
 
     Only for use within a call that holds the array itself.
@@ -24,3 +25,6 @@ def borrowed(typingctx, array):
         return view._getvalue()
 
     return array(array), codegen
+
+
+borrowed: Any = intrinsic(_borrowed)

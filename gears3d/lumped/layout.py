@@ -24,8 +24,9 @@ OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATC
 (
     RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
     N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS, SIMPLE,
-) = range(17)  # fmt: skip
-RATE, GATED, RESTITUTION, BASE, HARMONICS = 17, 20, 22, 26, 35
+    ON_LOOSE,
+) = range(18)  # fmt: skip
+RATE, GATED, RESTITUTION, BASE, HARMONICS = 18, 21, 23, 27, 36
 PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
 
 # state
@@ -66,7 +67,7 @@ SAMPLE_COLUMNS = 7
 INVERSE = np.array([0.0, *[1.0 / k for k in range(1, ORDER + 2)]])
 """1/k."""
 
-REACH = np.array([(factorial(n) * 1e-16) ** (1.0 / n) for n in range(1, ORDER + 1)])
+REACH = np.array([(factorial(n) * 1e-14) ** (1.0 / n) for n in range(1, ORDER + 1)])
 """Largest rate*step that a series of order n + 1 covers to rounding, at index n."""
 
 

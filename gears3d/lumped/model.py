@@ -35,7 +35,7 @@ class Model(NamedTuple):
         harmonics: amplitude [rad/s], angular frequency [rad/s], phase [rad], its cosine; (n, 4).
         base: Coulomb torque [N·m], linear coefficient [N·m·s/rad], constant of the linear rows [N·m] by phase; (3, 3).
         torques: code, bit mask of phases, three numbers; the other torque rows; (n, 5).
-        flanks: gear, flank, order, amplitude [m], phase [rad]; (n, 5).
+        flanks: gear, order, phase [rad], amplitude on the active and on the reverse flank [m]; (n, 5).
         restitution: e0, slope [s/m], asymmetry, standard deviation; (4,).
         stick_velocity: rebound speed below which contact is permanent [m/s].
         stiffness: of the flanks [N/m], 0 when rigid.
@@ -79,7 +79,8 @@ class Model(NamedTuple):
         ]  # fmt: skip
         simple = sizes == [1, 0, 0] and self.stiffness == 0.0 and not self.base[:, 1].any()
         simple = simple and self.harmonics[0, 0] > 0.0
-        places = [torques, torques + layout.PER_TORQUE * sizes[1], simple]
+        on_loose = bool(self.flanks[:, 0].any())
+        places = [torques, torques + layout.PER_TORQUE * sizes[1], simple, on_loose]
         arrays = [self.rate, self.gated, self.restitution, self.base, self.harmonics, self.torques, self.flanks]
         return np.concatenate([scalars, sizes, places, *(np.ravel(a) for a in arrays)]).astype(float)
 
@@ -115,7 +116,7 @@ def model(
     mean = rig.mean_speed + sum(a * np.sin(p) for a, f, p in harmonics if f == 0.0)
     spin = np.array([(a, 2 * np.pi * f, p, np.cos(p)) for a, f, p in moving], dtype=float).reshape(-1, 4)
     base, torques = _torques(rig, rows)
-    flanks = np.array([row.p for row in rows if row.code == Code.FLANK_HARMONIC], dtype=float).reshape(-1, 5)
+    flanks = _flanks(rows)
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
@@ -174,6 +175,16 @@ def _torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
     return base, np.array(others, dtype=float).reshape(-1, 5)
 
 
+def _flanks(rows: Sequence[Row]) -> np.ndarray:
+    """Waves of the flanks; both flanks of a gear share one where order and phase are the same."""
+    waves: dict[tuple[float, ...], list[float]] = {}
+    for row in rows:
+        if row.code == Code.FLANK_HARMONIC:
+            gear, flank, order, amplitude, phase = row.p
+            waves.setdefault((gear, order, phase), [0.0, 0.0])[int(flank)] += amplitude
+    return np.array([(*wave, *sizes) for wave, sizes in waves.items()], dtype=float).reshape(-1, 5)
+
+
 def _gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:
     masks = torques[:, 1].astype(int)
     return np.array(
@@ -196,13 +207,17 @@ def _restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:
 def _rates(rig, spin, base, torques, flanks, fastest, stiffness, damping) -> np.ndarray:
     ratio = rig.base_radius_drive / rig.base_radius_loose
     slow = [spin[:, 1].max(initial=0.0), float(np.abs(base[:, 1]).max()) / rig.inertia]
-    for gear, _, order, _, _ in flanks:
+    for gear, order, *_ in flanks:
         slow.append(abs(order) * fastest * (ratio if gear else 1.0))
     for code, _, first, second, _ in torques:
         if code == Code.TORQUE_HARMONIC:
             slow.append(abs(first) * fastest * ratio)
         elif code == Code.TORQUE_RELAX:
             slow.append(1.0 / abs(second))
+        elif code == Code.TORQUE_POWER:  # its series converges only as far as the speed keeps its sign
+            speed = max(abs(rig.mean_speed) * ratio, 1e-3)
+            slowing = np.abs(base[:, 0]).max() + abs(first) * speed**second
+            slow.append(3.0 * max(1.0, abs(second)) * slowing / (rig.inertia * speed))
     mass = rig.inertia / rig.base_radius_loose**2
     flight = max(*slow, 1e-3)
     return np.array([flight, *[flight + np.sqrt(stiffness / mass) + damping / mass] * 2])

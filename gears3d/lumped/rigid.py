@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.errors import Fault, InputError
 from gears3d.lumped.model import Model, model
 from gears3d.lumped.run import Outcome, run
 from gears3d.recording import Recording
@@ -53,6 +54,9 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]
     np.int8(1)
     """
+    if scenario.motion.record is not None:
+        fault = Fault("motion.record", "is a measured motion, which the rigid model does not follow")
+        raise InputError(fault)
     rig = scenario.rig()
     harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
     m = model(rig, harmonics, scenario.rows(), scenario.impact.stick_velocity, scenario.run.seed)

@@ -56,7 +56,7 @@ def run(
     Args:
         m: the packed model.
         duration: [s].
-        spacing: time between samples [s]; infinite for none but the first.
+        spacing: time between samples [s]; infinite for none.
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         progress: called with the time reached [s].
         lyapunov: whether to follow a disturbed copy, too.
@@ -76,7 +76,7 @@ def run(
     >>> outcome.impacts[:, 2].round(6).tolist()
     [0.030858, -0.031242]
     """
-    samples = int(np.floor(duration / spacing * (1 + 1e-12))) + 1
+    samples = int(np.floor(duration / spacing * (1 + 1e-12))) + 1 if spacing < inf else 0
     out = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, samples, spacing)
     state, count = start_state(start), np.zeros(at.COUNTERS, dtype=np.int64)
     numbers = m.flat()

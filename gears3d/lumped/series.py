@@ -43,75 +43,70 @@ def drive(m, t, n, w):
 @inner
 def torque(m, phase, t, sign, k, w):
     """Return the resisting torque's coefficient of order k; ``sign`` is the direction that dry friction resists."""
-    speed = w[at.OMEGA2]
     base = at.BASE + 3 * phase
-    total = m[base + 1] * speed[k]
+    total = m[base + 1] * w[at.OMEGA2, k]
     if k == 0:
         total += m[base] * sign - m[base + 2]
     for i in range(int(m[at.N_TORQUES])):
-        row = int(m[at.AT_TORQUES]) + at.PER_TORQUE * i
+        row, own = int(m[at.AT_TORQUES]) + at.PER_TORQUE * i, at.ROWS + 2 * i
         if int(m[row + 1]) >> phase & 1:
             code = m[row]
             if code == POWER:
-                total += _power(m[row + 2], m[row + 3], sign, k, speed, w[at.ROWS + 2 * i])
+                total += _power(m[row + 2], m[row + 3], sign, k, w, own)
             elif code == HARMONIC:
-                _turn(m[row + 2], m[row + 4], w[at.THETA2, 0], speed, k, w[at.ROWS + 2 * i], w[at.ROWS + 2 * i + 1])
-                total += m[row + 3] * w[at.ROWS + 2 * i, k]
+                _turn(m[row + 2], m[row + 4], w, at.THETA2, at.OMEGA2, k, own)
+                total += m[row + 3] * w[own, k]
             elif code == RELAX:
-                decay = w[at.ROWS + 2 * i]
                 if k == 0:
-                    decay[0] = exp(-t / m[row + 3])
+                    w[own, 0] = exp(-t / m[row + 3])
                     total += m[row + 2] * sign
                 else:
-                    decay[k] = -decay[k - 1] * at.INVERSE[k] / m[row + 3]
-                total -= m[row + 2] * sign * decay[k]
+                    w[own, k] = -w[own, k - 1] * at.INVERSE[k] / m[row + 3]
+                total -= m[row + 2] * sign * w[own, k]
     return total
 
 
 @inner
-def _power(coefficient, exponent, sign, k, speed, p):
+def _power(coefficient, exponent, sign, k, w, own):
     """Coefficient·|ω|^exponent·sign, order k."""
-    start = sign * speed[0]
+    start = sign * w[at.OMEGA2, 0]
     if start < SLOW:
-        return coefficient * SLOW ** (exponent - 1.0) * speed[k] if sign != 0.0 else 0.0
+        return coefficient * SLOW ** (exponent - 1.0) * w[at.OMEGA2, k] if sign != 0.0 else 0.0
     if k == 0:
-        p[0] = start**exponent
+        w[own, 0] = start**exponent
     else:
         total = 0.0
         for j in range(1, k + 1):
-            total += (exponent * j - (k - j)) * sign * speed[j] * p[k - j]
-        p[k] = total * at.INVERSE[k] / start
-    return coefficient * sign * p[k]
+            total += (exponent * j - (k - j)) * w[at.OMEGA2, j] * w[own, k - j]
+        w[own, k] = sign * total * at.INVERSE[k] / start
+    return coefficient * sign * w[own, k]
 
 
 @inner
-def _turn(order, phase, angle, speed, k, c, s):
-    """Cosine and sine of order·θ + phase, order k, from the series of the speed up to k - 1."""
+def _turn(order, phase, w, angle, speed, k, own):
+    """Cosine (row ``own``) and sine (the next) of order·θ + phase, order k, from the speed's series up to k - 1."""
     if k == 0:
-        c[0], s[0] = cos(order * angle + phase), sin(order * angle + phase)
+        w[own, 0], w[own + 1, 0] = cos(order * w[angle, 0] + phase), sin(order * w[angle, 0] + phase)
         return
     a = b = 0.0
     for j in range(1, k + 1):
-        a += speed[j - 1] * s[k - j]
-        b += speed[j - 1] * c[k - j]
-    c[k], s[k] = -order * a * at.INVERSE[k], order * b * at.INVERSE[k]
+        a += w[speed, j - 1] * w[own + 1, k - j]
+        b += w[speed, j - 1] * w[own, k - j]
+    w[own, k], w[own + 1, k] = -order * a * at.INVERSE[k], order * b * at.INVERSE[k]
 
 
 @inner
 def deviate(m, gear, k, w):
     """Write both flanks' deviations of one gear, order k, from its speed up to k - 1."""
     active = reverse = 0.0
-    speed, angle = (w[at.OMEGA2], w[at.THETA2, 0]) if gear else (w[at.OMEGA1], w[at.THETA1, 0])
-    first = at.ROWS + 2 * int(m[at.N_TORQUES])
+    speed, angle = (at.OMEGA2, at.THETA2) if gear else (at.OMEGA1, at.THETA1)
     for i in range(int(m[at.N_FLANKS])):
         row = int(m[at.AT_FLANKS]) + at.PER_FLANK * i
         if int(m[row]) == gear:
-            c = w[first + 2 * i]
-            _turn(m[row + 2], m[row + 4], angle, speed, k, c, w[first + 2 * i + 1])
-            if m[row + 1] == 0.0:
-                active += m[row + 3] * c[k]
-            else:
-                reverse += m[row + 3] * c[k]
+            wave = at.ROWS + 2 * (int(m[at.N_TORQUES]) + i)
+            _turn(m[row + 1], m[row + 2], w, angle, speed, k, wave)
+            active += m[row + 3] * w[wave, k]
+            reverse += m[row + 4] * w[wave, k]
     w[at.DEVIATION + 2 * gear, k] = active
     w[at.DEVIATION + 2 * gear + 1, k] = reverse
 
@@ -122,10 +117,10 @@ def deviation(m, gear, flank, angle):
     value = slope = 0.0
     for i in range(int(m[at.N_FLANKS])):
         row = int(m[at.AT_FLANKS]) + at.PER_FLANK * i
-        if int(m[row]) == gear and int(m[row + 1]) == flank:
-            turn = m[row + 2] * angle + m[row + 4]
-            value += m[row + 3] * cos(turn)
-            slope -= m[row + 3] * m[row + 2] * sin(turn)
+        if int(m[row]) == gear:
+            turn = m[row + 1] * angle + m[row + 2]
+            value += m[row + 3 + flank] * cos(turn)
+            slope -= m[row + 3 + flank] * m[row + 1] * sin(turn)
     return value, slope
 
 
@@ -179,13 +174,14 @@ def yielding(m, state, n, pressed, w):
 
     REACTION then holds the flank's force. At rest (sign 0) TORQUE holds what pulls and DRY what dry friction bears.
     """
-    t, sign, own = state[0], state[at.SIGN], m[at.N_FLANKS] > 0.0
+    t, sign, own = state[0], state[at.SIGN], m[at.ON_LOOSE] > 0.0
     drive(m, t, n + 1, w)
     w[at.OMEGA2, 0] = state[at.SPEED] if sign != 0.0 else 0.0
     w[at.THETA2, 0] = state[at.ANGLE]
-    if own:
+    if m[at.N_FLANKS] > 0.0:
         for k in range(n + 2):
             deviate(m, 0, k, w)
+    if own:
         deviate(m, 1, 0, w)
     phase = 0 if pressed < 0 else 1 + pressed
     side = m[at.RADIUS_LOOSE] if pressed == 0 else -m[at.RADIUS_LOOSE]
@@ -228,7 +224,7 @@ def contact(m, state, flank, phase, n, w):
     The reaction is positive while the flank pushes, R = (J·θ̈2 + T)/Rb2 on the active flank; Kadmiri et al. 2012,
     eqs (21), (22), with the flanks' own accelerations. Returns the direction that dry friction resists.
     """
-    t, deviates = state[0], m[at.N_FLANKS] > 0.0
+    t, deviates, on_loose = state[0], m[at.N_FLANKS] > 0.0, m[at.ON_LOOSE] > 0.0
     drive(m, t, n, w)
     side = 1.0 if flank == 0 else -1.0
     if not deviates and m[at.N_TORQUES] == 0.0:
@@ -238,16 +234,17 @@ def contact(m, state, flank, phase, n, w):
     if deviates:
         for k in range(n + 1):
             deviate(m, 0, k, w)
+    if on_loose:
         deviate(m, 1, 0, w)
         slope = deviation(m, 1, flank, state[at.ANGLE])[1]
     for k in range(1, n + 1):
         w[at.OMEGA2, k - 1] = 0.0
-        if deviates:
+        if on_loose:
             deviate(m, 1, k, w)
         free = m[at.RADIUS_DRIVE] * w[at.THETA1, k] + side * (w[own, k] + w[other, k])
         w[at.THETA2, k] = free / (m[at.RADIUS_LOOSE] - side * slope)
         w[at.OMEGA2, k - 1] = k * w[at.THETA2, k]
-        if deviates:
+        if on_loose:
             deviate(m, 1, k, w)
         _gaps(m[at.RADIUS_LOOSE], m[at.RADIUS_DRIVE], k, w)
         w[at.S, k] = side * (w[own, k] + w[other, k])

@@ -45,8 +45,8 @@ def trusted(c, first, n, reach):
             if k >= first:
                 size += abs(c[k]) * power
             power *= reach
-        last = abs(c[n]) * power
-        if (last <= 1e-12 * size and abs(c[n - 1]) * power <= 1e-11 * size * reach) or size == 0.0:
+        last, before = abs(c[n]) * power, abs(c[n - 1]) * power / reach
+        if (last <= 1e-11 * size and before <= 1e-9 * size) or size == 0.0:
             return reach, size + last
         reach *= 0.7
     return reach, size

@@ -74,6 +74,7 @@ def test_energy_never_rises_under_a_steady_drive(e, mean, drag, backlash, start)
     stick=st.sampled_from([0.0, 1e-6, 1e-4, 1e-3]),
     start=st.sampled_from(["active", "reverse", "free"]),
 )
+@example(e=1.0, rpm=14.0, mean=0.0, frequency=1.0, backlash=1e-6, stick=0.0, start="active")  # turns while bouncing
 def test_flanks_are_never_crossed_and_every_impact_obeys_the_law(e, rpm, mean, frequency, backlash, stick, start):
     done = simulate(
         5 / frequency, start, 5 / frequency / 3000, amplitude=rpm * RPM, frequency=frequency, mean=mean * RPM,
