@@ -27,9 +27,14 @@ def compare(
     Example: gears3d compare runs/fig5-20rpm runs/fig5-20rpm/twin --out comparison.png
     """
     from gears3d import comparison as room
+    from gears3d.errors import Fault, InputError
     from gears3d.recording import read
 
     tested, reference = read(a), read(b)
+    for path, record in ((a, tested), (b, reference)):
+        if "model" not in record.meta and not len(record.impacts["time_s"]):
+            remedy = "name a folder with impacts.parquet"
+            raise InputError(Fault("", "has angles but no table of impacts to compare", remedy, str(path)))
     found = room.compare(tested, reference, mode=mode)
     if out is not None:
         room.write_picture(out, found, tested, reference)

@@ -39,7 +39,6 @@ def run(
 
     begin = time.perf_counter()
     question = load(scenario, overrides=set_ or [])
-    _announce_compilation()
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
     with RunFolder(place) as folder:
@@ -63,11 +62,13 @@ def _fill(
     folder: RunFolder, scenario: Scenario, model: str, contact: str, twin: str, views: bool, begin: float
 ) -> dict[str, Any]:
     """Simulate and write everything into the folder; return the summary."""
+    from gears3d.cli.interrupts import patient_interrupts
     from gears3d.runs import summarise
     from gears3d.simulation import simulate
 
     wall: dict[str, float] = {}
-    with _progress() as track:
+    about = {"command": _command(), "kernels_compiled": _announce_compilation()}
+    with patient_interrupts() as check, _progress(check) as track:
         with _clock(wall, model):
             recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
         other, comparison = None, None
@@ -75,32 +76,31 @@ def _fill(
             with _clock(wall, "twin"):
                 other = simulate(_until(scenario, recording), twin)
                 comparison = _comparison(recording, other)
-        summary = {**summarise(scenario, recording, comparison), "command": _command()}
+        summary = {**summarise(scenario, recording, comparison), **about}
         with _clock(wall, "files"):
             folder.write_scenario(scenario, _header(summary))
             folder.write_recording(recording)
             if other is not None:
                 folder.write_recording(other, "twin")
         if views:
-            tick = track("views", 2.0)
             with _clock(wall, "replay"):
                 _replay(folder, scenario, recording, other)
-            tick(1.0)
             summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
             with _clock(wall, "report"):
                 _report(folder, scenario, recording, other, summary)
-            tick(2.0)
     summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
     folder.write_summary(summary)
     return summary
 
 
-def _announce_compilation() -> None:
-    """Say why the first run takes longer: the kernels are compiled for this machine and kept."""
+def _announce_compilation() -> bool:
+    """Say why the first run takes longer, the kernels are compiled for this machine and kept; return whether it is."""
     from gears3d.kernels import compiled
 
-    if sys.stderr.isatty() and not compiled():
+    first = not compiled()
+    if first and sys.stderr.isatty():
         print("compiling for this machine (once, about half a minute) ...", file=sys.stderr)  # noqa: T201
+    return first
 
 
 def _until(scenario: Scenario, recording: Recording) -> Scenario:
@@ -160,7 +160,7 @@ def _clock(wall: dict[str, float], name: str) -> Iterator[None]:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[str, float], Callable[[float], None]]]:
+def _progress(check: Callable[[], None]) -> Iterator[Callable[[str, float], Callable[[float], None]]]:
     """Give ``track(name, total)``, which gives ``tick(done)``; bars on a terminal, nothing when piped."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -178,6 +178,11 @@ def _progress() -> Iterator[Callable[[str, float], Callable[[float], None]]]:
 
         def track(name: str, total: float) -> Callable[[float], None]:
             task = progress.add_task(name, total=total)
-            return lambda done: progress.update(task, completed=done)
+
+            def tick(done: float) -> None:
+                progress.update(task, completed=done)
+                check()
+
+            return tick
 
         yield track

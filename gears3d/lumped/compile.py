@@ -2,9 +2,10 @@
 
 from typing import Any
 
-from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from gears3d.kernels import njit
 
 inner: Any = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", fastmath={"contract"})  # type: ignore[call-overload]
 """Decorator of functions that only compiled code calls; leaving out their Python wrappers saves compile time.

@@ -6,8 +6,7 @@ import zlib
 from math import isfinite
 from pathlib import Path
 
-from numba import njit
-
+from gears3d.kernels import njit
 from gears3d.lumped import layout as at
 from gears3d.lumped.bounces import bounce_on, eligible, ride
 from gears3d.lumped.compile import borrowed

@@ -13,6 +13,9 @@ from gears3d.scenario.model import Gears, Mount, Scenario
 from gears3d.scenario.reader import Reader
 from gears3d.units import show
 
+MOST_SAMPLES = 1e8
+"""Samples of a run, seven columns of eight bytes each: 5.6 GB."""
+
 
 def check(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
     """Note a fault for everything that does not fit together.
@@ -137,6 +140,13 @@ def _check_run(reader: Reader, scenario: Scenario) -> None:
             "run.settle",
             f"is {show(run.settle, 'time')}, not less than run.duration ({show(run.duration, 'time')}): none is left",
             "give a longer duration or a shorter settle",
+        )
+    if run.duration * run.output_rate > MOST_SAMPLES:
+        reader.fault(
+            "run.output_rate",
+            f"asks for {run.duration * run.output_rate:.2g} samples in {show(run.duration, 'time')}; "
+            f"{MOST_SAMPLES:.0e} are the most that fit into memory",
+            "give a lower rate or a shorter duration",
         )
     if run.duration * run.output_rate < 1:
         reader.fault(

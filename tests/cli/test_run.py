@@ -110,6 +110,7 @@ def test_a_missed_expectation_is_exit_code_1(tmp_path):
         ([FILE, "--set", "gears.loose.inertia=-0.1 kg m^2"], 3, "gears.loose.inertia"),
         ([FILE, "--set", "gears.drive.teeth=2"], 3, "gears.drive.teeth"),
         ([FILE, "--set", "run.duration=0 s"], 3, "run.duration"),
+        ([FILE, "--set", "run.output_rate=1e12 Hz"], 3, "run.output_rate: asks for 5e+12 samples"),
         ([FILE, "--set", "mount.bakclash=1 mm"], 3, "did you mean"),
         ([FILE, "--model", "bulet"], 2, "did you mean 'bullet'"),
         ([FILE, "--twin", "bulet"], 2, "did you mean"),
