@@ -11,3 +11,4 @@ from gears3d.effects.rows import Flank as Flank
 from gears3d.effects.rows import Gate as Gate
 from gears3d.effects.rows import Gear as Gear
 from gears3d.effects.rows import Row as Row
+from gears3d.effects.rows import Variable as Variable

@@ -12,6 +12,7 @@ import importlib
 import pkgutil
 from dataclasses import dataclass
 from importlib.metadata import entry_points
+from math import radians
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from gears3d.effects.rows import Row
@@ -57,6 +58,10 @@ class Rig:
         mean_speed: of the drive gear, rad/s.
         teeth_drive: number of teeth.
         teeth_loose: number of teeth.
+        working_pressure_angle: transverse, rad.
+        base_helix_angle: rad.
+        face_width: common to both gears, m.
+        contact_ratio: transverse.
     """
 
     base_radius_drive: float
@@ -68,6 +73,10 @@ class Rig:
     mean_speed: float
     teeth_drive: int
     teeth_loose: int
+    working_pressure_angle: float = radians(20)
+    base_helix_angle: float = 0.0
+    face_width: float = 0.0
+    contact_ratio: float = 1.0
 
 
 @runtime_checkable

@@ -25,13 +25,28 @@ class Code(IntEnum):
     TORQUE_POWER = 103  # p = coefficient, exponent          -> coefficient * |w|**exponent * dry(w)
     TORQUE_HARMONIC = 104  # p = order, amplitude, phase     -> amplitude * cos(order*theta_loose + phase)
     TORQUE_RELAX = 105  # p = torque, time_constant          -> torque * (1 - exp(-t/time_constant)) * dry(w)
+    TORQUE_FRICTION = 106  # p = coefficient                 -> coefficient * base radius * flank force * dry(w)
+    TORQUE_TABLE = (
+        107  # p = Variable; table                -> torque over speed, angle or time, straight between points
+    )
     FLANK_HARMONIC = 201  # p = gear, flank, order, amplitude, phase -> amplitude * cos(order*theta_gear + phase)
     FLANK_TOOTH = 202  # p = gear, flank, tooth, offset      -> offset on that tooth (1 = first in order of meshing)
+    FLANK_ECCENTRIC = 203  # p = gear, offset, phase         -> axis of the teeth off the axis of rotation
     IMPACT_OFFSET = 301  # p = offset                        -> e + offset
     IMPACT_SLOPE = 302  # p = slope                          -> e + slope * |v|
     IMPACT_FLANK = 303  # p = asymmetry                      -> e + asymmetry/2 on active, - asymmetry/2 on reverse
     IMPACT_SCATTER = 304  # p = standard_deviation           -> e + standard_deviation * z, z standard normal
     GAP_SPRING = 401  # p = stiffness, damping               -> max(0, -stiffness*gap - damping*gap_rate) if gap < 0
+    GAP_FILM = 402  # p = wedge, squeeze, rolling_drive, rolling_loose, minimum -> oil between the flanks, see gap_film
+    MOTION_HARMONIC = 501  # p = amplitude, frequency, phase -> amplitude * sin(2*pi*frequency*t + phase) on the drive
+
+
+class Variable(IntEnum):
+    """What a tabulated torque depends on."""
+
+    SPEED = 0
+    ANGLE = 1
+    TIME = 2
 
 
 class Gate(IntEnum):
@@ -65,11 +80,13 @@ class Row(NamedTuple):
         code: which form.
         gate: when it acts (torques only).
         p: the numbers of the form in SI units, at most WIDTH of them.
+        table: points (abscissa, value) of a tabulated form, rising.
     """
 
     code: Code
     gate: Gate
     p: tuple[float, ...]
+    table: tuple[tuple[float, float], ...] = ()
 
 
 def torque_constant(torque: float, gate: Gate = Gate.ALWAYS) -> Row:
@@ -97,6 +114,16 @@ def torque_relax(torque: float, time_constant: float, gate: Gate = Gate.ALWAYS) 
     return Row(Code.TORQUE_RELAX, gate, (torque, time_constant))
 
 
+def torque_friction(coefficient: float) -> Row:
+    """Friction in the mesh, ``coefficient``·Rb2·N with the flank force N; acts in contact and during impacts."""
+    return Row(Code.TORQUE_FRICTION, Gate.CONTACT, (coefficient,))
+
+
+def torque_table(variable: Variable, table: tuple[tuple[float, float], ...], gate: Gate = Gate.ALWAYS) -> Row:
+    """Torque of free form over one variable: points (rad/s, rad or s; N·m), held constant beyond the ends."""
+    return Row(Code.TORQUE_TABLE, gate, (float(variable),), table)
+
+
 def flank_harmonic(gear: Gear, flank: Flank, order: int, amplitude: float, phase: float) -> Row:
     """Flank deviation over its own gear's angle at the moment of touching; ``amplitude`` in m, ``phase`` in rad."""
     return Row(Code.FLANK_HARMONIC, Gate.ALWAYS, (float(gear), float(flank), float(order), amplitude, phase))
@@ -105,6 +132,15 @@ def flank_harmonic(gear: Gear, flank: Flank, order: int, amplitude: float, phase
 def flank_tooth(gear: Gear, flank: Flank, tooth: int, offset: float) -> Row:
     """Flank deviation of a single tooth; ``offset`` in m."""
     return Row(Code.FLANK_TOOTH, Gate.ALWAYS, (float(gear), float(flank), float(tooth), offset))
+
+
+def flank_eccentric(gear: Gear, offset: float, phase: float) -> Row:
+    """Teeth whose axis stands off the axis of rotation by ``offset`` in m.
+
+    ``phase`` in rad is the offset's direction when the gear's angle is 0, counted from the mate's axis in the gear's own
+    sense of rotation.
+    """
+    return Row(Code.FLANK_ECCENTRIC, Gate.ALWAYS, (float(gear), offset, phase))
 
 
 def impact_offset(offset: float) -> Row:
@@ -130,3 +166,16 @@ def impact_scatter(standard_deviation: float) -> Row:
 def gap_spring(stiffness: float, damping: float) -> Row:
     """Compliant flank; ``stiffness`` in N/m, ``damping`` in N·s/m along the transverse line of action."""
     return Row(Code.GAP_SPRING, Gate.ALWAYS, (stiffness, damping))
+
+
+def gap_film(wedge: float, squeeze: float, rolling_drive: float, rolling_loose: float, minimum: float) -> Row:
+    """Oil between both flanks: wedge·u/h - squeeze·min(ḣ, 0)/h^1.5, h the gap but at least ``minimum``.
+
+    ``wedge`` in N·s, ``squeeze`` in N·s·m^0.5; u = rolling_drive·ω_drive + rolling_loose·ω_loose, both in m.
+    """
+    return Row(Code.GAP_FILM, Gate.ALWAYS, (wedge, squeeze, rolling_drive, rolling_loose, minimum))
+
+
+def motion_harmonic(amplitude: float, frequency: float, phase: float) -> Row:
+    """Sine of the drive's speed; ``amplitude`` in rad/s, ``frequency`` in Hz, ``phase`` in rad."""
+    return Row(Code.MOTION_HARMONIC, Gate.ALWAYS, (amplitude, frequency, phase))

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 Parts = tuple[World, Plant, Watch, Log]
 CONTACTS = ("located", "native")
+_UNKNOWN = (Code.TORQUE_FRICTION, Code.TORQUE_TABLE, Code.FLANK_ECCENTRIC, Code.GAP_FILM, Code.MOTION_HARMONIC)
 LONGEST_STEP = 2e-3
 """s."""
 TURN_PER_STEP = 0.3
@@ -102,6 +103,11 @@ def _refuse(scenario: Scenario, rows: tuple[Row, ...], contact: str) -> None:
     if scenario.motion.record is not None:
         text = f"is {scenario.motion.record}: the engine imposes mean and harmonics only"
         faults.append(Fault("motion.record", text, "give motion.mean and motion.harmonics"))
+    faults += [
+        Fault("effect", f"normal form {row.code.name} is unknown to the engine", "run it with --model rigid")
+        for row in rows
+        if row.code in _UNKNOWN
+    ]
     if contact == "native":
         unable = {Code.GAP_SPRING: "compliant flanks", Code.IMPACT_SCATTER: "scattered restitution"}
         faults += [

@@ -22,6 +22,11 @@ _ACTS = {
     Gate.REVERSE: (REVERSE,),
 }
 
+_KNOWN = (
+    Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
+    Code.FLANK_HARMONIC, Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING,
+)  # fmt: skip
+
 
 class Model(NamedTuple):
     """What the kernel computes with; J, Rb, b ... of Kadmiri et al. 2012 and Rigaud & Perret-Liaudet 2020.
@@ -154,8 +159,8 @@ def _refuse_unknown(rows: Sequence[Row]) -> None:
                     "run it with --model bullet --twin none",
                 )
             )
-        if row.code not in Code.__members__.values():
-            raise InputError(Fault("effect", f"normal form {row.code} is unknown to the rigid model"))
+        if row.code not in _KNOWN:
+            raise InputError(Fault("effect", f"normal form {row.code!r} is unknown to the rigid model"))
 
 
 def _torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:

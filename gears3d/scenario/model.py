@@ -258,6 +258,10 @@ class Scenario:
             mean_speed=self.motion.mean,
             teeth_drive=self.gears.drive.teeth,
             teeth_loose=self.gears.loose.teeth,
+            working_pressure_angle=pair.working_pressure_angle,
+            base_helix_angle=abs(pair.drive.base_helix_angle),
+            face_width=min(self.gears.drive.face_width, self.gears.loose.face_width),
+            contact_ratio=pair.contact_ratio,
         )
 
     def rows(self) -> tuple[Row, ...]:
