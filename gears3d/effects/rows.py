@@ -137,8 +137,8 @@ def flank_tooth(gear: Gear, flank: Flank, tooth: int, offset: float) -> Row:
 def flank_eccentric(gear: Gear, offset: float, phase: float) -> Row:
     """Teeth whose axis stands off the axis of rotation by ``offset`` in m.
 
-    ``phase`` in rad is the offset's direction when the gear's angle is 0, counted from the mate's axis in the gear's own
-    sense of rotation.
+    ``phase`` in rad is the offset's direction when the gear's angle is 0, from the mate's axis in the gear's own sense
+    of rotation.
     """
     return Row(Code.FLANK_ECCENTRIC, Gate.ALWAYS, (float(gear), offset, phase))
 
