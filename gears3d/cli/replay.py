@@ -7,6 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
+_MAGIC = b"RRF"
+"""What a rerun recording begins with."""
+
 
 def replay(
     run: Annotated[Path, typer.Argument(help="Run folder, or an rrd file.")],
@@ -26,6 +29,8 @@ def replay(
 
     if web and at is not None:
         raise UsageError("--at works in the window only: leave out --web, or set the time in the browser")
+    if at is not None:
+        _inside(run, at)
     file = _file(run, out)
     made: dict[str, Any] = {"replay": str(file), "bytes": file.stat().st_size, "picture": None}
     if open_:
@@ -47,6 +52,9 @@ def _file(run: Path, out: Path | None) -> Path:
 
         if not run.is_file():
             raise InputError(Fault("", "is not there", "name a run folder or an rrd file", str(run)))
+        with run.open("rb") as file:
+            if file.read(3) != _MAGIC:
+                raise InputError(Fault("", "is no rerun recording", "name a run folder or an rrd file", str(run)))
         if out is not None:
             raise InputError(Fault("--out", f"{run} is a replay already", "name its run folder to make another"))
         return run
@@ -56,6 +64,21 @@ def _file(run: Path, out: Path | None) -> Path:
     from gears3d.views.replay import replay as write
 
     return write(run, out=out or there)
+
+
+def _inside(run: Path, at: float) -> None:
+    """Refuse a time that the run does not hold; what a bare rrd file holds is not known."""
+    from gears3d.errors import Fault, InputError
+
+    if run.is_dir():
+        from gears3d.runs import read_run
+
+        time = read_run(run).recording.time
+        if len(time) and not time[0] <= at <= time[-1]:
+            remedy = f"give {time[0]:.6g} to {time[-1]:.6g} s"
+            raise InputError(Fault("--at", f"is {at:.6g} s, outside the run", remedy, str(run)))
+    elif at < 0:
+        raise InputError(Fault("--at", f"is {at:.6g} s, before the recording", "give 0 s or more", str(run)))
 
 
 def _open(file: Path, web: bool, at: float | None) -> str | None:

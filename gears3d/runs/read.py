@@ -51,7 +51,9 @@ def read_run(path: str | Path) -> Run:
 
     folder = Path(path)
     if not (folder / MARK).is_file():
-        what = "is no run folder: it has no summary.json" if folder.is_dir() else "is not there"
+        what = "is not there"
+        if folder.exists():
+            what = "is no run folder: it has no summary.json" if folder.is_dir() else "is a file, not a run folder"
         raise InputError(Fault("", what, "make one with `gears3d run SCENARIO --out DIR`", str(folder)))
     try:
         summary = json.loads((folder / MARK).read_text(encoding="utf-8"))
