@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
     from gears3d.recording import Recording
     from gears3d.runs import RunFolder
@@ -62,13 +62,13 @@ def _fill(
     folder: RunFolder, scenario: Scenario, model: str, contact: str, twin: str, views: bool, begin: float
 ) -> dict[str, Any]:
     """Simulate and write everything into the folder; return the summary."""
-    from gears3d.cli.interrupts import patient_interrupts
+    from gears3d.cli.progress import bars
     from gears3d.runs import summarise
     from gears3d.simulation import simulate
 
     wall: dict[str, float] = {}
     about = {"command": _command(), "kernels_compiled": _announce_compilation()}
-    with patient_interrupts() as check, _progress(check) as track:
+    with bars() as track:
         with _clock(wall, model):
             recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
         other, comparison = None, None
@@ -157,32 +157,3 @@ def _clock(wall: dict[str, float], name: str) -> Iterator[None]:
     begin = time.perf_counter()
     yield
     wall[name] = time.perf_counter() - begin
-
-
-@contextmanager
-def _progress(check: Callable[[], None]) -> Iterator[Callable[[str, float], Callable[[float], None]]]:
-    """Give ``track(name, total)``, which gives ``tick(done)``; bars on a terminal, nothing when piped."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    with Progress(
-        TextColumn("{task.description:>8}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
-
-        def track(name: str, total: float) -> Callable[[float], None]:
-            task = progress.add_task(name, total=total)
-
-            def tick(done: float) -> None:
-                progress.update(task, completed=done)
-                check()
-
-            return tick
-
-        yield track

@@ -1,4 +1,6 @@
-"""From a scenario to a recording: picks the model, then lets the sensors look."""
+"""From a scenario to a recording: picks the model, then lets the sensors look; synthetic records of a test bench."""
 
 from gears3d.simulation.models import MODELS as MODELS
 from gears3d.simulation.models import simulate as simulate
+from gears3d.simulation.recorder import TESTS as TESTS
+from gears3d.simulation.recorder import record as record

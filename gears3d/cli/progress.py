@@ -1,0 +1,39 @@
+"""Progress bars on a terminal, nothing when piped, and Ctrl-C at a safe moment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from gears3d.cli.interrupts import patient_interrupts
+
+Track = Callable[[str, float], Callable[[float], None]]
+
+
+@contextmanager
+def bars() -> Iterator[Track]:
+    """Give ``track(name, total)``, which gives ``tick(done)``; a tick raises ``KeyboardInterrupt`` after Ctrl-C.
+
+    Yields:
+        The function.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description:>8}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with (
+        patient_interrupts() as check,
+        Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress,
+    ):
+
+        def track(name: str, total: float) -> Callable[[float], None]:
+            task = progress.add_task(name, total=total)
+
+            def tick(done: float) -> None:
+                progress.update(task, completed=done)
+                check()
+
+            return tick
+
+        yield track

@@ -1,0 +1,64 @@
+"""Synthetic records: a scenario run as a test on a bench, seen through its encoders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.recording import Recording
+from gears3d.simulation.encoder import encode
+from gears3d.simulation.models import simulate
+from gears3d.simulation.sensors import observe
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+TESTS = ("rattle", "rundown")
+"""What a bench can do: run the scenario; let the loose gear run down out of mesh."""
+
+
+def record(
+    scenario: Scenario,
+    test: str = "rattle",
+    *,
+    model: str = "rigid",
+    seed: int | None = None,
+    speed: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Recording:
+    """Return what encoders would have recorded of a scenario.
+
+    Args:
+        scenario: what happens, and its ``[sensors]``.
+        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets the loose gear run down out of mesh.
+        model: of the rattle test, as ``simulate`` takes it.
+        seed: of the encoders' noise; that of the scenario unless given.
+        speed: of the loose gear at the start of a run-down [rad/s].
+        progress: called now and then with the simulated time done [s].
+
+    Returns:
+        Time and both angles at the encoders' rate, with noise, counts and sensor effects.
+
+    Raises:
+        InputError: the scenario is bad.
+        UsageError: the test or the model is not known.
+        KeyboardInterrupt: the simulation was interrupted; half a record would pass for a whole one.
+
+    >>> from gears3d.scenario import load
+    >>> record(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"}))
+    Recording(50001 samples of 0..1 s, 0 impacts)
+    """
+    if test not in TESTS:
+        raise UsageError(f"there is no test {test!r}; {did_you_mean(test, list(TESTS))}")
+    sensors = scenario.sensors
+    if test == "rundown":
+        from gears3d.lumped.rundown import rundown
+
+        happened = observe(rundown(scenario, speed, progress=progress), scenario.effects, scenario.rig())
+    else:
+        sampled = scenario.with_({"run.output_rate": f"{sensors.sample_rate!r} Hz"})
+        happened = simulate(sampled, model, progress=progress)
+    if happened.meta.get("interrupted"):
+        raise KeyboardInterrupt
+    return encode(happened, sensors, scenario.run.seed if seed is None else seed)
