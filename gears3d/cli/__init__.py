@@ -23,7 +23,7 @@ from typer.main import get_command
 from gears3d.cli.output import print_error
 from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
 
-VERBS = ("run", "compare", "replay", "record", "show", "mesh", "validate", "check", "schema")
+VERBS = ("run", "compare", "replay", "record", "show", "mesh", "papers", "validate", "check", "schema")
 """The verbs in the order of the help."""
 
 INTERRUPTED = 130

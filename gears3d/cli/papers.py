@@ -1,0 +1,105 @@
+"""``gears3d papers``: the published figures run again, each number beside ours."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gears3d.papers import Bench, Paper, Result
+
+
+def papers(
+    only: Annotated[str, typer.Option(help="One paper: rigaud-2020, kadmiri-2012 or ottewill-2010.")] = "",
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for papers.html (the figures), papers.md and papers.json.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+) -> None:
+    """Run the published operating points again and hold each number against ours; exit code 1 if a verdict changed.
+
+    Example: gears3d papers --only rigaud-2020 --out runs/papers
+    """
+    from rich.console import Console
+
+    from gears3d.cli.output import print_json
+    from gears3d.papers import hold
+    from gears3d.papers import papers as wanted
+    from gears3d.papers.page import write
+    from gears3d.papers.text import tally
+
+    console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
+    held: list[tuple[Paper, list[Result]]] = []
+    chosen = wanted(only)
+    with _bench(sum(len(paper.claims) for paper in chosen)) as bench:
+        for paper in chosen:
+            results = [hold(claim, bench) for claim in paper.claims]
+            held.append((paper, results))
+            if not as_json:
+                _print(console, paper, results)
+        written = write(out, held, bench) if out is not None else []
+    every = [result for _, results in held for result in results]
+    if as_json:
+        print_json([result.row() for result in every])
+    else:
+        console.print(tally(every))
+        for path in written:
+            console.print(str(path), soft_wrap=True)
+    if any(result.changed for result in every):
+        raise typer.Exit(1)
+
+
+@contextmanager
+def _bench(count: int) -> Iterator[Bench]:
+    """Give a bench whose progress is shown on a terminal."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.papers import Bench
+
+    if not sys.stderr.isatty():
+        yield Bench()
+        return
+    done = 0
+    with Console(stderr=True).status("") as line:
+
+        def tell(words: str) -> None:
+            nonlocal done
+            done += 1
+            line.update(escape(f"{min(done, count)}/{count} {words}"))
+
+        yield Bench(tell)
+
+
+def _print(console: Console, paper: Paper, results: list[Result]) -> None:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from gears3d.papers.text import allowed, number, tally
+
+    title = f"{paper.name} ({tally(results)})"
+    table = Table("where", "quantity", "published", "ours", "tolerance", "model", "", title=title, title_justify="left")
+    table.box = None
+    for result in results:
+        claim = result.claim
+        colour = "green" if result.verdict == "agrees" else "red"
+        words = f"[{colour}]{result.verdict}[/]" + (" [bold](not as recorded)[/]" if result.changed else "")
+        values = (
+            number(claim.published, claim.unit),
+            number(result.computed, claim.unit, claim.tolerance),
+            allowed(claim),
+        )
+        table.add_row(claim.figure, escape(claim.quantity), *map(escape, values), claim.model, words)
+    console.print(table, "")
+    for result in results:
+        if result.verdict == "disagrees" or result.changed:
+            where = escape(f"{result.claim.figure}, {result.claim.quantity}:")
+            console.print(f"[red]{where}[/] {escape(result.claim.note)}")
+    console.print("")
