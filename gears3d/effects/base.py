@@ -34,6 +34,8 @@ class Param(NamedTuple):
         default: value when the scenario does not give it; ``None`` means that it must be given.
         choices: the words allowed when ``family`` is ``"choice"``.
         linear: whether the observables change in proportion to it (what diagnosis asks).
+        also: further unit families that are allowed; the effect then has a field ``<parameter>_family`` beside the
+            parameter, which takes the family that was written.
     """
 
     family: str
@@ -42,6 +44,7 @@ class Param(NamedTuple):
     default: Any = None
     choices: tuple[str, ...] = ()
     linear: bool = True
+    also: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,11 @@ class Rig:
     face_width: float = 0.0
     contact_ratio: float = 1.0
 
+    @property
+    def mean_speed_loose(self) -> float:
+        """Size of the loose gear's mean speed [rad/s]."""
+        return abs(self.mean_speed) * self.base_radius_drive / self.base_radius_loose
+
 
 @runtime_checkable
 class Effect(Protocol):
@@ -88,7 +96,11 @@ class Effect(Protocol):
     params: ClassVar[dict[str, Param]]
 
     def rows(self, rig: Rig) -> list[Row]:
-        """Lower the effect to normal forms."""
+        """Lower the effect to normal forms.
+
+        Raises:
+            InputError: it does not fit the rig; the fault's key names the parameter.
+        """
         ...
 
     def unit_size(self, rig: Rig) -> float:

@@ -33,5 +33,4 @@ class DragViscous:
 
     def unit_size(self, rig: Rig) -> float:
         """The coefficient that doubles the drag at the mean speed."""
-        mean_speed = abs(rig.mean_speed) * rig.base_radius_drive / rig.base_radius_loose
-        return rig.drag_torque / max(mean_speed, 1e-9)
+        return rig.drag_torque / max(rig.mean_speed_loose, 1e-9)

@@ -42,6 +42,7 @@ def key_of(param: Param) -> Key:
         low=param.low,
         high=param.high,
         choices=param.choices,
+        also=param.also,
     )
 
 
@@ -61,6 +62,9 @@ def _effect(reader: Reader, written: Any, place: str) -> Any:
     values = {name: _value(reader, table, place, name, param) for name, param in params.items()}
     if len(reader.faults) > before:
         return None
+    for name, param in params.items():
+        if param.also:
+            values[f"{name}_family"] = reader.families.get(f"{place}.{name}", param.family)
     try:
         return kinds[kind](**values)
     except InputError as why:

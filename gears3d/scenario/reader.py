@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -114,6 +115,7 @@ class Reader:
             raise InputError(Fault("", f"{written!r} is not allowed", did_you_mean(str(written), key.choices)))
         if key.also:
             value, self.families[here] = parse_any(written, (key.family, *key.also))
+            key = replace(key, family=self.families[here])
         else:
             value = parse(written, key.family)
         check_bounds(written, value, key)

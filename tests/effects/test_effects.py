@@ -16,6 +16,22 @@ EXAMPLES = {
     "restitution_speed": {"slope": -2.0},
     "tooth_compliance": {"stiffness": 2.6e6, "damping": 10.0},
     "encoder_eccentricity": {"amplitude": 1e-4},
+    "eccentricity": {"offset": 2e-5},
+    "pitch_error": {"offset": 1e-5, "tooth": 7},
+    "backlash_offset": {"offset": 2e-5},
+    "backlash_variation": {"amplitude": 2e-5, "order": 2},
+    "drag_coulomb": {"torque": -0.05},
+    "drag_power": {"coefficient": 1e-3, "exponent": 1.5},
+    "drag_differential": {"coefficient": 1e-3, "shaft_speed": 20.0},
+    "drag_position": {"amplitude": 0.02},
+    "drag_drift": {"relative_change": -0.2, "time_constant": 60.0},
+    "mesh_drag": {"coefficient": 1e-3},
+    "mesh_friction": {"coefficient": 0.05},
+    "restitution_offset": {"offset": 0.1},
+    "restitution_asymmetry": {"asymmetry": -0.1},
+    "restitution_scatter": {"standard_deviation": 0.05},
+    "drive_motion": {"amplitude": 0.1, "order": 2.0},
+    "encoder_skew": {"delay": 1e-5},
 }
 
 
@@ -30,8 +46,10 @@ def test_an_effect_keeps_its_promises(kind):
     cls = catalogue()[kind]
     effect = cls(**EXAMPLES[kind])
     assert isinstance(effect, Effect)
-    assert {f.name for f in dataclasses.fields(effect)} == set(cls.params)
-    for field in dataclasses.fields(effect):
+    families = {f"{name}_family": param.family for name, param in cls.params.items() if param.also}
+    assert {f.name: f.default for f in dataclasses.fields(effect) if f.name not in cls.params} == families
+    assert {f.name for f in dataclasses.fields(effect)} >= set(cls.params)
+    for field in (f for f in dataclasses.fields(effect) if f.name in cls.params):
         default = cls.params[field.name].default
         assert (default is None) == (field.default is dataclasses.MISSING)
         assert default is None or default == field.default
@@ -40,7 +58,7 @@ def test_an_effect_keeps_its_promises(kind):
         assert isinstance(row, Row)
         assert len(row.p) <= WIDTH
         assert all(math.isfinite(x) for x in row.p)
-        place = {1: "torque", 2: "geometry", 3: "impact", 4: "gap_force"}[row.code // 100]
+        place = {1: "torque", 2: "geometry", 3: "impact", 4: "gap_force", 5: "motion"}[row.code // 100]
         assert cls.place == place
     assert (cls.place == "sensor") == isinstance(effect, SensorEffect)
     with pytest.raises(dataclasses.FrozenInstanceError):
