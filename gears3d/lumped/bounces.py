@@ -16,6 +16,7 @@ from math import acos, cos, floor, inf, pi, sin
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.impacts import LEAST, close_contact, impact, let_go, restitution, take_off
+from gears3d.lumped.series import thrust
 
 WIDEST = 0.7
 """Largest phase of a bounce [rad]: up to here nine terms are exact to rounding."""
@@ -62,6 +63,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
     pull = side * m[at.RADIUS_LOOSE] * brake
     jerk = abs(size) * omega * omega
     limit = max(m[at.STICK_VELOCITY], LEAST)
+    push = thrust(m, side, state[at.SIGN])
     place = 0.0 if flank == 0 else m[at.BACKLASH]
     t, v = state[at.TIME], state[at.RATES + flank]
     done, row, room = 0, count[at.N_IMPACTS], impacts.shape[0]
@@ -94,7 +96,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
             return True
         change = rebound - rate
         impacts[row, 0], impacts[row, 1], impacts[row, 2], impacts[row, 3] = t, flank, side * rate, side * rebound
-        impacts[row, 4] = side * change * m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
+        impacts[row, 4] = change * m[at.INERTIA] / m[at.RADIUS_LOOSE] * push
         impacts[row, 5], impacts[row, 6] = place, height
         speed += side * change / m[at.RADIUS_LOOSE]
         v = rebound

@@ -8,7 +8,7 @@ import numpy as np
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.series import contact, deviation, torque
+from gears3d.lumped.series import contact, deviation, thrust, torque
 
 LEAST = 1e-13
 """Rebound speed that no clock resolves [m/s]."""
@@ -90,7 +90,9 @@ def impact(m, state, count, flank, w):
     else:
         bounce(m, state, count, flank, rebound, w)
     if speed > TOUCH:
-        impulse = m[at.INERTIA] / m[at.RADIUS_LOOSE] * abs(state[at.SPEED] - before)
+        side, way = 1.0 if flank == 0 else -1.0, before if before != 0.0 else state[at.SPEED]
+        sign = 0.0 if way == 0.0 else 1.0 if way > 0.0 else -1.0
+        impulse = m[at.INERTIA] * abs((state[at.SPEED] - before) * thrust(m, side, sign))
         log_impact(state, count, flank, state[at.TIME], state[at.DISPLACEMENT], speed, rebound, impulse, height)
     else:
         count[at.GRAZING] += 1
@@ -165,6 +167,7 @@ def let_go(m, state, w):
         flank = mode - at.PRESSED
         force = -m[at.STIFFNESS] * state[at.GAPS + flank] - m[at.DAMPING] * state[at.RATES + flank]
         pull -= m[at.RADIUS_LOOSE] * force if flank == 0 else -m[at.RADIUS_LOOSE] * force
+        dry += m[at.FRICTION] * m[at.RADIUS_LOOSE] * force
     state[at.SPEED] = 0.0
     state[at.SIGN] = 0.0
     if abs(pull) > dry:
@@ -201,8 +204,10 @@ def settle(m, state, count, flank):
         state[at.CONTACT_SINCE] = state[at.ENTRY]
         count[at.CONTACTS] += 1
         speed = state[at.ENTRY_VELOCITY]
+        side = 1.0 if flank == 0 else -1.0
+        push = m[at.INERTIA] / m[at.RADIUS_LOOSE] * abs(thrust(m, side, state[at.SIGN]))
         log_impact(
-            state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], speed, 0.0, mass * speed,
+            state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], speed, 0.0, push * speed,
             state[at.ENTRY_HEIGHT],
         )  # fmt: skip
 

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.effects import Code, Gate, Rig, Row
+from gears3d.effects import Code, Flank, Gate, Gear, Rig, Row
+from gears3d.effects.rows import flank_harmonic
 from gears3d.errors import Fault, InputError
 from gears3d.lumped import layout
 
@@ -24,7 +25,8 @@ _ACTS = {
 
 _KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
-    Code.FLANK_HARMONIC, Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING,
+    Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_ECCENTRIC, Code.MOTION_HARMONIC, Code.IMPACT_OFFSET, 
+    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING,
 )  # fmt: skip
 
 
@@ -35,7 +37,7 @@ class Model(NamedTuple):
         radius_drive: base radius [m].
         radius_loose: base radius [m].
         inertia: of the loose gear [kg·m²].
-        backlash: [m].
+        backlash: between flanks that carry nothing but their waves [m].
         mean: drive speed [rad/s].
         harmonics: amplitude [rad/s], angular frequency [rad/s], phase [rad], its cosine; (n, 4).
         base: Coulomb torque [N·m], linear coefficient [N·m·s/rad], constant of the linear rows [N·m] by phase; (3, 3).
@@ -46,6 +48,7 @@ class Model(NamedTuple):
         stiffness: of the flanks [N/m], 0 when rigid.
         damping: of the flanks [N·s/m].
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
+        friction: torque of the mesh's friction by flank force and base radius of the loose gear.
         rest: loose speed that counts as rest [rad/s].
         unfelt: acceleration of the gap that is rounding [m/s²].
         gated: whether torques differ between flight and contact on a flank, (2,).
@@ -65,6 +68,7 @@ class Model(NamedTuple):
     stick_velocity: float
     stiffness: float
     damping: float
+    friction: float
     rate: np.ndarray
     rest: float
     unfelt: float
@@ -81,6 +85,7 @@ class Model(NamedTuple):
         scalars = [
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
+            self.friction,
         ]  # fmt: skip
         simple = sizes == [1, 0, 0] and self.stiffness == 0.0 and not self.base[:, 1].any()
         simple = simple and self.harmonics[0, 0] > 0.0
@@ -117,11 +122,9 @@ def model(
     [0.22, 0.0, 0.0]
     """
     _refuse_unknown(rows)
-    moving = [(a, f, p) for a, f, p in harmonics if f != 0.0]
-    mean = rig.mean_speed + sum(a * np.sin(p) for a, f, p in harmonics if f == 0.0)
-    spin = np.array([(a, 2 * np.pi * f, p, np.cos(p)) for a, f, p in moving], dtype=float).reshape(-1, 4)
+    mean, spin = _motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
     base, torques = _torques(rig, rows)
-    flanks = _flanks(rows)
+    flanks, thinner = _flanks(rig, rows)
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
@@ -131,7 +134,7 @@ def model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
         inertia=float(rig.inertia),
-        backlash=float(rig.backlash),
+        backlash=float(rig.backlash - thinner),
         mean=float(mean),
         harmonics=spin,
         base=base,
@@ -141,6 +144,7 @@ def model(
         stick_velocity=float(stick_velocity),
         stiffness=stiffness,
         damping=damping,
+        friction=_friction(rows),
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),
@@ -180,14 +184,65 @@ def _torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray]:
     return base, np.array(others, dtype=float).reshape(-1, 5)
 
 
-def _flanks(rows: Sequence[Row]) -> np.ndarray:
-    """Waves of the flanks; both flanks of a gear share one where order and phase are the same."""
+def _motion(rig: Rig, harmonics: Sequence[tuple[float, ...]]) -> tuple[float, np.ndarray]:
+    """Mean speed, and the harmonics that move; one of no frequency is part of the mean."""
+    mean = rig.mean_speed + sum(a * np.sin(p) for a, f, p in harmonics if f == 0.0)
+    moving = [(a, 2 * np.pi * f, p, np.cos(p)) for a, f, p in harmonics if f != 0.0]
+    return mean, np.array(moving, dtype=float).reshape(-1, 4)
+
+
+def _flanks(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, float]:
+    """Waves of the flanks, and what is constant on the reverse ones, which narrows the backlash.
+
+    Both flanks of a gear share a wave where order and phase are the same.
+    """
     waves: dict[tuple[float, ...], list[float]] = {}
-    for row in rows:
+    thicker = 0.0
+    shifted = [wave for row in rows if row.code == Code.FLANK_ECCENTRIC for wave in eccentric(rig, row)]
+    for row in (*rows, *shifted):
         if row.code == Code.FLANK_HARMONIC:
             gear, flank, order, amplitude, phase = row.p
-            waves.setdefault((gear, order, phase), [0.0, 0.0])[int(flank)] += amplitude
-    return np.array([(*wave, *sizes) for wave, sizes in waves.items()], dtype=float).reshape(-1, 5)
+            if order == 0.0 and flank == Flank.REVERSE:
+                thicker += amplitude * np.cos(phase)
+            else:
+                waves.setdefault((gear, order, phase), [0.0, 0.0])[int(flank)] += amplitude
+    return np.array([(*wave, *sizes) for wave, sizes in waves.items()], dtype=float).reshape(-1, 5), thicker
+
+
+def eccentric(rig: Rig, row: Row) -> list[Row]:
+    """Return what teeth off their axis add to both flanks of their gear, to first order in the offset.
+
+    The offset projected on the lines of action: they are inclined by the working pressure angle to the motion at the
+    pitch point, and every flank's normal leans towards the mate.
+
+    Args:
+        rig: constants of the base model.
+        row: a FLANK_ECCENTRIC.
+
+    Returns:
+        A wave of order 1 for either flank.
+
+    >>> from gears3d.effects.rows import flank_eccentric
+    >>> rig = Rig(0.1, 0.1, 0.1, 0.0, 1e-4, 0.0, 1.0, 20, 20, working_pressure_angle=0.0)
+    >>> [wave.p for wave in eccentric(rig, flank_eccentric(Gear.DRIVE, 1e-5, np.pi / 2))]
+    [(0.0, 0.0, 1.0, 1e-05, 0.0), (0.0, 1.0, 1.0, 1e-05, 3.141592653589793)]
+    """
+    gear, offset, phase = row.p
+    forwards = Flank.ACTIVE if gear == Gear.DRIVE else Flank.REVERSE
+    angle = rig.working_pressure_angle - 0.5 * np.pi
+    return [
+        flank_harmonic(Gear(gear), flank, 1, offset, phase + (angle if flank == forwards else -angle))
+        for flank in Flank
+    ]
+
+
+def _friction(rows: Sequence[Row]) -> float:
+    total = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
+    if not abs(total) < 1.0:
+        raise InputError(
+            Fault("effect", f"friction of {total:.4g} times the flank force blocks the mesh", "give less than 1")
+        )
+    return float(total)
 
 
 def _gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:

@@ -185,6 +185,7 @@ def yielding(m, state, n, pressed, w):
         deviate(m, 1, 0, w)
     phase = 0 if pressed < 0 else 1 + pressed
     side = m[at.RADIUS_LOOSE] if pressed == 0 else -m[at.RADIUS_LOOSE]
+    rub = m[at.FRICTION] * m[at.RADIUS_LOOSE]
     for k in range(n + 1):
         w[at.THETA2, k + 1] = w[at.OMEGA2, k] * at.INVERSE[k + 1]
         if own:
@@ -196,9 +197,9 @@ def yielding(m, state, n, pressed, w):
         if pressed >= 0:
             force = -m[at.STIFFNESS] * w[at.GAP + pressed, k] - m[at.DAMPING] * (k + 1) * w[at.GAP + pressed, k + 1]
             w[at.REACTION, k] = force
-        total = torque(m, phase, t, sign, k, w) - side * force
+        total = torque(m, phase, t, sign, k, w) - (side - rub * sign) * force
         if sign == 0.0:
-            w[at.DRY, k] = torque(m, phase, t, 1.0, k, w) - torque(m, phase, t, 0.0, k, w)
+            w[at.DRY, k] = torque(m, phase, t, 1.0, k, w) - torque(m, phase, t, 0.0, k, w) + rub * force
             w[at.TORQUE, k] = total
             w[at.OMEGA2, k + 1] = 0.0
         else:
@@ -222,7 +223,8 @@ def contact(m, state, flank, phase, n, w):
     """Write the loose gear's motion on a flank up to order n, and the flank's reaction up to n - 2.
 
     The reaction is positive while the flank pushes, R = (J·θ̈2 + T)/Rb2 on the active flank; Kadmiri et al. 2012,
-    eqs (21), (22), with the flanks' own accelerations. Returns the direction that dry friction resists.
+    eqs (21), (22), with the flanks' own accelerations; friction in the mesh scales it and nothing else.
+    Returns the direction that dry friction resists.
     """
     t, deviates, on_loose = state[0], m[at.N_FLANKS] > 0.0, m[at.ON_LOOSE] > 0.0
     drive(m, t, n, w)
@@ -253,8 +255,14 @@ def contact(m, state, flank, phase, n, w):
     sign = _direction(m, n, w)
     for k in range(n - 1):
         pull = torque(m, phase, t, sign, k, w)
-        w[at.REACTION, k] = side * (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) / m[at.RADIUS_LOOSE]
+        w[at.REACTION, k] = (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) * thrust(m, side, sign)
     return sign
+
+
+@inner
+def thrust(m, side, sign):
+    """Return the flank's force by the torque that it exerts, friction in the mesh included."""
+    return 1.0 / (m[at.RADIUS_LOOSE] * (side - m[at.FRICTION] * sign))
 
 
 @inner
@@ -268,7 +276,7 @@ def _smooth_contact(m, state, flank, side, phase, n, w):
         w[at.S, k + 1] = w[at.GAP, k + 1] = w[at.GAP + 1, k + 1] = 0.0
     _anchor_contact(m, flank, side, w)
     sign = _direction(m, n, w)
-    base, push = at.BASE + 3 * phase, side / m[at.RADIUS_LOOSE]
+    base, push = at.BASE + 3 * phase, thrust(m, side, sign)
     for k in range(n - 1):
         w[at.REACTION, k] = push * (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + m[base + 1] * w[at.OMEGA2, k])
     w[at.REACTION, 0] += push * (m[base] * sign - m[base + 2])
