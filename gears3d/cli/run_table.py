@@ -8,6 +8,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+MOTIONS = {"too_short": "too short to tell the period", "quasi_periodic": "quasi-periodic"}
+"""Names of motions that need more words."""
+
 
 def show(summary: dict[str, Any], place: Path) -> None:
     """Print what a run came to and where it lies.
@@ -38,6 +41,12 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
             out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s"))
+    power = summary.get("energy_J_s")
+    if power:
+        out.append(("impacts take", f"{power * 1e3:.3g} mW"))
+    excitation = summary.get("excitation")
+    if excitation is not None:
+        out.append(("excitation Λ", f"{excitation:.3g} (rigid teeth part at 1)"))
     if summary["comparison"]:
         out += _agreement(summary["comparison"])
     budget = summary["error_budget"]
@@ -52,7 +61,8 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _regime(summary: dict[str, Any]) -> str:
-    words = [str(summary["regime"]).replace("_", " "), summary.get("motion")]
+    motion = summary.get("motion")
+    words = [str(summary["regime"]).replace("_", " "), MOTIONS.get(str(motion), motion)]
     return ", ".join(word for word in words if word)
 
 

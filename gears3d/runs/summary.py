@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from gears3d.signals import describe
+from gears3d.recording import describe
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
@@ -41,12 +41,12 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
 
 
 def outcome_of(recording: Recording) -> dict[str, Any]:
-    """Return regime, impacts per period and mean impact speeds after the settling time.
+    """Return regime, motion, impact speeds, energies and durations after the settling time.
 
     Args:
         recording: of a model, with ``settle_s`` and ``period_s`` in its ``meta``.
     """
-    return describe(recording.signals, recording.impacts, recording.meta)
+    return describe(recording)
 
 
 def judge(scenario: Scenario, outcome: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+FLANKS = ("active", "reverse")
+"""Names of the flanks, in the order of their codes."""
 REGIMES = ("contact", "single_sided", "double_sided")
 FLIGHT_HEIGHT_MIN = 0.05e-6
 """Impacts after flights no higher than this, m, are not counted: they are the last trembling of a bounce."""

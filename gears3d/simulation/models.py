@@ -92,5 +92,7 @@ def _about(scenario: Scenario) -> dict[str, Any]:
         "base_radius_drive_m": rig.base_radius_drive,
         "base_radius_loose_m": rig.base_radius_loose,
         "backlash_m": rig.backlash,
+        "inertia_kg_m2": rig.inertia,
+        "drag_torque_N_m": rig.drag_torque,
         "effects": [effect.kind for effect in scenario.effects],
     }

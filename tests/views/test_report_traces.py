@@ -10,7 +10,7 @@ from gears3d.gears import Gear as GearShape
 from gears3d.gears import Pair
 from gears3d.recording import Recording
 from gears3d.views.report.drawing import exaggeration, mesh_drawing, tooth
-from gears3d.views.report.flanks import crossings, touching, walls
+from gears3d.views.report.flanks import contacts, crossings, walls
 from gears3d.views.report.traces import TICK, cornered, knots, traces
 
 RADIUS, GAP = 0.148, 250e-6
@@ -87,7 +87,7 @@ def test_a_crossing_is_timed_from_flank_to_flank():
     recording = Recording(
         {"time_s": time, "theta_drive_rad": time, "theta_loose_rad": time, "displacement_m": s}, impacts
     )
-    state = touching(recording, (), GAP)
+    state = contacts(recording, (), GAP)
     found = crossings(recording, state, 0.0)
     assert found["reverse"][0].tolist() == pytest.approx([0.25, 0.5], abs=1e-9)
     assert found["active"][0].tolist() == pytest.approx([0.125, 2.0], abs=1e-9)

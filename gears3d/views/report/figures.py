@@ -12,12 +12,14 @@ SCALES = {
     "time": ((1.0, 1.0, "s"), (1e-3, 1e-3, "ms"), (0.0, 1e-6, "µs")),
     "ratio": ((1e-5, 1e-2, "%"), (1e-7, 1e-6, "ppm"), (0.0, 1e-9, "ppb")),
     "cycles": ((0.0, 1.0, "cycle"),),
+    "power": ((1.0, 1.0, "W"), (1e-3, 1e-3, "mW"), (1e-6, 1e-6, "µW"), (0.0, 1e-9, "nW")),
 }
 """What a quantity is shown in: from which size on, scale, unit; largest first."""
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 SUFFIXES = (
+    ("_J_s", "power"),
     ("_m_s", "velocity"),
     ("_m", "length"),
     ("_s", "time"),

@@ -8,14 +8,12 @@ import numpy as np
 
 from gears3d.effects import Code, Flank, Gear
 from gears3d.recording import FLANKS
-from gears3d.signals import states
+from gears3d.signals import contacts as from_samples
+from gears3d.signals import contacts_of, flights
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
     from gears3d.recording import Recording
-
-NEAR = 0.1e-6
-"""Closer to a flank than this counts as touching it [m]."""
 
 
 class Walls(NamedTuple):
@@ -53,40 +51,39 @@ def walls(recording: Recording, rows: tuple[Row, ...], backlash: float, time: np
     return Walls(shift[Flank.ACTIVE], backlash - shift[Flank.REVERSE], bool(harmonics), complete)
 
 
-def crossings(recording: Recording, state: np.ndarray, start: float) -> dict[str, np.ndarray]:
-    """Return how long each flight across the backlash lasted and how fast it ended.
+def contacts(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np.ndarray | None:
+    """Return the permanent contacts, [flank, start s, end s]: as written down, or as the samples show them.
 
-    A crossing ends with the first impact after one on the other flank; it begins where the gear last touched the
-    flank that it left.
+    Args:
+        recording: with ``contacts`` in its ``meta``, or with displacement.
+        rows: of the scenario's effects.
+        backlash: m.
+
+    Returns:
+        A row each, (c, 3); ``None`` where nothing tells them.
+    """
+    if "contacts" not in recording.meta:
+        if "displacement_m" not in recording.signals or not len(recording.time):
+            return None
+        ends = walls(recording, rows, backlash, recording.time)
+        place = recording.signals["displacement_m"]
+        return from_samples(recording.time, place, ends.active, ends.reverse, recording.impacts)
+    return contacts_of(recording.signals, recording.impacts, recording.meta)[0]
+
+
+def crossings(recording: Recording, table: np.ndarray, start: float) -> dict[str, np.ndarray]:
+    """Return how long each flight across the backlash lasted and how fast it ended.
 
     Args:
         recording: with impacts.
-        state: of the samples, as :func:`gears3d.signals.states` gives them, (n,).
+        table: permanent contacts, as :func:`contacts` gives them, (c, 3).
         start: what is earlier than this is left out [s].
 
     Returns:
         By ``"active"`` and ``"reverse"``, the flank that was struck: duration [s] and impact speed [m/s], (k, 2).
     """
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in FLANKS}
-    flank, hits, time = recording.impacts["flank"], recording.impacts["time_s"], recording.time
-    latest = [np.maximum.accumulate(np.where(state == code, np.arange(len(state)), -1)) for code in (0, 1)]
-    for k in np.flatnonzero(np.diff(flank)) + 1:
-        left = int(latest[1 - flank[k]][max(int(np.searchsorted(time, hits[k])) - 1, 0)])
-        if left >= 0 and hits[k] >= start:
-            begin = max(float(time[left]), float(hits[k - 1]))
-            found[FLANKS[flank[k]]].append((float(hits[k]) - begin, abs(float(recording.impacts["velocity_m_s"][k]))))
-    return {name: np.array(values).reshape(-1, 2) for name, values in found.items()}
-
-
-def touching(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np.ndarray | None:
-    """Return the state of every sample (0 active, 1 reverse, 2 flight), ``None`` without a displacement.
-
-    Args:
-        recording: with displacement.
-        rows: of the scenario's effects.
-        backlash: m.
-    """
-    if "displacement_m" not in recording.signals or not len(recording.time):
-        return None
-    ends = walls(recording, rows, backlash, recording.time)
-    return states(recording.signals["displacement_m"], ends.active, ends.reverse, NEAR)
+    found = flights(recording.impacts["time_s"], recording.impacts["flank"], table)
+    across = (found.left != found.struck) & (found.impact >= 0) & (found.start >= start)
+    speeds = np.abs(np.append(recording.impacts["velocity_m_s"], np.nan))[found.impact]
+    both = np.stack([found.end - found.start, speeds], axis=1)
+    return {name: both[across & (found.struck == code)] for code, name in enumerate(FLANKS)}

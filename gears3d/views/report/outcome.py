@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.signals import durations, window
+from gears3d.signals import times_of, window
 from gears3d.views.report.figures import Figure, figure, kind_of
-from gears3d.views.report.flanks import NEAR, crossings, touching
+from gears3d.views.report.flanks import contacts, crossings
 from gears3d.views.report.trust import Claim
 
 if TYPE_CHECKING:
@@ -38,8 +38,24 @@ LINES = {
     "reverse_impacts": ("impacts on the reverse flank", ""),
     "reverse_velocity_mean_m_s": ("mean impact velocity, reverse flank", "positive by convention"),
     "reverse_velocity_std_m_s": ("standard deviation", "of these, over all bounces"),
+    "active_restitution": ("effective restitution, active flank", "root of kinetic energy after over before impact"),
+    "reverse_restitution": ("effective restitution, reverse flank", "the same there"),
+    "active_energy_J_s": ("energy taken by impacts, active flank", "a second, of the loose gear's relative motion"),
+    "reverse_energy_J_s": ("energy taken by impacts, reverse flank", "the same there"),
+    "excitation": (
+        "excitation Λ",
+        "inertia torque of the fluctuation over the base drag; rigid teeth part above 1",
+    ),
 }
 """Name and meaning of the numbers of what came out."""
+
+
+SHARES = {
+    "active_share": "in permanent contact with the active flank",
+    "reverse_share": "in permanent contact with the reverse flank",
+    "flight_share": "in flight, bounces included",
+}
+"""Where the time is spent."""
 
 
 class Tile(NamedTuple):
@@ -123,25 +139,30 @@ def lines(scenario: Scenario, recording: Recording, summary: dict[str, Any]) -> 
 
 
 def _times(scenario: Scenario, recording: Recording) -> list[Claim]:
-    """Return how long flights last and where the time is spent, after settling."""
-    state = touching(recording, scenario.rows(), scenario.rig().backlash)
-    if state is None:
+    """Return how long flights and contacts last and where the time is spent, after settling."""
+    table = contacts(recording, scenario.rows(), scenario.rig().backlash)
+    if table is None:
         return []
-    start, _ = window(recording.signals, recording.meta)
+    start, end = window(recording.signals, recording.meta)
+    told = times_of(recording.impacts, table, start, end)
     found = []
-    for name, flights in crossings(recording, state, start).items():
+    for name, flights in crossings(recording, table, start).items():
         if len(flights):
             found += _crossing_lines(name, *flights.T)
-    if not found and (flights := durations(recording.time, state)[2]).size:
-        meaning = f"the longest of {flights.size} flights, from leaving a flank to the next touch"
-        found.append(Claim("flight_longest_s", "longest flight", figure(float(flights.max()), "time"), meaning))
-    settled = state[recording.time >= start]
-    if not len(settled):
-        return found
-    for code, name in ((0, "on the active flank"), (1, "on the reverse flank"), (2, "in flight")):
-        part = figure(float(np.mean(settled == code)), "ratio", 3)
-        meaning = f"closer to it than {figure(NEAR, 'length').text}" if code == 0 else ""
-        found.append(Claim(f"share_{code}", f"time {name}", part, meaning))
+    if not found and told["flights"]:
+        meaning = f"the longest of {told['flights']} flights, from leaving a flank to the next touch"
+        found.append(Claim("flight_longest_s", "longest flight", figure(told["flight_longest_s"], "time"), meaning))
+        highest = figure(told["flight_height_max_m"], "length")
+        if highest.value is not None:
+            found.append(Claim("flight_height_max_m", "highest flight", highest, "away from the flank it left"))
+    for name in ("active", "reverse"):
+        if told[f"{name}_contacts"]:
+            key = f"{name}_contact_mean_s"
+            meaning = f"mean of {told[f'{name}_contacts']}, from the end of the bounces to the loss of contact"
+            found.append(Claim(key, f"contact on the {name} flank", figure(told[key], "time"), meaning))
+    for key, name in SHARES.items():
+        if told[key] is not None:
+            found.append(Claim(key, f"time {name}", figure(told[key], "ratio", 3), ""))
     return found
 
 
