@@ -37,7 +37,7 @@ class Code(IntEnum):
     IMPACT_FLANK = 303  # p = asymmetry                      -> e + asymmetry/2 on active, - asymmetry/2 on reverse
     IMPACT_SCATTER = 304  # p = standard_deviation           -> e + standard_deviation * z, z standard normal
     GAP_SPRING = 401  # p = stiffness, damping               -> max(0, -stiffness*gap - damping*gap_rate) if gap < 0
-    GAP_FILM = 402  # p = wedge, squeeze, rolling_drive, rolling_loose, minimum -> oil between the flanks, see gap_film
+    GAP_FILM = 402  # p = wedge, squeeze, rolling_drive, rolling_loose, minimum, felt -> oil, see gap_film
     MOTION_HARMONIC = 501  # p = amplitude, frequency, phase -> amplitude * sin(2*pi*frequency*t + phase) on the drive
 
 
@@ -168,12 +168,16 @@ def gap_spring(stiffness: float, damping: float) -> Row:
     return Row(Code.GAP_SPRING, Gate.ALWAYS, (stiffness, damping))
 
 
-def gap_film(wedge: float, squeeze: float, rolling_drive: float, rolling_loose: float, minimum: float) -> Row:
-    """Oil between both flanks: wedge·u/h - squeeze·min(ḣ, 0)/h^1.5, h the gap but at least ``minimum``.
+def gap_film(
+    wedge: float, squeeze: float, rolling_drive: float, rolling_loose: float, minimum: float, felt: float = 0.0
+) -> Row:
+    """Oil on both flanks: each pushes with wedge·|u|/h - squeeze·min(ḣ, 0)/h^1.5, h the gap but at least ``minimum``.
 
-    ``wedge`` in N·s, ``squeeze`` in N·s·m^0.5; u = rolling_drive·ω_drive + rolling_loose·ω_loose, both in m.
+    ``wedge`` in N·s, ``squeeze`` in N·s·m^0.5; u = rolling_drive·ω_drive + rolling_loose·ω_loose, both in m. The flanks
+    touch at ``minimum``; a gap of less than ``felt`` counts as an impact or as contact over oil. Gaps are those along
+    the transverse line of action, in m.
     """
-    return Row(Code.GAP_FILM, Gate.ALWAYS, (wedge, squeeze, rolling_drive, rolling_loose, minimum))
+    return Row(Code.GAP_FILM, Gate.ALWAYS, (wedge, squeeze, rolling_drive, rolling_loose, minimum, felt))
 
 
 def motion_harmonic(amplitude: float, frequency: float, phase: float) -> Row:

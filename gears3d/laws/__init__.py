@@ -1,4 +1,5 @@
 """The field's closed forms, one function an equation."""
 
+from gears3d.laws import film as film
 from gears3d.laws.plastic import crossing as crossing
 from gears3d.laws.plastic import loss_phases as loss_phases

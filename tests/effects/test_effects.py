@@ -8,12 +8,15 @@ import pytest
 
 from gears3d.effects import Code, Effect, Gate, Param, Rig, Row, SensorEffect, catalogue, register
 from gears3d.effects.rows import WIDTH
+from gears3d.errors import InputError
+from gears3d.laws import film
 
 RIG = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.3, math.pi, 90, 90)
 EXAMPLES = {
     "transmission_error": {"amplitude": 5e-6, "order": 3},
     "drag_viscous": {"coefficient": 1e-3},
     "restitution_speed": {"slope": -2.0},
+    "oil_film": {"viscosity": 0.01, "contact_length": 0.02},
     "tooth_compliance": {"stiffness": 2.6e6, "damping": 10.0},
     "encoder_eccentricity": {"amplitude": 1e-4},
     "eccentricity": {"offset": 2e-5},
@@ -92,3 +95,44 @@ def test_a_kind_is_taken_once():
 def test_codes_name_their_place_and_gates_are_distinct():
     assert len({int(c) for c in Code}) == len(Code)
     assert sorted(int(g) for g in Gate) == [0, 1, 2, 3, 4]
+
+
+def test_a_film_is_turned_into_the_transverse_line_of_action():
+    """Along it h = gap·cos βb, F·cos βb: the wedge stays what it is, the squeeze takes √cos βb."""
+    rig = dataclasses.replace(RIG, working_pressure_angle=0.39, base_helix_angle=0.45, face_width=0.016)
+    effect = catalogue()["oil_film"](viscosity=0.02, minimum_thickness=2e-6)
+    wedge, squeeze, drive, loose, minimum, _ = effect.rows(rig)[0].p
+    length = film.contact_length(0.016, 1.0, 0.45)
+    radius = film.equivalent_radius(0.148, 0.148, 0.39, 0.45)
+    gap, rate, turn = 5e-6, -0.01, math.cos(0.45)
+    speed = (drive + loose) * 3.0
+    ours = wedge * speed / gap - squeeze * rate / gap**1.5
+    theirs = film.film_force(gap * turn, rate * turn, speed, length, 0.02, radius) * turn
+    assert ours == pytest.approx(theirs, rel=1e-12)
+    assert minimum * turn == pytest.approx(2e-6)
+    assert drive == loose == pytest.approx(film.rolling_radius(0.148, 0.39, 0.45))
+
+
+def test_the_unit_of_viscosity_stops_a_fall_across_the_backlash():
+    rig = dataclasses.replace(RIG, face_width=0.0075)
+    cls = catalogue()["oil_film"]
+    unit = cls(viscosity=1.0).unit_size(rig)
+    mass = rig.inertia / rig.base_radius_loose**2
+    fall = math.sqrt(2 * rig.drag_torque / rig.base_radius_loose / mass * rig.backlash)
+    oil = (film.contact_length(0.0075, 1.0, 0.0), unit, film.equivalent_radius(0.148, 0.148, math.radians(20), 0.0))
+    assert film.squeezed_speed(1e-6, 1e9, fall, mass, *oil) == pytest.approx(0.0, abs=1e-6 * fall)
+
+
+def test_a_film_is_felt_up_to_a_quarter_of_the_backlash_and_nearer_the_thinner_the_oil():
+    rig = dataclasses.replace(RIG, face_width=0.0075)
+    cls = catalogue()["oil_film"]
+    heights = [cls(viscosity=eta).felt(rig) for eta in (0.0, 1e-4, 1e-3, 1.0)]
+    assert heights[0] == 0.0
+    assert heights == sorted(heights)
+    assert heights[-1] == 0.25 * rig.backlash
+    assert cls(viscosity=1e-4).felt(dataclasses.replace(rig, drag_torque=0.0)) == 0.25 * rig.backlash
+
+
+def test_a_film_needs_a_face_width():
+    with pytest.raises(InputError, match=r"no face width.*gears\.face_width"):
+        catalogue()["oil_film"](viscosity=0.01).rows(RIG)
