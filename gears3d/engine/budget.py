@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.engine.closing import TOUCH
-from gears3d.engine.mesh import NOBODY, able_to_touch, both_sides, teeth_of_points
+from gears3d.engine.mesh import NOBODY, Mesh, able_to_touch, both_sides, teeth_of_points, tooth_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
-from gears3d.gears.edge import Edged, edged_gap
 from gears3d.gears.flank import Flanks
 from gears3d.kernels import njit
 
@@ -33,7 +32,7 @@ MARGINS = 2.0 * MARGIN / MM
 
 @njit(cache=True)
 def _hold_against(
-    shape: Edged, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
+    shape: Mesh, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
 ) -> tuple[int, float, float]:
     """Hold Bullet's gaps, margins taken out, against the refined ones of the pairs that are next to touch.
 
@@ -45,7 +44,7 @@ def _hold_against(
     for i in range(found.shape[0]):
         side = found[i, 2]
         if side != NOBODY:
-            gaps[i] = edged_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)[0]
+            gaps[i] = tooth_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)[0]
             least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(found.shape[0]):
@@ -77,13 +76,14 @@ class Watch:
         turn: of the drive gear in one step at most [rad].
     """
 
-    def __init__(self, pair: Pair, shape: Edged, turn: float) -> None:
+    def __init__(self, pair: Pair, shape: Mesh, turn: float) -> None:
         self._shape = shape
         self._turn = turn
         self._slack = 1e-6 + _roughness(shape.flanks)
         # two arcs of a quarter of the path's length as radius part by this much over the turn of a step
         parting = (turn * pair.drive.base_radius) ** 2 / (0.25 * pair.path_length)
-        self._reach = 1.1 * pair.backlash + self._slack + parting + 20e-6
+        wandering = 2.0 * float(np.hypot(*shape.offsets.T).sum())
+        self._reach = 1.1 * (pair.backlash + wandering) + self._slack + parting + 20e-6
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = piece_budget(pair)
         self._sums = np.zeros(4)
@@ -118,7 +118,7 @@ class Watch:
         for _ in range(WIDENINGS):
             on_drive, on_loose, raw = world.nearest(reach)
             self.queries += 1
-            found = teeth_of_points(self._shape.flanks, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+            found = teeth_of_points(self._shape, self._counts, on_drive, on_loose, theta_drive, theta_loose)
             if both_sides(found):
                 return found, raw
             reach *= 1.5

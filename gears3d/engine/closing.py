@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.engine.mesh import side_gap
+from gears3d.engine.mesh import Mesh, side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
-from gears3d.gears.edge import Edged
 from gears3d.kernels import njit
 
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
@@ -32,12 +31,14 @@ class Plant(NamedTuple):
         motion: table of the drive gear's motion.
         torques: table of the loose gear's torques.
         inertia: of the loose gear [kg m²].
+        friction: torque against the loose gear's motion over the flank force [m].
     """
 
-    surfaces: Edged
+    surfaces: Mesh
     motion: np.ndarray
     torques: np.ndarray
     inertia: float
+    friction: float = 0.0
 
 
 class Arc(NamedTuple):

@@ -5,32 +5,39 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.effects.rows import Code, Flank, Gear, Row, torque_constant
+from gears3d.effects.rows import Code, Flank, Gear, Row, Variable, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Log
+from gears3d.engine.mesh import meshed, offset_of
 from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
-from gears3d.engine.torques import torque_table
+from gears3d.engine.torques import friction, torque_table
 from gears3d.engine.world import Body, World
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
-from gears3d.gears import HarmonicDeviation, Pair, ToothDeviation, pieces
-from gears3d.gears.edge import edged
+from gears3d.gears import Eccentricity, HarmonicDeviation, Pair, ToothDeviation, pieces
 from gears3d.recording import Recording
+from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Parts = tuple[World, Plant, Watch, Log]
 CONTACTS = ("located", "native")
-_UNKNOWN = (Code.TORQUE_FRICTION, Code.TORQUE_TABLE, Code.FLANK_ECCENTRIC, Code.GAP_FILM, Code.MOTION_HARMONIC)
+_UNKNOWN = {Code.GAP_FILM: "oil between the flanks, which the engine does not have yet"}
+_NOT_NATIVE = {
+    Code.GAP_SPRING: "compliant flanks, which Bullet's own contact cannot do",
+    Code.IMPACT_SCATTER: "scattered restitution, which Bullet's own contact cannot do",
+    Code.TORQUE_FRICTION: "friction of the flanks, which Bullet's own contact cannot do",
+}
 LONGEST_STEP = 2e-3
 """s."""
 TURN_PER_STEP = 0.3
@@ -67,12 +74,14 @@ def simulate(
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
     rows = scenario.rows()
-    _refuse(scenario, rows, contact)
-    gears = (scenario.pair() if pair is None else pair).with_deviations(*flank_deviations(rows))
+    gears = scenario.pair() if pair is None else pair
+    _refuse(scenario, gears, contact)
+    gears = gears.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
     began = clock.perf_counter()
-    shape = edged(gears)
-    torques = torque_table([torque_constant(scenario.drag.torque), *rows])
-    plant = Plant(shape, motion_table(scenario), torques, scenario.rig().inertia)
+    shape, rig = meshed(gears), scenario.rig()
+    torques = torque_table([torque_constant(rig.drag_torque), *rows])
+    arm = friction(rows) * gears.loose.base_radius
+    plant = Plant(shape, motion_table(scenario, rows), torques, rig.inertia, arm)
     turn = fastest(plant.motion)[0] * longest_step(plant.motion, rows, gears)
     watch = Watch(gears, shape, turn)
     log = Log(scenario.run.duration, scenario.run.output_rate)
@@ -97,26 +106,27 @@ def simulate(
     return Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
 
 
-def _refuse(scenario: Scenario, rows: tuple[Row, ...], contact: str) -> None:
+def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
     """Refuse what this engine, or Bullet's own contact, cannot do."""
+    file = "" if scenario.path is None else str(scenario.path)
     faults = []
+    if pair.drive.helix_angle != 0.0:
+        text = f"is {show(pair.drive.helix_angle, 'angle')}: the engine finds the contact of spur teeth only"
+        faults.append(Fault("gears.helix_angle", text, "give 0 deg, or run it with --model rigid", file))
+    for which in ("drive", "loose"):
+        slope = pair.gear(which).helix_slope
+        if slope != 0.0:
+            text = f"is {show(slope, 'length')}: the engine finds the contact of straight teeth only"
+            faults.append(Fault(f"gears.{which}.helix_slope", text, "leave it out", file))
     if scenario.motion.record is not None:
         text = f"is {scenario.motion.record}: the engine imposes mean and harmonics only"
-        faults.append(Fault("motion.record", text, "give motion.mean and motion.harmonics"))
-    faults += [
-        Fault("effect", f"normal form {row.code.name} is unknown to the engine", "run it with --model rigid")
-        for row in rows
-        if row.code in _UNKNOWN
-    ]
-    if contact == "native":
-        unable = {Code.GAP_SPRING: "compliant flanks", Code.IMPACT_SCATTER: "scattered restitution"}
-        faults += [
-            Fault(
-                "effect", f"asks for {unable[row.code]}, which Bullet's own contact cannot do", "use contact = located"
-            )
-            for row in rows
-            if row.code in unable
-        ]
+        faults.append(Fault("motion.record", text, "give motion.mean and motion.harmonics", file))
+    unable = _UNKNOWN if contact == "located" else {**_UNKNOWN, **_NOT_NATIVE}
+    rig = scenario.rig()
+    for index, effect in enumerate(scenario.effects):
+        for code in sorted({row.code for row in effect.rows(rig)} & set(unable)):
+            remedy = "run it with --model rigid" if code in _UNKNOWN else "use contact = located"
+            faults.append(Fault(f"effect[{index}]", f"{effect.kind!r} asks for {unable[code]}", remedy, file))
     if faults:
         raise InputError(faults)
 
@@ -144,6 +154,24 @@ def flank_deviations(rows: tuple[Row, ...]) -> list[HarmonicDeviation | ToothDev
     return found
 
 
+def eccentricities(rows: tuple[Row, ...]) -> list[Eccentricity]:
+    """Return the eccentric teeth of a scenario as mountings of its gears.
+
+    Args:
+        rows: of all effects; those of other forms are left out.
+
+    >>> from gears3d.effects.rows import flank_eccentric
+    >>> eccentricities((flank_eccentric(Gear.LOOSE, 2e-5, 0.5),))
+    [Eccentricity(gear='loose', offset=2e-05, phase=0.5)]
+    """
+    found = []
+    for row in rows:
+        if row.code == Code.FLANK_ECCENTRIC:
+            gear: Any = Gear(int(row.p[0])).name.lower()
+            found.append(Eccentricity(gear, row.p[1], row.p[2]))
+    return found
+
+
 def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     """Return both gears as Bullet gets them: turned into the world as they stand when both angles are 0.
 
@@ -156,7 +184,8 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     for which, sense, moment in (("drive", 1, 1e3 * inertia), ("loose", -1, inertia)):
         turn = pair.rotation(which, 0.0)
         flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
-        made.append(Body([piece * flip for piece in pieces(pair, which)], pair.centre(which), moment, sense))
+        off = np.append(offset_of(pair, which), 0.0)
+        made.append(Body([(piece + off) * flip for piece in pieces(pair, which)], pair.centre(which), moment, sense))
     return made[0], made[1]
 
 
@@ -172,6 +201,7 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float
     speed_loose = speed * pair.drive.base_radius / pair.loose.base_radius
     waves = [frequency]
     waves += [row.p[0] * speed_loose for row in rows if row.code == Code.TORQUE_HARMONIC]
+    waves += [speed if row.p[0] == Gear.DRIVE else speed_loose for row in rows if row.code == Code.FLANK_ECCENTRIC]
     for deviation in pair.deviations:
         if isinstance(deviation, HarmonicDeviation):
             waves.append(deviation.order * (speed if deviation.gear == "drive" else speed_loose))
@@ -179,7 +209,16 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float
     times += [2.0 * math.pi / STEPS_PER_WAVE / wave for wave in waves if wave > 0.0]
     if speed > 0.0:
         times.append(TURN_PER_STEP * 2.0 * math.pi / pair.drive.teeth / speed)
+    times += [_finest(row, speed_loose) for row in rows if row.code == Code.TORQUE_TABLE]
     return min(times)
+
+
+def _finest(row: Row, speed: float) -> float:
+    """Return half the time between two points of a tabulated torque at a speed of the loose gear [s]."""
+    spacing = min((b[0] - a[0] for a, b in pairwise(row.table)), default=math.inf)
+    if row.p[0] == Variable.TIME:
+        return 0.5 * spacing
+    return 0.5 * spacing / speed if row.p[0] == Variable.ANGLE and speed > 0.0 else math.inf
 
 
 def _stroke(scenario: Scenario) -> tuple[float, float]:

@@ -56,10 +56,9 @@ def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     _, _, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
     plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
     needed = plant.inertia * alpha + plain
-    if omega != 0.0:
-        return (needed + np.sign(omega) * dry) / by_loose
     # at rest dry torque takes whatever part it can: the flank must push only if it cannot
-    return (needed + np.sign(by_loose) * dry) / by_loose
+    against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
+    return (needed + against * dry) / (by_loose - against * plant.friction)
 
 
 @njit(cache=True)

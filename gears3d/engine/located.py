@@ -27,7 +27,7 @@ from gears3d.engine.closing import (
     plan_flight,
 )
 from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
-from gears3d.engine.impact import ImpactLaw
+from gears3d.engine.impact import ImpactLaw, normal_impulse
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
@@ -256,10 +256,10 @@ class Located:
         if rebound < self.settings.stick_velocity and self._holds(side):
             rebound = 0.0
             self.place = 1 + side
-        # impulse along the normal: change of the gap rate through the generalised inertia J M⁻¹ Jᵀ
-        impulse = (rebound - rate) / (lever * lever / self.plant.inertia)
+        after = self.omega + (rebound - rate) / lever
+        impulse = normal_impulse(self.plant.inertia, lever, self.plant.friction, (self.omega, after))
         self._note(side, self.time, (rate, rebound), impulse)
-        self.omega += lever * impulse / self.plant.inertia
+        self.omega = after
         self.flight = _Flight(left=side)
         if self.place != FREE:
             self.flight.began, self.flight.stays = self.time, True

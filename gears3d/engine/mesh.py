@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.gears.edge import Edged, edged_gap
+from gears3d.gears import Eccentricity
+from gears3d.gears.edge import edged, edged_gap, edged_gap_at
 from gears3d.gears.flank import Flanks, roll_of
 from gears3d.kernels import njit
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
 
 ACTIVE, REVERSE = 0, 1
 NOBODY = -1
@@ -20,14 +26,103 @@ SAME_RATE = 1e-4
 _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
+class Mesh(NamedTuple):
+    """The flanks of a pair with the edges they end in, on axes that may stand off the axes of rotation.
+
+    Args:
+        flanks: the arrays of the pair.
+        tips: the edges, as :class:`gears3d.gears.edge.Edged` has them.
+        offsets: of the teeth's axis from the axis of rotation in each gear's own frame (2, 2) [m].
+        eccentric: whether there is any offset.
+    """
+
+    flanks: Flanks
+    tips: np.ndarray
+    offsets: np.ndarray
+    eccentric: bool
+
+
+def meshed(pair: Pair) -> Mesh:
+    """Return the flanks of a pair for this room's compiled functions.
+
+    Args:
+        pair: deviations and eccentricities included.
+
+    Raises:
+        InputError: gears whose contact needs more than one transverse section.
+    """
+    others = tuple(item for item in pair.mounting if not isinstance(item, Eccentricity))
+    shape = edged(replace(pair, mounting=others) if pair.mounting else pair)
+    offsets = np.stack([offset_of(pair, which) for which in ("drive", "loose")])
+    return Mesh(shape.flanks, shape.tips, offsets, bool(offsets.any()))
+
+
+def offset_of(pair: Pair, which: str) -> np.ndarray:
+    """Return how far the teeth's axis stands off the axis of rotation, in the gear's own frame (2,) [m].
+
+    Args:
+        pair: with its mounting.
+        which: ``"drive"`` or ``"loose"``.
+    """
+    sense = 1.0 if which == "drive" else -1.0
+    offset = np.zeros(2)
+    for item in pair.mounting:
+        if isinstance(item, Eccentricity) and item.gear == which:
+            offset += item.offset * np.array([math.cos(item.phase), sense * math.sin(item.phase)])
+    return offset
+
+
+@njit(cache=True)
+def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
+    """Return where a gear's teeth have their axis, from the axis of rotation, in the world [m].
+
+    Args:
+        mesh: of the pair.
+        gear: 0 drive, 1 loose.
+        rotation: angle about +z of the gear's own frame [rad].
+    """
+    x, y = mesh.offsets[gear, 0], mesh.offsets[gear, 1]
+    c, s = math.cos(rotation), math.sin(rotation)
+    return c * x - s * y, s * x + c * y
+
+
+@njit(cache=True)
+def tooth_gap(
+    mesh: Mesh, theta_drive: float, theta_loose: float, tooth_drive: int, tooth_loose: int, side: int
+) -> tuple[float, float, float]:
+    """Return the gap of two teeth on one side [m] and its derivatives by the angles of drive and loose gear [m/rad].
+
+    Args:
+        mesh: of the pair.
+        theta_drive: angle of the drive gear [rad].
+        theta_loose: angle of the loose gear [rad].
+        tooth_drive: number of the drive gear's tooth.
+        tooth_loose: number of the loose gear's tooth.
+        side: 0 active, 1 reverse.
+    """
+    if not mesh.eccentric:
+        gap, by_drive, by_loose, _ = edged_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
+        return gap, by_drive, by_loose
+    turned = math.pi - theta_loose
+    x1, y1 = off_axis(mesh, 0, theta_drive)
+    x2, y2 = off_axis(mesh, 1, turned)
+    centre = (mesh.flanks.mount[2] + x2 - x1, y2 - y1)
+    gap, by_drive, by_loose, _, _, nx, ny, _ = edged_gap_at(
+        mesh, centre, theta_drive, turned, tooth_drive, tooth_loose, side
+    )
+    if gap == math.inf:
+        return gap, 0.0, 0.0
+    return gap, by_drive + y1 * nx - x1 * ny, y2 * nx - x2 * ny - by_loose
+
+
 @njit(cache=True)
 def side_gap(
-    shape: Edged, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
+    shape: Mesh, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
 ) -> tuple[float, float, float, int]:
     """Return the smallest gap of one side among the candidate teeth, measured on the true flanks.
 
     Args:
-        shape: flanks and edges of the pair.
+        shape: flanks of the pair.
         teeth: candidates (n, 3): tooth of the drive gear, tooth of the loose gear, side.
         side: 0 active, 1 reverse.
         theta_drive: angle of the drive gear [rad].
@@ -40,7 +135,7 @@ def side_gap(
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
     for i in range(teeth.shape[0]):
         if teeth[i, 2] == side:
-            gap, drive, loose, _ = edged_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
             if gap < best:
                 best, by_drive, by_loose, row = gap, drive, loose, i
     return best, by_drive, by_loose, row
@@ -66,7 +161,7 @@ def tooth_at(flanks: Flanks, gear: int, count: int, angle: float) -> tuple[int, 
 
 @njit(cache=True)
 def teeth_of_points(
-    flanks: Flanks,
+    shape: Mesh,
     counts: tuple[int, int],
     on_drive: np.ndarray,
     on_loose: np.ndarray,
@@ -76,7 +171,7 @@ def teeth_of_points(
     """Return which teeth, and which side of them, Bullet's closest points lie on.
 
     Args:
-        flanks: of the pair.
+        shape: of the pair.
         counts: numbers of teeth of drive and loose gear.
         on_drive: points on the drive gear in the world (n, 3) [m].
         on_loose: points on the loose gear (n, 3) [m].
@@ -86,12 +181,14 @@ def teeth_of_points(
     Returns:
         (n, 3): tooth of the drive gear, tooth of the loose gear, side; NOBODY as side where the two do not match.
     """
-    distance = flanks.mount[2]
+    flanks, distance = shape.flanks, shape.flanks.mount[2]
+    x1, y1 = off_axis(shape, 0, theta_drive)
+    x2, y2 = off_axis(shape, 1, math.pi - theta_loose)
     found = np.zeros((on_drive.shape[0], 3), np.int64)
     for i in range(on_drive.shape[0]):
-        angle = math.atan2(on_drive[i, 1], on_drive[i, 0]) - theta_drive
+        angle = math.atan2(on_drive[i, 1] - y1, on_drive[i, 0] - x1) - theta_drive
         found[i, 0], side = tooth_at(flanks, 0, counts[0], angle)
-        angle = math.atan2(on_loose[i, 1], on_loose[i, 0] - distance) - math.pi + theta_loose
+        angle = math.atan2(on_loose[i, 1] - y2, on_loose[i, 0] - distance - x2) - math.pi + theta_loose
         found[i, 1], mate = tooth_at(flanks, 1, counts[1], angle)
         found[i, 2] = side if side == mate else NOBODY
     return found
@@ -109,12 +206,12 @@ def both_sides(found: np.ndarray) -> bool:
 
 @njit(cache=True)
 def touching_teeth(
-    shape: Edged, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
+    shape: Mesh, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
 ) -> tuple[int, int]:
     """Return the numbers of the teeth that hit; of several pairs as fast, those next to the pitch point.
 
     Args:
-        shape: flanks and edges of the pair.
+        shape: flanks of the pair.
         teeth: candidates (n, 3).
         side: 0 active, 1 reverse.
         angles: of drive and loose gear [rad].
@@ -126,7 +223,7 @@ def touching_teeth(
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
-        gap, by_drive, by_loose, _ = edged_gap(shape, angles[0], angles[1], teeth[i, 0], teeth[i, 1], side)
+        gap, by_drive, by_loose = tooth_gap(shape, angles[0], angles[1], teeth[i, 0], teeth[i, 1], side)
         if gap > least + TOGETHER:
             continue
         rate = by_drive * speeds[0] + by_loose * speeds[1]
@@ -141,12 +238,12 @@ def touching_teeth(
 
 @njit(cache=True)
 def able_to_touch(
-    shape: Edged, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float, slack: float
+    shape: Mesh, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float, slack: float
 ) -> np.ndarray:
     """Return the tooth pairs that touch first, or nearly so, now or after a turn to either side.
 
     Args:
-        shape: flanks and edges of the pair.
+        shape: flanks of the pair.
         teeth: found near each other (n, 3).
         theta_drive: angle of the drive gear [rad].
         theta_loose: angle of the loose gear [rad].
@@ -162,7 +259,7 @@ def able_to_touch(
         for i in range(teeth.shape[0]):
             side = teeth[i, 2]
             if side != NOBODY:
-                gaps[i] = edged_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
+                gaps[i] = tooth_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
                 least[side] = min(least[side], gaps[i])
         for i in range(teeth.shape[0]):
             side = teeth[i, 2]

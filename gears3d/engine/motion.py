@@ -6,21 +6,24 @@ Source: Rigaud & Perret-Liaudet 2020, eqs (1) and (5).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.effects.rows import Code, Row
 from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
-def motion_table(scenario: Scenario) -> np.ndarray:
+def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:
     """Return the motion as a table: mean speed first, then amplitude, circular frequency, phase of each harmonic.
 
     Args:
         scenario: its ``motion``; an ``order`` counts per mean revolution.
+        effects: rows of all effects; those of the motion are added.
 
     Returns:
         (1 + harmonics, 3): ``(mean, 0, 0)`` [rad/s], then ``(amplitude [rad/s], frequency [rad/s], phase [rad])``.
@@ -29,6 +32,10 @@ def motion_table(scenario: Scenario) -> np.ndarray:
     rows = [(motion.mean, 0.0, 0.0)]
     for harmonic in motion.harmonics:
         rows.append((harmonic.amplitude, 2.0 * math.pi * harmonic.frequency, harmonic.phase))
+    for row in effects:
+        if row.code == Code.MOTION_HARMONIC:
+            amplitude, frequency, phase = row.p
+            rows.append((amplitude, 2.0 * math.pi * frequency, phase))
     return np.array(rows, dtype=float)
 
 

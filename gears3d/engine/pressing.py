@@ -98,6 +98,7 @@ def _acceleration_along(
         return 0.0, force
     omega, place = speed_after(arc, after), 1 + push.side
     plain, dry = resisting(plant.torques, place, arc.time + after, angle_after(arc, after), omega)
+    dry += plant.friction * max(force, 0.0)
     return (force * lever - plain - push.direction * dry) / plant.inertia, force
 
 
@@ -110,6 +111,7 @@ def _direction(plant: Plant, teeth: np.ndarray, side: int, springs: np.ndarray, 
     if pushing:
         force, lever = _force_along(plant, teeth, side, springs, start, 0.0)
     plain, dry = resisting(plant.torques, 1 + side, start.time, start.theta, 0.0)
+    dry += plant.friction * max(force, 0.0)
     net = force * lever - plain
     return AT_REST if abs(net) <= dry else np.sign(net)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gears3d.effects.rows import WIDTH, Code, Gate, Row
+from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
 from gears3d.kernels import njit
 
 FREE, ON_ACTIVE, ON_REVERSE = 0, 1, 2
@@ -18,6 +18,9 @@ _LINEAR = int(Code.TORQUE_LINEAR)
 _POWER = int(Code.TORQUE_POWER)
 _HARMONIC = int(Code.TORQUE_HARMONIC)
 _RELAX = int(Code.TORQUE_RELAX)
+_TABLE = int(Code.TORQUE_TABLE)
+_SPEED = int(Variable.SPEED)
+_ANGLE = int(Variable.ANGLE)
 _FLIGHT = int(Gate.FLIGHT)
 _CONTACT = int(Gate.CONTACT)
 _ACTIVE = int(Gate.ACTIVE)
@@ -25,18 +28,50 @@ _REVERSE = int(Gate.REVERSE)
 
 
 def torque_table(rows: Sequence[Row]) -> np.ndarray:
-    """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH).
+    """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH + 2·most points of a tabulated torque).
+
+    A tabulated torque has its number of points behind its variable, and behind the numbers its abscissae and values.
+    Friction of the flanks is left out, see :func:`friction`.
 
     >>> from gears3d.effects.rows import torque_constant
     >>> torque_table([torque_constant(0.22)])[0, :3].tolist()
     [101.0, 0.0, 0.22]
     """
-    chosen = [row for row in rows if row.code // 100 == 1]
-    table = np.zeros((len(chosen), 2 + WIDTH))
+    chosen = [row for row in rows if row.code // 100 == 1 and row.code != Code.TORQUE_FRICTION]
+    longest = max((len(row.table) for row in chosen), default=0)
+    table = np.zeros((len(chosen), 2 + WIDTH + 2 * longest))
     for line, row in zip(table, chosen, strict=True):
         line[0], line[1] = row.code, row.gate
         line[2 : 2 + len(row.p)] = row.p
+        if row.code == Code.TORQUE_TABLE:
+            count = line[3] = len(row.table)
+            line[2 + WIDTH : 2 + WIDTH + 2 * int(count)] = np.ravel(row.table, order="F")
     return table
+
+
+def friction(rows: Sequence[Row]) -> float:
+    """Return the coefficients of friction between the flanks together.
+
+    >>> from gears3d.effects.rows import torque_friction
+    >>> friction([torque_friction(0.03), torque_friction(0.02)])
+    0.05
+    """
+    return float(sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION))
+
+
+@njit(cache=True)
+def _between(line: np.ndarray, at: float) -> float:
+    """Return a tabulated torque [N m]: straight between its points, constant beyond its ends."""
+    count = int(line[3])
+    first = 2 + WIDTH
+    if at <= line[first]:
+        return line[first + count]
+    if at >= line[first + count - 1]:
+        return line[first + 2 * count - 1]
+    high = first + np.searchsorted(line[first : first + count], at, side="right")
+    low = high - 1
+    share = (at - line[low]) / (line[high] - line[low])
+    return line[low + count] + share * (line[high + count] - line[low + count])
 
 
 @njit(cache=True)
@@ -85,6 +120,9 @@ def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: f
             plain += second * math.cos(first * theta + third)
         elif code == _RELAX:
             dry += first * (1.0 - math.exp(-time / second))
+        elif code == _TABLE:
+            at = omega if first == _SPEED else theta if first == _ANGLE else time
+            plain += _between(table[i], at)
     return plain, dry
 
 

@@ -7,10 +7,10 @@ import pytest
 from gears3d.engine import door, world
 from gears3d.engine.budget import MARGINS
 from gears3d.engine.hulls import QUANTA, against_truncation, write_compound
-from gears3d.engine.mesh import side_gap, teeth_of_points
+from gears3d.engine.mesh import meshed, side_gap, teeth_of_points
 from gears3d.errors import EngineError
 from gears3d.gears import Gear, Pair, nearest_gap
-from gears3d.gears.edge import edged, edged_gap
+from gears3d.gears.edge import edged_gap
 from gears3d.scenario import load
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
@@ -33,12 +33,12 @@ def poses(pair, count, seed=0):
 def test_backlash_of_the_solids_as_bullet_measures_it(fig5_world):
     """250 µm asked: 250.0 ± 0.5 from the hulls, margins taken out; ± 0.01 refined."""
     pair = SCENARIO.pair()
-    shape = edged(pair)
+    shape = meshed(pair)
     raw, refined = [], []
     for drive, loose, above in poses(pair, 200):
         fig5_world.place((drive, loose), (0.0, 0.0))
         on_drive, on_loose, gaps = fig5_world.nearest(400e-6)
-        found = teeth_of_points(shape.flanks, (90, 90), on_drive, on_loose, drive, loose)
+        found = teeth_of_points(shape, (90, 90), on_drive, on_loose, drive, loose)
         sides = [found[:, 2] == side for side in (0, 1)]
         raw.append(sum(gaps[side].min() + MARGINS for side in sides))
         each = [side_gap(shape, found[side], number, drive, loose)[0] for number, side in enumerate(sides)]
@@ -51,10 +51,10 @@ def test_backlash_of_the_solids_as_bullet_measures_it(fig5_world):
 
 def test_found_teeth_are_those_that_mesh(fig5_world):
     pair = SCENARIO.pair()
-    shape = edged(pair)
+    shape = meshed(pair)
     for drive, loose, _ in poses(pair, 50, seed=1):
         fig5_world.place((drive, loose), (0.0, 0.0))
-        found = teeth_of_points(shape.flanks, (90, 90), *fig5_world.nearest(400e-6)[:2], drive, loose)
+        found = teeth_of_points(shape, (90, 90), *fig5_world.nearest(400e-6)[:2], drive, loose)
         for side in (0, 1):
             expected = tuple(nearest_gap(shape.flanks, drive, loose, side)[:2])
             assert expected in {tuple(row[:2]) for row in found if row[2] == side}
@@ -110,7 +110,7 @@ def test_compound_file_names_every_vertex(tmp_path):
 def test_edges_close_the_path_of_contact(drive, loose):
     """On the path the gap is that of the flanks; off it, it grows without a jump, and its derivatives are right."""
     pair = Pair.from_backlash(Gear(*drive, face_width=5e-3), Gear(*loose, face_width=5e-3), 100e-6)
-    shape = edged(pair)
+    shape = meshed(pair)
     pitch = 2.0 * np.pi / pair.drive.teeth
     ratio = pair.drive.teeth / pair.loose.teeth
     turns = np.linspace(-1.2, 1.2, 2001) * pitch
