@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from gears3d.gears.deviation import HarmonicDeviation, ToothDeviation
+from gears3d.gears.deviation import HarmonicDeviation, HelixSlope, ProfileSlope, ProfileWave, ToothDeviation
 from gears3d.gears.gear import Gear
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
 from gears3d.gears.pair import Pair
@@ -63,8 +63,11 @@ __all__ = [
     "Flanks",
     "Gear",
     "HarmonicDeviation",
+    "HelixSlope",
     "Misalignment",
     "Pair",
+    "ProfileSlope",
+    "ProfileWave",
     "QuasiStatic",
     "Relief",
     "Surfaces",

@@ -129,20 +129,20 @@ def loop(first: int, count: int) -> Indices:
     return np.c_[around, np.roll(around, -1)]
 
 
-def lift(points: Array, levels: Array, shares: Array | None = None) -> Array:
+def lift(points: Array, levels: Array, turns: Array | None = None) -> Array:
     """Put plane points on every level, turned by its angle.
 
     Args:
         points: in the plane [m], (n, 2).
         levels: height [m], angle [rad] and angle of crowning [rad] of each level, (levels, 3).
-        shares: of the crowning's angle that each point turns by, (n,); none when not given.
+        turns: what each point turns by on each level beyond its angle [rad], (levels, n); nothing when not given.
 
     Returns:
         Points level after level [m], (levels·n, 3).
     """
     angle = levels[:, 1:2]
-    if shares is not None and levels[:, 2].any():
-        angle = angle + levels[:, 2:3] * shares
+    if turns is not None:
+        angle = angle + turns
     c, s = np.cos(angle), np.sin(angle)
     x, y = c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]
     return np.stack([x, y, np.broadcast_to(levels[:, :1], x.shape)], axis=2).reshape(-1, 3)
@@ -166,7 +166,7 @@ def stitch(segments: Indices, layer: int, levels: int) -> Indices:
 
 
 def wall(
-    points: Array, segments: Indices, outward: Array, levels: Array, shares: Array | None = None
+    points: Array, segments: Indices, outward: Array, levels: Array, turns: Array | None = None
 ) -> tuple[Array, Indices, Array]:
     """Carry a chain along the axis, for drawing.
 
@@ -175,14 +175,14 @@ def wall(
         segments: start and end of each segment, (m, 2).
         outward: normals of the points in the plane, tilted here by the helix, (n, 2).
         levels: height, angle and angle of crowning of each level, (levels, 3).
-        shares: of the crowning's angle that each point turns by, (n,).
+        turns: what each point turns by on each level beyond its angle [rad], (levels, n).
 
     Returns:
         Points, triangles and normals.
     """
     lead = (levels[-1, 1] - levels[0, 1]) / (levels[-1, 0] - levels[0, 0])
-    normals = lift(outward, levels, shares)
+    normals = lift(outward, levels, turns)
     around = points[:, 0] * outward[:, 1] - points[:, 1] * outward[:, 0]
     normals[:, 2] = np.tile(-lead * around, len(levels))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    return lift(points, levels, shares), stitch(segments, len(points), len(levels)), normals
+    return lift(points, levels, turns), stitch(segments, len(points), len(levels)), normals

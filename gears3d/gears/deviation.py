@@ -94,4 +94,101 @@ class ToothDeviation:
         index_of(self.flank, FLANKS, "flank")
 
 
-Deviation = HarmonicDeviation | ToothDeviation
+@dataclass(frozen=True)
+class ProfileSlope:
+    """Material that grows in proportion to the roll angle from the start of the active profile to the tip.
+
+    It is measured along the normal of the involute and is 0 in the middle of that range, below which it goes on
+    straight to the root form circle. A positive slope is a smaller pressure angle of the flank.
+
+    Args:
+        gear: ``"drive"`` or ``"loose"``.
+        flank: ``"active"`` or ``"reverse"``.
+        amount: profile slope deviation f_Hα: material at the tip less that at the start of the active profile [m].
+        tooth: number of the one tooth that has it; ``None``: all of them.
+
+    Raises:
+        InputError: unknown words.
+
+    Source: ISO 1328-1:2013, profile slope deviation, positive when there is more material towards the tip.
+
+    >>> ProfileSlope("drive", "active", 6e-6).tooth is None
+    True
+    """
+
+    gear: Literal["drive", "loose"]
+    flank: Literal["active", "reverse"]
+    amount: float
+    tooth: int | None = None
+
+    def __post_init__(self) -> None:
+        _flank_words(self)
+
+
+@dataclass(frozen=True)
+class ProfileWave:
+    """Material amplitude·cos(2π·waves·x + phase), x from 0 at the start of the active profile to 1 at the tip.
+
+    x is the share of the roll angle, the material is measured along the normal of the involute; below the start the
+    flank goes on straight.
+
+    Args:
+        gear: ``"drive"`` or ``"loose"``.
+        flank: ``"active"`` or ``"reverse"``.
+        amplitude: half the profile form deviation f_fα of a whole wave [m].
+        waves: on the range, any positive number.
+        phase: at the start of the active profile [rad].
+        tooth: number of the one tooth that has it; ``None``: all of them.
+
+    Raises:
+        InputError: unknown words, or a number of waves that is not positive.
+
+    Source: ISO 1328-1:2013, profile form deviation over the profile evaluation range.
+    """
+
+    gear: Literal["drive", "loose"]
+    flank: Literal["active", "reverse"]
+    amplitude: float
+    waves: float
+    phase: float = 0.0
+    tooth: int | None = None
+
+    def __post_init__(self) -> None:
+        _flank_words(self)
+        if not 0.0 < self.waves <= _MOST_WAVES:
+            raise InputError(Fault("waves", f"is {self.waves:g}", f"give more than 0 and at most {_MOST_WAVES:g}"))
+
+
+@dataclass(frozen=True)
+class HelixSlope:
+    """Material that grows in proportion to the height over the face width, 0 in its middle.
+
+    Args:
+        gear: ``"drive"`` or ``"loose"``.
+        flank: ``"active"`` or ``"reverse"``.
+        amount: helix slope deviation f_Hβ of this flank: material at +z less that at -z, along the transverse line of
+            action [m]. The helix is steeper than it should where that turns the flank the way the hand does.
+        tooth: number of the one tooth that has it; ``None``: all of them.
+
+    Raises:
+        InputError: unknown words.
+
+    Source: ISO 1328-1:2013, helix slope deviation; its sign there is that of the change of |β|.
+    """
+
+    gear: Literal["drive", "loose"]
+    flank: Literal["active", "reverse"]
+    amount: float
+    tooth: int | None = None
+
+    def __post_init__(self) -> None:
+        _flank_words(self)
+
+
+_MOST_WAVES = 100.0
+Deviation = HarmonicDeviation | ToothDeviation | ProfileSlope | ProfileWave | HelixSlope
+
+
+def _flank_words(deviation: ProfileSlope | ProfileWave | HelixSlope) -> None:
+    index_of(deviation.gear, GEARS, "gear")
+    index_of(deviation.flank, FLANKS, "flank")

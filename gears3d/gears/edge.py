@@ -62,7 +62,7 @@ def edges_of(pair: Pair, flanks: Flanks) -> Edged:
             for tooth in range(1, gear.teeth + 1):
                 roll = roll_at_radius(flanks, number, flank, tooth, gear.tip_radius)
                 x, y, nx, ny, _, _ = flank_point(flanks, number, flank, tooth, roll)
-                if gear.tip_relief is not None:
+                if gear.tip_relief is not None or flanks.slopes.size:
                     roll = roll_of(flanks, number, flank, tooth, atan2(ny, nx))
                 tips[number, flank, tooth - 1] = (roll, x, y)
     return Edged(flanks, tips)

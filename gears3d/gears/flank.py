@@ -13,7 +13,7 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from gears3d.gears.support import (
+from gears3d.gears.arrays import (
     ACTIVE,
     ACTIVE_START,
     BASE,
@@ -29,13 +29,9 @@ from gears3d.gears.support import (
     TURN,
     Flanks,
     compile_pair,
-    deviation,
-    full_support,
     relief_starts,
-    roll_of,
-    support,
-    taken_off,
 )
+from gears3d.gears.support import deviation, full_support, roll_of, support, taken_off
 from gears3d.kernels import njit
 
 __all__ = [
@@ -79,7 +75,7 @@ def flank_point(flanks, gear, flank, tooth, roll):
     side = 1.0 - 2.0 * flank
     u = flanks.gears[gear, ACTIVE_START + flank] - flanks.gears[gear, PITCH] * (tooth - 1) - side * roll
     height, slope, bend = full_support(flanks, gear, flank, tooth, u)
-    taken, fall, _ = taken_off(flanks, gear, roll)
+    taken, fall, _ = taken_off(flanks, gear, flank, tooth, roll)
     nx, ny = cos(u), sin(u)
     speed = -side * (height + bend - taken)
     height -= taken

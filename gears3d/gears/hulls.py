@@ -12,7 +12,7 @@ from gears3d.gears.body import lift
 from gears3d.gears.deviation import GEARS, index_of
 from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.pair import Pair
-from gears3d.gears.surface import flanks_at, lead_turn
+from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 
 _HULL_STEPS = 10216
 """Steps into which Bullet quantises the extent of a convex hull's vertices."""
@@ -43,7 +43,8 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
         InputError: no slice, or an unknown gear.
     """
     gear = index_of(which, GEARS, "which")
-    levels, shares = _levels(pair, which, slices), np.repeat([-1.0, 1.0], points)
+    levels, leads = _levels(pair, which, slices), flank_leads(pair)[gear]
+    crowned = levels[:, 2:] * np.repeat([-1.0, 1.0], points)
     sections = [flanks_at(pair, height) for height in levels[:, 0]]
     same = levels[0, 1] == 0.0 or sections[0].harmonics.shape[2] == 0
     result = []
@@ -55,7 +56,8 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
                 for flank in (ACTIVE, REVERSE)
             )
             layers.append(np.vstack([active, reverse[::-1]]))
-        lifted = [lift(layers[0 if same else i], levels[i : i + 1], shares) for i in range(len(levels))]
+        turns = crowned + (levels[:, :1] * np.repeat(leads[:, tooth - 1], points) if leads.size else 0.0)
+        lifted = [lift(layers[0 if same else i], levels[i : i + 1], turns[i : i + 1]) for i in range(len(levels))]
         result += [np.vstack(ends) for ends in pairwise(lifted)]
     return result
 
@@ -115,6 +117,7 @@ def _slice_error(pair: Pair, which: str, slices: int | None) -> float:
     """
     gear, levels = pair.gear(which), _levels(pair, which, slices)
     turn = float(np.max(np.abs(np.diff(levels[:, 1])))) + float(np.max(np.abs(np.diff(levels[:, 2]))))
+    turn += float(np.max(np.abs(flank_leads(pair)[GEARS.index(which)]), initial=0.0)) * float(np.diff(levels[:2, 0])[0])
     crowned = abs(gear.lead_crowning) / (len(levels) - 1) ** 2
     return gear.base_radius * gear.tip_roll * turn * turn / 8.0 + crowned
 

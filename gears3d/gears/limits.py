@@ -8,7 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.deviation import GEARS, HarmonicDeviation
+from gears3d.gears.arrays import (
+    ACTIVE_PROFILE,
+    FLOOR,
+    FORM_ROLL,
+    LEAST_TURN,
+    PROFILE_REACH,
+    Flanks,
+    compile_pair,
+    steepness,
+)
+from gears3d.gears.deviation import (
+    FLANKS,
+    GEARS,
+    HarmonicDeviation,
+    HelixSlope,
+    ProfileSlope,
+    ProfileWave,
+    ToothDeviation,
+)
+from gears3d.gears.support import relieved
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
@@ -56,18 +75,22 @@ def clearance(pair: Pair) -> float:
 def _material(pair: Pair, which: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Material of both flanks together over the gear's angle, single teeth at their thickest."""
     total = np.zeros_like(theta)
-    teeth: dict[tuple[str, int], float] = {}
+    teeth = np.zeros((2, pair.gear(which).teeth))
     for deviation in pair.deviations:
         if deviation.gear != which:
             continue
         if isinstance(deviation, HarmonicDeviation):
             total += deviation.amplitude * np.cos(deviation.order * theta + deviation.phase)
         else:
-            key = (deviation.flank, deviation.tooth)
-            teeth[key] = teeth.get(key, 0.0) + deviation.offset
-    for flank in ("active", "reverse"):
-        total += max((offset for (side, _), offset in teeth.items() if side == flank), default=0.0)
-    return total
+            tooth = slice(None) if deviation.tooth is None else deviation.tooth - 1
+            teeth[FLANKS.index(deviation.flank), tooth] += _thickest(deviation)
+    return total + float(teeth.max(axis=1).sum())
+
+
+def _thickest(deviation: ToothDeviation | ProfileSlope | ProfileWave | HelixSlope) -> float:
+    if isinstance(deviation, ToothDeviation):
+        return deviation.offset
+    return abs(deviation.amplitude) if isinstance(deviation, ProfileWave) else 0.5 * abs(deviation.amount)
 
 
 def check_deviations(pair: Pair) -> None:
@@ -80,16 +103,17 @@ def check_deviations(pair: Pair) -> None:
         InputError: a tooth that is not there, a harmonic too steep, or material that uses up the
             backlash.
     """
-    steepness: dict[tuple[str, str], float] = {}
+    steep: dict[tuple[str, str], float] = {}
     for deviation in pair.deviations:
         if isinstance(deviation, HarmonicDeviation):
             key = (deviation.gear, deviation.flank)
-            steepness[key] = steepness.get(key, 0.0) + abs(deviation.amplitude) * deviation.order**2
-        elif not 1 <= deviation.tooth <= pair.gear(deviation.gear).teeth:
+            steep[key] = steep.get(key, 0.0) + abs(deviation.amplitude) * deviation.order**2
+        elif deviation.tooth is not None and not 1 <= deviation.tooth <= pair.gear(deviation.gear).teeth:
             teeth = pair.gear(deviation.gear).teeth
             raise InputError(Fault("tooth", f"is {deviation.tooth}", f"the {deviation.gear} gear has 1 to {teeth}"))
-    for (which, flank), steep in steepness.items():
-        _check_steepness(pair, which, flank, steep)
+    for (which, flank), size in steep.items():
+        _check_steepness(pair, which, flank, size)
+    _check_profiles(pair, steep)
     left = clearance(pair)
     if left < 0.0:
         raise InputError(
@@ -114,3 +138,55 @@ def _check_steepness(pair: Pair, which: str, flank: str, steep: float) -> None:
                 f"at order {teeth} give at most {most / teeth**2 * 1e6:.3g} um",
             )
         )
+
+
+def _check_profiles(pair: Pair, steep: dict[tuple[str, str], float]) -> None:
+    """Refuse deviations of profiles with which a flank would fold between the start of its active profile and tip."""
+    flanks = compile_pair(pair)
+    if not flanks.slopes.size:
+        return
+    for gear, which in enumerate(GEARS):
+        for side, flank in enumerate(FLANKS):
+            bent = steep.get((which, flank), 0.0)
+            bent *= pair.path_length / (pair.path_length + bent)
+            if _least_turn(flanks, gear, side, (1.0, bent)) >= LEAST_TURN:
+                continue
+            low, high = 0.0, 1.0
+            for _ in range(30):
+                middle = 0.5 * (low + high)
+                fits = _least_turn(flanks, gear, side, (middle, bent)) >= LEAST_TURN
+                low, high = (middle, high) if fits else (low, middle)
+            raise InputError(
+                Fault(
+                    "profile",
+                    f"deviations of the {which} gear's {flank} flanks bend them more than their own curvature: "
+                    "no regular flank",
+                    f"give at most {low:.2g} of these amounts" if low else "leave them out",
+                )
+            )
+
+
+def _least_turn(flanks: Flanks, gear: int, flank: int, sizes: tuple[float, float]) -> float:
+    """Return the least turning of a flank's normal by the roll angle at a share of its profile deviations, at worst.
+
+    Args:
+        flanks: the arrays of a pair.
+        gear: 0 drive, 1 loose.
+        flank: 0 active, 1 reverse.
+        sizes: share of the deviations, and by how much harmonics may shorten the radius of curvature [m].
+    """
+    share, bent = sizes
+    row, base = flanks.gears[gear], flanks.gears[gear, 0]
+    rise, bend, most = (
+        share * each for each in steepness(flanks.slopes[gear, flank], flanks.waves[gear, flank], row[PROFILE_REACH])
+    )
+    if row[FLOOR + flank] > max(row[ACTIVE_PROFILE], row[FORM_ROLL]) and share == 1.0:
+        return 0.0
+    least = 1.0
+    for roll in np.linspace(row[ACTIVE_PROFILE], row[ACTIVE_PROFILE] + row[PROFILE_REACH], 129):
+        taken, fall, curl = relieved(flanks, gear, float(roll))
+        radius, slope = base * roll - taken - most - bent, fall + rise
+        if radius <= 0.0:
+            return 0.0
+        least = min(least, 1.0 + ((curl - bend) * radius - abs(slope) * base) / (radius**2 + slope**2))
+    return least

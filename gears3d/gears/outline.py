@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
+from gears3d.gears.arrays import PROFILE_REACH, steepness
 from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
 from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.gear import Gear
@@ -138,6 +139,10 @@ def _flank_segments(pair: Pair, which: str, lowest: float, chord: float) -> int:
     reach = pair.path_length
     extra = steep * reach / (reach - min(steep, 0.9 * reach)) / (gear.base_radius * lowest)
     extra += relief_bend(gear, lowest)
+    flanks, number = flanks_at(pair, 0.0), GEARS.index(which)
+    bends = [steepness(flanks.slopes[number, side], flanks.waves[number, side], flanks.gears[number, PROFILE_REACH])
+             for side in (ACTIVE, REVERSE)]  # fmt: skip
+    extra += max(bend for _, bend, _ in bends) / (gear.base_radius * lowest)
     span = (gear.tip_roll**1.5 - lowest**1.5) / 1.5
     return max(2, ceil(span * sqrt(gear.base_radius * (1.0 + extra) / (8.0 * chord))))
 

@@ -15,7 +15,7 @@ from math import acos, cos, degrees, hypot, pi, sin, tan
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.deviation import GEARS, Deviation, index_of
+from gears3d.gears.deviation import GEARS, Deviation, HelixSlope, index_of
 from gears3d.gears.gear import Gear
 from gears3d.gears.interference import interference_faults
 from gears3d.gears.involute import inv, inverse_inv
@@ -139,7 +139,7 @@ class Pair:
         """Return the pair with these deviations added to its flanks.
 
         Args:
-            deviations: harmonic or single-tooth deviations.
+            deviations: of harmonics, single teeth, profiles or helices.
 
         Returns:
             A new pair.
@@ -249,6 +249,9 @@ def _check_planar(pair: Pair) -> None:
         slope = pair.gear(which).helix_slope
         if slope != 0.0:
             raise InputError(Fault(f"{which}.helix_slope", f"is {slope * 1e6:g} um: {reason}", "give 0 um"))
+    sloped = next((each for each in pair.deviations if isinstance(each, HelixSlope)), None)
+    if sloped is not None:
+        raise InputError(Fault(f"{sloped.gear}.helix_slope", f"is {sloped.amount * 1e6:g} um: {reason}", "give 0 um"))
     if pair.mounting:
         kind = type(pair.mounting[0]).__name__
         raise InputError(Fault("mounting", f"has {kind}: contact is located on ideal axes only", "leave it out"))

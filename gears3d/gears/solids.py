@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.gears.arrays import ACTIVE, REVERSE
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
-from gears3d.gears.deviation import HarmonicDeviation
+from gears3d.gears.deviation import GEARS, HarmonicDeviation
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
-from gears3d.gears.surface import lead_turn
+from gears3d.gears.surface import flank_leads, lead_turn
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -88,10 +89,13 @@ def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, 
     cap = _cap(section, inner)
     flat = np.vstack([section.points.reshape(-1, 2), inner])
     upright = np.tile([0.0, 0.0, 1.0], (len(flat), 1))
-    shares = np.append(_shares(section), np.zeros(len(inner)))
-    parts = [(lift(flat, levels[:1], shares), cap[:, ::-1], -upright), (lift(flat, levels[-1:], shares), cap, upright)]
-    ring, segments, outward, shares = _split(section)
-    parts.append(wall(ring, segments, outward, levels, shares))
+    turns = _turns(pair, which, section, levels)
+    first, last = None, None
+    if turns is not None:
+        first, last = (np.pad(turns[[end]], ((0, 0), (0, len(inner)))) for end in (0, -1))
+    parts = [(lift(flat, levels[:1], first), cap[:, ::-1], -upright), (lift(flat, levels[-1:], last), cap, upright)]
+    ring, segments, outward, order = _split(section)
+    parts.append(wall(ring, segments, outward, levels, None if turns is None else turns[:, order]))
     parts += drawn_inside(pair.gear(which), inner, levels)
     bases = np.cumsum([0] + [len(points) for points, _, _ in parts])
     faces = [triangles + base for (_, triangles, _), base in zip(parts, bases, strict=False)]
@@ -118,10 +122,12 @@ def _welded(pair: Pair, which: str, chords: tuple[float, float]) -> tuple[Array,
     """Vertices and triangles of the closed surface, every vertex once."""
     section, levels = outline(pair, which, *chords), _levels(pair, which, chords[1])
     outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chords[1])
-    vertices, faces = lift(outer, levels, _shares(section)), stitch(loop(0, len(outer)), len(outer), len(levels))
+    turns = _turns(pair, which, section, levels)
+    vertices, faces = lift(outer, levels, turns), stitch(loop(0, len(outer)), len(outer), len(levels))
     if levels[0, 1] != 0.0 and any(isinstance(d, HarmonicDeviation) and d.gear == which for d in pair.deviations):
         layers = [outline(pair, which, *chords, height).points.reshape(-1, 2) for height in levels[:, 0]]
-        vertices = np.vstack([lift(p, levels[i : i + 1], _shares(section)) for i, p in enumerate(layers)])
+        each = [None if turns is None else turns[i : i + 1] for i in range(len(levels))]
+        vertices = np.vstack([lift(p, levels[i : i + 1], each[i]) for i, p in enumerate(layers)])
     inside, walls, top = inside_surface(pair.gear(which), inner, levels)
     cap, count = _cap(section, inner), len(outer)
 
@@ -137,7 +143,9 @@ def _levels(pair: Pair, which: str, chord: float) -> Array:
     """Heights of the layers, the angle by which helix and helix slope turn each, and that of crowning, (levels, 3)."""
     gear = pair.gear(which)
     lead = lead_turn(gear, 1.0 if which == "drive" else -1.0)
-    count = max(1, ceil(abs(lead) * gear.face_width * sqrt(gear.tip_radius / (8.0 * chord))))
+    leads = flank_leads(pair)[GEARS.index(which)]
+    most = abs(lead) + float(np.max(np.abs(leads), initial=0.0))
+    count = max(1, ceil(most * gear.face_width * sqrt(gear.tip_radius / (8.0 * chord))))
     if gear.lead_crowning != 0.0:
         count = 2 * ceil(0.5 * max(count, sqrt(abs(gear.lead_crowning) / chord)))
     heights = np.linspace(-0.5, 0.5, count + 1) * gear.face_width
@@ -145,20 +153,36 @@ def _levels(pair: Pair, which: str, chord: float) -> Array:
     return np.c_[heights, lead * heights, lean]
 
 
-def _shares(section: Outline) -> Array:
-    """What each point of the outline turns by when its flank turns by one, reverse flanks onwards: (teeth·n,)."""
-    teeth, n = section.points.shape[:2]
+def _turns(pair: Pair, which: str, section: Outline, levels: Array) -> Array | None:
+    """What crowning and helix slopes of single flanks turn each point by on each level, (levels, teeth·n), or None."""
+    leads = flank_leads(pair)[GEARS.index(which), :, : pair.gear(which).teeth]
+    if not levels[:, 2].any() and not leads.any():
+        return None
+    weights = _weights(section)
+    turns = levels[:, 2:3] * np.tile(weights[0] - weights[1], len(section.points))
+    if leads.any():
+        sense = 1 if which == "drive" else -1
+        order = (-sense * np.arange(leads.shape[1])) % leads.shape[1]  # of the teeth, as they stand in the outline
+        slopes = np.outer(leads[REVERSE, order], weights[0]) + np.outer(leads[ACTIVE, order], weights[1])
+        turns = turns + levels[:, :1] * slopes.ravel()
+    return turns
+
+
+def _weights(section: Outline) -> Array:
+    """How far each point of a tooth's outline goes with its reverse and with its active flank, (2, n)."""
+    n = section.points.shape[1]
     rise = np.arange(section.fillet) / section.fillet
-    share = np.zeros(n)
+    weights = np.zeros((2, n))
     low, top = section.root, section.root + section.fillet
     high = top + section.flank + section.tip
-    share[low:top] = rise
-    share[top : top + section.flank + 1] = 1.0
-    share[top + section.flank : high + 1] = np.linspace(1.0, -1.0, section.tip + 1)
-    share[high : high + section.flank + 1] = -1.0
-    down = -rise[::-1][: n - high - section.flank - 1]
-    share[high + section.flank + 1 : high + section.flank + 1 + len(down)] = down
-    return np.tile(share, teeth)
+    weights[0, low:top] = rise
+    weights[0, top : top + section.flank + 1] = 1.0
+    weights[0, top + section.flank : high + 1] = np.linspace(1.0, 0.0, section.tip + 1)
+    weights[1, top + section.flank : high + 1] = np.linspace(0.0, 1.0, section.tip + 1)
+    weights[1, high : high + section.flank + 1] = 1.0
+    down = rise[::-1][: n - high - section.flank - 1]
+    weights[1, high + section.flank + 1 : high + section.flank + 1 + len(down)] = down
+    return weights
 
 
 def _inner_ring(pair: Pair, which: str, section: Outline, chord: float) -> Array:
@@ -221,9 +245,9 @@ def _annulus(outer: Indices, root: int, inner_count: int) -> Indices:
     return np.vstack(triangles)
 
 
-def _split(section: Outline) -> tuple[Array, Indices, Array, Array]:
-    """Double the corners of the tips: points, segments between them, outward normals in the plane, crowning shares."""
-    n = section.points.shape[1]
+def _split(section: Outline) -> tuple[Array, Indices, Array, Indices]:
+    """Double the corners of the tips: points, segments between them, outward normals in the plane, their numbers."""
+    teeth, n = section.points.shape[:2]
     first = section.root + section.fillet + section.flank
     order = np.concatenate([np.arange(first + 1), np.arange(first, first + section.tip + 1)])
     order = np.concatenate([order, np.arange(first + section.tip, n)])
@@ -235,5 +259,5 @@ def _split(section: Outline) -> tuple[Array, Indices, Array, Array]:
     real = length > 0.0
     normal = np.c_[step[:, 1], -step[:, 0]] / np.where(real, length**2, 1.0)[:, None]
     both = normal + np.roll(normal, 1, axis=0)
-    shares = _shares(section).reshape(-1, n)[:, order].ravel()
-    return ring, np.c_[index, follower][real], both / np.hypot(*both.T)[:, None], shares
+    numbers = (n * np.arange(teeth)[:, None] + order).ravel()
+    return ring, np.c_[index, follower][real], both / np.hypot(*both.T)[:, None], numbers

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.gears.deviation import GEARS
+from gears3d.gears.arrays import BASE, DISTANCE, TIP_ROLL, Flanks, compile_pair, turned_on
+from gears3d.gears.deviation import FLANKS, GEARS, HelixSlope
 from gears3d.gears.edge import Edged, edged_gap_at, edges_of
 from gears3d.gears.flank import flank_point, roll_at_radius, roll_of
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
-from gears3d.gears.support import BASE, DISTANCE, TIP_ROLL, Flanks, compile_pair, turned_on
 from gears3d.kernels import njit
 
 if TYPE_CHECKING:
@@ -46,10 +46,13 @@ class Surfaces(NamedTuple):
         axial: for each gear the turn of its sections [rad/m], their turn by crowning [rad/m²], half the face width [m],
             offset of the teeth's axis in the gear's own frame x, y [m] and its change with z x, y; last for the drive
             the lean of the loose axis in the plane of the axes, for the loose gear that across it, (2, 8).
+        leads: turn by helix slope of each tooth's flanks beyond that [rad/m]; nothing where none deviates,
+            (2, 2, teeth or 0).
     """
 
     shape: Edged
     axial: NDArray[np.float64]
+    leads: NDArray[np.float64]
 
 
 def lead_turn(gear: Gear, sense: float) -> float:
@@ -62,6 +65,25 @@ def lead_turn(gear: Gear, sense: float) -> float:
     return sense * tan(gear.helix_angle) / gear.reference_radius + gear.helix_slope / (
         gear.face_width * gear.base_radius
     )
+
+
+def flank_leads(pair: Pair) -> NDArray[np.float64]:
+    """Return by how much sections of single flanks turn about +z with the height by their helix slope [rad/m].
+
+    Args:
+        pair: the pair, deviations included.
+
+    Returns:
+        For each gear, flank and tooth, (2, 2, teeth); without teeth where no helix slope deviates.
+    """
+    found = [each for each in pair.deviations if isinstance(each, HelixSlope)]
+    leads = np.zeros((2, 2, max(pair.drive.teeth, pair.loose.teeth) if found else 0))
+    for each in found:
+        gear, side = pair.gear(each.gear), 1.0 - 2.0 * FLANKS.index(each.flank)
+        teeth = slice(None) if each.tooth is None else each.tooth - 1
+        turn = side * each.amount / (gear.face_width * gear.base_radius)
+        leads[GEARS.index(each.gear), FLANKS.index(each.flank), teeth] += turn
+    return leads
 
 
 def flanks_at(pair: Pair, height: float) -> Flanks:
@@ -98,7 +120,7 @@ def compile_surfaces(pair: Pair) -> Surfaces:
             axial[row, [_OFF_X, _OFF_Y]] += item.offset * direction
         elif isinstance(item, Wobble):
             axial[row, [_TILT_X, _TILT_Y]] += tan(item.angle) * direction
-    return Surfaces(edges_of(pair, compile_pair(pair)), axial)
+    return Surfaces(edges_of(pair, compile_pair(pair)), axial, flank_leads(pair))
 
 
 @njit(cache=True)
@@ -119,6 +141,13 @@ def _section(surfaces, flank, tooth_drive, tooth_loose, z):
         tips[gear, flank, tooth - 1, 0] = roll
         tips[gear, flank, tooth - 1, 1], tips[gear, flank, tooth - 1, 2] = x, y
     return Edged(flanks, tips)
+
+
+@njit(cache=True)
+def _lead(surfaces, gear, flank, tooth):
+    """Turn of one flank with the height, helix, gear and flank together [rad/m]."""
+    turn = surfaces.axial[gear, _TURN]
+    return turn + surfaces.leads[gear, flank, tooth - 1] if surfaces.leads.shape[2] > 0 else turn
 
 
 @njit(cache=True)
@@ -152,8 +181,9 @@ def _turned_point(surfaces, gear, flank, tooth, roll, z):
     axial, side = surfaces.axial, 1.0 - 2.0 * flank
     flanks = turned_on(surfaces.shape.flanks, axial[0, _TURN] * z, axial[1, _TURN] * z)
     x, y, nx, ny, dx, dy = flank_point(flanks, gear, flank, tooth, roll)
-    turn = axial[gear, _TURN] * z - side * axial[gear, _LEAN] * z * z
-    rate = axial[gear, _TURN] - 2.0 * side * axial[gear, _LEAN] * z
+    lead = _lead(surfaces, gear, flank, tooth)
+    turn = lead * z - side * axial[gear, _LEAN] * z * z
+    rate = lead - 2.0 * side * axial[gear, _LEAN] * z
     c, s = cos(turn), sin(turn)
     found = np.zeros((4, 3))
     found[0] = c * x - s * y, s * x + c * y, z
@@ -189,8 +219,8 @@ def section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
     x2, y2 = c2 * off2x - s2 * off2y, s2 * off2x + c2 * off2y
     x = surfaces.shape.flanks.mount[DISTANCE] + axial[0, _AXIS] * z + x2 - x1
     y = axial[1, _AXIS] * z + y2 - y1
-    turned += axial[0, _TURN] * z - side * axial[0, _LEAN] * z * z
-    turned_loose += axial[1, _TURN] * z - side * axial[1, _LEAN] * z * z
+    turned += _lead(surfaces, 0, flank, tooth_drive) * z - side * axial[0, _LEAN] * z * z
+    turned_loose += _lead(surfaces, 1, flank, tooth_loose) * z - side * axial[1, _LEAN] * z * z
     shape = _section(surfaces, flank, tooth_drive, tooth_loose, z)
     gap, drive, loose, px, py, nx, ny, valid = edged_gap_at(
         shape, (x, y), turned, turned_loose, tooth_drive, tooth_loose, flank
@@ -222,7 +252,8 @@ def surface_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
     axial = surfaces.axial
     flat = axial[0, _AXIS] == 0.0 and axial[1, _AXIS] == 0.0
     for gear in range(2):
-        flat = flat and axial[gear, _TURN] == 0.0 and axial[gear, _LEAN] == 0.0
+        lead = _lead(surfaces, gear, flank, tooth_loose if gear else tooth_drive)
+        flat = flat and lead == 0.0 and axial[gear, _LEAN] == 0.0
         flat = flat and axial[gear, _TILT_X] == 0.0 and axial[gear, _TILT_Y] == 0.0
     if flat:
         best = section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, flank, 0.0)
