@@ -20,9 +20,13 @@ if TYPE_CHECKING:
 
 def run(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
-    model: Annotated[str, typer.Option(help="bullet (rigid bodies in PyBullet) or rigid (1-DOF).")] = "bullet",
-    contact: Annotated[str, typer.Option(help="Of the bullet model: located or native.")] = "located",
-    twin: Annotated[str, typer.Option(help="Model to compare with: rigid or none.")] = "",
+    model: Annotated[
+        str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF) or plastic (its closed form).")
+    ] = "bullet",
+    contact: Annotated[str | None, typer.Option(help="Of the bullet model: located (default) or native.")] = None,
+    twin: Annotated[
+        str, typer.Option(help="Model to compare with: rigid (default for bullet), plastic, bullet or none.")
+    ] = "",
     out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<scenario's name>.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
@@ -59,7 +63,7 @@ def run(
 
 
 def _fill(
-    folder: RunFolder, scenario: Scenario, model: str, contact: str, twin: str, views: bool, begin: float
+    folder: RunFolder, scenario: Scenario, model: str, contact: str | None, twin: str, views: bool, begin: float
 ) -> dict[str, Any]:
     """Simulate and write everything into the folder; return the summary."""
     from gears3d.cli.progress import bars

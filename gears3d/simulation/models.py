@@ -27,20 +27,26 @@ def _bullet(scenario: Scenario, pair: Pair | None, contact: str, progress: Progr
 def _rigid(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
     from gears3d.lumped import rigid
 
-    if pair is not None:
-        raise UsageError("model 'rigid' knows no solids: pair= goes with model='bullet'")
     return rigid.simulate(scenario, progress=progress)
 
 
-MODELS: dict[str, Callable[..., Recording]] = {"bullet": _bullet, "rigid": _rigid}
+def _plastic(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
+    from gears3d.lumped import plastic
+
+    return plastic.simulate(scenario, progress=progress)
+
+
+MODELS: dict[str, Callable[..., Recording]] = {"bullet": _bullet, "rigid": _rigid, "plastic": _plastic}
 """The models that ``simulate`` and ``gears3d run --model`` know."""
+CONTACTS = ("located", "native")
+"""The contacts of the bullet model, the default first."""
 
 
 def simulate(
     scenario: Scenario | str | Path,
     model: str = "bullet",
     *,
-    contact: str = "located",
+    contact: str | None = None,
     pair: Pair | None = None,
     progress: Progress | None = None,
 ) -> Recording:
@@ -48,7 +54,8 @@ def simulate(
 
     Args:
         scenario: a scenario, or the path of its file.
-        model: ``"bullet"`` (rigid bodies in PyBullet) or ``"rigid"`` (the one-degree-of-freedom twin).
+        model: ``"bullet"`` (rigid bodies in PyBullet), ``"rigid"`` (the one-degree-of-freedom twin) or ``"plastic"``
+            (its closed form for one harmonic, constant drag and no rebounds).
         contact: of the bullet model: ``"located"`` (default) or ``"native"``.
         pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
         progress: called now and then with the simulated time done [s].
@@ -58,7 +65,7 @@ def simulate(
 
     Raises:
         InputError: the scenario is bad.
-        UsageError: the model or the contact is not known.
+        UsageError: the model or the contact is not known, or ``contact`` or ``pair`` is given to a lumped model.
         EngineError: the simulation cannot go on or cannot be trusted.
 
     >>> simulate("scenarios/rigaud-2020/fig5-20rpm.toml", model="rigyd")
@@ -69,11 +76,18 @@ def simulate(
 
     if model not in MODELS:
         raise UsageError(f"there is no model {model!r}; {did_you_mean(model, list(MODELS))}")
-    if contact not in ("located", "native"):
-        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, ['located', 'native'])}")
+    if contact not in (None, *CONTACTS):
+        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(str(contact), CONTACTS)}")
+    if model != "bullet":
+        if contact is not None:
+            raise UsageError(
+                f"model {model!r} has no choice of contact: contact goes with the bullet model, leave it out"
+            )
+        if pair is not None:
+            raise UsageError(f"model {model!r} knows no solids: pair= goes with model='bullet'")
     if not isinstance(scenario, Scenario):
         scenario = load(scenario)
-    recording = MODELS[model](scenario, pair, contact, progress)
+    recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress)
     recording = observe(recording, scenario.effects, scenario.rig())
     return Recording(recording.signals, recording.impacts, {**_about(scenario), **recording.meta})
 

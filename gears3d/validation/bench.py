@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
+from gears3d.laws import Swing
 from gears3d.scenario import Scenario, load
 
 FIG5 = """
@@ -41,25 +42,6 @@ def fig5(**overrides: Any) -> Scenario:
     0.5
     """
     return load(FIG5, overrides=[(key.replace("__", "."), value) for key, value in overrides.items()])
-
-
-class Swing(NamedTuple):
-    """What the closed forms ask of a drive with one harmonic.
-
-    Args:
-        speed: amplitude of its speed along the line of action [m/s].
-        omega: circular frequency [rad/s].
-        pull: deceleration of the free loose gear along the line of action [m/s²].
-    """
-
-    speed: float
-    omega: float
-    pull: float
-
-    @property
-    def excitation(self) -> float:
-        """Λ = m·ω·ΔV/F (Rigaud & Perret-Liaudet 2020, eq. 7)."""
-        return self.omega * self.speed / self.pull
 
 
 def swing(scenario: Scenario) -> Swing:

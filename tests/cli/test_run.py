@@ -115,6 +115,8 @@ def test_a_missed_expectation_is_exit_code_1(tmp_path):
         ([FILE, "--model", "bulet"], 2, "did you mean 'bullet'"),
         ([FILE, "--twin", "bulet"], 2, "did you mean"),
         ([FILE, "--contact", "nativ"], 2, "did you mean 'native'"),
+        ([FILE, "--model", "rigid", "--contact", "native"], 2, "model 'rigid' has no choice of contact"),
+        ([FILE, "--model", "plastic", "--set", "impact.restitution=0.3"], 3, "impact.restitution: is 0.3"),
     ],
 )
 def test_bad_input_is_one_clear_error(words, code, text, tmp_path):
