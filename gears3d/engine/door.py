@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.effects.rows import Code, Flank, Gear, Row, Variable, torque_constant
+from gears3d.effects.rows import Code, Gear, Row, Variable, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.impact import ImpactLaw
@@ -23,8 +24,9 @@ from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, torque_table
 from gears3d.engine.world import Body, World
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
-from gears3d.gears import Eccentricity, HarmonicDeviation, Pair, ToothDeviation, pieces
+from gears3d.gears import HarmonicDeviation, Pair, pieces
 from gears3d.recording import Recording
+from gears3d.scenario.flanks import eccentricities, flank_deviations
 from gears3d.units import show
 
 if TYPE_CHECKING:
@@ -76,7 +78,7 @@ def simulate(
     rows = scenario.rows()
     gears = scenario.pair() if pair is None else pair
     _refuse(scenario, gears, contact)
-    gears = gears.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
+    gears = _shaped(scenario, gears, rows)
     began = clock.perf_counter()
     shape, rig = meshed(gears), scenario.rig()
     torques = torque_table([torque_constant(rig.drag_torque), *rows])
@@ -131,45 +133,13 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
         raise InputError(faults)
 
 
-def flank_deviations(rows: tuple[Row, ...]) -> list[HarmonicDeviation | ToothDeviation]:
-    """Return the flank rows of a scenario as deviations of the gears' surfaces.
-
-    Args:
-        rows: of all effects; those of other places are left out.
-
-    >>> from gears3d.effects.rows import flank_tooth
-    >>> flank_deviations((flank_tooth(Gear.LOOSE, Flank.ACTIVE, 3, 1e-5),))
-    [ToothDeviation(gear='loose', flank='active', tooth=3, offset=1e-05)]
-    """
-    found: list[HarmonicDeviation | ToothDeviation] = []
-    for row in rows:
-        if row.code not in (Code.FLANK_HARMONIC, Code.FLANK_TOOTH):
-            continue
-        gear: Any = Gear(int(row.p[0])).name.lower()
-        flank: Any = Flank(int(row.p[1])).name.lower()
-        if row.code == Code.FLANK_HARMONIC:
-            found.append(HarmonicDeviation(gear, flank, int(row.p[2]), row.p[3], row.p[4]))
-        else:
-            found.append(ToothDeviation(gear, flank, int(row.p[2]), row.p[3]))
-    return found
-
-
-def eccentricities(rows: tuple[Row, ...]) -> list[Eccentricity]:
-    """Return the eccentric teeth of a scenario as mountings of its gears.
-
-    Args:
-        rows: of all effects; those of other forms are left out.
-
-    >>> from gears3d.effects.rows import flank_eccentric
-    >>> eccentricities((flank_eccentric(Gear.LOOSE, 2e-5, 0.5),))
-    [Eccentricity(gear='loose', offset=2e-05, phase=0.5)]
-    """
-    found = []
-    for row in rows:
-        if row.code == Code.FLANK_ECCENTRIC:
-            gear: Any = Gear(int(row.p[0])).name.lower()
-            found.append(Eccentricity(gear, row.p[1], row.p[2]))
-    return found
+def _shaped(scenario: Scenario, pair: Pair, rows: tuple[Row, ...]) -> Pair:
+    """Return the gears with the scenario's effects on their flanks."""
+    try:
+        return pair.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
+    except InputError as why:
+        file = "" if scenario.path is None else str(scenario.path)
+        raise InputError([replace(fault, key="effect", file=file) for fault in why.faults]) from why
 
 
 def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ from gears3d.gears.arrays import (
 from gears3d.gears.deviation import (
     FLANKS,
     GEARS,
+    Deviation,
     HarmonicDeviation,
     HelixSlope,
     ProfileSlope,
@@ -52,19 +54,21 @@ def steepest(pair: Pair, which: str) -> float:
     return min(0.8 * reach, radius * reach / (reach - radius))
 
 
-def clearance(pair: Pair) -> float:
+def clearance(pair: Pair, more: Sequence[Deviation] = ()) -> float:
     """Return the least backlash that the deviations leave [m].
 
     Args:
         pair: the pair.
+        more: deviations besides those of the pair.
 
     Returns:
         Least width of the dead band over all angles; gears of unlike tooth counts meet in every position, those of
         equal counts always in the same.
     """
-    orders = [d.order for d in pair.deviations if isinstance(d, HarmonicDeviation)]
+    deviations = (*pair.deviations, *more)
+    orders = [d.order for d in deviations if isinstance(d, HarmonicDeviation)]
     theta = np.linspace(0.0, 2.0 * np.pi, 64 * (max(orders, default=0) + 1))
-    material = {which: _material(pair, which, theta) for which in GEARS}
+    material = {which: _material(pair, which, theta, deviations) for which in GEARS}
     if pair.drive.teeth == pair.loose.teeth:
         most = float(np.max(material["drive"] + material["loose"]))
     else:
@@ -72,11 +76,13 @@ def clearance(pair: Pair) -> float:
     return pair.backlash - most
 
 
-def _material(pair: Pair, which: str, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+def _material(
+    pair: Pair, which: str, theta: NDArray[np.float64], deviations: Sequence[Deviation]
+) -> NDArray[np.float64]:
     """Material of both flanks together over the gear's angle, single teeth at their thickest."""
     total = np.zeros_like(theta)
     teeth = np.zeros((2, pair.gear(which).teeth))
-    for deviation in pair.deviations:
+    for deviation in deviations:
         if deviation.gear != which:
             continue
         if isinstance(deviation, HarmonicDeviation):

@@ -8,6 +8,7 @@ from typing import Any
 from gears3d.errors import InputError
 from gears3d.scenario import keys
 from gears3d.scenario.document import near_files
+from gears3d.scenario.effect_checks import check_effects
 from gears3d.scenario.meshing import mesh
 from gears3d.scenario.model import Gears, Mount, Scenario
 from gears3d.scenario.reader import Reader
@@ -28,6 +29,7 @@ def check(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str
     _check_gears(reader, scenario, sections)
     _check_motion(reader, scenario)
     _check_run(reader, scenario)
+    check_effects(reader, scenario)
 
 
 def _complete(part: object, *names: str) -> bool:
