@@ -67,7 +67,7 @@ def clearance(pair: Pair, more: Sequence[Deviation] = ()) -> float:
     """
     deviations = (*pair.deviations, *more)
     orders = [d.order for d in deviations if isinstance(d, HarmonicDeviation)]
-    theta = np.linspace(0.0, 2.0 * np.pi, 64 * (max(orders, default=0) + 1))
+    theta = np.linspace(0.0, 2.0 * np.pi, 64 * (max(orders, default=0) + 1) + 1)
     material = {which: _material(pair, which, theta, deviations) for which in GEARS}
     if pair.drive.teeth == pair.loose.teeth:
         most = float(np.max(material["drive"] + material["loose"]))

@@ -234,9 +234,7 @@ def _check_drag(setting: Setting, pieces: list[Piece]) -> None:
             speed = swing.speed * sin(first) - swing.pull * (piece.end - piece.begin)
         slowest = min(slowest, rig.base_radius_drive * rig.mean_speed + speed)
     if slowest <= 0.0:
-        message = (
-            "is so low that the loose gear stops, where dry drag turns round: the closed form ends there"
-        )
+        message = "is so low that the loose gear stops, where dry drag turns round: the closed form ends there"
         raise InputError(Fault("motion.mean", message, f"give a higher mean speed, or {REMEDY}"))
 
 
