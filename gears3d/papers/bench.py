@@ -105,6 +105,20 @@ class Bench:
             asked.append(command)
         return self._keep(command, lambda: simulate(self.scenario(name, overrides), model))
 
+    def outcome(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> dict[str, Any]:
+        """Return what a run came to: regime, speeds, energies, durations (:func:`gears3d.signals.describe`).
+
+        Args:
+            name: its file below ``scenarios/``.
+            overrides: ``{"mount.backlash": "150 um"}``.
+            model: of the simulation.
+        """
+        from gears3d.signals import describe
+
+        run = self.run(name, overrides, model)
+        key = f"outcome {_command(name, overrides or {}, model)}"
+        return self._keep(key, lambda: describe(run.signals, run.impacts, run.meta))
+
     def once(self, key: str, compute: Callable[[], T]) -> T:
         """Compute something that several claims and figures need, once.
 
