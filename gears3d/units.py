@@ -172,6 +172,17 @@ def _split(text: Any, wanted: Family) -> tuple[float, str]:
         if match is None:
             raise _error(f"{text!r} is no quantity; {wanted.words} is needed", f'e.g. "{wanted.example}"')
         number, unit = float(match[1]), re.sub(r"\s+", " ", match[2])
+    if re.match(r"[.,']\d", unit):
+        point = f'"{str(text).replace(",", ".")}"' if str(text).count(",") == 1 and "." not in str(text) else ""
+        remedy = f"the decimal point is a point, and nothing parts thousands, e.g. {point or repr(wanted.example)}"
+        raise _error(f"{text!r} has {'a comma' if unit[0] == ',' else 'a mark'} in its number", remedy)
+    prefix, _, rest = unit.partition(" ")
+    if prefix in _PREFIXES:
+        meant = [known for known in wanted.units if known == prefix + rest or (not rest and known[:1] == prefix)]
+        example = f"{number:g} {meant[0]}" if meant else wanted.example
+        raise _error(
+            f"{text!r} has the prefix {prefix!r} without a unit; {wanted.words} is needed", f'e.g. "{example}"'
+        )
     if not math.isfinite(number):
         raise _error(f"{text!r} is not finite; {wanted.words} is needed", f'e.g. "{wanted.example}"')
     return number, unit
@@ -248,7 +259,8 @@ def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
         factor = float(registry.Quantity(1.0, parsed).to_root_units().to_base_units().magnitude)
     except (pint.PintError, AttributeError, TypeError, ValueError, AssertionError, SyntaxError) as why:
         known = [spelling for kind in FAMILIES.values() for spelling in kind.units if spelling]
-        nearest = did_you_mean(unit, known)
+        alike = [spelling for spelling in known if spelling.lower() == unit.lower()]
+        nearest = did_you_mean(alike[0] if alike else unit, known)
         remedy = nearest if nearest.startswith("did") else 'write number and unit, e.g. "250 um"'
         raise _error(f"unit {unit!r} is not known", remedy) from why
     if not registry.Quantity(1.0, parsed)._is_multiplicative:
@@ -267,6 +279,8 @@ def _signature(registry: Any, parsed: Any) -> tuple[tuple[str, float], ...]:
 
 
 _MICRO = ("u", "µ", "μ")
+_PREFIXES = ("k", "M", "G", "n", *_MICRO)
+"""Prefixes that are no unit of the field by themselves."""
 _DEG = math.pi / 180
 _RPM = math.pi / 30
 

@@ -21,6 +21,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from gears3d.cli.output import print_error
+from gears3d.cli.pipes import quiet_pipes
 from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
 
 VERBS = ("run", "compare", "replay", "record", "show", "mesh", "papers", "validate", "check", "schema")
@@ -64,8 +65,6 @@ class _Verbs(TyperGroup):
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             raise typer.Exit(INTERRUPTED) from None
-        except BrokenPipeError:
-            raise
         except OSError as error:
             text = f"{error.filename}: {error.strerror}" if error.filename else str(error)
             print_error(InputError(text), self.as_json)
@@ -108,4 +107,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments: without the program's name; those of the process when ``None``.
     """
     atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
-    get_command(app)(args=list(sys.argv[1:] if arguments is None else arguments), prog_name="gears3d")
+    with quiet_pipes():
+        get_command(app)(args=list(sys.argv[1:] if arguments is None else arguments), prog_name="gears3d")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -39,13 +40,13 @@ def compare(
 
     Raises:
         InputError: a recording cannot be read, or both have no time in common.
-        UsageError: the mode is not known.
+        UsageError: the mode is not known, or what is compared is neither recording nor path.
 
     >>> rest = Recording({"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]})
     >>> compare(rest, rest).regime_equal
     True
     """
-    tested, reference = (one if isinstance(one, Recording) else read(one) for one in (a, b))
+    tested, reference = (_opened(one) for one in (a, b))
     mode = mode or mode_of(reference)
     if mode not in get_args(Mode):
         raise UsageError(f"there is no mode {mode!r}; {did_you_mean(mode, get_args(Mode))}")
@@ -71,6 +72,15 @@ def compare(
         notes=(*differences(tested, reference), *fields.pop("notes", ())),
         **fields,
     )
+
+
+def _opened(one: Any) -> Recording:
+    if isinstance(one, Recording):
+        return one
+    if isinstance(one, str | PathLike):
+        return read(Path(one))
+    what = f"{one!r} is a {type(one).__name__}"
+    raise UsageError(f"compare: {what}, no recording: give what simulate() returned, or the path of a run folder")
 
 
 def mode_of(reference: Recording) -> Mode:

@@ -45,7 +45,7 @@ class SampleTest:
     detectable: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """One recording held against a reference.
 
@@ -94,6 +94,16 @@ class Comparison:
     tests: tuple[SampleTest, ...] = ()
     rate_ratio: tuple[float, float, float] | None = None
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        found = f"{self.impacts_compared} impacts compared"
+        if self.mode == "trajectory":
+            found = f"{self.impacts_matched} of {self.impacts_compared} impacts matched, "
+            found += f"{self.impacts_missed} missed, {self.impacts_invented} invented"
+        median, p95 = self.velocity_error_median, self.velocity_error_p95
+        speed = [] if median is None or p95 is None else [f"speed error {median:.2g} (median), {p95:.2g} (95 %)"]
+        regimes = self.regimes[0] if self.regime_equal else f"{self.regimes[0]} against {self.regimes[1]}"
+        return f"Comparison({', '.join([self.mode, found, *speed, regimes])})"
 
     def to_dict(self) -> dict[str, Any]:
         """Return what ``summary.json`` holds under ``comparison``: the contract's keys and no others."""

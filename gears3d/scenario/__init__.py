@@ -24,7 +24,7 @@ def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()
 
     Raises:
         InputError: carries *all* faults, each with file, key path and remedy.
-        UsageError: an override without ``=`` or with a malformed key.
+        UsageError: neither file nor text nor mapping, an override without ``=`` or with a malformed key.
 
     >>> load("scenarios/base/rigaud-2020.toml", ["drag.torque=0.46 N m"]).drag
     Drag(torque=0.46)

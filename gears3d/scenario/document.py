@@ -6,13 +6,14 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import ParseError, TOMLKitError
 
-from gears3d.errors import Fault, InputError
+from gears3d.errors import Fault, InputError, UsageError
 
 
 @dataclass
@@ -59,9 +60,13 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
 
     Raises:
         InputError: no such file, not TOML, or a circle of ``extends``.
+        UsageError: none of the three.
     """
     if isinstance(source, Mapping):
         return _resolve(tomlkit.parse(tomlkit.dumps(source)), None, ())
+    if not isinstance(source, str | PathLike):
+        what = f"{source!r} is a {type(source).__name__}"
+        raise UsageError(f'{what}, no scenario: give a file, TOML text or a mapping, e.g. load("case.toml")')
     if isinstance(source, str) and ("\n" in source or ("=" in source and not source.endswith(".toml"))):
         return read_text(source)
     return _file(Path(source), ())

@@ -189,7 +189,7 @@ class Sensors:
     loose: Sensor
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scenario:
     """Everything that is simulated, SI.
 
@@ -226,6 +226,17 @@ class Scenario:
     uncertainty: dict[str, float] = field(default_factory=dict, hash=False)
     document: str = field(default="", repr=False)
     path: Path | None = None
+
+    def __repr__(self) -> str:
+        from gears3d.units import show
+
+        teeth = f"{self.gears.drive.teeth}:{self.gears.loose.teeth} teeth"
+        motion = self.motion
+        turning = "recorded motion" if motion.record else show(motion.mean, "speed")
+        sines = [f"{show(h.amplitude, 'speed')} at {show(h.frequency, 'frequency')}" for h in motion.harmonics]
+        effects = [effect.kind for effect in self.effects]
+        run = show(self.run.duration, "time")
+        return f"Scenario({', '.join([repr(self.title), teeth, ' + '.join([turning, *sines]), run, *effects])})"
 
     @property
     def period(self) -> float:

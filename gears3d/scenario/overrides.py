@@ -30,9 +30,11 @@ def apply(document: Document, overrides: Overrides) -> None:
             ``[-1]`` is the last of a list and ``[+]`` appends to it.
 
     Raises:
-        UsageError: a text without ``=`` or a malformed key path.
+        UsageError: no overrides at all, a text without ``=`` or a malformed key path.
         InputError: a key path that leads nowhere.
     """
+    if isinstance(overrides, str) or not isinstance(overrides, Iterable):
+        raise UsageError(f"{overrides!r} are no overrides: give a mapping, e.g. {{'motion.mean': '90 rpm'}}, or a list")
     listed: Any = overrides.items() if isinstance(overrides, Mapping) else overrides
     pairs = [_pair(each) for each in listed]
     faults = []

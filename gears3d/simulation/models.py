@@ -75,7 +75,7 @@ def simulate(
     from gears3d.scenario import Scenario, load
 
     if model not in MODELS:
-        raise UsageError(f"there is no model {model!r}; {did_you_mean(model, list(MODELS))}")
+        raise UsageError(f"there is no model {model!r}; {did_you_mean(str(model), list(MODELS))}")
     if contact not in (None, *CONTACTS):
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(str(contact), CONTACTS)}")
     if model != "bullet":

@@ -177,3 +177,24 @@ def test_common_units_need_no_pint():
     code = "import sys\nfrom gears3d.units import parse\nparse('30 rpm', 'speed')\nprint('pint' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize(
+    ("text", "family", "message", "remedy"),
+    [
+        ("20 k", "frequency", "has the prefix 'k' without a unit; a frequency is needed", 'e.g. "20 kHz"'),
+        ("20 k", "speed", "has the prefix 'k' without a unit", 'e.g. "30 rpm"'),
+        ("20k rpm", "speed", "has the prefix 'k' without a unit", 'e.g. "30 rpm"'),
+        ("250 µ", "length", "has the prefix 'µ' without a unit", 'e.g. "250 µm"'),
+        ("0,5", "ratio", "has a comma in its number", 'e.g. "0.5"'),
+        ("0,22 N m", "torque", "has a comma in its number", 'e.g. "0.22 N m"'),
+        ("1,000.5 um", "length", "has a comma in its number", "e.g. '250 um'"),
+        ("1.000.000 um", "length", "has a mark in its number", "nothing parts thousands"),
+        ("20 HZ", "frequency", "unit 'HZ' is not known", "did you mean 'Hz'?"),
+    ],
+)
+def test_slips_of_the_pen_are_named(text, family, message, remedy):
+    with pytest.raises(InputError) as caught:
+        parse(text, family)
+    assert message in caught.value.faults[0].message
+    assert remedy in caught.value.faults[0].remedy

@@ -41,7 +41,7 @@ def replay(
         The file.
 
     Raises:
-        UsageError: a bare recording without its scenario.
+        UsageError: a bare recording without its scenario, or nothing that can be shown.
         InputError: the run folder cannot be read, nothing was recorded, or the file cannot be written.
     """
     recording, scenario, twin = _opened(source, scenario, twin)
@@ -66,15 +66,19 @@ def _opened(
     source: Recording | Run | str | Path, scenario: Scenario | None, twin: Recording | None
 ) -> tuple[Recording, Scenario, Recording | None]:
     from gears3d.recording import Recording
+    from gears3d.runs import Run, read_run
 
     if isinstance(source, str | Path):
-        from gears3d.runs import read_run
-
         source = read_run(source)
     if isinstance(source, Recording):
         if scenario is None:
             raise UsageError("replay(recording) does not know the gears: replay(recording, scenario)")
         return source, scenario, twin
+    if not isinstance(source, Run):
+        what = f"{source!r} is a {type(source).__name__}"
+        raise UsageError(
+            f"replay: {what}, no recording: give a recording and its scenario, or the path of a run folder"
+        )
     return source.recording, scenario or source.scenario, twin or source.twin
 
 

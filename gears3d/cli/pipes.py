@@ -1,0 +1,61 @@
+"""Output into a pipe whose reader goes away, as in ``gears3d schema | head``: the rest is not printed, that is all."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+class Pipe:
+    """A text stream that falls silent when its reader has gone, in place of an error.
+
+    Args:
+        stream: standard output or error.
+    """
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write; return the number of characters.
+
+        Args:
+            text: to write.
+        """
+        try:
+            return self._stream.write(text)
+        except BrokenPipeError:
+            self._fall_silent()
+            return len(text)
+
+    def flush(self) -> None:
+        """Hand on what is buffered."""
+        try:
+            self._stream.flush()
+        except BrokenPipeError:
+            self._fall_silent()
+
+    def _fall_silent(self) -> None:
+        """Let the stream, and what it still holds, lead nowhere."""
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._stream.fileno())
+        os.close(nowhere)
+
+
+@contextmanager
+def quiet_pipes() -> Iterator[None]:
+    """Let standard output and error fall silent when nobody reads them any more; exit codes stay what they are."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = Pipe(sys.stdout), Pipe(sys.stderr)
+    try:
+        yield
+    finally:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        sys.stdout, sys.stderr = before
