@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi
+from math import inf, pi
 from typing import Any
 
 import numpy as np
@@ -52,10 +52,12 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
 
     Returns:
         What JSON can hold, ``None`` for what is not known: ``regime``; ``motion`` (``"1T"``, ``"2T"``, ...,
-        ``"chaotic"``, ``"aperiodic"``, ``"too_short"``, or ``None`` without impacts); ``impacts``,
+        ``"quasi_periodic"``, ``"chaotic"``, ``"aperiodic"``, ``"too_short"``, ``None`` without impacts); ``impacts``,
         ``impacts_per_period``; for each flank ``active_impacts``, ``active_velocity_mean_m_s``,
         ``active_velocity_std_m_s``, ``active_impulse_dimensionless`` (mean) and what
-        :func:`~gears3d.signals.strikes.powers` gives; ``mass_kg``, ``excitation`` (Λ); and what
+        :func:`~gears3d.signals.strikes.powers` gives; ``mass_kg``, ``excitation`` (Λ); ``lyapunov_1_s``,
+        ``lyapunov_std_1_s``, ``lyapunov_from`` (``"model"``, ``"recording"``; ``"wiped"``: contact wipes out every
+        disturbance, the exponent is minus infinity); and what
         :func:`~gears3d.signals.flights.times_of` gives, with ``durations_from`` (``"contacts"``: exact; ``"samples"``).
 
     >>> hits = {"time_s": np.array([0.5]), "flank": np.array([0]), "velocity_m_s": np.array([-0.02])}
@@ -71,9 +73,10 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
     heavy = equivalent_mass(impacts, meta)
     speed = drive_speed(signals, meta)
     ones = strikes(some, heavy, speed)
+    moved = motion(signals, some, period, start, end, meta.get("lyapunov_1_s"))
     found: dict[str, Any] = {
         "regime": regime(times, flanks, period, start, end),
-        "motion": motion(times, flanks, velocities, period, start, end, meta),
+        "motion": moved.name,
         "impacts": len(times),
         "impacts_per_period": impacts_per_period(times, period, start, end) if known else None,
     }
@@ -86,6 +89,9 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
     rebounds = some.get("rebound_m_s", np.full(len(times), np.nan))
     found |= powers(velocities, rebounds, flanks, heavy, end - start)
     found |= {"mass_kg": heavy, "excitation": excitation(heavy, speed, meta)}
+    found |= {"lyapunov_1_s": moved.exponent, "lyapunov_std_1_s": moved.deviation, "lyapunov_from": moved.source}
+    if moved.exponent == -inf:
+        found |= {"lyapunov_1_s": None, "lyapunov_from": "wiped"}
     return found | _durations(signals, impacts, meta, start, end)
 
 
