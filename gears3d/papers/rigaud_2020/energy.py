@@ -136,7 +136,7 @@ SOUND = (
         basis=_ENDS.format(2.3),
         recorded="disagrees",
         note="the sound pressure follows eq. (27) with this slope and a constant that is not printed, so no levels can "
-        "be computed, only how they rise. Over the grid of the figure the rigid model's energy goes with ω^2.33·ΔΩ^0.79 "
+        "be computed, only how they rise. Over the figure's grid the rigid model's energy goes with ω^2.33·ΔΩ^0.79 "
         "within 0.3 dB, not with ω²·ΔΩ: the velocity's law of short flights (fig. 7)",
     ),
 )

@@ -124,8 +124,8 @@ _VELOCITY = (
 )
 _BOTH = (
     "the backlash is chosen so that the active flank gets its 22.3 mm/s; the reverse flank is then the check. The mesh "
-    "order acts with the square of the speed: the active flank is left near 50 rpm, early, and the gear arrives slower; "
-    "the reverse flank is left near 10 rpm, as from perfect flanks. But the same mesh order breaks the threshold (fig. 4)"
+    "order acts with the square of the speed: the active flank is left near 50 rpm, early, and the gear arrives slow; "
+    "the reverse flank is left near 10 rpm, as without it. But the same mesh order breaks the threshold (fig. 4)"
 )
 _INERTIA = (
     "the inertia is not printed; 0.0695 kg m² serves both printed thresholds (1.6 rpm at 3 Hz, 5 rpm at 1 Hz) within "
@@ -142,8 +142,8 @@ def _claims5() -> list[Any]:
         if amplitude == 1.6:
             more["recorded"] = "disagrees"
             more["note"] = (
-                "Λ = 0.998 with the inertia used, which is not printed: perfect flanks just hold. With the transmission "
-                "error of fig. 2 the light impacts are there (fig. 12, 1.6 rpm)"
+                "Λ = 0.998 with the inertia used, which is not printed: perfect flanks just hold. With the "
+                "transmission error of fig. 2 the light impacts are there (fig. 12, 1.6 rpm)"
             )
         text = f"regime at {amplitude:g} rpm, 3 Hz"
         claims.append(_fig5(quantity=text, published=words[amplitude], compute=partial(regime, name=name), **more))
