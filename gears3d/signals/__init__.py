@@ -18,6 +18,12 @@ from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN as FLIGHT_HEIGHT_MIN
 from gears3d.signals.pattern import impacts_per_period as impacts_per_period
 from gears3d.signals.pattern import regime as regime
 from gears3d.signals.recurrence import on_closed_curve as on_closed_curve
+from gears3d.signals.spectra import Average as Average
+from gears3d.signals.spectra import Spectrum as Spectrum
+from gears3d.signals.spectra import frequency_spectrum as frequency_spectrum
+from gears3d.signals.spectra import lines as lines
+from gears3d.signals.spectra import order_spectrum as order_spectrum
+from gears3d.signals.spectra import synchronous_average as synchronous_average
 from gears3d.signals.stays import contacts as contacts
 from gears3d.signals.stays import durations as durations
 from gears3d.signals.stays import states as states
