@@ -30,7 +30,7 @@ CASES = {
         "effect[1].amplitude",
         "-1 um",
     ),
-    "eccentric": ('{kind="eccentricity", offset="370 um"}', "effect[0].offset", "-5.28866"),  # 250 - 740·sin 20.184°
+    "eccentric": ('{kind="eccentricity", offset="370 um"}', "effect[0].offset", "-5.28866"),  # 250 - 740·sin 20.181°
     "thick teeth": (
         '{kind="pitch_error", tooth=1, flank="active", offset="130 um"},'
         '{kind="pitch_error", tooth=1, flank="reverse", gear="loose", offset="-130 um"}',
