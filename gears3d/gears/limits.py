@@ -162,12 +162,12 @@ def _check_profiles(pair: Pair, steep: dict[tuple[str, str], float]) -> None:
                 middle = 0.5 * (low + high)
                 fits = _least_turn(flanks, gear, side, (middle, bent)) >= LEAST_TURN
                 low, high = (middle, high) if fits else (low, middle)
+            name = "profile_wave" if flanks.waves[gear, side].any() else "profile_slope"
             raise InputError(
                 Fault(
-                    "profile",
-                    f"deviations of the {which} gear's {flank} flanks bend them more than their own curvature: "
-                    "no regular flank",
-                    f"give at most {low:.2g} of these amounts" if low else "leave them out",
+                    f"{which}.{name}",
+                    f"bends the {flank} flanks back on themselves, with what else deviates there: no regular flank",
+                    f"give at most {low:.2g} of these amounts" if low else "leave it out",
                 )
             )
 

@@ -15,11 +15,12 @@ from math import acos, cos, degrees, hypot, pi, sin, tan
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
+from gears3d.gears.clearance import check_mounting
 from gears3d.gears.deviation import GEARS, Deviation, HelixSlope, index_of
 from gears3d.gears.gear import Gear
 from gears3d.gears.interference import interference_faults
 from gears3d.gears.involute import inv, inverse_inv
-from gears3d.gears.limits import check_deviations
+from gears3d.gears.limits import check_deviations, clearance
 from gears3d.gears.mounting import Mounting
 
 if TYPE_CHECKING:
@@ -64,6 +65,8 @@ class Pair:
         _check_mesh(self)
         if self.deviations:
             check_deviations(self)
+        if self.mounting:
+            check_mounting(self, self.backlash - clearance(self) if self.deviations else 0.0)
 
     @classmethod
     def from_backlash(cls, drive: Gear, loose: Gear, backlash: float) -> Pair:
@@ -158,6 +161,9 @@ class Pair:
 
         Returns:
             A new pair.
+
+        Raises:
+            InputError: the gears would jam somewhere, or lose contact between teeth.
         """
         return replace(self, mounting=self.mounting + mounting)
 

@@ -7,13 +7,14 @@ from dataclasses import replace
 from difflib import get_close_matches
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from gears3d.errors import InputError, did_you_mean
 from gears3d.scenario import keys
 from gears3d.scenario.checks import check
 from gears3d.scenario.document import Document
 from gears3d.scenario.effect_list import read_effects
+from gears3d.scenario.gear_tables import deviations, misalignment, mounting, relief, tables
 from gears3d.scenario.meshing import solid_inertia
 from gears3d.scenario.model import (
     Drag,
@@ -32,9 +33,6 @@ from gears3d.scenario.model import (
 )
 from gears3d.scenario.reader import Reader, check_bounds
 from gears3d.units import parse, show
-
-if TYPE_CHECKING:
-    from gears3d.gears.relief import Relief
 
 
 def build(document: Document) -> Scenario:
@@ -67,7 +65,7 @@ def build(document: Document) -> Scenario:
         "title": reader.value(top, "", "title", keys.TOP["title"]),
         "source": reader.value(top, "", "source", keys.TOP["source"]),
         "gears": Gears(drive, loose),
-        "mount": Mount(**values["mount"]),
+        "mount": Mount(**values["mount"], misalignment=misalignment(reader, sections["mount"])),
         "motion": motion,
         "drag": Drag(**values["drag"]),
         "impact": Impact(**values["impact"]),
@@ -111,12 +109,13 @@ def _gears(reader: Reader, section: dict[str, Any]) -> tuple[GearSpec, GearSpec]
     """Read both gears; a gear's own keys go before the common ones."""
     reader.unknown(section, "gears", [*keys.COMMON, *keys.EXTRA["gears"]])
     common = {name: reader.value(section, "gears", name, key) for name, key in keys.COMMON.items()}
-    reliefs = {name: _relief(reader, section[name], f"gears.{name}") for name in keys.RELIEFS if name in section}
+    reliefs = {name: relief(reader, section[name], f"gears.{name}") for name in keys.RELIEFS if name in section}
+    profiles = tables(reader, section, "gears", keys.DEVIATIONS)
     gears = []
     for which in ("drive", "loose"):
         place = f"gears.{which}"
         table = reader.table(section.get(which, {}), place)
-        reader.unknown(table, place, [*keys.GEAR, *keys.RELIEFS])
+        reader.unknown(table, place, [*keys.GEAR, *keys.RELIEFS, *keys.DEVIATIONS, *keys.MOUNTINGS])
         own = {name: reader.value(table, place, name, key) for name, key in keys.GEAR.items() if name in table}
         if "teeth" not in table:
             own["teeth"] = reader.value(table, place, "teeth", keys.TEETH)
@@ -133,27 +132,12 @@ def _gears(reader: Reader, section: dict[str, Any]) -> tuple[GearSpec, GearSpec]
         for name in keys.RELIEFS:
             merged[name] = reliefs.get(name)
             if name in table:
-                merged[name] = _relief(reader, table[name], f"{place}.{name}")
+                merged[name] = relief(reader, table[name], f"{place}.{name}")
+        own_profiles = tables(reader, table, place, keys.DEVIATIONS)
+        merged["deviations"] = deviations(which, {**profiles, **own_profiles})
+        merged["mounting"] = mounting(which, tables(reader, table, place, keys.MOUNTINGS))
         gears.append(GearSpec(**merged))
     return gears[0], gears[1]
-
-
-def _relief(reader: Reader, written: Any, place: str) -> Relief | None:
-    """Read a relief; one that takes nothing off is none."""
-    from gears3d.gears.relief import STARTS, Relief
-
-    table = reader.table(written, place)
-    if not isinstance(written, Mapping):
-        return None
-    values = reader.keys(table, place, keys.RELIEF)
-    given = [name for name in STARTS if name in table]
-    if len(given) != 1:
-        held = f"has {' and '.join(given)}" if given else "has no start"
-        reader.fault(f"{place}.{given[-1]}" if given else place, held, f"give one of {', '.join(STARTS)}")
-        return None
-    if values["amount"] is None or values["shape"] is None or values[given[0]] is None:
-        return None
-    return Relief(**values) if values["amount"] > 0.0 else None
 
 
 def _motion(reader: Reader, section: dict[str, Any], values: dict[str, Any]) -> Motion:

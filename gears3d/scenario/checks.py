@@ -106,10 +106,13 @@ def _check_mesh(reader: Reader, gears: Gears, mount: Mount, sections: Mapping[st
     except InputError as why:
         for fault in why.faults:
             if fault.key in ("backlash", "centre_distance"):
-                written = fault.key if fault.key in sections["mount"] else next(iter(sections["mount"]))
+                written = fault.key if fault.key in sections["mount"] else "backlash"
+                written = written if written in sections["mount"] else "centre_distance"
                 reader.fault(f"mount.{written}", _told(fault.key, written, fault.message), fault.remedy)
             else:
-                reader.fault(f"gears.{fault.key}", fault.message, fault.remedy)
+                which, _, name = fault.key.partition(".")
+                common = name in keys.DEVIATIONS and name not in sections["gears"].get(which, {})
+                reader.fault(f"gears.{name if common else fault.key}", fault.message, fault.remedy)
 
 
 def _told(key: str, written: str, message: str) -> str:

@@ -29,9 +29,11 @@ def schema() -> dict[str, Any]:
     properties |= {name: _key(key) for name, key in keys.TOP.items()}
     properties |= {name: _table(known) for name, known in keys.SECTIONS.items()}
     reliefs = {name: {**_table(keys.RELIEF), "description": about} for name, about in keys.RELIEFS.items()}
+    profiles = {name: _table(known) for name, known in keys.DEVIATIONS.items()}
     gear = _table(keys.GEAR)
-    gear["properties"] |= reliefs
-    properties["gears"]["properties"] |= {**reliefs, "drive": gear, "loose": gear}
+    gear["properties"] |= reliefs | profiles | {name: _table(known) for name, known in keys.MOUNTINGS.items()}
+    properties["gears"]["properties"] |= {**reliefs, **profiles, "drive": gear, "loose": gear}
+    properties["mount"]["properties"]["misalignment"] = _table(keys.MISALIGNMENT)
     sensor = _table(keys.SENSOR)
     properties["sensors"]["properties"] |= {"drive": sensor, "loose": sensor}
     properties["motion"]["properties"]["harmonics"] = {"type": "array", "items": _table(keys.HARMONIC)}

@@ -85,6 +85,39 @@ RELIEFS = {
     "root_relief": "material taken off the flanks towards the root form circle",
 }
 """Tables of RELIEF keys that a gear holds, or both gears in common."""
+_FLANK = Key("choice", "which flanks have it", "both", choices=("both", "active", "reverse"))
+_TILT = 0.02
+_SMALL = "sections are taken across the ideal axes"
+DEVIATIONS = {
+    "profile_slope": {
+        "amount": Key("length", "profile slope deviation f_Hα: material at the tip less that at the root"),
+        "flank": _FLANK,
+    },
+    "profile_wave": {
+        "amplitude": Key("length", "half the profile form deviation f_fα"),
+        "waves": Key("ratio", "from the start of the active profile to the tip", low=0.0, high=100.0, above=True),
+        "phase": Key("angle", "at the start of the active profile", "0 deg"),
+        "flank": _FLANK,
+    },
+}
+"""Tables of a gear, or of both in common, by name."""
+MOUNTINGS = {
+    "eccentricity": {
+        "offset": Key("length", "of the teeth's axis from that of rotation", low=0.0),
+        "phase": Key("angle", "direction of the offset when the gear's angle is 0, from the mate's axis", "0 deg"),
+    },
+    "wobble": {
+        "angle": Key("angle", "between the teeth's axis and that of rotation", low=0.0, high=_TILT, why=_SMALL),
+        "phase": Key("angle", "where the end at +z leans when the gear's angle is 0, from the mate's axis", "0 deg"),
+    },
+}
+"""Tables of one gear, by name."""
+MISALIGNMENT = {
+    "in_plane": Key("angle", "the axes part towards +z, in their plane", "0 deg", -_TILT, _TILT, why=_SMALL),
+    "out_of_plane": Key(
+        "angle", "the loose axis leans along the drive's motion at the pitch point", "0 deg", -_TILT, _TILT, why=_SMALL
+    ),
+}
 MOUNT = {
     "backlash": _positive(
         "length", "width of the dead band along the transverse line of action", None, "gears jammed: there is no gap"
@@ -140,5 +173,10 @@ TOP = {
     "title": Key("text", "one line for people", ""),
     "source": Key("text", "where the numbers are from", ""),
 }
-EXTRA = {"gears": ("drive", "loose", *RELIEFS), "motion": ("harmonics",), "sensors": ("drive", "loose")}
+EXTRA = {
+    "gears": ("drive", "loose", *RELIEFS, *DEVIATIONS),
+    "mount": ("misalignment",),
+    "motion": ("harmonics",),
+    "sensors": ("drive", "loose"),
+}
 """What the sections hold besides keys."""

@@ -5,23 +5,34 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from gears3d.gears.gear import Gear
     from gears3d.gears.pair import Pair
     from gears3d.scenario.model import Gears, Mount
 
 
 def mesh(gears: Gears, mount: Mount) -> Pair:
-    """Return the pair of two gears, mounted.
+    """Return the pair of two gears, mounted, with the deviations of their profiles.
 
     Args:
         gears: both gears.
-        mount: backlash, centre distance, or both (then the teeth are thinned to fit).
+        mount: misalignment, and backlash, centre distance, or both (then the teeth are thinned to fit).
 
     Raises:
         InputError: they do not mesh.
     """
+    drive, loose = gears.drive, gears.loose
+    pair = _apart(drive.gear(), loose.gear(), mount)
+    if drive.deviations or loose.deviations:
+        pair = pair.with_deviations(*drive.deviations, *loose.deviations)
+    tilted = () if mount.misalignment is None else (mount.misalignment,)
+    mounting = (*drive.mounting, *loose.mounting, *tilted)
+    return pair.with_mounting(*mounting) if mounting else pair
+
+
+def _apart(drive: Gear, loose: Gear, mount: Mount) -> Pair:
+    """Return the pair at its centre distance."""
     from gears3d.gears.pair import Pair
 
-    drive, loose = gears.drive.gear(), gears.loose.gear()
     if mount.centre_distance is None:
         assert mount.backlash is not None
         return Pair.from_backlash(drive, loose, mount.backlash)

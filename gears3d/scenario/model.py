@@ -2,96 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gears3d.scenario.gear_spec import Gears as Gears
+from gears3d.scenario.gear_spec import GearSpec as GearSpec
+from gears3d.scenario.gear_spec import Mount as Mount
+
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
-    from gears3d.gears.gear import Gear
     from gears3d.gears.pair import Pair
-    from gears3d.gears.relief import Relief
     from gears3d.scenario.overrides import Overrides
-
-
-@dataclass(frozen=True)
-class GearSpec:
-    """One gear as asked for.
-
-    Args:
-        teeth: number of teeth.
-        module: normal module, m.
-        pressure_angle: normal, rad.
-        helix_angle: rad.
-        face_width: m.
-        profile_shift: coefficient.
-        addendum: in modules.
-        dedendum: in modules.
-        fillet_radius: tip radius of the cutting rack, in modules.
-        tip_shortening: in modules.
-        tip_diameter: m; ``None``: from addendum and tip shortening.
-        lead_crowning: m.
-        helix_slope: over the face width, m.
-        bore: diameter of the hole, m; ``None``: none.
-        rim: thickness of the rim, m; ``None``: a full body.
-        web: thickness of the web, m.
-        hub: diameter of the hub, m; ``None``: none.
-        inertia: about its axis, kg·m²; of the loose gear that of its solid when not given, of the drive ``None`` then.
-        density: kg/m³.
-        tip_relief: taken off towards the tip.
-        root_relief: taken off towards the root.
-    """
-
-    teeth: int
-    module: float
-    pressure_angle: float
-    helix_angle: float
-    face_width: float
-    profile_shift: float
-    addendum: float
-    dedendum: float
-    fillet_radius: float
-    tip_shortening: float
-    tip_diameter: float | None
-    lead_crowning: float
-    helix_slope: float
-    bore: float | None
-    rim: float | None
-    web: float | None
-    hub: float | None
-    inertia: float | None
-    density: float
-    tip_relief: Relief | None = None
-    root_relief: Relief | None = None
-
-    def gear(self) -> Gear:
-        """Return its geometry."""
-        from gears3d.gears.gear import Gear
-
-        return Gear(**{part.name: getattr(self, part.name) for part in fields(Gear)})
-
-
-@dataclass(frozen=True)
-class Gears:
-    """Both gears."""
-
-    drive: GearSpec
-    loose: GearSpec
-
-
-@dataclass(frozen=True)
-class Mount:
-    """How the gears are mounted; at least one of the two is given.
-
-    Args:
-        backlash: width of the dead band along the transverse line of action, m.
-        centre_distance: m.
-    """
-
-    backlash: float | None
-    centre_distance: float | None
 
 
 @dataclass(frozen=True)
@@ -244,7 +168,7 @@ class Scenario:
         return period(self.motion) or self.run.duration
 
     def pair(self) -> Pair:
-        """Return the meshing pair with perfect flanks."""
+        """Return the meshing pair as it is mounted, with the deviations of its profiles; without those of effects."""
         return self._pair
 
     @cached_property

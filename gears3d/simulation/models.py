@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.recording import Recording
+from gears3d.simulation.refusals import refuse_unseen
 from gears3d.simulation.sensors import observe
 from gears3d.version import __version__
 
@@ -87,6 +88,8 @@ def simulate(
             raise UsageError(f"model {model!r} knows no solids: pair= goes with model='bullet'")
     if not isinstance(scenario, Scenario):
         scenario = load(scenario)
+    if pair is None:
+        refuse_unseen(scenario, model)
     recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress)
     recording = observe(recording, scenario.effects, scenario.rig())
     return Recording(recording.signals, recording.impacts, {**_about(scenario), **recording.meta})

@@ -1,0 +1,61 @@
+"""What a model would leave out of a scenario's gears without a word, told instead."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gears3d.errors import Fault, InputError
+from gears3d.gears.deviation import GEARS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from gears3d.scenario import Scenario
+
+_TAKEN = "gears3d show, mesh and gears.quasi_static take it"
+
+
+def refuse_unseen(scenario: Scenario, model: str) -> None:
+    """Refuse mountings and deviations of gears that a model does not see.
+
+    Args:
+        scenario: what is simulated.
+        model: its name.
+
+    Raises:
+        InputError: carries one fault for each.
+    """
+    file = "" if scenario.path is None else str(scenario.path)
+    faults = [
+        Fault(key, f"is not in the {model} model yet", f"leave it out{remedy}; {_TAKEN}", file)
+        for key, remedy in (_off_axis(scenario) if model == "bullet" else _beyond_perfect(scenario))
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _off_axis(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield what needs more than one transverse section."""
+    from gears3d.gears.mounting import Wobble
+
+    for which in GEARS:
+        if any(isinstance(item, Wobble) for item in getattr(scenario.gears, which).mounting):
+            yield f"gears.{which}.wobble", ""
+    if scenario.mount.misalignment is not None:
+        yield "mount.misalignment", ""
+
+
+def _beyond_perfect(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Yield what moves the flanks of a model that takes them as perfect but for the scenario's effects."""
+    from gears3d.gears.deviation import ProfileSlope
+    from gears3d.gears.mounting import Eccentricity
+
+    for which in GEARS:
+        gear = getattr(scenario.gears, which)
+        if any(isinstance(item, Eccentricity) for item in gear.mounting):
+            yield f"gears.{which}.eccentricity", ", or give an effect of kind eccentricity"
+        for kind in sorted({isinstance(item, ProfileSlope) for item in gear.deviations}):
+            yield f"gears.{which}.profile_{'slope' if kind else 'wave'}", " or run --model bullet --twin none"
+        if gear.helix_slope != 0.0:
+            yield f"gears.{which}.helix_slope", ""
+    yield from _off_axis(scenario)
