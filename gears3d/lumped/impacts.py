@@ -8,12 +8,16 @@ import numpy as np
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.series import contact, deviation, thrust, torque
+from gears3d.lumped.cursors import horizon, turn_page
+from gears3d.lumped.series import contact, deviation, thrust
+from gears3d.lumped.torques import torque
 
 LEAST = 1e-13
 """Rebound speed that no clock resolves [m/s]."""
 TOUCH = 1e-12
 """Approach speed of a touch that is no impact [m/s]."""
+SMOOTH = 1e-10
+"""Change of a flank's slope that is no corner [m/rad]."""
 
 
 @inner
@@ -56,16 +60,17 @@ def place_on_flank(m, state, flank, rebound):
     """Put the loose gear exactly on a flank, leaving it with a speed along the line of action."""
     side = 1.0 if flank == 0 else -1.0
     theta = (m[at.RADIUS_LOOSE] * state[at.ANGLE] - state[at.DISPLACEMENT]) / m[at.RADIUS_DRIVE]
-    d1, p1 = deviation(m, 0, flank, theta)
-    d2, p2 = deviation(m, 1, flank, state[at.ANGLE])
+    d1, p1 = deviation(m, state, 0, flank, theta)
+    d2, p2 = deviation(m, state, 1, flank, state[at.ANGLE])
     omega = state[at.DRIVE_SPEED]
     state[at.SPEED] = (side * rebound + (m[at.RADIUS_DRIVE] + side * p1) * omega) / (m[at.RADIUS_LOOSE] - side * p2)
     state[at.DISPLACEMENT] = d1 + d2 if flank == 0 else m[at.BACKLASH] - d1 - d2
     state[at.GAPS + flank], state[at.RATES + flank] = 0.0, rebound
-    o1, q1 = deviation(m, 0, 1 - flank, theta)
-    o2, q2 = deviation(m, 1, 1 - flank, state[at.ANGLE])
+    o1, q1 = deviation(m, state, 0, 1 - flank, theta)
+    o2, q2 = deviation(m, state, 1, 1 - flank, state[at.ANGLE])
     state[at.GAPS + 1 - flank] = m[at.BACKLASH] - d1 - d2 - o1 - o2
     state[at.RATES + 1 - flank] = -rebound - (p1 + q1) * omega - (p2 + q2) * state[at.SPEED]
+    horizon(m, state, inf)
 
 
 @inner
@@ -161,8 +166,10 @@ def let_go(m, state, w):
     mode = int(state[at.MODE])
     phase = 1 + mode - at.PRESSED if mode >= at.PRESSED else 0
     w[at.OMEGA2, 0], w[at.THETA2, 0] = 0.0, state[at.ANGLE]
-    pull = torque(m, phase, state[at.TIME], 0.0, 0, w)
-    dry = torque(m, phase, state[at.TIME], 1.0, 0, w) - pull
+    state[at.SPEED] = 0.0
+    horizon(m, state, inf)
+    pull = torque(m, state, phase, 0.0, 0, w)
+    dry = torque(m, state, phase, 1.0, 0, w) - pull
     if mode >= at.PRESSED:
         flank = mode - at.PRESSED
         force = -m[at.STIFFNESS] * state[at.GAPS + flank] - m[at.DAMPING] * state[at.RATES + flank]
@@ -172,6 +179,34 @@ def let_go(m, state, w):
     state[at.SIGN] = 0.0
     if abs(pull) > dry:
         state[at.SIGN] = -1.0 if pull > 0.0 else 1.0
+
+
+@inner
+def cross(m, state, count, table, side, w):
+    """Go over a knot of a table; a corner of a flank throws the gear off, or hits it when it rests on it."""
+    jump = turn_page(m, state, table, side)
+    flank = table - int(m[at.FLANK_TABLE])
+    if abs(jump) <= SMOOTH or m[at.FLANK_TABLE] < 0.0 or not 0 <= flank <= 1:
+        return
+    rate = -jump * state[at.DRIVE_SPEED]
+    mode = int(state[at.MODE])
+    if mode != at.STUCK + flank:
+        state[at.RATES + flank] += rate
+        return
+    state[at.RATES + flank], state[at.HEIGHT] = rate, 0.0
+    if rate > TOUCH:
+        close_contact(state, count, flank)
+        take_off(m, state, flank, w)
+        state[at.LIFT] = -1.0
+    elif rate < -TOUCH:
+        since = state[at.CONTACT_SINCE]
+        impact(m, state, count, flank, w)
+        stays = state[at.MODE] == mode
+        state[at.CONTACT_SINCE] = since
+        if stays:
+            count[at.CONTACTS] -= 1
+        else:
+            close_contact(state, count, flank)
 
 
 @inner

@@ -15,21 +15,25 @@ ORDER = 20
 """Highest order of the series."""
 
 # rows of the work array
-OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, ROWS = (
-    0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15,
+OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED, ROWS = (
+    0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17,
 )  # fmt: skip
-"""GAP and DEVIATION take a row a flank (DEVIATION + 2*gear + flank); the effects' own scratch begins at ROWS."""
+"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank); the effects' own begin at ROWS."""
 
 # the model's numbers, one after the other
 (
     RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
     FRICTION,
     N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS, SIMPLE,
-    ON_LOOSE,
+    ON_LOOSE, DEVIATES, LEAST_ORDER, N_TABLES, AT_TABLES, DRIVE_TABLE, FLANK_TABLE, FLANK_TABLE_REVERSE,
     SCALARS,
-) = range(20)  # fmt: skip
+) = range(27)  # fmt: skip
 RATE, GATED, RESTITUTION, BASE, HARMONICS = SCALARS, SCALARS + 3, SCALARS + 5, SCALARS + 9, SCALARS + 18
 PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
+
+# a table: row of its variable (TIME_TABLE: time), number and width of its pieces, period, where knots and pieces lie
+VARIABLE, PIECES, WIDTH, PERIOD, AT_KNOTS, AT_PIECES, PER_TABLE = range(7)
+TIME_TABLE = -1
 
 # state
 TIME, DISPLACEMENT, ANGLE, SPEED, DRIVE_SPEED, MODE, SIGN, SLIDE = range(8)
@@ -38,6 +42,7 @@ DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
 ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE, MARK = range(18, 26)
 IMPACT_ROW, CONTACT_ROW = 26, 33  # what the step has to tell
 STATE = 36
+"""From here on the state holds two numbers a table: the piece it is in, and the turns before it [rad]."""
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
 BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3

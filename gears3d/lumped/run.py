@@ -78,7 +78,7 @@ def run(
     """
     samples = int(np.floor(duration / spacing * (1 + 1e-12))) + 1 if spacing < inf else 0
     out = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, samples, spacing)
-    state, count = start_state(start), np.zeros(at.COUNTERS, dtype=np.int64)
+    state, count = start_state(start, len(m.tables)), np.zeros(at.COUNTERS, dtype=np.int64)
     numbers = m.flat()
     advance(numbers, state, count, out, 0.0)
     refuse_jammed(m, state)

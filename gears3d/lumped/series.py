@@ -6,21 +6,18 @@ chapter 13). All functions are compiled; ``w`` is the work array of :mod:`gears3
 
 from __future__ import annotations
 
-from math import cos, exp, sin
+from math import cos, sin
 
-from gears3d.effects.rows import Code
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-
-POWER, HARMONIC, RELAX = float(Code.TORQUE_POWER), float(Code.TORQUE_HARMONIC), float(Code.TORQUE_RELAX)
-SLOW = 1e-6
-"""Loose speed below which a power law goes on as a straight line through the origin [rad/s]."""
+from gears3d.lumped.cursors import motion, tabled, value_and_slope
+from gears3d.lumped.torques import torque, turn
 
 
 @inner
-def drive(m, t, n, w):
+def drive(m, state, n, w):
     """Write drive speed and angle up to order n; Rigaud & Perret-Liaudet 2020, eq. (1)."""
-    speed, angle = w[at.OMEGA1], w[at.THETA1]
+    speed, angle, t = w[at.OMEGA1], w[at.THETA1], state[at.TIME]
     speed[0] = m[at.MEAN]
     for k in range(1, n + 1):
         speed[k] = 0.0
@@ -38,61 +35,8 @@ def drive(m, t, n, w):
     angle[0] = start
     for k in range(1, n + 1):
         angle[k] = speed[k - 1] * at.INVERSE[k]
-
-
-@inner
-def torque(m, phase, t, sign, k, w):
-    """Return the resisting torque's coefficient of order k; ``sign`` is the direction that dry friction resists."""
-    base = at.BASE + 3 * phase
-    total = m[base + 1] * w[at.OMEGA2, k]
-    if k == 0:
-        total += m[base] * sign - m[base + 2]
-    for i in range(int(m[at.N_TORQUES])):
-        row, own = int(m[at.AT_TORQUES]) + at.PER_TORQUE * i, at.ROWS + 2 * i
-        if int(m[row + 1]) >> phase & 1:
-            code = m[row]
-            if code == POWER:
-                total += _power(m[row + 2], m[row + 3], sign, k, w, own)
-            elif code == HARMONIC:
-                _turn(m[row + 2], m[row + 4], w, at.THETA2, at.OMEGA2, k, own)
-                total += m[row + 3] * w[own, k]
-            elif code == RELAX:
-                if k == 0:
-                    w[own, 0] = exp(-t / m[row + 3])
-                    total += m[row + 2] * sign
-                else:
-                    w[own, k] = -w[own, k - 1] * at.INVERSE[k] / m[row + 3]
-                total -= m[row + 2] * sign * w[own, k]
-    return total
-
-
-@inner
-def _power(coefficient, exponent, sign, k, w, own):
-    """Coefficient·|ω|^exponent·sign, order k."""
-    start = sign * w[at.OMEGA2, 0]
-    if start < SLOW:
-        return coefficient * SLOW ** (exponent - 1.0) * w[at.OMEGA2, k] if sign != 0.0 else 0.0
-    if k == 0:
-        w[own, 0] = start**exponent
-    else:
-        total = 0.0
-        for j in range(1, k + 1):
-            total += (exponent * j - (k - j)) * w[at.OMEGA2, j] * w[own, k - j]
-        w[own, k] = sign * total * at.INVERSE[k] / start
-    return coefficient * sign * w[own, k]
-
-
-@inner
-def _turn(order, phase, w, angle, speed, k, own):
-    """Cosine (row ``own``) and sine (the next) of order·θ + phase, order k, from the speed's series up to k - 1."""
-    if k == 0:
-        w[own, 0], w[own + 1, 0] = cos(order * w[angle, 0] + phase), sin(order * w[angle, 0] + phase)
-        return
-    a = b = 0.0
-    for j in range(1, k + 1):
-        a += w[speed, j - 1] * w[own + 1, k - j]
-        b += w[speed, j - 1] * w[own, k - j]
-    w[own, k], w[own + 1, k] = -order * a * at.INVERSE[k], order * b * at.INVERSE[k]
+    if m[at.DRIVE_TABLE] >= 0.0:
+        motion(m, state, n, w)
 
 
 @inner
@@ -104,17 +48,22 @@ def deviate(m, gear, k, w):
         row = int(m[at.AT_FLANKS]) + at.PER_FLANK * i
         if int(m[row]) == gear:
             wave = at.ROWS + 2 * (int(m[at.N_TORQUES]) + i)
-            _turn(m[row + 1], m[row + 2], w, angle, speed, k, wave)
+            turn(m[row + 1], m[row + 2], w, angle, speed, k, wave)
             active += m[row + 3] * w[wave, k]
             reverse += m[row + 4] * w[wave, k]
+    if gear == 0 and m[at.FLANK_TABLE] >= 0.0:
+        active += w[at.TABLED, k]
+        reverse += w[at.TABLED + 1, k]
     w[at.DEVIATION + 2 * gear, k] = active
     w[at.DEVIATION + 2 * gear + 1, k] = reverse
 
 
 @inner
-def deviation(m, gear, flank, angle):
+def deviation(m, state, gear, flank, angle):
     """Return a gear's deviation on a flank and its slope over the gear's angle [m, m/rad]."""
     value = slope = 0.0
+    if gear == 0 and m[at.FLANK_TABLE] >= 0.0:
+        value, slope = value_and_slope(m, state, int(m[at.FLANK_TABLE + flank]), angle)
     for i in range(int(m[at.N_FLANKS])):
         row = int(m[at.AT_FLANKS]) + at.PER_FLANK * i
         if int(m[row]) == gear:
@@ -140,10 +89,10 @@ def flight(m, state, n, w):
     form. The starts of the gaps and their rates are taken from the state, where they are known without cancellation.
     """
     sign = state[at.SIGN]
-    if sign == 0.0 or m[at.N_FLANKS] > 0.0 or m[at.N_TORQUES] > 0.0:
+    if sign == 0.0 or m[at.DEVIATES] > 0.0 or m[at.N_TORQUES] > 0.0:
         yielding(m, state, n, -1, w)
     else:
-        drive(m, state[0], n, w)
+        drive(m, state, n, w)
         _exponential(m, sign, state[at.SPEED], state[at.ANGLE], n, w)
         for k in range(1, n + 1):
             gap = m[at.RADIUS_LOOSE] * w[at.THETA2, k] - m[at.RADIUS_DRIVE] * w[at.THETA1, k]
@@ -174,11 +123,12 @@ def yielding(m, state, n, pressed, w):
 
     REACTION then holds the flank's force. At rest (sign 0) TORQUE holds what pulls and DRY what dry friction bears.
     """
-    t, sign, own = state[0], state[at.SIGN], m[at.ON_LOOSE] > 0.0
-    drive(m, t, n + 1, w)
+    sign, own = state[at.SIGN], m[at.ON_LOOSE] > 0.0
+    drive(m, state, n + 1, w)
     w[at.OMEGA2, 0] = state[at.SPEED] if sign != 0.0 else 0.0
     w[at.THETA2, 0] = state[at.ANGLE]
-    if m[at.N_FLANKS] > 0.0:
+    if m[at.DEVIATES] > 0.0:
+        tabled(m, state, n + 1, w)
         for k in range(n + 2):
             deviate(m, 0, k, w)
     if own:
@@ -197,9 +147,9 @@ def yielding(m, state, n, pressed, w):
         if pressed >= 0:
             force = -m[at.STIFFNESS] * w[at.GAP + pressed, k] - m[at.DAMPING] * (k + 1) * w[at.GAP + pressed, k + 1]
             w[at.REACTION, k] = force
-        total = torque(m, phase, t, sign, k, w) - (side - rub * sign) * force
+        total = torque(m, state, phase, sign, k, w) - (side - rub * sign) * force
         if sign == 0.0:
-            w[at.DRY, k] = torque(m, phase, t, 1.0, k, w) - torque(m, phase, t, 0.0, k, w) + rub * force
+            w[at.DRY, k] = torque(m, state, phase, 1.0, k, w) - torque(m, state, phase, 0.0, k, w) + rub * force
             w[at.TORQUE, k] = total
             w[at.OMEGA2, k + 1] = 0.0
         else:
@@ -226,19 +176,20 @@ def contact(m, state, flank, phase, n, w):
     eqs (21), (22), with the flanks' own accelerations; friction in the mesh scales it and nothing else.
     Returns the direction that dry friction resists.
     """
-    t, deviates, on_loose = state[0], m[at.N_FLANKS] > 0.0, m[at.ON_LOOSE] > 0.0
-    drive(m, t, n, w)
+    deviates, on_loose = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0
+    drive(m, state, n, w)
     side = 1.0 if flank == 0 else -1.0
     if not deviates and m[at.N_TORQUES] == 0.0:
         return _smooth_contact(m, state, flank, side, phase, n, w)
     own, other, slope = at.DEVIATION + flank, at.DEVIATION + 2 + flank, 0.0
     w[at.THETA2, 0] = state[at.ANGLE]
     if deviates:
+        tabled(m, state, n, w)
         for k in range(n + 1):
             deviate(m, 0, k, w)
     if on_loose:
         deviate(m, 1, 0, w)
-        slope = deviation(m, 1, flank, state[at.ANGLE])[1]
+        slope = deviation(m, state, 1, flank, state[at.ANGLE])[1]
     for k in range(1, n + 1):
         w[at.OMEGA2, k - 1] = 0.0
         if on_loose:
@@ -254,7 +205,7 @@ def contact(m, state, flank, phase, n, w):
     _anchor_contact(m, flank, side, w)
     sign = _direction(m, n, w)
     for k in range(n - 1):
-        pull = torque(m, phase, t, sign, k, w)
+        pull = torque(m, state, phase, sign, k, w)
         w[at.REACTION, k] = (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) * thrust(m, side, sign)
     return sign
 

@@ -10,20 +10,22 @@ from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.lumped import impacts, layout, series
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
+from gears3d.lumped.cursors import walk
 from gears3d.lumped.model import Model
 
 STATES = ("active", "reverse", "free")
 
 
-def start_state(start: str) -> np.ndarray:
+def start_state(start: str, tables: int = 0) -> np.ndarray:
     """Return the state from which the kernel works out where the run begins.
 
     Args:
         start: ``"active"`` or ``"reverse"``, riding on that flank if it holds, else leaving it with no relative
             speed; ``"free"``: in the middle of the backlash, with no relative speed.
+        tables: how many the model has.
 
     Returns:
-        The state, (STATE,).
+        The state, (STATE + 2*tables,).
 
     Raises:
         InputError: the start is unknown.
@@ -33,7 +35,7 @@ def start_state(start: str) -> np.ndarray:
     """
     if start not in STATES:
         raise InputError(Fault("start.state", f"is {start!r}", did_you_mean(start, STATES)))
-    state = np.zeros(layout.STATE)
+    state = np.zeros(layout.STATE + 2 * tables)
     state[at.MODE] = at.BEFORE
     state[at.DEPARTED] = STATES.index(start)
     return state
@@ -66,10 +68,12 @@ def begin(m, state, w):
     start = int(state[at.DEPARTED])
     state[at.GUESS], state[at.LAST_IMPACT], state[at.LIFT] = inf, -inf, -1.0
     flank = 1 if start == 1 else 0
-    series.drive(m, 0.0, 2, w)
+    for i in range(int(m[at.N_TABLES])):
+        walk(m, state, i, 0.0)
+    series.drive(m, state, 2, w)
     state[at.DRIVE_SPEED] = w[0, 0]
     for _ in range(50):  # the loose gear's deviation shifts its own angle
-        away = series.deviation(m, 0, flank, 0.0)[0] + series.deviation(m, 1, flank, state[at.ANGLE])[0]
+        away = series.deviation(m, state, 0, flank, 0.0)[0] + series.deviation(m, state, 1, flank, state[at.ANGLE])[0]
         state[at.DISPLACEMENT] = away if flank == 0 else m[at.BACKLASH] - away
         state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
     impacts.place_on_flank(m, state, flank, 0.0)

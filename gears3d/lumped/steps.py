@@ -6,8 +6,10 @@ from math import inf
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
+from gears3d.lumped.cursors import crossing, horizon
 from gears3d.lumped.impacts import (
     close_contact,
+    cross,
     impact,
     leave_spring,
     let_go,
@@ -19,14 +21,16 @@ from gears3d.lumped.impacts import (
 from gears3d.lumped.roots import curvature, first_root, highest, slope, value
 from gears3d.lumped.series import contact, flight, yielding
 
-FLIGHT_ENDS, SPEED_TURNS, BREAKS_LOOSE, PUSHES, CLEARS = range(5)
+FLIGHT_ENDS, SPEED_TURNS, BREAKS_LOOSE, PUSHES, CLEARS, CROSSES = range(6)
 
 
 @inner
-def plan(rate, span, spare):
+def plan(m, state, rate, span, spare):
     """Return the length of a step and the order that covers it to rounding, with ``spare`` orders to differentiate."""
     reach = min(span, at.REACH[at.ORDER - 1 - spare] / rate)
-    n = 5
+    if m[at.N_TABLES] > 0.0:
+        reach = horizon(m, state, reach)
+    n = int(m[at.LEAST_ORDER])
     while n < at.ORDER and at.REACH[n - 1 - spare] < rate * reach:
         n += 1
     return reach, n
@@ -100,13 +104,15 @@ def free_step(m, state, count, w, samples, spacing, span):
     """Fly until a flank is met, the loose gear stops or breaks loose, or the step's end."""
     guess = state[at.GUESS]
     state[at.GUESS] = inf
-    reach, n = plan(m[at.RATE], min(span, guess), 1)
+    reach, n = plan(m, state, m[at.RATE], min(span, guess), 1)
     flight(m, state, n, w)
     reach, way = trusted(w[at.GAP], 1, n, reach)
-    if m[at.N_FLANKS] > 0.0:
+    if m[at.DEVIATES] > 0.0:
         reach, other = trusted(w[at.GAP + 1], 1, n, reach)
         way = max(way, other)
     event, flank, x = _free_event(m, state, w, n, reach, way)
+    x, table, side = crossing(m, state, w, n, x)
+    event = event if table < 0 else CROSSES
     departed = int(state[at.DEPARTED])
     state[at.HEIGHT] = max(state[at.HEIGHT], highest(w[at.GAP + departed], n, x))
     sample(m, state, count, w, samples, spacing, x, n)
@@ -124,6 +130,8 @@ def free_step(m, state, count, w, samples, spacing, span):
         state[at.MODE], state[at.HOLD] = at.PRESSED + flank, 1.0
     elif event == CLEARS:
         leave_spring(state, count, flank)
+    elif event == CROSSES:
+        cross(m, state, count, table, side, w)
     else:
         _turn(m, state, event, w)
 
@@ -187,7 +195,7 @@ def contact_step(m, state, count, w, samples, spacing, span):
     """Ride on a flank until its reaction changes sign, the loose gear's speed turns, or the step's end."""
     flank = int(state[at.MODE]) - at.STUCK
     phase = 0 if state[at.SLIDE] == 1.0 else 1 + flank
-    reach, n = plan(m[at.RATE], span, 2)
+    reach, n = plan(m, state, m[at.RATE], span, 2)
     sign = contact(m, state, flank, phase, n, w)
     reach = trusted(w[at.REACTION], 0, n - 2, reach)[0]
     x, ends = reach, False
@@ -201,11 +209,14 @@ def contact_step(m, state, count, w, samples, spacing, span):
         root = first_root(w[at.OMEGA2], sign, n - 1, x)
         if root < x:
             x, ends = root, False
+    x, table, side = crossing(m, state, w, n, x)
     state[at.HOLD] = 0.0
     state[at.SIGN] = sign
     sample(m, state, count, w, samples, spacing, x, n)
     carry(m, state, x, n, w)
-    if ends:
+    if table >= 0:
+        cross(m, state, count, table, side, w)
+    elif ends:
         _end_contact(m, state, count, flank, w)
 
 
@@ -228,7 +239,7 @@ def _end_contact(m, state, count, flank, w):
 def spring_step(m, state, count, w, samples, spacing, span):
     """Press on a yielding flank until its force vanishes, the loose gear stops or breaks loose, or the step's end."""
     flank = int(state[at.MODE]) - at.PRESSED
-    reach, n = plan(m[at.RATE + 1], span, 2)
+    reach, n = plan(m, state, m[at.RATE + 1], span, 2)
     yielding(m, state, n, flank, w)
     if state[at.HOLD] > 0.0:  # pressed on again: the force begins at zero
         w[at.REACTION, 0] = state[at.HOLD] = 0.0
@@ -240,6 +251,8 @@ def spring_step(m, state, count, w, samples, spacing, span):
     root = first_root(w[at.OMEGA2], state[at.SIGN], n, x) if state[at.SIGN] != 0.0 else _loose(w, n, x)
     if root < x:
         event, x = (SPEED_TURNS if state[at.SIGN] != 0.0 else BREAKS_LOOSE), root
+    x, table, side = crossing(m, state, w, n, x)
+    event = event if table < 0 else CROSSES
     state[at.IMPULSE] += impulse(m, w[at.GAP + flank], n, x)
     sample(m, state, count, w, samples, spacing, x, n)
     carry(m, state, x, n, w)
@@ -250,6 +263,8 @@ def spring_step(m, state, count, w, samples, spacing, span):
         if m[at.DAMPING] == 0.0:
             leave_spring(state, count, flank)
     else:
+        if event == CROSSES:
+            cross(m, state, count, table, side, w)
         _turn(m, state, event, w)
         settle(m, state, count, flank)
 

@@ -8,7 +8,8 @@ from gears3d.effects import rows as form
 from gears3d.effects.base import Rig
 from gears3d.gears import Eccentricity, Pair, quasi_static
 from gears3d.gears import Gear as Wheel
-from gears3d.lumped.model import eccentric, model
+from gears3d.lumped.lower import eccentric
+from gears3d.lumped.model import model
 from gears3d.lumped.run import run
 from tests.lumped.rig import RPM, bench, simulate
 

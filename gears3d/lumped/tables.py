@@ -1,0 +1,105 @@
+"""Tables for the compiled kernel: piecewise polynomials over time, an angle or the loose gear's speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gears3d.effects import Row
+from gears3d.effects.rows import Variable
+from gears3d.errors import Fault, InputError
+from gears3d.lumped import layout
+
+_ROW = {
+    Variable.SPEED: layout.OMEGA2,
+    Variable.ANGLE: layout.THETA2,
+    Variable.TIME: layout.TIME_TABLE,
+}
+
+
+class Table(NamedTuple):
+    """A piecewise polynomial.
+
+    Args:
+        variable: row of the work array that it is a function of, or TIME_TABLE.
+        knots: where its pieces begin and end, infinite where the last ones go on, (n + 1,).
+        pieces: of each piece its own zero, then its coefficients from the constant on, (n, degree + 2).
+        period: after which it starts anew, 0: it does not.
+    """
+
+    variable: int
+    knots: np.ndarray
+    pieces: np.ndarray
+    period: float = 0.0
+
+    def __call__(self, x: ArrayLike) -> np.ndarray:
+        """Return the values at some places, for tests and drawings.
+
+        Args:
+            x: in the variable's unit, any shape.
+
+        >>> lines(Variable.SPEED, [(0.0, 1.0), (2.0, 5.0)])([-1.0, 0.5, 9.0]).tolist()
+        [1.0, 2.0, 5.0]
+        """
+        x = np.asarray(x, dtype=float)
+        x = np.mod(x, self.period) if self.period else x
+        k = np.clip(np.searchsorted(self.knots, x, side="right") - 1, 0, len(self.pieces) - 1)
+        u, value = x - self.pieces[k, 0], np.zeros(x.shape)
+        for coefficient in self.pieces[k, 1:].T[::-1]:
+            value = value * u + coefficient.T
+        return value
+
+
+def lines(variable: Variable, points: Sequence[tuple[float, float]]) -> Table:
+    """Return straight lines between points, constant beyond the ends.
+
+    Args:
+        variable: what the abscissa is.
+        points: abscissa [rad/s, rad or s] and value, rising, at least one.
+    """
+    x, y = np.array(points, dtype=float).reshape(-1, 2).T
+    slopes = np.concatenate([[0.0], np.diff(y) / np.diff(x), [0.0]])
+    start = np.concatenate([x[:1], x])
+    value = np.concatenate([y[:1], y])
+    return Table(_ROW[variable], np.concatenate([[-inf], x, [inf]]), np.stack([start, value, slopes], 1))
+
+
+def torque_lines(row: Row) -> Table:
+    """Return the table of a tabulated torque.
+
+    Args:
+        row: a TORQUE_TABLE.
+
+    Raises:
+        InputError: no points, points that do not rise, or that are not finite.
+    """
+    points = np.array(row.table, dtype=float).reshape(-1, 2)
+    if len(points) == 0 or not np.isfinite(points).all() or not (np.diff(points[:, 0]) > 0.0).all():
+        raise InputError(
+            Fault("effect", "a tabulated torque has points that do not rise or are not finite", "sort them, once each")
+        )
+    return lines(Variable(int(row.p[0])), row.table)
+
+
+def pack(tables: Sequence[Table], at_tables: int) -> np.ndarray:
+    """Return the numbers of tables as :mod:`gears3d.lumped.layout` has them.
+
+    Args:
+        tables: the tables.
+        at_tables: where they begin in the model's numbers.
+
+    Returns:
+        One line a table, then all knots and pieces, (n,).
+    """
+    at = at_tables + layout.PER_TABLE * len(tables)
+    heads, data = [], []
+    for table in tables:
+        count, width = table.pieces.shape
+        heads += [table.variable, count, width, table.period, at, at + count + 1]
+        data += [table.knots, table.pieces.ravel()]
+        at += count + 1 + count * width
+    return np.concatenate([np.array(heads, dtype=float), *data])
