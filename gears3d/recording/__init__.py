@@ -6,6 +6,7 @@ from gears3d.recording.columns import IMPACT_UNITS as IMPACT_UNITS
 from gears3d.recording.columns import REVERSE as REVERSE
 from gears3d.recording.columns import SIGNAL_UNITS as SIGNAL_UNITS
 from gears3d.recording.columns import unit_of as unit_of
+from gears3d.recording.files import columns_of as columns_of
 from gears3d.recording.record import Recording as Recording
 from gears3d.recording.record import read as read
 from gears3d.recording.told import describe as describe

@@ -162,3 +162,20 @@ def _of_summary(folder: Path) -> dict[str, Any]:
         return {key: summary[key] for key in ("title", "source", "model", "version", "period_s") if key in summary}
     except (OSError, ValueError, TypeError):
         return {}
+
+
+def columns_of(path: Path) -> dict[str, np.ndarray]:
+    """Read the columns of a file that need not be a recording.
+
+    Args:
+        path: a Parquet or CSV file.
+
+    Returns:
+        The columns as arrays, missing values NaN.
+
+    Raises:
+        InputError: it is not there or cannot be read.
+    """
+    if not path.is_file():
+        raise InputError(Fault("", "is not there" if not path.exists() else "is no file", "name a file", str(path)))
+    return read_csv(path) if path.suffix.lower() in (".csv", ".txt") else read_parquet(path)[0]

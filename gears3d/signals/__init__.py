@@ -1,5 +1,8 @@
 """What bare arrays of impacts and displacement say: regime, period, section, energies, durations."""
 
+from gears3d.signals.edges import Edges as Edges
+from gears3d.signals.edges import edges as edges
+from gears3d.signals.edges import quantum as quantum
 from gears3d.signals.flights import Flights as Flights
 from gears3d.signals.flights import flights as flights
 from gears3d.signals.flights import shares as shares

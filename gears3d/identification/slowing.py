@@ -1,0 +1,79 @@
+"""The run-down of a shaft under a drag law, for any law, as quadratures over its speed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+NODES = 400
+"""Intervals of the speed between start and end."""
+_GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
+_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+
+
+class Law(NamedTuple):
+    """Deceleration coulomb + viscous·ω + coefficient·ω^exponent while the shaft turns forwards.
+
+    Args:
+        coulomb: [rad/s²].
+        viscous: [1/s].
+        coefficient: [rad/s² at 1 rad/s].
+        exponent: of the speed.
+    """
+
+    coulomb: float = 0.0
+    viscous: float = 0.0
+    coefficient: float = 0.0
+    exponent: float = 2.0
+
+    def deceleration(self, speed: np.ndarray) -> np.ndarray:
+        """Return the deceleration [rad/s²] at speeds [rad/s], (n,).
+
+        Source: Kadmiri et al. 2012, eqs (5)-(7), divided by the inertia.
+        """
+        slowing = self.coulomb + self.viscous * speed
+        if self.coefficient:
+            with np.errstate(divide="ignore", over="ignore"):
+                slowing = slowing + self.coefficient * np.abs(speed) ** self.exponent
+        return slowing
+
+
+def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: float = 0.0) -> np.ndarray | None:
+    """Return the angle of a shaft that runs down freely.
+
+    Time and angle are integrals over the speed, dt = dω/a(ω) and dθ = ω·dω/a(ω), by Gauss quadrature between nodes that
+    crowd at the end; between the nodes the angle is the cubic that has their speeds.
+
+    Args:
+        law: of the deceleration.
+        angle: at the start [rad].
+        speed: at the start, positive [rad/s].
+        since: time since the start [s], (n,).
+        slowest: speed down to which the law must hold [rad/s]; 0: to standstill.
+
+    Returns:
+        Angles [rad], (n,), constant after standstill; ``None`` where the law does not slow the shaft down.
+
+    >>> float(angles(Law(coulomb=2.0), 0.0, 4.0, np.array([1.0, 3.0]))[0].round(9))
+    3.0
+    """
+    if not speed > slowest:
+        return None
+    x = np.linspace(0.0, 1.0, NODES + 1)
+    nodes = slowest + (speed - slowest) * (1.0 - x) ** 2
+    width = -np.diff(nodes)
+    inner = 0.5 * (nodes[:-1] + nodes[1:])[:, None] + 0.5 * width[:, None] * _GAUSS
+    slowing = law.deceleration(inner)
+    at_nodes = law.deceleration(nodes)
+    if not (np.all(slowing > 0.0) and np.all(np.isfinite(slowing)) and np.all(at_nodes[:-1] > 0.0)):
+        return None
+    time = np.concatenate([[0.0], np.cumsum(width * (_WEIGHTS / slowing).sum(axis=1))])
+    way = np.concatenate([[0.0], np.cumsum(width * (_WEIGHTS * inner / slowing).sum(axis=1))])
+    k = np.clip(np.searchsorted(time, since, "right") - 1, 0, NODES - 1)
+    span = time[k + 1] - time[k]
+    u = np.clip((since - time[k]) / np.maximum(span, 1e-300), 0.0, 1.0)
+    bend = (1.0 - u) ** 2
+    cubic = way[k] * (1.0 + 2.0 * u) * bend + way[k + 1] * u**2 * (3.0 - 2.0 * u)
+    cubic += span * (nodes[k] * u * bend - nodes[k + 1] * u**2 * (1.0 - u))
+    return angle + cubic
