@@ -24,7 +24,21 @@ from gears3d.cli.output import print_error
 from gears3d.cli.pipes import quiet_pipes
 from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
 
-VERBS = ("run", "compare", "replay", "record", "identify", "show", "mesh", "papers", "validate", "check", "schema")
+VERBS = (
+    "run",
+    "compare",
+    "describe",
+    "replay",
+    "sound",
+    "record",
+    "identify",
+    "show",
+    "mesh",
+    "papers",
+    "validate",
+    "check",
+    "schema",
+)
 """The verbs in the order of the help."""
 
 INTERRUPTED = 130
