@@ -13,7 +13,8 @@ import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import write_bytes
-from gears3d.gears.deviation import GEARS
+from gears3d.gears.deviation import GEARS, Deviation
+from gears3d.gears.mounting import Mounting
 from gears3d.gears.pair import Pair
 from gears3d.gears.solids import mass_properties, solid, solid_arrays
 from gears3d.version import __version__
@@ -100,7 +101,8 @@ def card(pair: Pair, which: str, body: Trimesh, chord: float, density: float) ->
             "centre_distance_m": pair.centre_distance,
             "backlash_m": pair.backlash,
             "thinning_m": pair.thinning,
-            "deviations": [asdict(deviation) for deviation in pair.deviations if deviation.gear == which],
+            "deviations": [_named(item) for item in pair.deviations if item.gear == which],
+            "mounting": [_named(item) for item in pair.mounting if getattr(item, "gear", which) == which],
         },
         "pose": {"axis_m": [x, y], "rotation_about_z_rad": pair.rotation(which, 0.0)},
         "chord_m": chord,
@@ -114,6 +116,10 @@ def card(pair: Pair, which: str, body: Trimesh, chord: float, density: float) ->
         },
         "hash": content_hash(body),
     }
+
+
+def _named(item: Deviation | Mounting) -> dict[str, Any]:
+    return {"kind": type(item).__name__, **asdict(item)}
 
 
 def content_hash(body: Trimesh) -> str:

@@ -10,6 +10,7 @@ from gears3d.gears.gear import Gear
 from gears3d.gears.involute import inv, inverse_inv
 from gears3d.gears.pair import Pair
 from gears3d.gears.rack import form
+from gears3d.gears.sheet_flanks import flank_lines
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ def data_sheet(
     """Return the data sheet of a pair.
 
     Args:
-        pair: the pair; its deviations do not enter.
+        pair: the pair; deviations and mounting have lines of their own and do not enter the others.
         speed: mean speed of the drive gear [rad/s], for the sliding speeds.
         densities: of drive and loose gear [kg/m³], for masses and inertias of the solids; ``None`` leaves them out.
 
@@ -62,6 +63,7 @@ def data_sheet(
         *_diameters(pair),
         *_mesh(pair),
         *_backlash(pair),
+        *(Quantity(*line) for line in flank_lines(pair)),
         *_motion(pair, speed),
         *(_masses(pair, densities) if densities else ()),
     )

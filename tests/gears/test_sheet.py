@@ -7,7 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gears3d.gears import Gear, Pair, flank_gap, solid
+from gears3d.gears import (
+    Eccentricity,
+    Gear,
+    HelixSlope,
+    Misalignment,
+    Pair,
+    ProfileSlope,
+    ProfileWave,
+    Relief,
+    Wobble,
+    flank_gap,
+    quasi_static,
+    solid,
+)
 from gears3d.gears.flank import ACTIVE, compile_pair, flank_point
 from gears3d.gears.sheet import data_sheet, path_points, radial_backlash
 from gears3d.units import FAMILIES
@@ -167,6 +180,74 @@ def test_masses_are_those_of_the_solids_and_every_line_has_a_unit():
     without = {line.symbol for line in data_sheet(SPUR)}
     assert "m" not in without
     assert {line.symbol for line in sheet} - without == {"ρ", "m", "J"}
+
+
+def everything():
+    gears = [
+        Gear(
+            3.5e-3,
+            z,
+            face_width=20e-3,
+            tip_relief=Relief(20e-6, length=4e-3),
+            root_relief=root,
+            lead_crowning=8e-6,
+            helix_slope=5e-6,
+        )
+        for z, root in ((40, Relief(9e-6, start_roll=0.28)), (51, None))
+    ]
+    return (
+        Pair.from_backlash(*gears, 200e-6)
+        .with_deviations(
+            ProfileSlope("drive", "active", 3e-6),
+            ProfileSlope("drive", "active", -7e-6, tooth=4),
+            ProfileWave("loose", "reverse", 0.4e-6, 2.0),
+            HelixSlope("loose", "active", 6e-6),
+        )
+        .with_mounting(Eccentricity("drive", 20e-6), Wobble("loose", 1e-4), Misalignment(2e-4, -1e-4))
+    )
+
+
+def test_reliefs_deviations_and_mounting_have_their_lines():
+    pair = everything()
+    assert of(pair, "C_αa") == (20e-6, 20e-6)
+    assert of(pair, "C_αf") == (9e-6, None)
+    drive = pair.drive
+    end = (of(pair, "d_Ca")[0] / drive.base_radius / 2) ** 2 - 1
+    assert drive.base_radius * (drive.tip_roll - end**0.5) == pytest.approx(4e-3, rel=1e-12)
+    assert of(pair, "d_Cf")[0] == pytest.approx(2 * drive.base_radius * hypot(1, 0.28), rel=1e-12)
+    assert of(pair, "C_β") == (8e-6, 8e-6)
+    assert of(pair, "f_Hα,active") == pytest.approx((-4e-6, 0.0))  # of tooth 4, the worst
+    assert of(pair, "f_fα,reverse") == pytest.approx((0.0, 0.8e-6))
+    assert of(pair, "f_Hβ,active") == pytest.approx((5e-6, 11e-6))
+    assert of(pair, "f_Hβ,reverse") == pytest.approx((-5e-6, -5e-6))
+    assert (of(pair, "e"), of(pair, "γ")) == ((20e-6, 0.0), (0.0, 1e-4))
+    assert (of(pair, "f_Σδ"), of(pair, "f_Σβ")) == pytest.approx((4e-6, -2e-6))
+    perfect = {line.symbol for line in data_sheet(SPUR)}
+    assert not perfect & {"C_αa", "f_Hα,active", "e", "j_bt,min", "ε_α,1"}
+    symbols = [line.symbol for line in data_sheet(pair, 1.0, (7850.0, 7850.0))]
+    assert len(set(symbols)) == len(symbols)
+    assert all(line.family in FAMILIES for line in data_sheet(pair))
+
+
+def test_least_backlash_is_no_more_than_rolling_leaves_and_close_to_it():
+    pair = everything()
+    found = quasi_static(pair, np.linspace(0, 2 * pi, 400)).backlash.min()
+    assert 0.0 < of(pair, "j_bt,min") <= found + 0.2e-6
+    eccentric = SPUR.with_mounting(Eccentricity("loose", 15e-6))
+    found = quasi_static(eccentric, np.linspace(0, 4 * pi, 400)).backlash.min()
+    # the loose gear turns by b / r while it crosses the dead band, and its offset with it
+    turned = 15e-6 * SPUR.backlash / SPUR.loose.base_radius
+    assert of(eccentric, "j_bt,min") == pytest.approx(found, abs=turned)
+
+
+@pytest.mark.parametrize("shape", ["linear", "parabolic"])
+def test_contact_ratio_within_a_micrometre_is_where_relief_has_taken_that(shape):
+    """The stretch ends where 1 um is gone: amount·(roll / length)^n = 1 um, at the tip of either gear."""
+    gear = Gear(3.5e-3, 90, tip_relief=Relief(20e-6, length=4e-3, shape=shape))
+    pair = Pair.from_backlash(gear, gear, 250e-6)
+    gone = 4e-3 * (1 - (1 / 20) ** (1.0 if shape == "linear" else 0.5))
+    expected = pair.contact_ratio - 2 * gone / gear.base_pitch
+    assert of(pair, "ε_α,1") == pytest.approx(expected, abs=3e-4)
 
 
 def test_documentation_explains_every_symbol():

@@ -198,7 +198,7 @@ def draw_backlash(axes: Axes, pair: Pair) -> None:
                   arrowprops={"arrowstyle": "<|-|>", "color": REVERSE, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0,
                               "mutation_scale": 9})  # fmt: skip
     text = f"j_bt = {micro(pair.backlash)}\nj_bn = {micro(pair.normal_backlash)}"
-    axes.annotate(text, tuple(1e3 * spot), (-8, -52), textcoords="offset points", fontsize=9, color=REVERSE, zorder=9,
+    axes.annotate(text, tuple(1e3 * spot), (-58, -40), textcoords="offset points", fontsize=9, color=REVERSE, zorder=9,
                   ha="right", va="center", bbox=_BACK,
                   arrowprops={"arrowstyle": "-", "color": REVERSE, "linewidth": 0.8})  # fmt: skip
     axes.annotate("active flanks touch", tuple(1e3 * centre), (18, 30), textcoords="offset points", fontsize=9,
