@@ -100,9 +100,7 @@ class Bench:
         from gears3d.simulation import simulate
 
         command = _command(name, overrides or {}, model)
-        asked = self.commands.setdefault(self._figure, [])
-        if command not in asked:
-            asked.append(command)
+        self._ask(command)
         return self._keep(command, lambda: simulate(self.scenario(name, overrides), model))
 
     def outcome(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> dict[str, Any]:
@@ -130,7 +128,19 @@ class Bench:
         >>> bench.once("sum", lambda: 3), bench.once("sum", lambda: 4)
         (3, 3)
         """
-        return self._keep(f"once {key}", compute)
+        figure, self._figure = self._figure, f"once {key}"
+        try:
+            return self._keep(self._figure, compute)
+        finally:
+            self._figure, inner = figure, self.commands.get(self._figure, [])
+            for command in inner:
+                self._ask(command)
+
+    def _ask(self, command: str) -> None:
+        """Note that the figure in hand needs a command."""
+        asked = self.commands.setdefault(self._figure, [])
+        if command not in asked:
+            asked.append(command)
 
     def _keep(self, key: str, compute: Callable[[], T]) -> T:
         if key not in self._kept:

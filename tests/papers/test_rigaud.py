@@ -101,3 +101,27 @@ def test_rolling_separates_revolution_and_mesh():
     slow, mesh = flanks.parts(flanks.rolled(BENCH).phi_reverse)
     assert np.ptp(slow) == pytest.approx(100e-6, rel=1e-6)
     assert np.ptp(mesh) == pytest.approx(10e-6, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["fig. 10", "fig. 8"])
+def test_a_figure_is_drawn(name):
+    assert_drawn(next(figure for figure in paper("rigaud-2020").figures if figure.name == name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("figure", paper("rigaud-2020").figures, ids=lambda figure: figure.name)
+def test_every_figure_is_drawn(figure):
+    assert_drawn(figure)
+
+
+def assert_drawn(figure):
+    """A picture of the size asked for with ink in it, whose commands are known."""
+    from io import BytesIO
+
+    from matplotlib.image import imread
+
+    picture = imread(BytesIO(figure.png(BENCH, dpi=40)))
+    assert picture.shape[:2] == (round(figure.size[1] * 40), round(figure.size[0] * 40))
+    assert 0.005 < (picture[..., :3].min(axis=2) < 0.5).mean() < 0.5
+    if figure.name != "fig. 2":
+        assert BENCH.commands[f"rigaud-2020 {figure.name}"]

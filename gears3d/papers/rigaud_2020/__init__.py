@@ -1,6 +1,7 @@
 """Rigaud & Perret-Liaudet 2020: a reverse pair that rattles before a high-speed camera."""
 
 from gears3d.papers.rigaud_2020 import camera, energy, flanks, regimes, table1, theory, threshold
+from gears3d.papers.rigaud_2020.figures import FIGURES as FIGURES
 
 CITATION = (
     "E. Rigaud, J. Perret-Liaudet: Investigation of gear rattle noise including visualization of vibro-impact regimes. "
@@ -17,7 +18,6 @@ CLAIMS = (
     *theory.CLAIMS,
     *energy.SOUND,
 )
-FIGURES = ()
 EXCUSED = {
     "fig. 1": "photograph of the bench",
     "fig. 9": "sketch of the model, which is the rigid model that every row above runs",
