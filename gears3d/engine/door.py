@@ -6,12 +6,11 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.effects.rows import Code, Gear, Row, Variable, torque_constant
+from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.impact import ImpactLaw
@@ -179,16 +178,7 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float
     times += [2.0 * math.pi / STEPS_PER_WAVE / wave for wave in waves if wave > 0.0]
     if speed > 0.0:
         times.append(TURN_PER_STEP * 2.0 * math.pi / pair.drive.teeth / speed)
-    times += [_finest(row, speed_loose) for row in rows if row.code == Code.TORQUE_TABLE]
     return min(times)
-
-
-def _finest(row: Row, speed: float) -> float:
-    """Return half the time between two points of a tabulated torque at a speed of the loose gear [s]."""
-    spacing = min((b[0] - a[0] for a, b in pairwise(row.table)), default=math.inf)
-    if row.p[0] == Variable.TIME:
-        return 0.5 * spacing
-    return 0.5 * spacing / speed if row.p[0] == Variable.ANGLE and speed > 0.0 else math.inf
 
 
 def _stroke(scenario: Scenario) -> tuple[float, float]:

@@ -12,7 +12,7 @@ import numpy as np
 from gears3d.engine.closing import HALVINGS, Arc, Plant
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
-from gears3d.engine.torques import resisting
+from gears3d.engine.torques import FREE, gated, resisting
 from gears3d.kernels import njit
 
 HELD, LOST, MEETS = 0, 1, 2
@@ -46,7 +46,11 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 
 @njit(cache=True)
 def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
-    """Return the flank's normal force [N] that permanent contact needs; negative when it would have to pull."""
+    """Return the flank's normal force [N] that permanent contact needs; negative when it would have to pull.
+
+    Where torques of contact would part the flanks and those of flight would close them again, contact goes on: the
+    force is the larger of the two.
+    """
     theta, omega = on_flank(plant, teeth, side, time, guess)
     step = omega * DIFFERENCE
     _, before = on_flank(plant, teeth, side, time - DIFFERENCE, theta - step)
@@ -54,11 +58,15 @@ def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     alpha = (after - before) / (2.0 * DIFFERENCE)
     angle, _, _ = drive_at(plant.motion, time)
     _, _, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
-    plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
-    needed = plant.inertia * alpha + plain
     # at rest dry torque takes whatever part it can: the flank must push only if it cannot
     against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
-    return (needed + against * dry) / (by_loose - against * plant.friction)
+    plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
+    lever = by_loose - against * plant.friction
+    force = (plant.inertia * alpha + plain + against * dry) / lever
+    if gated(plant.torques):
+        plain, dry = resisting(plant.torques, FREE, time, theta, omega)
+        force = max(force, (plant.inertia * alpha + plain + against * dry) / lever)
+    return force
 
 
 @njit(cache=True)

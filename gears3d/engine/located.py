@@ -32,7 +32,7 @@ from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import HALTS, PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
-from gears3d.engine.torques import FREE
+from gears3d.engine.torques import FREE, until_kink
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
 
@@ -188,7 +188,9 @@ class Located:
         """Do one step: look at the teeth, plan, let Bullet move the gears, act on what the step ends with."""
         self.watch.look(self.world, self.plant, self.time, self.theta)
         self.teeth = self.watch.teeth
-        longest = min(self.settings.longest_step, self.settings.duration - self.time)
+        plant = self.plant
+        kink = until_kink(plant.torques, plant.inertia, self.place, self.time, self.theta, self.omega)
+        longest = min(self.settings.longest_step, self.settings.duration - self.time, kink)
         if self.place == FREE:
             self._fly(longest)
         elif self.settings.springs.size:

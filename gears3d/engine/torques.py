@@ -10,6 +10,8 @@ import numpy as np
 from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
 from gears3d.kernels import njit
 
+_SOON = 1e-6
+"""Points of a tabulated torque nearer than this are passed over [s]."""
 FREE, ON_ACTIVE, ON_REVERSE = 0, 1, 2
 """Where the loose gear is: between the flanks, on the active one, on the reverse one."""
 
@@ -21,6 +23,7 @@ _RELAX = int(Code.TORQUE_RELAX)
 _TABLE = int(Code.TORQUE_TABLE)
 _SPEED = int(Variable.SPEED)
 _ANGLE = int(Variable.ANGLE)
+_ALWAYS = int(Gate.ALWAYS)
 _FLIGHT = int(Gate.FLIGHT)
 _CONTACT = int(Gate.CONTACT)
 _ACTIVE = int(Gate.ACTIVE)
@@ -89,6 +92,12 @@ def _acts(gate: int, place: int) -> bool:
 
 
 @njit(cache=True)
+def gated(table: np.ndarray) -> bool:
+    """Return whether some torque acts in flight or in contact only; ``table`` of :func:`torque_table`."""
+    return bool(np.any(table[:, 1] != _ALWAYS))
+
+
+@njit(cache=True)
 def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: float) -> tuple[float, float]:
     """Return the resisting torques in two heaps.
 
@@ -147,3 +156,33 @@ def acceleration(
             return 0.0
         return -(plain - math.copysign(dry, plain)) / inertia
     return -(plain + direction * dry) / inertia
+
+
+@njit(cache=True)
+def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta: float, omega: float) -> float:
+    """Return how long it takes, nearly, until a tabulated torque comes to its next point, at least a microsecond [s].
+
+    Args:
+        table: of :func:`torque_table`.
+        inertia: kg m².
+        place: FREE, ON_ACTIVE or ON_REVERSE.
+        time: s.
+        theta: rad.
+        omega: rad/s.
+    """
+    soonest = math.inf
+    for i in range(table.shape[0]):
+        if int(table[i, 0]) != _TABLE:
+            continue
+        at, rate = time, 1.0
+        if table[i, 2] == _ANGLE:
+            at, rate = theta, omega
+        elif table[i, 2] == _SPEED:
+            at, rate = omega, acceleration(table, inertia, place, time, theta, omega, np.sign(omega))
+        if rate == 0.0:
+            continue
+        for k in range(2 + WIDTH, 2 + WIDTH + int(table[i, 3])):
+            after = (table[i, k] - at) / rate
+            if after > _SOON:
+                soonest = min(soonest, after)
+    return soonest

@@ -28,10 +28,27 @@ SIZES: dict[str, tuple[str, Effect, str]] = {
     "transmission error, drive": ("transmission_error", {"order": 7, "phase": "40 deg"}, "amplitude=5e-6 m"),
     "transmission error, loose": ("transmission_error", {"order": 5, "gear": "loose"}, "amplitude=5e-6 m"),
     "transmission error, active flank": ("transmission_error", {"order": 3, "flank": "active"}, "amplitude=5e-6 m"),
+    "eccentricity, drive": ("eccentricity", {"phase": "40 deg"}, "offset=5e-6 m"),
+    "eccentricity, loose": ("eccentricity", {"phase": "-70 deg", "gear": "loose"}, "offset=5e-6 m"),
+    "backlash offset": ("backlash_offset", {}, "offset=2e-5 m"),
+    "backlash variation": ("backlash_variation", {"order": 4, "phase": "40 deg"}, "amplitude=1e-5 m"),
+    "Coulomb drag": ("drag_coulomb", {}, "torque=0.02 N m"),
     "viscous drag": ("drag_viscous", {}, "coefficient=5e-3 N m s/rad"),
+    "drag as a power of speed": ("drag_power", {"exponent": 1.5}, "coefficient=5e-3 N m"),
+    "drag against a shaft": ("drag_differential", {"shaft_speed": "60 rpm"}, "coefficient=5e-3 N m s/rad"),
+    "drag over position": ("drag_position", {"order": 5, "phase": "40 deg"}, "amplitude=0.02 N m"),
+    "drag that drifts": ("drag_drift", {"time_constant": "0.1 s"}, "relative_change=0.1"),
+    "drag in mesh": ("mesh_drag", {}, "coefficient=5e-3 N m s/rad"),
+    "restitution offset": ("restitution_offset", {}, "offset=0.05"),
     "restitution over speed": ("restitution_speed", {}, "slope=-3 s/m"),
+    "restitution asymmetry": ("restitution_asymmetry", {}, "asymmetry=0.1"),
+    "drive motion, order": ("drive_motion", {"order": 28, "phase": "40 deg"}, "amplitude=0.02 rad/s"),
+    "drive motion, angle": ("drive_motion", {"frequency": "7 Hz"}, "amplitude=5e-4 rad"),
 }
 """Effects whose size can go to zero: kind, fixed parameters, scaled parameter at an engineer's size."""
+
+RESIST = ("viscous drag", "drag as a power of speed", "drag against a shaft", "drag in mesh")
+"""Effects that have one sign."""
 
 
 def effect(name: str, scale: float) -> list[Effect]:
@@ -43,8 +60,9 @@ def effect(name: str, scale: float) -> list[Effect]:
     """
     kind, fixed, sized = SIZES[name]
     key, text = sized.split("=")
-    number, unit = text.split(" ", 1)
-    return [{"kind": kind, **fixed, key: f"{float(number) * scale!r} {unit}"}]
+    number, _, unit = text.partition(" ")
+    size = float(number) * scale
+    return [{"kind": kind, **fixed, key: f"{size!r} {unit}" if unit else size}]
 
 
 @cache
@@ -103,12 +121,13 @@ def claims(quick: bool = False) -> Iterator[Claim]:
         quick: one sign at an engineer's size.
     """
     for name in SIZES:
-        signs = (1,) if quick or name == "viscous drag" else (1, -1)
+        signs = (1,) if quick or name in RESIST else (1, -1)
         for sign in signs:
             for words, scale in (("", 1.0),) if quick else (("", 1.0), (", at 10 x the budget", smallest(name))):
                 sized = f"{name}{' reversed' if sign < 0 else ''}{words}"
                 yield Claim(f"{sized}: change off the twin's", disagreement(name, sign * scale), AGREEMENT)
     yield from compliance()
+    yield from friction()
 
 
 def compliance() -> Iterator[Claim]:
@@ -123,3 +142,16 @@ def compliance() -> Iterator[Claim]:
         changes.append(np.concatenate([moved[0], moved[1]]))
     off = np.linalg.norm(changes[0] - changes[1]) / np.linalg.norm(changes[1])
     yield Claim("tooth compliance, 2.6 N/µm: change off the twin's", float(off), AGREEMENT)
+
+
+def friction() -> Iterator[Claim]:
+    """Give the claims of friction between rigid flanks, which changes impulses and nothing else."""
+    scenario = fig5(run__duration="0.34 s")
+    rough = scenario.with_({"effect": [{"kind": "mesh_friction", "coefficient": 0.05}]})
+    plain, engine, twin = simulate(scenario), simulate(rough), simulate(rough, "rigid")
+    paid = (run.impacts["impulse_N_s"][:FIRST] / plain.impacts["impulse_N_s"][:FIRST] - 1.0 for run in (engine, twin))
+    ours, theirs = paid
+    off = float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs))
+    yield Claim("friction in mesh: change of the impulses off the twin's", off, AGREEMENT)
+    moved = np.abs(engine.signals["displacement_m"] - plain.signals["displacement_m"]).max()
+    yield Claim("friction in mesh: change of the motion of rigid flanks", float(moved), 1e-10, "m")

@@ -23,10 +23,14 @@ def test_an_unknown_chapter_is_refused_with_a_hint():
         next(iter(chapters(only="solid")))
 
 
-@pytest.mark.parametrize("chapter", CHAPTERS)
-def test_every_claim_of_a_chapter_holds(chapter):
+@pytest.mark.parametrize(
+    ("chapter", "quick"),
+    [(name, name in ("agreement", "effects")) for name in CHAPTERS]
+    + [pytest.param("effects", False, marks=pytest.mark.slow)],
+)
+def test_every_claim_of_a_chapter_holds(chapter, quick):
     """Two of the twelve cases of ``agreement``: tests/engine holds all of them, to tighter bounds."""
-    ((_, claims),) = chapters(quick=chapter == "agreement", only=chapter)
+    ((_, claims),) = chapters(quick=quick, only=chapter)
     measured = list(claims())
     assert measured
     assert [f"{c.name}: {c.value:.4g}, bound {c.bound:.4g}" for c in measured if not c.holds] == []
