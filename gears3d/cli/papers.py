@@ -82,7 +82,7 @@ def _print(console: Console, paper: Paper, results: list[Result]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from gears3d.papers.text import allowed, number, tally
+    from gears3d.papers.text import allowed, notes, number, places, tally
 
     title = f"{paper.name} ({tally(results)})"
     table = Table("where", "quantity", "published", "ours", "tolerance", "model", "", title=title, title_justify="left")
@@ -98,8 +98,6 @@ def _print(console: Console, paper: Paper, results: list[Result]) -> None:
         )
         table.add_row(claim.figure, escape(claim.quantity), *map(escape, values), claim.model, words)
     console.print(table, "")
-    for result in results:
-        if result.verdict == "disagrees" or result.changed:
-            where = escape(f"{result.claim.figure}, {result.claim.quantity}:")
-            console.print(f"[red]{where}[/] {escape(result.claim.note)}")
+    for note, rows in notes([each for each in results if each.verdict == "disagrees" or each.changed]).items():
+        console.print(f"[red]{escape(places(rows))}:[/] {escape(note)}")
     console.print("")

@@ -15,7 +15,7 @@ from gears3d.files import write_text
 from gears3d.papers.bench import Bench
 from gears3d.papers.claim import Result
 from gears3d.papers.paper import Paper
-from gears3d.papers.text import Held, allowed, markdown, number, tally
+from gears3d.papers.text import Held, allowed, markdown, notes, number, tally
 from gears3d.version import __version__
 
 SHOWN = 12
@@ -94,14 +94,20 @@ def _parts(paper: Paper, results: list[Result], bench: Bench) -> Iterator[dict[s
             "caption": figure.caption if figure else "",
             "width": round(figure.size[0] * 96) if figure else 0,
             "picture": picture,
-            "rows": [_row(result) for result in mine],
+            "rows": _rows(mine),
             "commands": commands[:SHOWN],
             "more": max(len(commands) - SHOWN, 0),
             "red": sum(result.verdict == "disagrees" for result in mine),
         }
 
 
-def _row(result: Result) -> dict[str, Any]:
+def _rows(results: list[Result]) -> list[dict[str, Any]]:
+    """Return the rows; a note that several of them share stands at the last one."""
+    last = {note: rows[-1] for note, rows in notes(results).items()}
+    return [_row(result, last.get(result.claim.note) is result) for result in results]
+
+
+def _row(result: Result, noted: bool) -> dict[str, Any]:
     claim = result.claim
     return {
         "quantity": claim.quantity,
@@ -112,5 +118,5 @@ def _row(result: Result) -> dict[str, Any]:
         "model": claim.model,
         "verdict": result.verdict,
         "changed": result.changed,
-        "note": claim.note,
+        "note": claim.note if noted else "",
     }

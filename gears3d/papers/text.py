@@ -25,7 +25,7 @@ def number(value: float | str, unit: str = "", tolerance: float = 0.0) -> str:
         return value
     if tolerance:
         value = round(value, 3 - floor(log10(tolerance)))
-    return f"{value:.4g} {unit}".strip()
+    return f"{value + 0.0:.4g} {unit}".replace("-", "−").strip()
 
 
 def allowed(claim: Claim) -> str:
@@ -91,11 +91,32 @@ def _table(results: list[Result]) -> list[str]:
 
 
 def _notes(results: list[Result]) -> list[str]:
-    noted = [result for result in results if result.claim.note]
-    if not noted:
-        return []
     lines = ["", "Notes:", ""]
-    for result in noted:
-        words = "**disagrees:** " if result.verdict == "disagrees" else ""
-        lines.append(f"- {result.claim.figure}, {result.claim.quantity}: {words}{result.claim.note}")
-    return lines
+    for note, rows in notes(results).items():
+        words = "**disagrees:** " if rows[0].verdict == "disagrees" else ""
+        lines.append(f"- {places(rows)}: {words}{note}")
+    return lines if len(lines) > 3 else []
+
+
+def notes(results: list[Result]) -> dict[str, list[Result]]:
+    """Return the notes in the order of their first row, with all rows that share them.
+
+    Args:
+        results: the rows.
+    """
+    found: dict[str, list[Result]] = {}
+    for result in results:
+        if result.claim.note:
+            found.setdefault(result.claim.note, []).append(result)
+    return found
+
+
+def places(rows: list[Result]) -> str:
+    """Return where rows that share a note stand.
+
+    Args:
+        rows: at least one.
+    """
+    first = rows[0].claim
+    more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
+    return f"{first.figure}, {first.quantity}{more}"

@@ -190,8 +190,19 @@ def test_rows_say_where_their_tolerance_comes_from_and_red_ones_why(name):
     assert len(set(names)) == len(names)
 
 
+def test_a_note_that_rows_share_is_told_once(gears3d, only, tmp_path):
+    shared = "because of this"
+    only(*(claim(computed=3.0, recorded="disagrees", note=shared, model=each) for each in ("rigid", "law")))
+    _, out, _ = gears3d("papers", "--out", str(tmp_path))
+    assert out.count(shared) == 1
+    assert "fig. 1, q and 1 more" in out
+    for name in ("papers.md", "papers.html"):
+        assert (tmp_path / name).read_text().count(shared) == 1
+
+
 def test_numbers_and_tables_read_well():
-    assert number(-19.94, "mm/s", 2.1) == "-19.94 mm/s"
+    assert number(-19.94, "mm/s", 2.1) == "−19.94 mm/s"
+    assert number(-1e-9, "mm", 0.1) == "0 mm"
     assert number("contact") == "contact"
     text = markdown([(Paper("a", "A.", (), (), (), {}), [Result(replace(claim(), quantity="p|q"), 3.0)])])
     assert "| fig. 1 | p\\|q | 2 | 3 | ± 0.1 | rigid | **disagrees** |" in text
