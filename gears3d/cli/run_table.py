@@ -36,7 +36,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     Args:
         summary: content of ``summary.json``.
     """
-    out = [("regime", _regime(summary)), ("impacts after settling", _impacts(summary))]
+    out = [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
     for flank in ("active", "reverse"):
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
@@ -60,13 +60,23 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     return out
 
 
-def _regime(summary: dict[str, Any]) -> str:
+def regime_line(summary: dict[str, Any]) -> str:
+    """Return regime and motion in words.
+
+    Args:
+        summary: with ``regime`` and ``motion``.
+    """
     motion = summary.get("motion")
     words = [str(summary["regime"]).replace("_", " "), MOTIONS.get(str(motion), motion)]
     return ", ".join(word for word in words if word)
 
 
-def _impacts(summary: dict[str, Any]) -> str:
+def impacts_line(summary: dict[str, Any]) -> str:
+    """Return the number of impacts, and how many there are in a period.
+
+    Args:
+        summary: with ``impacts`` and ``impacts_per_period``.
+    """
     per_period = summary.get("impacts_per_period")
     text = str(summary["impacts"])
     return text if per_period is None else f"{text} ({per_period:.3g} a period)"

@@ -1,10 +1,11 @@
-"""What a recording came to, as ``gears3d.describe``."""
+"""What a recording came to, as ``gears3d.describe``, and the strongest lines of its spectra."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from gears3d import signals
+from gears3d.errors import UsageError
 from gears3d.recording.record import Recording
 
 
@@ -24,3 +25,44 @@ def describe(recording: Recording) -> dict[str, Any]:
     'single_sided'
     """
     return signals.describe(recording.signals, recording.impacts, recording.meta)
+
+
+def settled(recording: Recording) -> Recording:
+    """Return the part of a recording after its settling time, cut to whole periods of the excitation if it has one.
+
+    Args:
+        recording: with ``settle_s`` and ``period_s`` in its ``meta`` as far as known.
+    """
+    start, end = signals.window(recording.signals, recording.meta)
+    period = recording.meta.get("period_s")
+    count = int((end - start) / period + 1e-9) if period else 0
+    if count >= 1 and len(recording.time) > 1:
+        start = end - count * float(period or 0.0) + 0.5 * float(recording.time[1] - recording.time[0])
+    return recording.between(start, end)
+
+
+def spectra(recording: Recording) -> dict[str, signals.Spectrum | None]:
+    """Return the amplitude spectra of the displacement after settling, over frequency and over both gears' orders.
+
+    Args:
+        recording: with a displacement.
+
+    Returns:
+        By ``"frequency"``, ``"order_drive"``, ``"order_loose"``; ``None`` where there are too few samples or
+        revolutions, or a gear turns back.
+    """
+    part = settled(recording)
+    if "displacement_m" not in part.signals:
+        return dict.fromkeys(("frequency", "order_drive", "order_loose"))
+    place = part.signals["displacement_m"]
+    found: dict[str, signals.Spectrum | None] = {}
+    for name in ("frequency", "order_drive", "order_loose"):
+        try:
+            if name == "frequency":
+                found[name] = signals.frequency_spectrum(part.time, place)
+            else:
+                angle = part.signals[name.replace("order", "theta") + "_rad"]
+                found[name] = signals.order_spectrum(angle, place)
+        except UsageError:
+            found[name] = None
+    return found
