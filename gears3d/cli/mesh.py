@@ -49,6 +49,7 @@ def mesh(
         which=which,
         densities=(loaded.gears.drive.density, loaded.gears.loose.density),
         command=f"gears3d mesh {' '.join(words)}",
+        progress=lambda text: typer.echo(text, err=True),
     )
     if as_json:
         from gears3d.cli.output import print_json

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from gears3d.files import write_bytes
 from gears3d.gears.deviation import GEARS, Deviation
 from gears3d.gears.mounting import Mounting
 from gears3d.gears.pair import Pair
-from gears3d.gears.solids import mass_properties, solid, solid_arrays
+from gears3d.gears.solids import MOST_TRIANGLES, mass_properties, solid, solid_arrays, triangles_at
 from gears3d.version import __version__
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ FORMATS = ("stl", "obj", "glb")
 UNITS = {"stl": "mm", "obj": "mm", "glb": "m"}
 COLOURS = {"drive": (0.62, 0.70, 0.79, 1.0), "loose": (0.80, 0.75, 0.66, 1.0)}
 """Base colours of the GLB materials, red green blue alpha."""
+_QUICK = 5e5
+"""Triangles that are written within a second or two."""
 _GRID = 1e-9
 """Vertices are rounded to this before they are hashed, m: the last bits differ between machines."""
 
@@ -39,6 +41,7 @@ def write_meshes(
     which: Sequence[str] = GEARS,
     densities: tuple[float, float] = (7850.0, 7850.0),
     command: str = "",
+    progress: Callable[[str], None] | None = None,
 ) -> dict[str, dict[str, Any]]:
     """Write gears of a pair as files, each under a temporary name that is renamed, with a JSON card beside them.
 
@@ -50,6 +53,7 @@ def write_meshes(
         which: the gears.
         densities: of drive and loose gear [kg/m³].
         command: that made them, for the card.
+        progress: called with a line of text before each part of a gear that takes a while.
 
     Returns:
         The cards by gear, as they stand in ``drive.json`` and ``loose.json``.
@@ -64,9 +68,13 @@ def write_meshes(
                 raise UsageError(f"there is no {name} {word!r}; {did_you_mean(word, known)}")
     cards = {}
     for gear in which:
+        count = triangles_at(pair, gear, chord)
+        tell = progress if progress is not None and _QUICK < count <= MOST_TRIANGLES else lambda _: None
+        tell(f"{gear}: solid of about {count / 1e6:.1f} million triangles")
         body = solid(pair, gear, chord)
         files = {}
         for kind in dict.fromkeys(formats):
+            tell(f"{gear}: {kind}")
             data = _encoded(pair, gear, body, kind, chord)
             write_bytes(folder / f"{gear}.{kind}", data)
             digest = hashlib.sha256(data).hexdigest()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.errors import Fault, InputError
 from gears3d.gears.arrays import ACTIVE, REVERSE
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
 from gears3d.gears.deviation import GEARS, HarmonicDeviation
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+MOST_TRIANGLES = 2e7
+"""Of a solid: about 3 GB while it is made and written."""
+_COARSE = 2e-6
 _INNER = 1 << 40
 """Added to an index that counts along the bore instead of the outline."""
 
@@ -41,6 +45,41 @@ class MassProperties(NamedTuple):
     inertia: Array
 
 
+def triangles_at(pair: Pair, which: str, chord: float) -> int:
+    """Return about how many triangles a solid has, from a coarse one: points go with the root of the chord.
+
+    Args:
+        pair: the pair, deviations included.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the facets from the flanks [m].
+    """
+    if not chord > 0.0:
+        raise InputError(Fault("chord", f"is {chord:g} m", "give a positive length"))
+    coarse = max(chord, _COARSE)
+    finer = sqrt(coarse / chord)
+    layers = max(1.0, (len(_levels(pair, which, 5.0 * coarse)) - 1) * finer)
+    layers = 1.0 if len(_levels(pair, which, 5.0 * chord)) == 2 else layers
+    ring = outline(pair, which, coarse).points.size / 2 * finer
+    return round(2.0 * ring * (layers + 1.0))
+
+
+def _check_size(pair: Pair, which: str, chord: float) -> None:
+    count = triangles_at(pair, which, chord)
+    if count > MOST_TRIANGLES:
+        low, high = chord, max(1e-3, 2.0 * chord)
+        for _ in range(50):
+            middle = sqrt(low * high)
+            low, high = (middle, high) if triangles_at(pair, which, middle) > MOST_TRIANGLES else (low, middle)
+        raise InputError(
+            Fault(
+                "chord",
+                f"is {chord * 1e6:.3g} um: the {which} gear would have {count:.2g} triangles, "
+                f"{MOST_TRIANGLES:.0e} are the most that fit into memory",
+                f"give at least {high * 1.05e6:.2g} um",
+            )
+        )
+
+
 def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | None = None) -> Trimesh:
     """Return a gear as one watertight solid in its own frame, in metres.
 
@@ -54,7 +93,7 @@ def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | Non
         The solid, its axis along z and its middle plane at z = 0.
 
     Raises:
-        InputError: a chord that is not positive, or an unknown gear.
+        InputError: a chord that is not positive or too fine for the memory, or an unknown gear.
 
     >>> from gears3d.gears import Gear
     >>> gear = Gear(module=2e-3, teeth=20, face_width=5e-3)
@@ -63,6 +102,7 @@ def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | Non
     """
     import trimesh
 
+    _check_size(pair, which, chord)
     vertices, faces = _welded(pair, which, (chord, root_chord or 5.0 * chord))
     return trimesh.Trimesh(vertices, faces, process=False, metadata={"name": which, "units": "m"})
 

@@ -28,6 +28,7 @@ from gears3d.gears import (
 from gears3d.gears.involute import inv
 from gears3d.gears.outline import outline
 from gears3d.gears.rack import fillet, form
+from gears3d.gears.solids import MOST_TRIANGLES, triangles_at
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)
@@ -332,6 +333,23 @@ def test_bad_chord_and_tooth():
         profile(PAIR, "drive", tooth=91)
     with pytest.raises(InputError, match="which: is 'both'"):
         solid(PAIR, "both")
+
+
+@pytest.mark.parametrize("chord", [8e-6, 1e-6, 0.1e-6])
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_triangles_are_counted_before_they_are_made(helix, chord):
+    gear = Gear(2e-3, 24, helix_angle=radians(helix), face_width=12e-3)
+    pair = Pair.from_backlash(gear, gear, 50e-6)
+    assert triangles_at(pair, "drive", chord) == pytest.approx(len(solid(pair, "drive", chord).faces), rel=0.25)
+
+
+def test_a_chord_too_fine_for_the_memory_is_refused_with_one_that_is_not():
+    gear = Gear(2.75e-3, 37, helix_angle=radians(21.75), face_width=100e-3)
+    pair = Pair.from_backlash(gear, gear, 50e-6)
+    with pytest.raises(InputError, match=r"chord: is 1e-06 um: the drive gear would have .*e\+\d+ triangles") as told:
+        solid(pair, "drive", 1e-12)
+    least = float(told.value.faults[0].remedy.split()[3]) * 1e-6
+    assert MOST_TRIANGLES / 2 < triangles_at(pair, "drive", least) <= MOST_TRIANGLES
 
 
 def test_helical_solids_mesh_in_every_section():
