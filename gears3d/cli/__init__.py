@@ -33,6 +33,7 @@ VERBS = (
     "record",
     "identify",
     "show",
+    "excitation",
     "mesh",
     "papers",
     "validate",
