@@ -237,3 +237,40 @@ def test_write_replaces_whole_or_not_at_all(run, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     with pytest.raises(InputError, match="cannot be written"):
         write(place / "report.html", **run)
+
+
+def test_a_native_run_claims_no_located_accuracy(run):
+    budget = {"facet_chord": 2e-7, "location": 0.0, "step": 0.0, "total": 2.8e-6}
+    text = Reader(
+        render(**{**run, "summary": {**run["summary"], "model": "bullet", "contact": "native", "error_budget": budget}})
+    ).text
+    assert "left the contact to Bullet" in text
+    assert "the hulls themselves touch" in text
+    for claim in ("found every contact on the flanks", "the true flanks are measured", "was placed on the true flanks"):
+        assert claim not in text
+    located = Reader(
+        render(
+            **{**run, "summary": {**run["summary"], "model": "bullet", "contact": "located", "error_budget": budget}}
+        )
+    ).text
+    assert "found every contact on the flanks" in located
+    assert "was placed on the true flanks" in located
+
+
+def test_distributions_are_not_spoken_of_as_pairs(run):
+    unpaired = dict.fromkeys(("impacts_matched", "impacts_missed", "impacts_invented"))
+    summary = {**run["summary"], "comparison": {**COMPARISON, "mode": "distribution", **unpaired}}
+    text = Reader(render(**{**run, "summary": summary})).text
+    assert "impact speed, its median" in text
+    for claim in ("half of the impact speeds are closer", "in the twin but not in the run", "found in the run too"):
+        assert claim not in text
+
+
+def test_flights_are_timed_to_the_impact_and_energies_shown(run):
+    """e = 0.3: the first flights are those of the plastic orbit, 24.06 and 23.92 ms; 0.1 µm late they were 22.2."""
+    shown = Reader(render(**run)).numbers
+    assert shown["crossing_reverse_s"] == pytest.approx(24.0626e-3, abs=1e-6)
+    assert shown["crossing_active_s"] == pytest.approx(23.9158e-3, abs=1e-5)
+    assert shown["active_energy_J_s"] == run["summary"]["active_energy_J_s"]
+    assert shown["excitation"] == pytest.approx(12.4716, abs=1e-3)
+    assert sum(shown[f"{one}_share"] for one in ("active", "reverse", "flight")) == pytest.approx(1.0)

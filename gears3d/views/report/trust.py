@@ -42,6 +42,15 @@ COMPARISON = {
 }
 """Name and meaning of each number of the comparison."""
 
+DISTRIBUTION = {
+    "impacts_compared": ("impacts in the twin", "not paired: after flights higher than the limit below"),
+    "velocity_error_median": ("impact speed, its median", "how far the run's median is from the twin's, worse flank"),
+    "velocity_error_p95": ("impact speed, its 95th percentile", "how far the run's is from the twin's, worse flank"),
+    "velocity_bias": ("impact speed, its mean", "above 0 the run hits harder than the twin, worse flank"),
+    "phase_error_median_cycles": ("mean phase of the impacts", "how far the run's is from the twin's, worse flank"),
+}
+"""Name and meaning where distributions are compared and not impact by impact."""
+
 RATIOS = ("velocity_error_median", "velocity_error_p95", "velocity_bias")
 
 BUDGET = {
@@ -55,6 +64,16 @@ BUDGET = {
     "total": "what a gap in this run can be wrong by: hulls only find the teeth, the true flanks are measured",
 }
 """What the parts of the error budget come from, by how their names begin."""
+
+NATIVE = {
+    "facet": "flat facets in place of the involute: they touch, and tilt the normal of the rebound once the gears turn",
+    "raw_minus_refined": "gap of the hulls that touch less the gap of the true flanks",
+    "total": "what a gap in this run can be wrong by: the hulls themselves touch; the error of a rebound's direction is "
+    "not in it",
+}
+"""The same for Bullet's own contact, where no impact is placed on the true flanks."""
+NATIVE_WITHOUT = ("location", "step")
+"""Parts that Bullet's own contact has not."""
 
 
 def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
@@ -70,34 +89,65 @@ def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
     Figure(text='−0.021\xa0%', value=-0.00021)
     """
     given = comparison or {}
+    known = {**COMPARISON, **DISTRIBUTION} if given.get("mode") == "distribution" else COMPARISON
     keys = [key for key in COMPARISON if key in given] + [key for key in given if key not in COMPARISON]
     lines = []
     for key in keys:
-        name, meaning = COMPARISON.get(key, (key.replace("_", " "), ""))
-        if not isinstance(given[key], dict | list):
+        name, meaning = known.get(key, (key.replace("_", " "), ""))
+        if not isinstance(given[key], dict | list) and (given[key] is not None or known is COMPARISON):
             lines.append(Claim(key, name, figure(given[key], "ratio" if key in RATIOS else kind_of(key)), meaning))
     return lines
 
 
-def budget_lines(budget: dict[str, Any] | None) -> list[Claim]:
+def budget_lines(budget: dict[str, Any] | None, native: bool = False) -> list[Claim]:
     r"""Return the error budget as lines of a table, all in lengths along the line of action.
 
     Args:
         budget: that of ``summary.json``: name to length [m] (or to a table of such), or ``None``.
+        native: whether Bullet's own contact made the impacts.
 
     >>> budget_lines({"facets": 1.2e-7})[0].figure.text
     '120\xa0nm'
     """
     lines = []
+    meanings = {**BUDGET, **NATIVE} if native else BUDGET
     for key, value in (budget or {}).items():
-        if isinstance(value, dict):
-            lines += [one._replace(key=f"{key}.{one.key}", name=f"{key}: {one.name}") for one in budget_lines(value)]
+        if native and key in NATIVE_WITHOUT:
             continue
-        meaning = next((text for begin, text in BUDGET.items() if key.startswith(begin)), "")
+        if isinstance(value, dict):
+            inner = budget_lines(value, native)
+            lines += [one._replace(key=f"{key}.{one.key}", name=f"{key}: {one.name}") for one in inner]
+            continue
+        meaning = next((text for begin, text in meanings.items() if key.startswith(begin)), "")
         is_length = isinstance(value, float) and not key.endswith(("_count", "_ratio", "_s"))
         name = key.removesuffix("_m").replace("_", " ")
         lines.append(Claim(key, name, figure(value, "length" if is_length else "", 3), meaning))
     return lines
+
+
+def source(summary: dict[str, Any]) -> str:
+    """Return in a few sentences what run and twin are to each other, and what their agreement says.
+
+    Args:
+        summary: content of ``summary.json``.
+    """
+    parts = [
+        "The twin is a separate program: it integrates one equation of motion between two walls and knows nothing of "
+        "solids."
+    ]
+    if summary.get("model") == "bullet" and summary.get("contact") == "native":
+        parts.append(
+            "The run moved rigid bodies in PyBullet and left the contact to Bullet: flat facets and quantised hulls touch "
+            "and tilt the normals once the gears turn, so rebounds scatter. Differences below are mostly of that making; "
+            "located contact has none of it."
+        )
+    elif summary.get("model") == "bullet":
+        parts.append(
+            "The run moved rigid bodies in PyBullet and found every contact on the flanks themselves. Where both "
+            "agree, the contact was found where it is."
+        )
+    parts.append("They share the scenario, its drag and its restitution: agreement does not say that a rig has these.")
+    return " ".join(parts)
 
 
 def verdict(comparison: dict[str, Any] | None) -> str:
