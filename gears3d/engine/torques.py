@@ -181,8 +181,12 @@ def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta
             at, rate = omega, acceleration(table, inertia, place, time, theta, omega, np.sign(omega))
         if rate == 0.0:
             continue
-        for k in range(2 + WIDTH, 2 + WIDTH + int(table[i, 3])):
-            after = (table[i, k] - at) / rate
-            if after > _SOON:
-                soonest = min(soonest, after)
+        points = table[i, 2 + WIDTH : 2 + WIDTH + int(table[i, 3])]
+        ahead = at + rate * _SOON
+        if rate > 0.0:
+            k = np.searchsorted(points, ahead, side="right")
+        else:
+            k = np.searchsorted(points, ahead, side="left") - 1
+        if 0 <= k < points.size:
+            soonest = min(soonest, (points[k] - at) / rate)
     return soonest

@@ -106,8 +106,10 @@ def _check_gap(reader: Reader, scenario: Scenario, lowered: list[list[Row]]) -> 
 def _least_gap(pair: Pair, rows: list[Row]) -> float:
     """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once a turn."""
     from gears3d.gears import HarmonicDeviation
+    from gears3d.gears.clearance import mounted_band
     from gears3d.gears.limits import clearance
 
+    taken = pair.backlash - mounted_band(pair)[0] if pair.mounting else 0.0
     more = 2.0 * sin(pair.working_pressure_angle)
     waves = [HarmonicDeviation(e.gear, "reverse", 1, more * e.offset, e.phase) for e in eccentricities(rows)]
-    return clearance(pair, (*flank_deviations(rows), *waves))
+    return clearance(pair, (*flank_deviations(rows), *waves)) - taken

@@ -41,7 +41,9 @@ def test_tabulated_torque(case):
     variable, points, at = TABLES[case]
     x, y = np.transpose(points)
     expected = first_flight(lambda t, theta, omega: DRAG + np.interp(at(t, theta, omega), x, y))
-    assert off(simulate(with_row(torque_table(variable, tuple(points)))), expected) < 2e-6
+    case = with_row(torque_table(variable, tuple(points)))
+    assert off(simulate(case), expected) < 2e-6
+    assert off(rigid.simulate(case), expected) < 2e-6
 
 
 @pytest.mark.parametrize("variable", list(Variable))
