@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.papers import Bench, hold, paper
 from gears3d.papers.rigaud_2020 import camera, energy, flanks, regimes, theory, threshold
-from gears3d.papers.rigaud_2020.points import PLASTIC, plastic
+from gears3d.papers.rigaud_2020.points import PLASTIC, excitation, plastic
 
 BENCH = Bench()
 
@@ -125,3 +125,13 @@ def assert_drawn(figure):
     assert 0.005 < (picture[..., :3].min(axis=2) < 0.5).mean() < 0.5
     if figure.name != "fig. 2":
         assert BENCH.commands[f"rigaud-2020 {figure.name}"]
+
+
+def test_backlash_and_mesh_order_explain_both_speeds():
+    """The backlash is fitted to the active flank's 22.3 mm/s: that fit holds, and a row has the reverse flank."""
+    assert regimes.with_flanks(BENCH, "active") == pytest.approx(22.3, abs=0.1)
+
+
+def test_the_inertia_is_that_of_the_threshold_at_3_hz():
+    """So this threshold is no row."""
+    assert excitation(BENCH, "rigaud-2020/fig5-1.6rpm.toml") == pytest.approx(1.0, abs=0.003)

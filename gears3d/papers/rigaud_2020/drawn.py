@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.laws.noise import WHINE_30_RPM, rattle_level, total_level
 from gears3d.papers.figure import ACTIVE, LINE, PUBLISHED, REVERSE
 from gears3d.papers.rigaud_2020.energy import decades
 from gears3d.papers.rigaud_2020.flanks import rolled
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 MARKERS = dict(zip(TORQUES, ("+", "o", "x"), strict=True))
 RPM = pi / 30
+MEETING = 300.0
+"""ω²·ΔΩ at which rattle is as loud as whine [rad³/s³]: chosen, the constant of eq. (26) is not printed."""
 
 
 def transmission_error(bench: Bench, sheet: Any) -> None:
@@ -143,30 +146,24 @@ def sound(bench: Bench, sheet: Any) -> None:
     axes = sheet.subplots()
     abscissa, power = decades(bench, "energy_J_s", 2)
     scale = (2 * pi) ** 2 * RPM
-    offset = WHINE - float(np.mean(power - 10 * abscissa)) - 10 * np.log10(MEETING / scale)
+    offset = WHINE_30_RPM - float(np.mean(power - 10 * abscissa)) - 10 * np.log10(MEETING / scale)
     product = np.logspace(0.5, 4.2, 100)
-    rattle = WHINE + 10 * np.log10(product / MEETING)
-    axes.axhline(WHINE, color=PUBLISHED, linestyle="--", linewidth=1, label="whine, printed 78 dB, eq. (22)")
+    rattle = rattle_level(np.sqrt(product), 1.0, 10 ** (WHINE_30_RPM / 10) / MEETING)
+    axes.axhline(WHINE_30_RPM, color=PUBLISHED, linestyle="--", linewidth=1, label="whine, printed 78 dB, eq. (22)")
     axes.semilogx(product, rattle, color=PUBLISHED, linestyle=":", linewidth=1.2, label="rattle, eq. (26)")
-    axes.semilogx(product, _sum(rattle), color=PUBLISHED, linewidth=1.2, label="total, eq. (27)")
+    axes.semilogx(product, total_level(WHINE_30_RPM, rattle), color=PUBLISHED, linewidth=1.2, label="total, eq. (27)")
     for amplitude, marker in zip(AMPLITUDES, ("o", "+", "x", "*"), strict=True):
         places = [(amplitude, frequency) for frequency in FREQUENCIES]
         levels = [10 * np.log10(max(plastic(bench, *place)["energy_J_s"], 1e-30)) + offset for place in places]
         where = [scale * frequency**2 * amplitude for frequency in FREQUENCIES]
         axes.semilogx(
-            where, _sum(np.array(levels)), marker, color=LINE, markerfacecolor="none", label=f"ours, {amplitude:g} rpm"
+            where,
+            total_level(WHINE_30_RPM, levels),
+            marker,
+            color=LINE,
+            markerfacecolor="none",
+            label=f"ours, {amplitude:g} rpm",
         )
-    axes.set(xlabel="ω²·ΔΩ [rad²/s³]", ylabel="sound pressure level [dB]", ylim=(74, 102))
+    axes.set(xlabel="ω²·ΔΩ [rad³/s³]", ylabel="sound pressure level [dB]", ylim=(74, 102))
     axes.grid(which="both", linewidth=0.3)
     axes.legend(loc="upper left")
-
-
-WHINE = 78.0
-"""Printed level of the whine at 30 rpm [dB]."""
-MEETING = 300.0
-"""ω²·ΔΩ at which rattle is as loud as whine [rad²/s³]: chosen, the constant of eq. (26) is not printed."""
-
-
-def _sum(rattle: np.ndarray) -> np.ndarray:
-    """Return whine and rattle together [dB]. Source: Rigaud & Perret-Liaudet 2020, eq. (27)."""
-    return 10 * np.log10(10 ** (WHINE / 10) + 10 ** (rattle / 10))

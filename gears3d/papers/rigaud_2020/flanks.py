@@ -72,7 +72,7 @@ TWO_DIGITS = "two printed digits"
 CLAIMS = (
     row(
         figure="fig. 2",
-        quantity="transmission error of the active flanks, peak to peak per revolution",
+        quantity="transmission error, peak to peak per revolution (input, rolled on the flanks)",
         published=100.0,
         tolerance=5.0,
         unit="µm",
@@ -83,7 +83,7 @@ CLAIMS = (
     ),
     row(
         figure="fig. 2",
-        quantity="transmission error of the active flanks, peak to peak per mesh",
+        quantity="transmission error, peak to peak per mesh (input, rolled on the flanks)",
         published=10.0,
         tolerance=0.5,
         unit="µm",
@@ -94,7 +94,7 @@ CLAIMS = (
     ),
     row(
         figure="fig. 2",
-        quantity="backlash from both flanks, mean over a revolution",
+        quantity="backlash, mean over a revolution (input, rolled on both flanks)",
         published=250.0,
         tolerance=5.0,
         unit="µm",
