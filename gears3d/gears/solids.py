@@ -24,7 +24,8 @@ Indices = NDArray[np.int64]
 
 MOST_TRIANGLES = 2e7
 """Of a solid: about 3 GB while it is made and written."""
-_COARSE = 2e-6
+_COARSE, _FINE = 2e-6, 0.1e-6
+"""Chords from which triangles are counted, and below which they may be too many [m]."""
 _INNER = 1 << 40
 """Added to an index that counts along the bore instead of the outline."""
 
@@ -102,7 +103,8 @@ def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | Non
     """
     import trimesh
 
-    _check_size(pair, which, chord)
+    if 0.0 < chord < _FINE:
+        _check_size(pair, which, chord)
     vertices, faces = _welded(pair, which, (chord, root_chord or 5.0 * chord))
     return trimesh.Trimesh(vertices, faces, process=False, metadata={"name": which, "units": "m"})
 

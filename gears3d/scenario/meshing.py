@@ -60,7 +60,7 @@ def solid_inertia(pair: Pair, which: str, density: float) -> float:
     from gears3d.gears.outline import outline
 
     gear = pair.gear(which)
-    x, y = outline(pair, which, chord=1e-6).points.reshape(-1, 2).T
+    x, y = outline(pair, which, chord=0.05e-6, root_chord=0.05e-6).points.reshape(-1, 2).T
     x_next, y_next = np.roll(x, -1), np.roll(y, -1)
     squares = x * x + x * x_next + x_next * x_next + y * y + y * y_next + y_next * y_next
     section = float(np.sum((x * y_next - x_next * y) * squares)) / 12
