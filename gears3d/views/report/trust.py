@@ -68,8 +68,8 @@ BUDGET = {
 NATIVE = {
     "facet": "flat facets in place of the involute: they touch, and tilt the normal of the rebound once the gears turn",
     "raw_minus_refined": "gap of the hulls that touch less the gap of the true flanks",
-    "total": "what a gap in this run can be wrong by: the hulls themselves touch; the error of a rebound's direction is "
-    "not in it",
+    "total": "what a gap in this run can be wrong by: the hulls themselves touch; the error of a rebound's direction "
+    "is not in it",
 }
 """The same for Bullet's own contact, where no impact is placed on the true flanks."""
 NATIVE_WITHOUT = ("location", "step")
@@ -137,9 +137,9 @@ def source(summary: dict[str, Any]) -> str:
     ]
     if summary.get("model") == "bullet" and summary.get("contact") == "native":
         parts.append(
-            "The run moved rigid bodies in PyBullet and left the contact to Bullet: flat facets and quantised hulls touch "
-            "and tilt the normals once the gears turn, so rebounds scatter. Differences below are mostly of that making; "
-            "located contact has none of it."
+            "The run moved rigid bodies in PyBullet and left the contact to Bullet: flat facets and quantised hulls "
+            "touch and tilt the normals once the gears turn, so rebounds scatter. Differences below are mostly of that "
+            "making; located contact has none of it."
         )
     elif summary.get("model") == "bullet":
         parts.append(
