@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -58,22 +58,22 @@ def papers(
 
 @contextmanager
 def _bench(count: int) -> Iterator[Bench]:
-    """Give a bench whose progress is shown on a terminal."""
+    """Give a bench whose progress is shown on a terminal, and which stops after Ctrl-C."""
     from rich.console import Console
     from rich.markup import escape
 
+    from gears3d.cli.interrupts import patient_interrupts
     from gears3d.papers import Bench
 
-    if not sys.stderr.isatty():
-        yield Bench()
-        return
-    done = 0
-    with Console(stderr=True).status("") as line:
+    console, done, last = Console(stderr=True), 0, ""
+    with patient_interrupts() as check, console.status("") if console.is_terminal else nullcontext() as line:
 
         def tell(words: str) -> None:
-            nonlocal done
-            done += 1
-            line.update(escape(f"{min(done, count)}/{count} {words}"))
+            nonlocal done, last
+            check()
+            done, last = done + (words != last), words
+            if line is not None:
+                line.update(escape(f"{min(done, count)}/{count} {words}"))
 
         yield Bench(tell)
 

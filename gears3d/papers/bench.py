@@ -54,6 +54,7 @@ class Bench:
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self._tell = progress or (lambda words: None)
+        self._words = ""
         self._kept: dict[str, Any] = {}
         self._figure = ""
         self.commands: dict[str, list[str]] = {}
@@ -66,12 +67,17 @@ class Bench:
             words: for the progress line.
             figure: paper and name of the figure.
         """
-        self._tell(words)
+        self._words = words
+        self.breathe()
         before, self._figure = self._figure, figure
         try:
             yield
         finally:
             self._figure = before
+
+    def breathe(self) -> None:
+        """Tell again what is worked on: a moment at which work may be broken off."""
+        self._tell(self._words)
 
     def scenario(self, name: str, overrides: Overrides | None = None) -> Scenario:
         """Return a shipped scenario, changed.
@@ -99,6 +105,7 @@ class Bench:
         """
         from gears3d.simulation import simulate
 
+        self.breathe()
         command = _command(name, overrides or {}, model)
         self._ask(command)
         return self._keep(command, lambda: simulate(self.scenario(name, overrides), model))

@@ -53,6 +53,7 @@ def _search(bench: Bench, torque: float, mean: int, amplitude: float, way: str, 
     if flanks:
         more["effect"] = _effects(bench, flanks)
     for _ in range(STEPS):
+        bench.breathe()
         middle = sqrt(low * high)
         if _rattles(base.with_({**_run(amplitude, middle), **more})):
             high = middle
