@@ -138,8 +138,8 @@ CLAIMS = (
         unit="ms",
         compute=lambda bench: float(durations(bench, drag="0.3126 N m").std()),
         basis="two thirds, read off a histogram",
-        note="0.35 of the measured drag; a variant of the row above, to show what would explain it. The mean is 1.35 ms "
-        "then, so 3.3e6 N/m would be the stiffness to take",
+        note="0.35 of the measured drag; a variant of the row above, to show what would explain it. The mean is 1.35 "
+        "ms then, so 3.3e6 N/m would be the stiffness to take",
     ),
     claim(
         figure="fig. 6",

@@ -236,8 +236,8 @@ CLAIMS = (
         recorded="disagrees",
         basis='"almost identical" clouds',
         note="in terms of the drive's swing the same backlash is 3.4 times as much at twice the speed, and short "
-        "flights give impulses with its power of two thirds. The maps can lie on each other only where the backlash does not "
-        "count, or below an excitation of 1, which rigid flanks do not reach",
+        "flights give impulses with its power of two thirds. The maps can lie on each other only where the "
+        "backlash does not count, or below an excitation of 1, which rigid flanks do not reach",
     ),
     claim(
         figure="fig. 12",

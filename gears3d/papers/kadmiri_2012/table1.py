@@ -144,10 +144,11 @@ RATIO = (
     "F's radius every H comes out 3 % larger. The printed end of the sweep of fig. 12 agrees with 1.947"
 )
 EARLY = (
-    "rigid flanks on a sine part at 1, whatever the gearbox; it parts at a third of that at every speed. No transmission "
-    "error does so: its part would grow with the square of the speed. Candidates: a third of the measured drag while the "
-    "flanks touch (which would explain the scatter of fig. 6, too), 2.9 times the inertia (an encoder's rotor?), or "
-    "harmonics of the drive behind the clutch, which add to its acceleration but not to A'. The drive's record would tell"
+    "rigid flanks on a sine part at 1, whatever the gearbox; it parts at a third of that at every speed. No "
+    "transmission error does so: its part would grow with the square of the speed. Candidates: a third of the "
+    "measured drag while the flanks touch (which would explain the scatter of fig. 6, too), 2.9 times the inertia "
+    "(an encoder's rotor?), or harmonics of the drive behind the clutch, which add to its acceleration but not to "
+    "A'. The drive's record would tell"
 )
 STOPPED = (
     "at 250 rpm an excitation of 1 is a swing of 27.8 rad/s about 26.2: before it is reached the loose gear stands "
