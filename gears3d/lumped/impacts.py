@@ -9,6 +9,7 @@ import numpy as np
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import horizon, turn_page
+from gears3d.lumped.film import film_torque, prepare
 from gears3d.lumped.series import contact, deviation, thrust
 from gears3d.lumped.torques import torque
 
@@ -78,7 +79,7 @@ def impact(m, state, count, flank, w):
     """Newton's law on the flanks' relative velocity, v⁺ = −e·v⁻; Kadmiri et al. 2012, eqs (19), (20), (27)."""
     speed = max(-state[at.RATES + flank], 0.0)
     before, height = state[at.SPEED], state[at.HEIGHT]
-    e = restitution(m, flank, speed, count[at.TOTAL])
+    e = restitution(m, flank, speed, count[at.TOTAL] + count[at.TOUCHES])
     rebound = e * speed
     count[at.STALL] = count[at.STALL] + 1 if state[at.TIME] - state[at.LAST_IMPACT] <= 0.0 else 0
     state[at.LAST_IMPACT] = state[at.TIME]
@@ -170,6 +171,9 @@ def let_go(m, state, w):
     horizon(m, state, inf)
     pull = torque(m, state, phase, 0.0, 0, w)
     dry = torque(m, state, phase, 1.0, 0, w) - pull
+    if m[at.FLOOR] > 0.0:
+        prepare(m, state, mode - at.PRESSED if mode >= at.PRESSED else -1, w)
+        pull += film_torque(m, 0, w)
     if mode >= at.PRESSED:
         flank = mode - at.PRESSED
         force = -m[at.STIFFNESS] * state[at.GAPS + flank] - m[at.DAMPING] * state[at.RATES + flank]

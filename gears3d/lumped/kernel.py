@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from math import isfinite
 
+import numpy as np
+
 from gears3d.kernels import njit
 from gears3d.lumped import layout as at
 from gears3d.lumped.bounces import bounce_on, eligible, ride
 from gears3d.lumped.compile import borrowed
+from gears3d.lumped.film_steps import film_step, hush
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
@@ -17,9 +20,63 @@ SHORTEST = 1e-12
 """Mean length of a step that leads nowhere [s]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
-def advance(m, state, count, out, end):
+def _compiled(oiled: bool):
+    @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+    def advance(m, state, count, out, end):
+        m, state, count = borrowed(m), borrowed(state), borrowed(count)
+        w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
+        impacts, contacts = borrowed(out.impacts), borrowed(out.contacts)
+        if state[at.MODE] == at.BEFORE:
+            begin(m, state, w)
+        while state[at.TIME] < end:
+            if count[at.N_IMPACTS] >= impacts.shape[0]:
+                return at.IMPACTS_FULL
+            if count[at.N_CONTACTS] >= contacts.shape[0]:
+                return at.CONTACTS_FULL
+            mode = state[at.MODE]
+            if mode == at.FREE and eligible(m, state):
+                if not bounce_on(m, state, count, impacts, spacing, samples.shape[0], end, w):
+                    free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            elif oiled and (mode == at.FREE or mode >= at.PRESSED):
+                film_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            elif mode == at.FREE:
+                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            elif mode < at.PRESSED:
+                if m[at.SIMPLE] == 0.0 or not ride(m, state, count, spacing, samples.shape[0], end, w):
+                    contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            else:
+                spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+            if oiled and at.STUCK <= mode < at.PRESSED:
+                hush(count)
+            if count[at.HAS_IMPACT]:
+                for i in range(at.IMPACT_COLUMNS):
+                    impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
+                count[at.N_IMPACTS] += 1
+            if count[at.HAS_CONTACT]:
+                for i in range(3):
+                    contacts[count[at.N_CONTACTS], i] = state[at.CONTACT_ROW + i]
+                count[at.N_CONTACTS] += 1
+            count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
+            count[at.STEPS] += 1
+            if not (isfinite(state[at.DISPLACEMENT]) and isfinite(state[at.SPEED])):
+                return at.BROKEN
+            count[at.IDLE] += 1
+            if count[at.IDLE] == PATIENCE:
+                if state[at.TIME] - state[at.MARK] < PATIENCE * SHORTEST:
+                    return at.STANDSTILL
+                count[at.IDLE], state[at.MARK] = 0, state[at.TIME]
+        return at.DONE
+
+    return advance
+
+
+_dry, _oiled = (_compiled(oiled) for oiled in (False, True))
+
+
+def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers, end: float) -> int:
     """Move the state to the time ``end`` or to the first buffer that is full, and return how it ended.
+
+    Compiled once for all lists of effects without, and once for those with an oil film.
 
     Args:
         m: the packed model, flat.
@@ -31,42 +88,4 @@ def advance(m, state, count, out, end):
     Returns:
         How it ended, one of those in :mod:`gears3d.lumped.layout`.
     """
-    m, state, count = borrowed(m), borrowed(state), borrowed(count)
-    w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
-    impacts, contacts = borrowed(out.impacts), borrowed(out.contacts)
-    if state[at.MODE] == at.BEFORE:
-        begin(m, state, w)
-    while state[at.TIME] < end:
-        if count[at.N_IMPACTS] >= impacts.shape[0]:
-            return at.IMPACTS_FULL
-        if count[at.N_CONTACTS] >= contacts.shape[0]:
-            return at.CONTACTS_FULL
-        mode = state[at.MODE]
-        if mode == at.FREE and eligible(m, state):
-            if not bounce_on(m, state, count, impacts, spacing, samples.shape[0], end, w):
-                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-        elif mode == at.FREE:
-            free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-        elif mode < at.PRESSED:
-            if m[at.SIMPLE] == 0.0 or not ride(m, state, count, spacing, samples.shape[0], end, w):
-                contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-        else:
-            spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-        if count[at.HAS_IMPACT]:
-            for i in range(at.IMPACT_COLUMNS):
-                impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
-            count[at.N_IMPACTS] += 1
-        if count[at.HAS_CONTACT]:
-            for i in range(3):
-                contacts[count[at.N_CONTACTS], i] = state[at.CONTACT_ROW + i]
-            count[at.N_CONTACTS] += 1
-        count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
-        count[at.STEPS] += 1
-        if not (isfinite(state[at.DISPLACEMENT]) and isfinite(state[at.SPEED])):
-            return at.BROKEN
-        count[at.IDLE] += 1
-        if count[at.IDLE] == PATIENCE:
-            if state[at.TIME] - state[at.MARK] < PATIENCE * SHORTEST:
-                return at.STANDSTILL
-            count[at.IDLE], state[at.MARK] = 0, state[at.TIME]
-    return at.DONE
+    return (_oiled if m[at.FLOOR] > 0.0 else _dry)(m, state, count, out, end)

@@ -15,19 +15,22 @@ ORDER = 20
 """Highest order of the series."""
 
 # rows of the work array
-OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED, ROWS = (
-    0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17,
-)  # fmt: skip
-"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank); the effects' own begin at ROWS."""
+(
+    OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED,
+    ROLLING, ROOT, THIN, PUSH, FILM_NOTE, ROWS,
+) = 0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17, 18, 20, 22, 24, 25  # fmt: skip
+"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank), and so do ROOT, THIN and PUSH of the oil
+films; the effects' own begin at ROWS."""
 
 # the model's numbers, one after the other
 (
     RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
     FRICTION,
+    WEDGE, SQUEEZE, ROLL_DRIVE, ROLL_LOOSE, FLOOR, FELT,
     N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS, SIMPLE,
     ON_LOOSE, DEVIATES, LEAST_ORDER, N_TABLES, AT_TABLES, DRIVE_TABLE, FLANK_TABLE, FLANK_TABLE_REVERSE,
     SCALARS,
-) = range(27)  # fmt: skip
+) = range(33)  # fmt: skip
 RATE, GATED, RESTITUTION, BASE, HARMONICS = SCALARS, SCALARS + 3, SCALARS + 5, SCALARS + 9, SCALARS + 18
 PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
 
@@ -41,7 +44,8 @@ GAPS, RATES = 8, 10  # of both flanks
 DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
 ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE, MARK = range(18, 26)
 IMPACT_ROW, CONTACT_ROW = 26, 33  # what the step has to tell
-STATE = 36
+SENSE, SQUEEZED, WITHIN, TURNED = 36, 37, 39, 40  # of the oil films; SQUEEZED of both flanks
+STATE = 41
 """From here on the state holds two numbers a table: the piece it is in, and the turns before it [rad]."""
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
@@ -62,8 +66,9 @@ BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3
     IDLE,
     HAS_IMPACT,
     HAS_CONTACT,
-) = range(13)
-COUNTERS = 13
+    TOUCHES,
+) = range(14)
+COUNTERS = 14
 
 # how a stretch of the run ended
 DONE, IMPACTS_FULL, CONTACTS_FULL, BROKEN, STANDSTILL = range(5)

@@ -9,13 +9,13 @@ import numpy as np
 
 from gears3d.effects import Code, Rig, Row
 from gears3d.errors import Fault, InputError
-from gears3d.lumped import layout, lower
+from gears3d.lumped import film_rows, layout, lower
 from gears3d.lumped.tables import Table, pack
 
 _KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.TORQUE_TABLE, Code.FLANK_HARMONIC, Code.FLANK_ECCENTRIC, Code.MOTION_HARMONIC,
-    Code.IMPACT_OFFSET,    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING,
+    Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING, Code.GAP_FILM,
 )  # fmt: skip
 
 
@@ -36,6 +36,7 @@ class Model(NamedTuple):
         stick_velocity: rebound speed below which contact is permanent [m/s].
         stiffness: of the flanks [N/m], 0 when rigid.
         damping: of the flanks [N·s/m].
+        film: of the oil, as :func:`gears3d.lumped.film_rows.numbers` gives it; (6,).
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
         friction: torque of the mesh's friction by flank force and base radius of the loose gear.
         rest: loose speed that counts as rest [rad/s].
@@ -62,6 +63,7 @@ class Model(NamedTuple):
     stiffness: float
     damping: float
     friction: float
+    film: np.ndarray
     rate: np.ndarray
     rest: float
     unfelt: float
@@ -83,7 +85,7 @@ class Model(NamedTuple):
         scalars = [
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
-            self.friction,
+            self.friction, *self.film,
         ]  # fmt: skip
         simple = sizes == [1, 0, 0] and self.stiffness == 0.0 and not self.base[:, 1].any() and not self.tables
         simple = simple and self.harmonics[0, 0] > 0.0
@@ -128,7 +130,7 @@ def model(
     _refuse_unknown(rows)
     mean, spin = lower.motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
     base, torques, tables = lower.torques(rig, rows)
-    flanks, thinner = lower.flanks(rig, rows)
+    flanks, thinner = lower.flanks(rig, [*rows, *film_rows.floor(rows)])
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
@@ -149,6 +151,7 @@ def model(
         stiffness=stiffness,
         damping=damping,
         friction=lower.friction(rows),
+        film=film_rows.numbers(rows, rig.backlash - thinner, flanks),
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),

@@ -15,6 +15,7 @@ from gears3d.lumped.lyapunov import Shadow
 from gears3d.lumped.model import Model
 from gears3d.lumped.start import refuse_jammed, start_state
 
+COUNTED = ("BOUNCES", "CONTACTS", "GRAZING", "ZENO", "STEPS", "TOUCHES")
 LONGEST_TABLE = 50_000_000
 
 
@@ -27,7 +28,7 @@ class Outcome:
             (n, 7).
         contacts: flank, start [s], end [s]; (n, 3).
         samples: time [s], both angles [rad], both speeds [rad/s], displacement [m], velocity [m/s]; (n, 7).
-        counters: impacts, bounces, contacts, grazing, zeno, steps.
+        counters: impacts, bounces, contacts, grazing, zeno, steps, touches of the flanks under oil.
         lyapunov: largest exponent [1/s], minus infinity where contact wipes the memory, NaN when not asked for.
         reached: end of the run [s].
         interrupted: whether it was broken off by the keyboard.
@@ -103,8 +104,7 @@ def run(
         np.concatenate(impacts),
         _with_open_contact(np.concatenate(contacts), state),
         out.samples[: count[at.N_SAMPLES]],
-        {name.lower(): int(count[getattr(at, name)]) for name in ("BOUNCES", "CONTACTS", "GRAZING", "ZENO", "STEPS")}
-        | {"impacts": int(count[at.TOTAL])},
+        {name.lower(): int(count[getattr(at, name)]) for name in COUNTED} | {"impacts": int(count[at.TOTAL])},
         shadow.exponent() if shadow is not None else np.nan,
         float(state[at.TIME]),
         interrupted,
@@ -155,6 +155,9 @@ def _empty(count: np.ndarray, out: at.Buffers, impacts: list[np.ndarray], contac
 
 
 def _with_open_contact(contacts: np.ndarray, state: np.ndarray) -> np.ndarray:
+    if state[at.WITHIN] >= 0.0:
+        open_one = [[state[at.WITHIN], state[at.ENTRY], state[at.TIME]]]
+        return np.vstack([contacts, open_one]) if state[at.PASSED] == 1.0 else contacts
     mode = state[at.MODE]
     stuck = at.STUCK <= mode < at.PRESSED
     if not stuck and not (mode >= at.PRESSED and state[at.PASSED] == 1.0):

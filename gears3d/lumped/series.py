@@ -11,6 +11,7 @@ from math import cos, sin
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import motion, tabled, value_and_slope
+from gears3d.lumped.film import film_torque, prepare
 from gears3d.lumped.torques import torque, turn
 
 
@@ -135,7 +136,7 @@ def yielding(m, state, n, pressed, w):
         deviate(m, 1, 0, w)
     phase = 0 if pressed < 0 else 1 + pressed
     side = m[at.RADIUS_LOOSE] if pressed == 0 else -m[at.RADIUS_LOOSE]
-    rub = m[at.FRICTION] * m[at.RADIUS_LOOSE]
+    rub, oiled = m[at.FRICTION] * m[at.RADIUS_LOOSE], m[at.FLOOR] > 0.0
     for k in range(n + 1):
         w[at.THETA2, k + 1] = w[at.OMEGA2, k] * at.INVERSE[k + 1]
         if own:
@@ -148,6 +149,8 @@ def yielding(m, state, n, pressed, w):
             force = -m[at.STIFFNESS] * w[at.GAP + pressed, k] - m[at.DAMPING] * (k + 1) * w[at.GAP + pressed, k + 1]
             w[at.REACTION, k] = force
         total = torque(m, state, phase, sign, k, w) - (side - rub * sign) * force
+        if oiled:
+            total += film_torque(m, k, w)
         if sign == 0.0:
             w[at.DRY, k] = torque(m, state, phase, 1.0, k, w) - torque(m, state, phase, 0.0, k, w) + rub * force
             w[at.TORQUE, k] = total
@@ -176,7 +179,9 @@ def contact(m, state, flank, phase, n, w):
     eqs (21), (22), with the flanks' own accelerations; friction in the mesh scales it and nothing else.
     Returns the direction that dry friction resists.
     """
-    deviates, on_loose = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0
+    deviates, on_loose, oiled = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0, m[at.FLOOR] > 0.0
+    if oiled:
+        prepare(m, state, -1, w)
     drive(m, state, n, w)
     side = 1.0 if flank == 0 else -1.0
     if not deviates and m[at.N_TORQUES] == 0.0:
@@ -206,6 +211,8 @@ def contact(m, state, flank, phase, n, w):
     sign = _direction(m, n, w)
     for k in range(n - 1):
         pull = torque(m, state, phase, sign, k, w)
+        if oiled:
+            pull += film_torque(m, k, w)
         w[at.REACTION, k] = (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) * thrust(m, side, sign)
     return sign
 

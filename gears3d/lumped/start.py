@@ -11,6 +11,7 @@ from gears3d.lumped import impacts, layout, series
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import walk
+from gears3d.lumped.film_steps import settle_on_film
 from gears3d.lumped.model import Model
 
 STATES = ("active", "reverse", "free")
@@ -36,7 +37,7 @@ def start_state(start: str, tables: int = 0) -> np.ndarray:
     if start not in STATES:
         raise InputError(Fault("start.state", f"is {start!r}", did_you_mean(start, STATES)))
     state = np.zeros(layout.STATE + 2 * tables)
-    state[at.MODE] = at.BEFORE
+    state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
     state[at.DEPARTED] = STATES.index(start)
     return state
 
@@ -78,20 +79,38 @@ def begin(m, state, w):
         state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
     impacts.place_on_flank(m, state, flank, 0.0)
     if start == 2:
-        state[at.DISPLACEMENT] += 0.5 * state[at.GAPS + 1]
-        state[at.GAPS + 1] *= 0.5
-        state[at.GAPS] = state[at.GAPS + 1]
-        state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
+        _amid(m, state)
         state[at.MODE], state[at.DEPARTED] = at.FREE, 0.0
         impacts.let_go(m, state, w)
     elif impacts.holds(m, state, flank, w):
+        if m[at.FLOOR] > 0.0:
+            state[at.PASSED], state[at.WITHIN] = 1.0, flank
         if m[at.STIFFNESS] > 0.0:
             _sink(m, state, flank, w[at.REACTION, 0])
             impacts.let_go(m, state, w)
         else:
             impacts.stick(m, state, flank)
+    elif m[at.FLOOR] > 0.0:
+        settle_on_film(m, state, flank, w)
     else:
         impacts.take_off(m, state, flank, w)
+
+
+@inner
+def _amid(m, state):
+    """Put the loose gear amid the backlash, at rest before the active flank."""
+    a1 = a2 = r1 = r2 = p1 = p2 = q1 = q2 = 0.0
+    for _ in range(50):  # the loose gear's deviation shifts its own angle
+        a1, p1 = series.deviation(m, state, 0, 0, 0.0)
+        a2, p2 = series.deviation(m, state, 1, 0, state[at.ANGLE])
+        r1, q1 = series.deviation(m, state, 0, 1, 0.0)
+        r2, q2 = series.deviation(m, state, 1, 1, state[at.ANGLE])
+        state[at.DISPLACEMENT] = 0.5 * (m[at.BACKLASH] + a1 + a2 - r1 - r2)
+        state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
+    omega = state[at.DRIVE_SPEED]
+    state[at.SPEED] = (m[at.RADIUS_DRIVE] + p1) * omega / (m[at.RADIUS_LOOSE] - p2)
+    state[at.GAPS] = state[at.GAPS + 1] = 0.5 * (m[at.BACKLASH] - a1 - a2 - r1 - r2)
+    state[at.RATES], state[at.RATES + 1] = 0.0, -(p1 + q1) * omega - (p2 + q2) * state[at.SPEED]
 
 
 @inner

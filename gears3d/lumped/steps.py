@@ -133,11 +133,12 @@ def free_step(m, state, count, w, samples, spacing, span):
     elif event == CROSSES:
         cross(m, state, count, table, side, w)
     else:
-        _turn(m, state, event, w)
+        speed_event(m, state, event, w)
 
 
 @inner
-def _turn(m, state, event, w):
+def speed_event(m, state, event, w):
+    """Let the loose gear's speed pass through zero, or begin to move."""
     if event == SPEED_TURNS:
         state[at.SPEED] = 0.0
         let_go(m, state, w)
@@ -173,14 +174,14 @@ def _free_event(m, state, w, n, reach, way):
         if root < x:
             event, x = SPEED_TURNS, root
     else:
-        root = _loose(w, n, x)
+        root = loose_at(w, n, x)
         if root < x:
             event, x = BREAKS_LOOSE, root
     return event, where, x
 
 
 @inner
-def _loose(w, n, reach):
+def loose_at(w, n, reach):
     """When a gear at rest begins to move: where the pull first exceeds what dry friction bears."""
     first = inf
     for side in (-1.0, 1.0):
@@ -248,7 +249,7 @@ def spring_step(m, state, count, w, samples, spacing, span):
     root = first_root(w[at.REACTION], 1.0, n, x)
     if root < x:
         event, x = FLIGHT_ENDS, root
-    root = first_root(w[at.OMEGA2], state[at.SIGN], n, x) if state[at.SIGN] != 0.0 else _loose(w, n, x)
+    root = first_root(w[at.OMEGA2], state[at.SIGN], n, x) if state[at.SIGN] != 0.0 else loose_at(w, n, x)
     if root < x:
         event, x = (SPEED_TURNS if state[at.SIGN] != 0.0 else BREAKS_LOOSE), root
     x, table, side = crossing(m, state, w, n, x)
@@ -265,7 +266,7 @@ def spring_step(m, state, count, w, samples, spacing, span):
     else:
         if event == CROSSES:
             cross(m, state, count, table, side, w)
-        _turn(m, state, event, w)
+        speed_event(m, state, event, w)
         settle(m, state, count, flank)
 
 

@@ -182,5 +182,3 @@ def test_forms_that_the_model_does_not_have_are_refused():
         bench(rows=[tooth])
     with pytest.raises(InputError, match="unknown to the rigid model"):
         bench(rows=[Row(999, Gate.ALWAYS, (1.0,))])  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="unknown to the rigid model"):
-        bench(rows=[form.gap_film(1.0, 1.0, 0.1, 0.1, 1e-6)])

@@ -156,11 +156,3 @@ def test_importing_the_room_compiles_nothing():
     code = "import sys, gears3d.lumped; print('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
-
-
-def test_the_cache_knows_every_file_that_is_compiled():
-    from gears3d.lumped import kernel
-
-    here = Path(kernel.__file__).parent
-    compiled = {p.stem for p in here.glob("*.py") if "@inner" in p.read_text() or "@njit" in p.read_text()}
-    assert compiled <= set(kernel.SOURCES)
