@@ -43,9 +43,9 @@ def states(bench: Bench, backlash: int, origin: float) -> list[str]:
     return shown
 
 
-def _contacts(bench: Bench, backlash: int) -> tuple[np.ndarray, float]:
+def _contacts(bench: Bench, backlash: int, model: str = "rigid") -> tuple[np.ndarray, float]:
     more = {**PLASTIC, "mount.backlash": f"{backlash} um", "run.duration": "7 periods", "run.output_rate": "1 kHz"}
-    meta = bench.run(FILE, more).meta
+    meta = bench.run(FILE, more, model).meta
     return np.array(meta["contacts"]).reshape(-1, 3), meta["period_s"]
 
 
@@ -87,13 +87,14 @@ def pair(bench: Bench, frame: int) -> float:
     return float(1 + np.diff(angle)[0] * scenario.gears.drive.teeth / (2 * np.pi))
 
 
-def order(bench: Bench) -> str:
+def order(bench: Bench, model: str = "rigid") -> str:
     """Return the order of the states over a period, from the active flank.
 
     Args:
         bench: of the papers.
+        model: of the simulation.
     """
-    contacts, period = _contacts(bench, 250)
+    contacts, period = _contacts(bench, 250, model)
     inside = contacts[(contacts[:, 2] > 3 * period) & (contacts[:, 1] < 4.9 * period)]
     names = [("active", "reverse")[int(flank)] for flank in inside[:, 0]]
     first = names.index("active")
@@ -128,10 +129,14 @@ _fig8 = partial(row, figure="fig. 8")
 _EIGHTHS = ("0", "T/8", "T/4", "3T/8", "T/2", "5T/8", "3T/4", "7T/8", "T")
 
 CLAIMS = (
-    _fig8(
-        quantity="order of the states in a period",
-        published="active, flight, reverse, flight",
-        compute=order,
+    *(
+        _fig8(
+            quantity=f"order of the states in a period{words}",
+            published="active, flight, reverse, flight",
+            model=model,
+            compute=partial(order, model=model),
+        )
+        for model, words in (("rigid", ""), ("bullet", ", as rigid bodies"))
     ),
     _fig8(
         quantity="pictures whose state is that of the paper, best backlash up to 2 mm and best origin",

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from gears3d.papers.rigaud_2020 import theory
-from gears3d.papers.rigaud_2020.points import THRESHOLD_SCATTER, plastic, row
+from gears3d.papers.rigaud_2020.points import PLASTIC, THRESHOLD_SCATTER, plastic, row
 from gears3d.papers.rigaud_2020.threshold import threshold
 
 if TYPE_CHECKING:
@@ -46,6 +46,19 @@ def motion(bench: Bench, amplitude: float, frequency: float) -> str:
     """
     found = plastic(bench, amplitude, frequency)
     return f"{found['motion']}, {found['impacts_per_period']:.3g} impacts"
+
+
+def in_the_engine(bench: Bench, name: str, key: str) -> str:
+    """Return the regime or the response of a scenario with perfectly plastic impacts, six periods of rigid bodies.
+
+    Args:
+        bench: of the papers.
+        name: of its file.
+        key: ``"regime"`` or ``"motion"``.
+    """
+    more = {**PLASTIC, "run.duration": "6 periods", "run.output_rate": "2 kHz"}
+    found = bench.outcome(f"rigaud-2020/{name}.toml", more, "bullet")
+    return found["regime"] if key == "regime" else f"{found['motion']}, {found['impacts_per_period']:.3g} impacts"
 
 
 def speeds(bench: Bench, amplitude: float, frequency: float) -> tuple[float, float]:
@@ -183,6 +196,12 @@ CLAIMS = (
         note=_BOTH,
     ),
     *_pairs(_fig5, [(5, 3), (20, 3)]),
+    _fig5(
+        quantity="response at 20 rpm, 3 Hz, as rigid bodies",
+        published="1T, 2 impacts",
+        model="bullet",
+        compute=partial(in_the_engine, name="fig5-20rpm", key="motion"),
+    ),
     *(
         _fig6(
             quantity=f"regime at {frequency:g} Hz, 5 rpm", published=word, compute=partial(regime, name=FIG6[frequency])
@@ -199,5 +218,11 @@ CLAIMS = (
         note=_INERTIA,
     ),
     *_pairs(_fig6, [(5, 5), (5, 10)]),
+    _fig6(
+        quantity="regime at 1 Hz, 5 rpm, as rigid bodies",
+        published="single_sided",
+        model="bullet",
+        compute=partial(in_the_engine, name="fig6-1Hz", key="regime"),
+    ),
 )
 """Rows of figures 5 and 6; 5 rpm at 3 Hz, which both show, stands under figure 5."""
