@@ -10,6 +10,7 @@ import numpy as np
 from gears3d.laws.churning import churning
 from gears3d.laws.contact import drag_force, drive_amplitude, equivalent_mass
 from gears3d.laws.drag import assembly, couette, coulomb, seetharaman_sides
+from gears3d.laws.excitation import excitation as excited
 from gears3d.papers.bench import Bench
 from gears3d.papers.claim import Claim
 
@@ -60,7 +61,7 @@ def excitation(bench: Bench, name: str) -> float:
     scenario = bench.scenario(f"{FOLDER}/{name}")
     rig, swing = scenario.rig(), scenario.motion.harmonics[0]
     mass = equivalent_mass(rig.inertia, rig.base_radius_loose)
-    return mass * amplitude(bench, name) * (2 * pi * swing.frequency) ** 2 / force(bench, name)
+    return excited(mass, amplitude(bench, name), 2 * pi * swing.frequency, force(bench, name))
 
 
 def threshold(bench: Bench, speed: int) -> float:
