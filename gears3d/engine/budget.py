@@ -79,10 +79,10 @@ class Watch:
     def __init__(self, pair: Pair, shape: Mesh, turn: float) -> None:
         self._shape = shape
         self._turn = turn
-        self._slack = 1e-6 + _roughness(shape.flanks)
+        self._slack = 1e-6 + _roughness(shape.edged.flanks)
         # two arcs of a quarter of the path's length as radius part by this much over the turn of a step
         parting = (turn * pair.drive.base_radius) ** 2 / (0.25 * pair.path_length)
-        wandering = 2.0 * float(np.hypot(*shape.offsets.T).sum())
+        wandering = 2.0 * float(np.hypot(shape.offsets[::2], shape.offsets[1::2]).sum())
         self._reach = 1.1 * (pair.backlash + wandering) + self._slack + parting + 20e-6
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = piece_budget(pair)

@@ -82,7 +82,7 @@ def softly(plant: Plant, time: float, stick_velocity: float) -> float:
     It is the stick velocity or, at high speeds, what an edge gains while its gap is below what rounding resolves.
     """
     angle, speed, _ = drive_at(plant.motion, time)
-    radius = plant.surfaces.flanks.gears[0, 0]
+    radius = plant.surfaces.edged.flanks.gears[0, 0]
     return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolved(angle)))
 
 

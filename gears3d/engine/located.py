@@ -225,7 +225,7 @@ class Located:
         # Bullet moves on with the speed at the end of the step, which is too far by this much
         too_far = (0.5 * arc.accel + arc.jerk * duration / 3.0) * duration * duration
         self.theta, self.omega = theta - too_far, omega
-        radius = self.plant.surfaces.flanks.gears[1, 0]
+        radius = self.plant.surfaces.edged.flanks.gears[1, 0]
         self.strayed = max(self.strayed, radius * abs(self.theta - angle_after(arc, duration)))
         self.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
         self.steps += 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.gears import Eccentricity
-from gears3d.gears.edge import edged, edged_gap, edged_gap_at
+from gears3d.gears.edge import Edged, edged, edged_gap, edged_gap_at
 from gears3d.gears.flank import Flanks, roll_of
 from gears3d.kernels import njit
 
@@ -30,15 +30,14 @@ class Mesh(NamedTuple):
     """The flanks of a pair with the edges they end in, on axes that may stand off the axes of rotation.
 
     Args:
-        flanks: the arrays of the pair.
-        tips: the edges, as :class:`gears3d.gears.edge.Edged` has them.
-        offsets: of the teeth's axis from the axis of rotation in each gear's own frame (2, 2) [m].
+        edged: flanks and edges on ideal axes.
+        offsets: of the teeth's axis from the axis of rotation in each gear's own frame, x and y of the drive, then of
+            the loose gear [m].
         eccentric: whether there is any offset.
     """
 
-    flanks: Flanks
-    tips: np.ndarray
-    offsets: np.ndarray
+    edged: Edged
+    offsets: tuple[float, float, float, float]
     eccentric: bool
 
 
@@ -53,8 +52,9 @@ def meshed(pair: Pair) -> Mesh:
     """
     others = tuple(item for item in pair.mounting if not isinstance(item, Eccentricity))
     shape = edged(replace(pair, mounting=others) if pair.mounting else pair)
-    offsets = np.stack([offset_of(pair, which) for which in ("drive", "loose")])
-    return Mesh(shape.flanks, shape.tips, offsets, bool(offsets.any()))
+    (x1, y1), (x2, y2) = (offset_of(pair, which).tolist() for which in ("drive", "loose"))
+    offsets = (x1, y1, x2, y2)
+    return Mesh(shape, offsets, any(offsets))
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
@@ -81,7 +81,7 @@ def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
         gear: 0 drive, 1 loose.
         rotation: angle about +z of the gear's own frame [rad].
     """
-    x, y = mesh.offsets[gear, 0], mesh.offsets[gear, 1]
+    x, y = mesh.offsets[2 * gear], mesh.offsets[2 * gear + 1]
     c, s = math.cos(rotation), math.sin(rotation)
     return c * x - s * y, s * x + c * y
 
@@ -101,14 +101,14 @@ def tooth_gap(
         side: 0 active, 1 reverse.
     """
     if not mesh.eccentric:
-        gap, by_drive, by_loose, _ = edged_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
+        gap, by_drive, by_loose, _ = edged_gap(mesh.edged, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
         return gap, by_drive, by_loose
     turned = math.pi - theta_loose
     x1, y1 = off_axis(mesh, 0, theta_drive)
     x2, y2 = off_axis(mesh, 1, turned)
-    centre = (mesh.flanks.mount[2] + x2 - x1, y2 - y1)
+    centre = (mesh.edged.flanks.mount[2] + x2 - x1, y2 - y1)
     gap, by_drive, by_loose, _, _, nx, ny, _ = edged_gap_at(
-        mesh, centre, theta_drive, turned, tooth_drive, tooth_loose, side
+        mesh.edged, centre, theta_drive, turned, tooth_drive, tooth_loose, side
     )
     if gap == math.inf:
         return gap, 0.0, 0.0
@@ -133,9 +133,13 @@ def side_gap(
         without candidates the gap is infinite.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
+    centred = shape.edged
     for i in range(teeth.shape[0]):
         if teeth[i, 2] == side:
-            gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            if shape.eccentric:
+                gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            else:  # without a call in between, which would cost a fifth
+                gap, drive, loose, _ = edged_gap(centred, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
             if gap < best:
                 best, by_drive, by_loose, row = gap, drive, loose, i
     return best, by_drive, by_loose, row
@@ -181,7 +185,7 @@ def teeth_of_points(
     Returns:
         (n, 3): tooth of the drive gear, tooth of the loose gear, side; NOBODY as side where the two do not match.
     """
-    flanks, distance = shape.flanks, shape.flanks.mount[2]
+    flanks, distance = shape.edged.flanks, shape.edged.flanks.mount[2]
     x1, y1 = off_axis(shape, 0, theta_drive)
     x2, y2 = off_axis(shape, 1, math.pi - theta_loose)
     found = np.zeros((on_drive.shape[0], 3), np.int64)
@@ -218,7 +222,7 @@ def touching_teeth(
         speeds: of drive and loose gear just before [rad/s].
     """
     least = side_gap(shape, teeth, side, angles[0], angles[1])[0]
-    mount = shape.flanks.mount
+    mount = shape.edged.flanks.mount
     drive, loose, nearest, fastest = 0, 0, math.inf, math.inf
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
@@ -229,7 +233,7 @@ def touching_teeth(
         rate = by_drive * speeds[0] + by_loose * speeds[1]
         # at the pitch point the roll angle is the tangent of the working pressure angle
         u = (1.0 - 2.0 * side) * mount[3] - angles[0]
-        away = abs(roll_of(shape.flanks, 0, side, teeth[i, 0], u) - mount[0] / mount[1])
+        away = abs(roll_of(shape.edged.flanks, 0, side, teeth[i, 0], u) - mount[0] / mount[1])
         if rate < fastest - SAME_RATE or (rate < fastest + SAME_RATE and away < nearest):
             drive, loose, nearest = teeth[i, 0], teeth[i, 1], away
             fastest = min(rate, fastest)
@@ -250,7 +254,7 @@ def able_to_touch(
         turn: of the drive gear [rad], less than the flanks stay in mesh.
         slack: by how much more open than the nearest a gap may be to be kept [m].
     """
-    ratio = shape.flanks.gears[0, 0] / shape.flanks.gears[1, 0]
+    ratio = shape.edged.flanks.gears[0, 0] / shape.edged.flanks.gears[1, 0]
     keep = np.zeros(teeth.shape[0], np.bool_)
     gaps = np.zeros(teeth.shape[0])
     for sign in (0.0, 1.0, -1.0):

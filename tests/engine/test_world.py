@@ -56,7 +56,7 @@ def test_found_teeth_are_those_that_mesh(fig5_world):
         fig5_world.place((drive, loose), (0.0, 0.0))
         found = teeth_of_points(shape, (90, 90), *fig5_world.nearest(400e-6)[:2], drive, loose)
         for side in (0, 1):
-            expected = tuple(nearest_gap(shape.flanks, drive, loose, side)[:2])
+            expected = tuple(nearest_gap(shape.edged.flanks, drive, loose, side)[:2])
             assert expected in {tuple(row[:2]) for row in found if row[2] == side}
 
 
@@ -114,7 +114,7 @@ def test_edges_close_the_path_of_contact(drive, loose):
     pitch = 2.0 * np.pi / pair.drive.teeth
     ratio = pair.drive.teeth / pair.loose.teeth
     turns = np.linspace(-1.2, 1.2, 2001) * pitch
-    values = np.array([edged_gap(shape, t, t * ratio, 1, 1, 0) for t in turns])
+    values = np.array([edged_gap(shape.edged, t, t * ratio, 1, 1, 0) for t in turns])
     gaps, on_path = values[:, 0], values[:, 3].astype(bool)
     assert np.abs(gaps[on_path]).max() < 1e-15
     assert np.all(gaps[~on_path] > -1e-15)
