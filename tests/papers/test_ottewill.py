@@ -64,6 +64,26 @@ def test_scenarios_are_those_that_the_script_writes():
         assert (FOLDER / f"case-{case}.toml").read_text() == script["text"](case)
 
 
+@pytest.mark.parametrize(("case", "contact"), [("i", 4.2), ("ii", 4.2), ("iii", 3.7), ("iv", 4.2)])
+def test_scenarios_are_the_dimensionless_form_in_si(bench, case, contact):
+    scenario = bench.scenario(f"ottewill-2010/case-{case}.toml")
+    rig = scenario.rig()
+    expected = ottewill.dimensional(2.3, contact, 1.63e-2, rig.inertia, 1.0, rig.base_radius_loose)
+    drags = {each.kind: each.coefficient for each in scenario.effects if each.kind != "transmission_error"}
+    assert drags == pytest.approx({"drag_viscous": expected.drag_viscous, "mesh_drag": expected.mesh_drag})
+    assert rig.backlash == pytest.approx(expected.backlash, rel=5e-4)
+    assert scenario.motion.mean == pytest.approx(2 * pi)
+
+
+def test_scenarios_carry_the_error_as_the_flank_of_the_papers_sign(bench):
+    scenario = bench.scenario("ottewill-2010/case-ii.toml")
+    angle = np.linspace(0.0, 6.0, 50)
+    waves = [each for each in scenario.effects if each.kind == "transmission_error"]
+    flank = sum(each.amplitude * np.cos(each.order * angle + each.phase) for each in waves)
+    expected = -scenario.rig().base_radius_loose * error_function("ii").at(angle)
+    assert flank == pytest.approx(expected, abs=2e-9)
+
+
 def test_a_contour_shifted_by_half_a_turn_is_seen():
     bump = np.exp(-((np.arange(30) - 7.0) ** 2) / 8)[None, :] * np.ones((8, 1))
     assert turned(bump, np.roll(bump, 15, axis=1)) == pytest.approx(pi)

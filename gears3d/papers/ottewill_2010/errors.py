@@ -21,8 +21,8 @@ SIDEBAND, SLOW = 0.4, 20e-6
 CASES = {"i": (0.3e-3, 60e-6, 96), "ii": (0.25e-3, 50e-6, 1), "iii": (0.2e-3, 40e-6, 2), "iv": (0.95e-3, 60e-6, 3)}
 """Printed largest amplitude [rad], that of the mesh order [rad], the seed of the phases.
 
-The seed of case i is the first of a hundred whose error function orders the three phases of fig. 5 as the rig did; the
-others are not chosen.
+The seed of case i is the only one of 1 to 100 whose error function orders the three phases of fig. 5 as the rig did;
+the others are not chosen.
 """
 
 
