@@ -71,13 +71,14 @@ def claims(quick: bool = False) -> Iterator[Claim]:
         quick: nothing is left out.
     """
     from scipy.integrate import solve_ivp
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     scenario = load(PAIR)
     rig = scenario.rig()
     mean, ratio = rig.mean_speed, rig.base_radius_drive / rig.base_radius_loose
     load_ = rig.drag_torque / rig.base_radius_loose
-    floats = brentq(lambda s: along(scenario, s, mean, mean * ratio) - load_, 1e-6, 0.4 * rig.backlash, xtol=1e-22)
+    bracket = (1e-6, 0.4 * rig.backlash)
+    floats = root_scalar(lambda s: along(scenario, s, mean, mean * ratio) - load_, bracket=bracket, xtol=1e-22).root
     found = simulate(scenario, "rigid").signals["displacement_m"]
     yield Claim("height of the pair that floats on its film, off", float(np.abs(found / floats - 1).max()), 1e-9)
     yield Claim("that film along the normal, off 6.4 um", abs(floats * cos(rig.base_helix_angle) - 6.4e-6), 1e-7, "m")
