@@ -16,6 +16,7 @@ from gears3d.gears.pair import Pair
 from gears3d.gears.relief import Relief
 
 if TYPE_CHECKING:
+    from gears3d.gears.chords import default_chord
     from gears3d.gears.contact import (
         ContactLines,
         contact_lines,
@@ -52,6 +53,7 @@ _HOME = {
     "section_gap": "surface",
     "surface_gap": "surface",
     "surface_point": "surface",
+    "default_chord": "chords",
     "mass_properties": "solids",
     "solid": "solids",
     "solid_arrays": "solids",
@@ -77,6 +79,7 @@ __all__ = [
     "compile_surfaces",
     "contact_lines",
     "curvature_radii",
+    "default_chord",
     "flank_gap",
     "flank_point",
     "gap_at",

@@ -71,11 +71,12 @@ def inside_surface(gear: Gear, inner: Array, levels: Array) -> tuple[Array, Indi
         points.append(lift(radius * ring, np.array([[height, angle, 0.0]])))
         starts.append((count, radius > 0.0))
         count += len(ring)
+    back = contour[-1, 2] < contour[0, 2]
     for (lower, lower_ring), (upper, upper_ring) in pairwise(starts):
         a, b = loop(0, n)[:, ::-1].T
         if lower_ring and upper_ring:
-            faces.append(np.c_[a + lower, b + lower, b + upper])
-            faces.append(np.c_[a + lower, b + upper, a + upper])
+            faces.append(np.c_[a + lower, b + lower, (a if back else b) + upper])
+            faces.append(np.c_[(b if back else a) + lower, b + upper, a + upper])
         elif lower_ring:
             faces.append(np.c_[a + lower, b + lower, np.full(n, upper)])
         elif upper_ring:
@@ -105,7 +106,7 @@ def drawn_inside(gear: Gear, inner: Array, levels: Array) -> list[tuple[Array, I
         radial = np.vstack([lift(around, np.array([[0.0, a, 0.0]])) for a in (a1, a2)])
         axial, inward = r1 - r2, z1 - z2
         normals = radial * inward + np.array([0.0, 0.0, -axial])
-        faces = stitch(loop(0, n)[:, ::-1], n, 2)
+        faces = stitch(loop(0, n)[:, ::-1], n, 2, np.full(n, a2 < a1))
         first, second, third = (points[faces[:, corner]] for corner in range(3))
         area = np.linalg.norm(np.cross(second - first, third - first), axis=1)
         parts.append((points, faces[area > 0.0], normals / np.linalg.norm(normals, axis=1)[:, None]))
@@ -148,13 +149,15 @@ def lift(points: Array, levels: Array, turns: Array | None = None) -> Array:
     return np.stack([x, y, np.broadcast_to(levels[:, :1], x.shape)], axis=2).reshape(-1, 3)
 
 
-def stitch(segments: Indices, layer: int, levels: int) -> Indices:
+def stitch(segments: Indices, layer: int, levels: int, falling: NDArray[np.bool_] | None = None) -> Indices:
     """Return the triangles between levels over a chain of one layer.
 
     Args:
         segments: start and end of each segment, the outside to its right, (m, 2).
         layer: number of points in a layer.
         levels: number of layers.
+        falling: whether the diagonal over a segment runs from its start on the upper level to its end on the lower
+            one, (m,); the other way where not, and everywhere when not given.
 
     Returns:
         Triangles, (2·m·(levels − 1), 3).
@@ -162,17 +165,25 @@ def stitch(segments: Indices, layer: int, levels: int) -> Indices:
     shift = layer * np.arange(levels - 1)[:, None, None]
     a, b = segments[:, 0], segments[:, 1]
     faces = np.vstack([np.c_[a, b, b + layer], np.c_[a, b + layer, a + layer]])
+    if falling is not None:
+        other = np.vstack([np.c_[a, b, a + layer], np.c_[b, b + layer, a + layer]])
+        faces = np.where(np.tile(falling, 2)[:, None], other, faces)
     return (faces + shift).reshape(-1, 3)
 
 
 def wall(
-    points: Array, segments: Indices, outward: Array, levels: Array, turns: Array | None = None
+    points: Array,
+    segments: tuple[Indices, NDArray[np.bool_] | None],
+    outward: Array,
+    levels: Array,
+    turns: Array | None = None,
 ) -> tuple[Array, Indices, Array]:
     """Carry a chain along the axis, for drawing.
 
     Args:
         points: of the chain [m], (n, 2).
-        segments: start and end of each segment, (m, 2).
+        segments: start and end of each segment, (m, 2), and which of them have falling diagonals, as in
+            :func:`stitch`.
         outward: normals of the points in the plane, tilted here by the helix, (n, 2).
         levels: height, angle and angle of crowning of each level, (levels, 3).
         turns: what each point turns by on each level beyond its angle [rad], (levels, n).
@@ -185,4 +196,4 @@ def wall(
     around = points[:, 0] * outward[:, 1] - points[:, 1] * outward[:, 0]
     normals[:, 2] = np.tile(-lead * around, len(levels))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    return lift(points, levels, turns), stitch(segments, len(points), len(levels)), normals
+    return lift(points, levels, turns), stitch(segments[0], len(points), len(levels), segments[1]), normals

@@ -13,10 +13,11 @@ import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import write_bytes
+from gears3d.gears.chords import MOST_TRIANGLES, triangles_at
 from gears3d.gears.deviation import GEARS, Deviation
 from gears3d.gears.mounting import Mounting
 from gears3d.gears.pair import Pair
-from gears3d.gears.solids import MOST_TRIANGLES, mass_properties, solid, solid_arrays, triangles_at
+from gears3d.gears.solids import mass_properties, solid, solid_arrays
 from gears3d.version import __version__
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def write_meshes(
         pair: the pair, deviations included.
         folder: made if it is not there; files of the same names are replaced.
         formats: of ``"stl"`` (binary, mm), ``"obj"`` (mm, 9 decimals), ``"glb"`` (m, with normals).
-        chord: largest distance of the facets from the flanks [m]; elsewhere five times as much.
+        chord: largest distance of the facets from the surface [m].
         which: the gears.
         densities: of drive and loose gear [kg/m³].
         command: that made them, for the card.

@@ -14,7 +14,7 @@ from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
 from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
 from gears3d.gears.gear import Gear
 from gears3d.gears.pair import Pair
-from gears3d.gears.rack import fillet_points, form
+from gears3d.gears.rack import fillet, fillet_points, form
 from gears3d.gears.relief import relief_bend
 from gears3d.gears.surface import flanks_at
 
@@ -59,7 +59,7 @@ def outline(
         pair: the pair.
         which: ``"drive"`` or ``"loose"``.
         chord: largest distance of the polygon from the flanks [m].
-        root_chord: the same for tip, fillet and root [m]; five times ``chord`` when not given.
+        root_chord: the same for tip, fillet and root [m]; ``chord`` when not given.
         height: of the section above the middle of the face [m]; only helical deviating gears change with it.
 
     Returns:
@@ -71,16 +71,10 @@ def outline(
     number = index_of(which, GEARS, "which")
     if not chord > 0.0 or not (root_chord is None or root_chord > 0.0):
         raise InputError(Fault("chord", f"is {chord:g} m", "give a positive length"))
-    gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or 5.0 * chord
-    lowest, fillet_angle = form(gear, half)
+    gear, half = pair.gear(which), pair.half_angle(which)
+    root, around, segments, tip = segments_at(pair, which, chord, root_chord)
+    curve, lowest = _fillet(gear, half, around), form(gear, half)[0]
     flanks = flanks_at(pair, height)
-    curve = _fillet(gear, half, fillet_angle, coarse)
-    starts = relief_starts(flanks, number)
-    segments = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord) + len(starts)
-    tip_angle = 2.0 * (half - (gear.tip_roll - np.arctan(gear.tip_roll)))
-    tip = max(1, _arc_segments(tip_angle, gear.tip_radius, coarse))
-    gap = pi / gear.teeth - curve[-1, 1]
-    root = max(1, _arc_segments(gap, gear.root_radius, coarse)) if gap > 1e-9 else 0
 
     deviating = any(deviation.gear == which for deviation in pair.deviations)
     sense = 1 - 2 * number
@@ -100,6 +94,30 @@ def outline(
     c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
     x, y = points[..., 0], points[..., 1]
     return Outline(np.stack([c * x - s * y, s * x + c * y], axis=2), root, len(curve) - 1, segments, tip)
+
+
+def segments_at(pair: Pair, which: str, chord: float, root_chord: float | None = None) -> tuple[int, int, int, int]:
+    """Return how many segments a tooth's outline has, without making it.
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the polygon from the flanks [m].
+        root_chord: the same for tip, fillet and root [m]; ``chord`` when not given.
+
+    Returns:
+        Segments of half a root, of a fillet, of a flank and of the tip, as in :class:`Outline`.
+    """
+    gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or chord
+    lowest, first = form(gear, half)
+    measure = _fillet_measure(gear, half, first)[1]
+    flank = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord)
+    flank += len(relief_starts(flanks_at(pair, 0.0), GEARS.index(which)))
+    tip_angle = 2.0 * (half - (gear.tip_roll - np.arctan(gear.tip_roll)))
+    tip = max(1, _arc_segments(tip_angle, gear.tip_radius, coarse))
+    gap = pi / gear.teeth - fillet(gear, half, 0.5 * pi)[1]
+    root = max(1, _arc_segments(gap, gear.root_radius, coarse)) if gap > 1e-9 else 0
+    return root, max(2, ceil(measure[-1] / sqrt(8.0 * coarse))), flank, tip
 
 
 def profile(pair: Pair, which: str, chord: float = 0.2e-6, tooth: int = 1) -> Array:
@@ -147,17 +165,22 @@ def _flank_segments(pair: Pair, which: str, lowest: float, chord: float) -> int:
     return max(2, ceil(span * sqrt(gear.base_radius * (1.0 + extra) / (8.0 * chord))))
 
 
-def _fillet(gear: Gear, half_angle: float, first: float, chord: float) -> Array:
-    """Points (radius, angle from the middle of the tooth) from form point to root circle, even in chord error."""
-    dense = fillet_points(gear, half_angle, np.linspace(first, 0.5 * pi, 129))
+def _fillet_measure(gear: Gear, half_angle: float, first: float) -> tuple[Array, Array]:
+    """Angles along a fillet, and the root of length × turning up to each: a chord is an eighth of its square."""
+    angles = np.linspace(first, 0.5 * pi, 129)
+    dense = fillet_points(gear, half_angle, angles)
     x, y = dense[:, 0] * np.cos(dense[:, 1]), dense[:, 0] * np.sin(dense[:, 1])
     dx, dy = np.diff(x), np.diff(y)
     length, direction = np.hypot(dx, dy), np.unwrap(np.arctan2(dy, dx))
     turning = np.abs(np.gradient(direction))
-    measure = np.concatenate([[0.0], np.cumsum(np.sqrt(length * turning))])
-    segments = max(2, ceil(measure[-1] / sqrt(8.0 * chord)))
-    angles = np.interp(np.linspace(0.0, measure[-1], segments + 1), measure, np.linspace(first, 0.5 * pi, 129))
-    return fillet_points(gear, half_angle, angles)
+    return angles, np.concatenate([[0.0], np.cumsum(np.sqrt(length * turning))])
+
+
+def _fillet(gear: Gear, half_angle: float, segments: int) -> Array:
+    """Points (radius, angle from the middle of the tooth) from form point to root circle, even in chord error."""
+    angles, measure = _fillet_measure(gear, half_angle, form(gear, half_angle)[1])
+    even = np.interp(np.linspace(0.0, measure[-1], segments + 1), measure, angles)
+    return fillet_points(gear, half_angle, even)
 
 
 def _flank(flanks: Flanks, gear: int, side: int, tooth: int, extent: tuple[float, float, int]) -> Array:

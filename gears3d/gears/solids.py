@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.errors import Fault, InputError
 from gears3d.gears.arrays import ACTIVE, REVERSE
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
+from gears3d.gears.chords import FINEST, check_size, default_chord, layers_at
 from gears3d.gears.deviation import GEARS, HarmonicDeviation
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
@@ -22,10 +22,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-MOST_TRIANGLES = 2e7
-"""Of a solid: about 3 GB while it is made and written."""
-_COARSE, _FINE = 2e-6, 0.1e-6
-"""Chords from which triangles are counted, and below which they may be too many [m]."""
 _INNER = 1 << 40
 """Added to an index that counts along the bore instead of the outline."""
 
@@ -46,49 +42,15 @@ class MassProperties(NamedTuple):
     inertia: Array
 
 
-def triangles_at(pair: Pair, which: str, chord: float) -> int:
-    """Return about how many triangles a solid has, from a coarse one: points go with the root of the chord.
-
-    Args:
-        pair: the pair, deviations included.
-        which: ``"drive"`` or ``"loose"``.
-        chord: largest distance of the facets from the flanks [m].
-    """
-    if not chord > 0.0:
-        raise InputError(Fault("chord", f"is {chord:g} m", "give a positive length"))
-    coarse = max(chord, _COARSE)
-    finer = sqrt(coarse / chord)
-    layers = max(1.0, (len(_levels(pair, which, 5.0 * coarse)) - 1) * finer)
-    layers = 1.0 if len(_levels(pair, which, 5.0 * chord)) == 2 else layers
-    ring = outline(pair, which, coarse).points.size / 2 * finer
-    return round(2.0 * ring * (layers + 1.0))
-
-
-def _check_size(pair: Pair, which: str, chord: float) -> None:
-    count = triangles_at(pair, which, chord)
-    if count > MOST_TRIANGLES:
-        low, high = chord, max(1e-3, 2.0 * chord)
-        for _ in range(50):
-            middle = sqrt(low * high)
-            low, high = (middle, high) if triangles_at(pair, which, middle) > MOST_TRIANGLES else (low, middle)
-        raise InputError(
-            Fault(
-                "chord",
-                f"is {chord * 1e6:.3g} um: the {which} gear would have {count:.2g} triangles, "
-                f"{MOST_TRIANGLES:.0e} are the most that fit into memory",
-                f"give at least {high * 1.05e6:.2g} um",
-            )
-        )
-
-
-def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | None = None) -> Trimesh:
+def solid(pair: Pair, which: str, chord: float | None = None, root_chord: float | None = None) -> Trimesh:
     """Return a gear as one watertight solid in its own frame, in metres.
 
     Args:
         pair: the pair, deviations included.
         which: ``"drive"`` or ``"loose"``.
-        chord: largest distance of the facets from the flanks [m].
-        root_chord: the same for tip, fillet, root and bore [m]; five times ``chord`` when not given.
+        chord: largest distance of the facets from the flanks [m]; that of :func:`default_chord` when not given.
+        root_chord: the same for tip, fillet, root and bore, and for the edges of helical tips [m]; ``chord`` when not
+            given.
 
     Returns:
         The solid, its axis along z and its middle plane at z = 0.
@@ -103,13 +65,15 @@ def solid(pair: Pair, which: str, chord: float = 0.2e-6, root_chord: float | Non
     """
     import trimesh
 
-    if 0.0 < chord < _FINE:
-        _check_size(pair, which, chord)
-    vertices, faces = _welded(pair, which, (chord, root_chord or 5.0 * chord))
+    chord = default_chord(pair, which) if chord is None else chord
+    check_size(pair, which, chord, root_chord)
+    vertices, faces = _welded(pair, which, (chord, root_chord or chord))
     return trimesh.Trimesh(vertices, faces, process=False, metadata={"name": which, "units": "m"})
 
 
-def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, Indices, Array]:
+def solid_arrays(
+    pair: Pair, which: str, chord: float = FINEST, root_chord: float | None = None
+) -> tuple[Array, Indices, Array]:
     """Return a gear's surface for drawing, with a normal at every vertex and none of them shared across edges.
 
     Deviating helical gears are drawn with their middle section all along.
@@ -118,16 +82,18 @@ def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, 
         pair: the pair, deviations included.
         which: ``"drive"`` or ``"loose"``.
         chord: largest distance of the facets from the flanks [m].
+        root_chord: the same elsewhere [m]; ``chord`` when not given.
 
     Returns:
         Vertices [m], (n, 3); triangles, (m, 3); unit normals, (n, 3).
 
     Raises:
-        InputError: a chord that is not positive, or an unknown gear.
+        InputError: a chord that is not positive or too fine for the memory, or an unknown gear.
     """
-    section = outline(pair, which, chord)
-    levels = _levels(pair, which, 5.0 * chord)
-    inner = _inner_ring(pair, which, section, 5.0 * chord)
+    check_size(pair, which, chord, root_chord)
+    section = outline(pair, which, chord, root_chord)
+    levels = _levels(pair, which, root_chord or chord)
+    inner = _inner_ring(pair, which, section, root_chord or chord)
     cap = _cap(section, inner)
     flat = np.vstack([section.points.reshape(-1, 2), inner])
     upright = np.tile([0.0, 0.0, 1.0], (len(flat), 1))
@@ -137,7 +103,8 @@ def solid_arrays(pair: Pair, which: str, chord: float = 0.2e-6) -> tuple[Array, 
         first, last = (np.pad(turns[[end]], ((0, 0), (0, len(inner)))) for end in (0, -1))
     parts = [(lift(flat, levels[:1], first), cap[:, ::-1], -upright), (lift(flat, levels[-1:], last), cap, upright)]
     ring, segments, outward, order = _split(section)
-    parts.append(wall(ring, segments, outward, levels, None if turns is None else turns[:, order]))
+    chain = segments, _falling(section, levels)[order[segments[:, 0]] % section.points.shape[1]]
+    parts.append(wall(ring, chain, outward, levels, None if turns is None else turns[:, order]))
     parts += drawn_inside(pair.gear(which), inner, levels)
     bases = np.cumsum([0] + [len(points) for points, _, _ in parts])
     faces = [triangles + base for (_, triangles, _), base in zip(parts, bases, strict=False)]
@@ -165,7 +132,8 @@ def _welded(pair: Pair, which: str, chords: tuple[float, float]) -> tuple[Array,
     section, levels = outline(pair, which, *chords), _levels(pair, which, chords[1])
     outer, inner = section.points.reshape(-1, 2), _inner_ring(pair, which, section, chords[1])
     turns = _turns(pair, which, section, levels)
-    vertices, faces = lift(outer, levels, turns), stitch(loop(0, len(outer)), len(outer), len(levels))
+    falling = np.tile(_falling(section, levels), len(section.points))
+    vertices, faces = lift(outer, levels, turns), stitch(loop(0, len(outer)), len(outer), len(levels), falling)
     if levels[0, 1] != 0.0 and any(isinstance(d, HarmonicDeviation) and d.gear == which for d in pair.deviations):
         layers = [outline(pair, which, *chords, height).points.reshape(-1, 2) for height in levels[:, 0]]
         each = [None if turns is None else turns[i : i + 1] for i in range(len(levels))]
@@ -183,13 +151,8 @@ def _welded(pair: Pair, which: str, chords: tuple[float, float]) -> tuple[Array,
 
 def _levels(pair: Pair, which: str, chord: float) -> Array:
     """Heights of the layers, the angle by which helix and helix slope turn each, and that of crowning, (levels, 3)."""
-    gear = pair.gear(which)
+    gear, count = pair.gear(which), layers_at(pair, which, chord)
     lead = lead_turn(gear, 1.0 if which == "drive" else -1.0)
-    leads = flank_leads(pair)[GEARS.index(which)]
-    most = abs(lead) + float(np.max(np.abs(leads), initial=0.0))
-    count = max(1, ceil(most * gear.face_width * sqrt(gear.tip_radius / (8.0 * chord))))
-    if gear.lead_crowning != 0.0:
-        count = 2 * ceil(0.5 * max(count, sqrt(abs(gear.lead_crowning) / chord)))
     heights = np.linspace(-0.5, 0.5, count + 1) * gear.face_width
     lean = gear.lead_crowning / gear.base_radius * (2.0 * heights / gear.face_width) ** 2
     return np.c_[heights, lead * heights, lean]
@@ -208,6 +171,18 @@ def _turns(pair: Pair, which: str, section: Outline, levels: Array) -> Array | N
         slopes = np.outer(leads[REVERSE, order], weights[0]) + np.outer(leads[ACTIVE, order], weights[1])
         turns = turns + levels[:, :1] * slopes.ravel()
     return turns
+
+
+def _falling(section: Outline, levels: Array) -> NDArray[np.bool_]:
+    """Over which segments of a tooth the diagonals between levels fall, (n,): those that lie close to the surface.
+
+    A flank is straight along its generators, along which its normal does not turn, and so is a tip; where the outline
+    turns with the helix one comes back along it from level to level. In the hollow of a fillet one goes on.
+    """
+    n, root, fillet = section.points.shape[1], section.root, section.fillet
+    place = np.arange(n)
+    hollow = ((place >= root) & (place < root + fillet)) | ((place >= n - root - fillet) & (place < n - root))
+    return hollow == (levels[-1, 1] < levels[0, 1]) if levels[0, 1] != 0.0 else np.zeros(n, np.bool_)
 
 
 def _weights(section: Outline) -> Array:

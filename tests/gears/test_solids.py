@@ -25,10 +25,10 @@ from gears3d.gears import (
     solid,
     solid_arrays,
 )
+from gears3d.gears.chords import MOST_TRIANGLES, triangles_at
 from gears3d.gears.involute import inv
 from gears3d.gears.outline import outline
 from gears3d.gears.rack import fillet, form
-from gears3d.gears.solids import MOST_TRIANGLES, triangles_at
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)
@@ -340,7 +340,7 @@ def test_bad_chord_and_tooth():
 def test_triangles_are_counted_before_they_are_made(helix, chord):
     gear = Gear(2e-3, 24, helix_angle=radians(helix), face_width=12e-3)
     pair = Pair.from_backlash(gear, gear, 50e-6)
-    assert triangles_at(pair, "drive", chord) == pytest.approx(len(solid(pair, "drive", chord).faces), rel=0.25)
+    assert triangles_at(pair, "drive", chord) == pytest.approx(len(solid(pair, "drive", chord).faces), rel=0.05)
 
 
 def test_a_chord_too_fine_for_the_memory_is_refused_with_one_that_is_not():
@@ -350,6 +350,16 @@ def test_a_chord_too_fine_for_the_memory_is_refused_with_one_that_is_not():
         solid(pair, "drive", 1e-12)
     least = float(told.value.faults[0].remedy.split()[3]) * 1e-6
     assert MOST_TRIANGLES / 2 < triangles_at(pair, "drive", least) <= MOST_TRIANGLES
+
+
+def test_huge_gears_are_refused_at_coarse_chords_too():
+    """Before anything of their size is made."""
+    long = Gear(2.75e-3, 37, helix_angle=radians(21.75), face_width=200.0)
+    with pytest.raises(InputError, match=r"chord: is 2 um: the drive gear would have .* \(give at least \d+ um\)"):
+        solid(Pair.from_backlash(long, long, 50e-6), "drive", 2e-6)
+    many = Gear(5e-3, 2000, helix_angle=radians(25), face_width=200.0)
+    with pytest.raises(InputError, match="chord: is 20 um: the drive gear would have"):
+        solid_arrays(Pair.from_backlash(many, many, 50e-6), "drive", 20e-6)
 
 
 def test_helical_solids_mesh_in_every_section():

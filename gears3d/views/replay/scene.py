@@ -48,7 +48,7 @@ def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
     place(rec, ROOT, section)
     colour = (colours.DRIVE, colours.LOOSE)
     for which, name in enumerate(_NAMES):
-        vertices, faces, normals = solid_arrays(section.pair, name, chord=CHORD)
+        vertices, faces, normals = solid_arrays(section.pair, name, CHORD, 5.0 * CHORD)
         rec.log(
             f"{ROOT}/{name}/body",
             rr.Mesh3D(
