@@ -74,7 +74,7 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
     if not np.isfinite(angles).all():
         raise InputError(Fault("theta", "holds angles that are not numbers", "give finite angles"))
     surfaces = compile_surfaces(pair)
-    found = [_roll(surfaces, angles, flank, flank * pair.backlash) for flank in (0, 1)]
+    found = [roll(surfaces, angles, flank, flank * pair.backlash) for flank in (0, 1)]
     for name, (places, _, _) in zip(("active", "reverse"), found, strict=True):
         if not np.isfinite(places).all():
             lost = float(angles[~np.isfinite(places)][0])
@@ -93,8 +93,19 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
 
 
 @njit(cache=True)
-def _roll(surfaces, angles, flank, start):
-    """Find the displacement at which the smallest gap vanishes, by Newton from that of the angle before."""
+def roll(surfaces, angles, flank, start):
+    """Find the displacement at which the smallest gap vanishes, by Newton from that of the angle before.
+
+    Args:
+        surfaces: of the pair, compiled.
+        angles: of the drive gear [rad], (n,).
+        flank: 0 active, 1 reverse.
+        start: displacement near that at the first angle [m].
+
+    Returns:
+        Displacements [m], NaN where no flanks are in mesh, (n,); numbers of the teeth that touch, drive and loose,
+        (n, 2); where on the face [m], (n,).
+    """
     base1, base2 = surfaces.shape.flanks.gears[0, 0], surfaces.shape.flanks.gears[1, 0]
     places, heights = np.full(angles.size, np.nan), np.zeros(angles.size)
     teeth = np.zeros((angles.size, 2), np.int64)

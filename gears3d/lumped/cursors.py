@@ -14,6 +14,8 @@ from gears3d.lumped.roots import first_root
 
 SLACK = 4e-15
 """Relative distance from a knot that is rounding."""
+BRIEF = 1e-9
+"""Added to what is only about a distance [s]."""
 
 
 @inner
@@ -40,7 +42,10 @@ def walk(m, state, i, x):
 
 @inner
 def horizon(m, state, reach):
-    """Put the tables of torques and of time into their pieces, and return how far the nearest knot of time lets go."""
+    """Put the tables of torques and of time into their pieces, and return how far the nearest knot of time lets go.
+
+    Of a table over the drive's angle it is about where its next knot will be, so that no step looks far beyond.
+    """
     t = state[at.TIME]
     for i in range(int(m[at.N_TABLES])):
         row, cursor = int(m[at.AT_TABLES]) + at.PER_TABLE * i, at.STATE + 2 * i
@@ -50,6 +55,11 @@ def horizon(m, state, reach):
             while state[cursor] < last and t >= m[knots + int(state[cursor]) + 1] * (1.0 - SLACK):
                 state[cursor] += 1.0
             reach = min(reach, m[knots + int(state[cursor]) + 1] - t)
+        elif variable == at.THETA1 and state[at.DRIVE_SPEED] != 0.0:
+            angle = (m[at.RADIUS_LOOSE] * state[at.ANGLE] - state[at.DISPLACEMENT]) / m[at.RADIUS_DRIVE]
+            ahead = 1 if state[at.DRIVE_SPEED] > 0.0 else 0
+            knot = m[int(m[row + at.AT_KNOTS]) + int(state[cursor]) + ahead] + state[cursor + 1]
+            reach = min(reach, 1.1 * abs((knot - angle) / state[at.DRIVE_SPEED]) + BRIEF)
         elif variable == at.OMEGA2:
             walk(m, state, i, state[at.SPEED])
         elif variable == at.THETA2:

@@ -17,8 +17,8 @@ LEAST = 1e-13
 """Rebound speed that no clock resolves [m/s]."""
 TOUCH = 1e-12
 """Approach speed of a touch that is no impact [m/s]."""
-SMOOTH = 1e-10
-"""Change of a flank's slope that is no corner [m/rad]."""
+SMOOTH = 1e-6
+"""Change of a flank's slope that contact rides over, as it comes with polynomials in pieces [m/rad]."""
 
 
 @inner
@@ -190,12 +190,14 @@ def cross(m, state, count, table, side, w):
     """Go over a knot of a table; a corner of a flank throws the gear off, or hits it when it rests on it."""
     jump = turn_page(m, state, table, side)
     flank = table - int(m[at.FLANK_TABLE])
-    if abs(jump) <= SMOOTH or m[at.FLANK_TABLE] < 0.0 or not 0 <= flank <= 1:
+    if m[at.FLANK_TABLE] < 0.0 or not 0 <= flank <= 1:
         return
     rate = -jump * state[at.DRIVE_SPEED]
     mode = int(state[at.MODE])
     if mode != at.STUCK + flank:
         state[at.RATES + flank] += rate
+        return
+    if abs(jump) <= SMOOTH:
         return
     state[at.RATES + flank], state[at.HEIGHT] = rate, 0.0
     if rate > TOUCH:

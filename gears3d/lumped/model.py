@@ -12,6 +12,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.lumped import film_rows, layout, lower
 from gears3d.lumped.tables import Table, pack
 
+FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
 _KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.TORQUE_TABLE, Code.FLANK_HARMONIC, Code.FLANK_ECCENTRIC, Code.MOTION_HARMONIC,
@@ -107,6 +108,7 @@ def model(
     rows: Sequence[Row] = (),
     stick_velocity: float = 1e-4,
     seed: int = 0,
+    flanks: tuple[Table, Table] | None = None,
 ) -> Model:
     """Pack the base model, the drive's motion and the effects' rows for the kernel.
 
@@ -116,6 +118,7 @@ def model(
         rows: normal forms of the effects.
         stick_velocity: rebound speed below which contact is permanent [m/s].
         seed: of the scatter.
+        flanks: tables of the material on active and reverse flanks, in place of all rows of flanks.
 
     Returns:
         The packed model.
@@ -127,15 +130,17 @@ def model(
     >>> model(rig, [(2.0, 3.0, 0.0)]).base[0].tolist()
     [0.22, 0.0, 0.0]
     """
+    if flanks is not None:
+        rows = [row for row in rows if row.code not in FLANKS]
     _refuse_unknown(rows)
     mean, spin = lower.motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
     base, torques, tables = lower.torques(rig, rows)
-    flanks, thinner = lower.flanks(rig, [*rows, *film_rows.floor(rows)])
+    waves, thinner = lower.flanks(rig, [*rows, *film_rows.floor(rows)])
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum()
     heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
-    rate = lower.rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables)
+    rate = lower.rates(rig, spin, base, torques, waves, fastest, stiffness, damping, tables)
     return Model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
@@ -145,19 +150,20 @@ def model(
         harmonics=spin,
         base=base,
         torques=torques,
-        flanks=flanks,
+        flanks=waves,
         restitution=lower.restitution(rig, rows),
         stick_velocity=float(stick_velocity),
         stiffness=stiffness,
         damping=damping,
         friction=lower.friction(rows),
-        film=film_rows.numbers(rows, rig.backlash - thinner, flanks),
+        film=film_rows.numbers(rows, rig.backlash - thinner, waves),
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),
         gated=lower.gated(base, torques),
         seed=int(seed),
-        tables=tuple(tables),
+        tables=(*tables, *(flanks or ())),
+        flank_tables=len(tables) if flanks else -1,
     )
 
 
@@ -167,8 +173,8 @@ def _refuse_unknown(rows: Sequence[Row]) -> None:
             raise InputError(
                 Fault(
                     "effect",
-                    "a deviation of a single tooth has no place in the rigid model, which knows no tooth pairs",
-                    "run it with --model bullet --twin none",
+                    "a deviation of a single tooth has no place in a model that knows no tooth pairs",
+                    "give the model tables of the flanks, gears3d.lumped.flanks",
                 )
             )
         if row.code not in _KNOWN:

@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.effects import Code
 from gears3d.errors import Fault, InputError
+from gears3d.lumped.flanks import flank_tables, perfect
 from gears3d.lumped.model import Model, model
 from gears3d.lumped.run import Outcome, run
+from gears3d.lumped.tables import Table
 from gears3d.recording import Recording
+from gears3d.scenario.flanks import eccentricities, flank_deviations
 
 if TYPE_CHECKING:
-    from gears3d.effects import Rig
+    from gears3d.effects import Rig, Row
     from gears3d.scenario import Scenario
 
 SIGNALS = (
@@ -57,9 +61,9 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     if scenario.motion.record is not None:
         fault = Fault("motion.record", "is a measured motion, which the rigid model does not follow")
         raise InputError(fault)
-    rig = scenario.rig()
+    rig, rows = scenario.rig(), scenario.rows()
     harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
-    m = model(rig, harmonics, scenario.rows(), scenario.impact.stick_velocity, scenario.run.seed)
+    m = model(rig, harmonics, rows, scenario.impact.stick_velocity, scenario.run.seed, _flanks(scenario))
     spacing = 1.0 / scenario.run.output_rate
     outcome = run(m, scenario.run.duration, spacing, scenario.start.state, progress, lyapunov=True)
     meta = {
@@ -75,6 +79,24 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     }
     signals: dict[str, np.ndarray] = dict(zip(SIGNALS, outcome.samples.T.copy(), strict=True))
     return Recording(signals, impact_columns(outcome, m, rig, harmonics), meta)
+
+
+def _flanks(scenario: Scenario) -> tuple[Table, Table] | None:
+    """Tables of flanks that are not perfect but for waves and eccentric teeth; those the model has without."""
+    rows, pair = scenario.rows(), scenario.pair()
+    if perfect(pair) and not any(row.code == Code.FLANK_TOOTH for row in rows):
+        return None
+    pair = pair.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
+    return flank_tables(pair, *_reach(scenario, rows))
+
+
+def _reach(scenario: Scenario, rows: tuple[Row, ...]) -> tuple[float, float]:
+    """Bounds of the drive's angle over the run [rad]."""
+    sines = [(h.amplitude, h.frequency) for h in scenario.motion.harmonics]
+    sines += [(row.p[0], row.p[1]) for row in rows if row.code == Code.MOTION_HARMONIC]
+    swing = sum(abs(a) / (np.pi * f) if f else abs(a) * scenario.run.duration for a, f in sines)
+    turned = scenario.motion.mean * scenario.run.duration
+    return min(0.0, turned) - swing, max(0.0, turned) + swing
 
 
 def impact_columns(

@@ -28,7 +28,7 @@ def refuse_unseen(scenario: Scenario, model: str) -> None:
     file = "" if scenario.path is None else str(scenario.path)
     faults = [
         Fault(key, f"is not in the {model} model yet", f"leave it out{remedy}; {_TAKEN}", file)
-        for key, remedy in (_off_axis(scenario) if model == "bullet" else _beyond_perfect(scenario))
+        for key, remedy in (_UNSEEN[model](scenario) if model in _UNSEEN else ())
     ]
     if faults:
         raise InputError(faults)
@@ -59,3 +59,7 @@ def _beyond_perfect(scenario: Scenario) -> Iterator[tuple[str, str]]:
         if gear.helix_slope != 0.0:
             yield f"gears.{which}.helix_slope", ""
     yield from _off_axis(scenario)
+
+
+_UNSEEN = {"bullet": _off_axis, "plastic": _beyond_perfect}
+"""What a model does not see; the rigid one takes its flanks from the surfaces."""

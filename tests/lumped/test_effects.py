@@ -178,7 +178,7 @@ def test_a_deviation_steep_enough_throws_the_gear_off():
 
 def test_forms_that_the_model_does_not_have_are_refused():
     tooth = form.flank_tooth(Gear.DRIVE, Flank.ACTIVE, 3, 1e-5)
-    with pytest.raises(InputError, match=r"single tooth.*--model bullet"):
+    with pytest.raises(InputError, match=r"single tooth.*lumped.flanks"):
         bench(rows=[tooth])
     with pytest.raises(InputError, match="unknown to the rigid model"):
         bench(rows=[Row(999, Gate.ALWAYS, (1.0,))])  # type: ignore[arg-type]

@@ -136,12 +136,12 @@ def test_the_schema_knows_them():
 
 
 @pytest.mark.parametrize("key", sorted(ALL))
-def test_the_twin_tells_what_it_does_not_see(key):
+def test_the_closed_form_tells_what_it_does_not_see(key):
     with pytest.raises(InputError) as told:
-        simulate(load(HEAD, {key: ALL[key]}), model="rigid")
+        simulate(load(HEAD, {key: ALL[key]}), model="plastic")
     expected = key.replace("gears.profile_slope", "gears.drive.profile_slope")
     assert told.value.faults[0].key == expected
-    assert "is not in the rigid model yet" in str(told.value)
+    assert "is not in the plastic model yet" in str(told.value)
     assert "gears3d show" in str(told.value)
 
 
