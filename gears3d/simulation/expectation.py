@@ -89,9 +89,11 @@ def expect(
         if code in codes:
             return Expectation("unknown", NONE, why)
     try:
-        refuse_unseen(scenario, "rigid")
+        refuse_unseen(scenario, "plastic")
     except InputError as unseen:
-        return Expectation("unknown", NONE, "; ".join(f"{fault.key} is not in it" for fault in unseen.faults))
+        return Expectation(
+            "unknown", NONE, "; ".join(f"{fault.key} is not in the closed form" for fault in unseen.faults)
+        )
     if scenario.motion.record is not None:
         return Expectation("unknown", NONE, "the drive's motion is a record")
     soft = "the flanks yield" if Code.GAP_SPRING in codes else ""
