@@ -91,9 +91,7 @@ def expect(
     try:
         refuse_unseen(scenario, "plastic")
     except InputError as unseen:
-        return Expectation(
-            "unknown", NONE, "; ".join(f"{fault.key} is not in the closed form" for fault in unseen.faults)
-        )
+        return Expectation("unknown", NONE, "; ".join(f"{fault.key} has no closed form" for fault in unseen.faults))
     if scenario.motion.record is not None:
         return Expectation("unknown", NONE, "the drive's motion is a record")
     soft = "the flanks yield" if Code.GAP_SPRING in codes else ""
