@@ -75,5 +75,5 @@ def _marks(axes: Axes, pair: Pair) -> None:
     points = path_points(pair)
     for name in "ABCDE":
         axes.axvline(1e3 * points[name], color=NEUTRAL, linewidth=0.8, linestyle=":", zorder=0)
-        axes.annotate(name, (1e3 * points[name], 1.0), (0, -8), xycoords=("data", "axes fraction"),
+        axes.annotate(name, (1e3 * points[name], 1.0), (6, -10), xycoords=("data", "axes fraction"),
                       textcoords="offset points", ha="center", fontsize=8, color=NEUTRAL)  # fmt: skip

@@ -107,10 +107,11 @@ def draw_section(axes: Axes, pair: Pair) -> None:
         aside = 11 * label_at * (1 if name in "ACE" else -1)
         axes.annotate(name, tuple(spot), tuple(aside), textcoords="offset points",
                       ha="center", va="center", fontsize=9, zorder=9, bbox=_BACK)  # fmt: skip
-    for name in ("T1", "T2"):
-        spot = 1e3 * (centre + along * points[name])
-        if np.max(np.abs(spot - 1e3 * centre)) < 1e3 * reach:
-            axes.plot(*spot, "s", color=ACTIVE, markersize=4, zorder=7)
+    tangent = [1e3 * (centre + along * points[name]) for name in ("T1", "T2")]
+    tangent = [spot for spot in tangent if np.max(np.abs(spot - 1e3 * centre)) < 1e3 * reach]
+    if tangent:
+        words = {"markersize": 4, "zorder": 7, "label": "line of action leaves a base circle"}
+        axes.plot(*np.transpose(tangent), "s", color=ACTIVE, **words)
     _arrows(axes, pair, centre, reach)
     _window(axes, centre, reach)
     axes.legend(fontsize=8, loc="lower right", framealpha=0.9)
@@ -198,8 +199,8 @@ def draw_backlash(axes: Axes, pair: Pair) -> None:
                   arrowprops={"arrowstyle": "<|-|>", "color": REVERSE, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0,
                               "mutation_scale": 9})  # fmt: skip
     text = f"j_bt = {micro(pair.backlash)}\nj_bn = {micro(pair.normal_backlash)}"
-    axes.annotate(text, tuple(1e3 * spot), (-58, -40), textcoords="offset points", fontsize=9, color=REVERSE, zorder=9,
-                  ha="right", va="center", bbox=_BACK,
+    axes.annotate(text, tuple(1e3 * spot), (0.015, -40), textcoords=("axes fraction", "offset points"), fontsize=9,
+                  color=REVERSE, zorder=9, ha="left", va="center", bbox=_BACK,
                   arrowprops={"arrowstyle": "-", "color": REVERSE, "linewidth": 0.8})  # fmt: skip
     axes.annotate("active flanks touch", tuple(1e3 * centre), (18, 30), textcoords="offset points", fontsize=9,
                   color=ACTIVE, zorder=9, bbox=_BACK,
