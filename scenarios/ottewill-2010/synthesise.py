@@ -11,6 +11,7 @@ HEAD = """\
 # Case {case} of Ottewill, Neild & Wilson 2010 at steady speed. Printed is the largest amplitude of the error,
 # {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/papers/ottewill_2010/errors.py).
 # Written by synthesise.py.
+format = 1
 extends = "../base/ottewill-2010.toml"
 title  = "Ottewill, Neild & Wilson 2010, case {case} at steady speed"
 source = "ottewill-2010, section 5; orders of the error assumed"
@@ -34,6 +35,7 @@ phase = "{phase:.5f} rad"
 POINT = """\
 # {what}; phase of the drive {phase:g} rad after that of order 1 of the error, the
 # "phase relative to eccentricity" of the paper. Time 0 is where the drive's angle is 0. Written by synthesise.py.
+format = 1
 extends = "case-i.toml"
 title  = "Ottewill, Neild & Wilson 2010, {name}"
 source = "ottewill-2010, {figure}; orders of the error assumed"
