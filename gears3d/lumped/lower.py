@@ -163,7 +163,7 @@ def restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:
     return np.array([offset, total(Code.IMPACT_SLOPE), total(Code.IMPACT_FLANK), spread], dtype=float)
 
 
-def rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables) -> np.ndarray:
+def rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables, drive=None) -> np.ndarray:
     """Return how fast the fastest part of the motion changes in flight and on either flank [1/s], (3,)."""
     ratio = rig.base_radius_drive / rig.base_radius_loose
     slow = [spin[:, 1].max(initial=0.0), float(np.abs(base[:, 1]).max()) / rig.inertia]
@@ -182,6 +182,8 @@ def rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables)
             table = tables[int(first)]
             steepest = np.abs(table.pieces[:, 2]).max() / rig.inertia
             slow.append({layout.OMEGA2: steepest, layout.THETA2: np.sqrt(steepest)}.get(table.variable, 0.0))
+    if drive is not None:
+        slow.append(1.0 / float(np.median(np.diff(drive.knots[1:-1]))))
     mass = rig.inertia / rig.base_radius_loose**2
     flight = max(*slow, 1e-3)
     return np.array([flight, *[flight + np.sqrt(stiffness / mass) + damping / mass] * 2])

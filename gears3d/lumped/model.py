@@ -109,6 +109,7 @@ def model(
     stick_velocity: float = 1e-4,
     seed: int = 0,
     flanks: tuple[Table, Table] | None = None,
+    drive: Table | None = None,
 ) -> Model:
     """Pack the base model, the drive's motion and the effects' rows for the kernel.
 
@@ -119,6 +120,7 @@ def model(
         stick_velocity: rebound speed below which contact is permanent [m/s].
         seed: of the scatter.
         flanks: tables of the material on active and reverse flanks, in place of all rows of flanks.
+        drive: angle [rad] over time, in place of the mean speed.
 
     Returns:
         The packed model.
@@ -134,13 +136,14 @@ def model(
         rows = [row for row in rows if row.code not in FLANKS]
     _refuse_unknown(rows)
     mean, spin = lower.motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
+    mean = 0.0 if drive is not None else mean
     base, torques, tables = lower.torques(rig, rows)
     waves, thinner = lower.flanks(rig, [*rows, *film_rows.floor(rows)])
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
-    fastest = abs(mean) + np.abs(spin[:, 0]).sum()
+    fastest = abs(mean) + np.abs(spin[:, 0]).sum() + (np.abs(drive.pieces[:, 2]).max() if drive is not None else 0.0)
     heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
-    rate = lower.rates(rig, spin, base, torques, waves, fastest, stiffness, damping, tables)
+    rate = lower.rates(rig, spin, base, torques, waves, fastest, stiffness, damping, tables, drive)
     return Model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
@@ -162,7 +165,8 @@ def model(
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),
         gated=lower.gated(base, torques),
         seed=int(seed),
-        tables=(*tables, *(flanks or ())),
+        tables=(*tables, *(flanks or ()), *([drive] if drive is not None else [])),
+        drive_table=len(tables) + len(flanks or ()) if drive is not None else -1,
         flank_tables=len(tables) if flanks else -1,
     )
 

@@ -13,18 +13,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.effects import Code
-from gears3d.errors import Fault, InputError
 from gears3d.lumped.flanks import flank_tables, perfect
 from gears3d.lumped.model import Model, model
 from gears3d.lumped.run import Outcome, run
-from gears3d.lumped.tables import Table
+from gears3d.lumped.tables import Table, quintic
 from gears3d.recording import Recording
+from gears3d.scenario.drive_record import drive_record
 from gears3d.scenario.flanks import eccentricities, flank_deviations
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.scenario import Scenario
 
+KNOTS = 8.0
+"""Knots of a smoothed drive motion in one period of its bandwidth."""
 SIGNALS = (
     "time_s",
     "theta_drive_rad",
@@ -58,12 +60,11 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]
     np.int8(1)
     """
-    if scenario.motion.record is not None:
-        fault = Fault("motion.record", "is a measured motion, which the rigid model does not follow")
-        raise InputError(fault)
     rig, rows = scenario.rig(), scenario.rows()
     harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
-    m = model(rig, harmonics, rows, scenario.impact.stick_velocity, scenario.run.seed, _flanks(scenario))
+    drive = None if scenario.motion.record is None else measured_drive(scenario)
+    sines = harmonics if drive is None else []
+    m = model(rig, sines, rows, scenario.impact.stick_velocity, scenario.run.seed, _flanks(scenario, drive), drive)
     spacing = 1.0 / scenario.run.output_rate
     outcome = run(m, scenario.run.duration, spacing, scenario.start.state, progress, lyapunov=True)
     meta = {
@@ -81,22 +82,41 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     return Recording(signals, impact_columns(outcome, m, rig, harmonics), meta)
 
 
-def _flanks(scenario: Scenario) -> tuple[Table, Table] | None:
+def measured_drive(scenario: Scenario) -> Table:
+    """Return the measured drive motion as a quintic spline, its knots as dense as the bandwidth asks for.
+
+    Args:
+        scenario: with ``motion.record``.
+
+    Raises:
+        InputError: the record cannot be used.
+    """
+    time, theta = drive_record(scenario)
+    every = 1
+    if scenario.motion.bandwidth is not None:
+        every = max(1, int(1.0 / (KNOTS * scenario.motion.bandwidth * time[1])))
+    rest = (len(time) - 1) % every  # the last knot is the last sample, or little before
+    return quintic(time[: len(time) - rest : every], theta[: len(time) - rest : every])
+
+
+def _flanks(scenario: Scenario, drive: Table | None = None) -> tuple[Table, Table] | None:
     """Tables of flanks that are not perfect but for waves and eccentric teeth; those the model has without."""
     rows, pair = scenario.rows(), scenario.pair()
     if perfect(pair) and not any(row.code == Code.FLANK_TOOTH for row in rows):
         return None
     pair = pair.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
-    return flank_tables(pair, *_reach(scenario, rows))
+    return flank_tables(pair, *_reach(scenario, rows, drive))
 
 
-def _reach(scenario: Scenario, rows: tuple[Row, ...]) -> tuple[float, float]:
+def _reach(scenario: Scenario, rows: tuple[Row, ...], drive: Table | None) -> tuple[float, float]:
     """Bounds of the drive's angle over the run [rad]."""
-    sines = [(h.amplitude, h.frequency) for h in scenario.motion.harmonics]
+    sines = [] if drive else [(h.amplitude, h.frequency) for h in scenario.motion.harmonics]
     sines += [(row.p[0], row.p[1]) for row in rows if row.code == Code.MOTION_HARMONIC]
     swing = sum(abs(a) / (np.pi * f) if f else abs(a) * scenario.run.duration for a, f in sines)
-    turned = scenario.motion.mean * scenario.run.duration
-    return min(0.0, turned) - swing, max(0.0, turned) + swing
+    turned = np.array([0.0, scenario.motion.mean * scenario.run.duration])
+    if drive is not None:
+        turned = drive.pieces[:, 1]
+    return float(turned.min() - swing), float(turned.max() + swing)
 
 
 def impact_columns(
@@ -142,7 +162,7 @@ def drive_angle(m: Model, time: np.ndarray) -> np.ndarray:
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (1), integrated.
     """
-    angle = m.mean * time
+    angle = m.mean * time + (m.tables[m.drive_table](time) if m.drive_table >= 0 else 0.0)
     for amplitude, omega, phase, cosine in m.harmonics:
         angle = angle - amplitude / omega * (np.cos(omega * time + phase) - cosine)
     return angle

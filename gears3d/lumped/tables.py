@@ -68,6 +68,26 @@ def lines(variable: Variable, points: Sequence[tuple[float, float]]) -> Table:
     return Table(_ROW[variable], np.concatenate([[-inf], x, [inf]]), np.stack([start, value, slopes], 1))
 
 
+def quintic(time: ArrayLike, value: ArrayLike) -> Table:
+    """Return the quintic spline through points, with four continuous derivatives.
+
+    Args:
+        time: [s], rising, (n,), six or more.
+        value: (n,).
+
+    >>> t = np.linspace(0.0, 1.0, 30)
+    >>> bool(abs(quintic(t, np.sin(t))(0.512) - np.sin(0.512)) < 1e-10)
+    True
+    """
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    pieces = PPoly.from_spline(make_interp_spline(np.asarray(time, float), np.asarray(value, float), k=5))
+    some = np.diff(pieces.x) > 0.0
+    starts = pieces.x[:-1][some]
+    knots = np.concatenate([[-inf], starts[1:], [inf]])
+    return Table(layout.TIME_TABLE, knots, np.column_stack([starts, pieces.c[::-1, some].T]))
+
+
 def torque_lines(row: Row) -> Table:
     """Return the table of a tabulated torque.
 

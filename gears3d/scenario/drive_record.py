@@ -1,0 +1,93 @@
+"""A measured motion of the drive gear: read, checked and smoothed once, for every model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gears3d.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gears3d.scenario.model import Scenario
+
+Array = NDArray[np.float64]
+COLUMNS = ("time_s", "theta_drive_rad")
+LEAST = 12
+"""So few samples make no motion."""
+ORDER = 4
+"""Of the Butterworth low-pass, which runs forwards and backwards."""
+
+
+class DriveRecord(NamedTuple):
+    """Angle of the drive gear over time, both from 0.
+
+    Args:
+        time: equally spaced when smoothed [s], (n,).
+        theta: angle [rad], (n,).
+    """
+
+    time: Array
+    theta: Array
+
+
+def drive_record(scenario: Scenario) -> DriveRecord:
+    """Return the measured drive motion of a scenario, smoothed up to ``motion.bandwidth`` without a shift in phase.
+
+    Args:
+        scenario: with ``motion.record``.
+
+    Returns:
+        The record over the run, or longer.
+
+    Raises:
+        InputError: no record, columns missing, times that do not rise, values that are not finite, a record shorter
+            than the run, or a bandwidth beyond half its sample rate.
+
+    Source: Butterworth low-pass of order 4 run both ways, -6 dB at the bandwidth.
+    """
+    path, bandwidth = scenario.motion.record, scenario.motion.bandwidth
+    if path is None:
+        raise InputError(Fault("motion.record", "is not given", "name a file with the drive's angle"))
+    time, theta = _read(path)
+    if time[-1] < scenario.run.duration:
+        raise _fault(path, f"lasts {time[-1]:.6g} s, the run {scenario.run.duration:.6g} s", "shorten run.duration")
+    if bandwidth is None:
+        return DriveRecord(time, theta)
+    from scipy.signal import butter, sosfiltfilt
+
+    step = float(np.median(np.diff(time)))
+    if bandwidth >= 0.5 / step:
+        limit = f"{0.5 / step:.6g} Hz, half the record's sample rate"
+        raise InputError(Fault("motion.bandwidth", f"is {bandwidth:.6g} Hz, not below {limit}", "give less"))
+    even = np.linspace(0.0, time[-1], round(time[-1] / step) + 1)
+    raw = np.interp(even, time, theta)
+    trend = raw[-1] * even / even[-1]
+    smooth = sosfiltfilt(butter(ORDER, bandwidth, fs=1.0 / even[1], output="sos"), raw - trend) + trend
+    return DriveRecord(even, smooth - smooth[0])
+
+
+def _read(path: Path) -> tuple[Array, Array]:
+    from gears3d.recording.files import columns_of
+
+    columns = columns_of(path)
+    missing = [name for name in COLUMNS if name not in columns]
+    if missing:
+        raise _fault(path, f"has no column {' or '.join(missing)}", f"name its columns {', '.join(COLUMNS)}")
+    time, theta = (np.asarray(columns[name], dtype=np.float64) for name in COLUMNS)
+    if len(time) < LEAST:
+        raise _fault(path, f"has {len(time)} samples", f"give {LEAST} or more")
+    for name, values in zip(COLUMNS, (time, theta), strict=True):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            raise _fault(path, f"column {name} is not finite in row {bad[0] + 1}", "fill its gaps")
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(back):
+        raise _fault(path, f"time_s does not rise after row {back[0] + 1}", "sort it, each time once")
+    return time - time[0], theta - theta[0]
+
+
+def _fault(path: Path, message: str, remedy: str) -> InputError:
+    return InputError(Fault("motion.record", message, remedy, str(path)))
