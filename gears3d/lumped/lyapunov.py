@@ -14,7 +14,12 @@ from gears3d.lumped.kernel import advance
 from gears3d.lumped.model import Model
 
 WIPED = 1e-6
-"""A disturbance that shrinks by more than this within a period is rounding noise: contact has wiped it out."""
+"""A disturbance that shrinks by more than this within a period is rounding noise: contact has wiped it out.
+
+Such a period counts as this much and the copy is disturbed anew, as everything that two runs differ in disturbs them
+again and again: a motion that parts for many periods and sticks once is chaotic. Only where every period wipes the
+disturbance out is the exponent minus infinity.
+"""
 
 
 class Shadow:
@@ -34,6 +39,7 @@ class Shadow:
         self._buffers = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, 0, inf)
         self._direction = (1.0, 0.0)
         self._growth = 0.0
+        self._lasts = False
         self._time = 0.0
 
     def follow(self, before: np.ndarray, after: np.ndarray, total: int, end: float) -> None:
@@ -46,7 +52,7 @@ class Shadow:
             end: of the period [s].
         """
         start = before[at.TIME]
-        if self._growth == -inf or start < self._from * (1 - 1e-12) or end <= start:
+        if start < self._from * (1 - 1e-12) or end <= start:
             return
         copy = self._disturbed(before)
         own = np.zeros(at.COUNTERS, dtype=np.int64)
@@ -57,14 +63,18 @@ class Shadow:
         distance = hypot(*apart)
         self._time += end - start
         if not distance > WIPED * self._size:
-            self._growth = -inf
+            self._growth += log(WIPED)
+            self._direction = (1.0, 0.0)
             return
+        self._lasts = True
         self._growth += log(distance / self._size)
         self._direction = (apart[0] / distance, apart[1] / distance)
 
     def exponent(self) -> float:
         """Return the exponent [1/s]; NaN when no period was followed."""
-        return self._growth / self._time if self._time > 0.0 else float("nan")
+        if self._time == 0.0:
+            return float("nan")
+        return self._growth / self._time if self._lasts else -inf
 
     def _speed(self, state: np.ndarray) -> float:
         return float(state[at.SPEED]) * self._model.radius_loose / self._omega

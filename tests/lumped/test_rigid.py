@@ -2,14 +2,12 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 from math import inf, pi
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gears3d.errors import EngineError, InputError
+from gears3d.errors import EngineError
 from gears3d.lumped import layout, rigid
 from gears3d.lumped import run as running
 from gears3d.scenario import load
@@ -67,12 +65,6 @@ def test_it_says_what_it_is(recording):
     assert meta["counters"]["contacts"] == 12
     assert meta["interrupted"] is False
     assert meta["reached_s"] == 2.0
-
-
-def test_a_measured_motion_is_refused(scenario):
-    measured = replace(scenario, motion=replace(scenario.motion, record=Path("drive.csv")))
-    with pytest.raises(InputError, match=r"motion.record: is a measured motion"):
-        rigid.simulate(measured)
 
 
 def test_phase_of_the_first_harmonic(scenario):
