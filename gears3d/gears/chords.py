@@ -15,7 +15,7 @@ from gears3d.gears.surface import flank_leads, lead_turn
 
 MOST_TRIANGLES = 2e7
 """Of a solid: about 3 GB while it is made and written."""
-FINEST, SHARE = 0.2e-6, 2e-6
+FINEST, SHARE = 0.2e-6, 1.6e-6
 """Default chord [m] of large gears, and of small ones in tip radii: what chords take off a gear's volume and inertia
 goes with their distance from the surface over its size."""
 
@@ -30,7 +30,7 @@ def default_chord(pair: Pair, which: str) -> float:
     >>> from gears3d.gears import Gear
     >>> gear = Gear(module=2e-3, teeth=20, face_width=5e-3)
     >>> round(default_chord(Pair.from_backlash(gear, gear, 1e-4), "drive") * 1e9)
-    44
+    35
     """
     return min(FINEST, SHARE * pair.gear(which).tip_radius)
 

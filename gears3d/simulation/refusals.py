@@ -10,6 +10,7 @@ from gears3d.gears.deviation import GEARS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from gears3d.gears import Pair
     from gears3d.scenario import Scenario
 
 _TAKEN = "gears3d show, mesh and gears.quasi_static take it"
@@ -58,7 +59,22 @@ def _beyond_perfect(scenario: Scenario) -> Iterator[tuple[str, str]]:
             yield f"gears.{which}.profile_{'slope' if kind else 'wave'}", " or run --model bullet --twin none"
         if gear.helix_slope != 0.0:
             yield f"gears.{which}.helix_slope", ""
+    reliefs = [
+        f"gears.{which}.{name}"
+        for which in GEARS
+        for name in ("tip_relief", "root_relief")
+        if getattr(scenario.pair().gear(which), name) is not None
+    ]
+    if reliefs and not _touching(scenario.pair()):
+        yield reliefs[0], ", or shorten it until flanks without relief touch all along"
     yield from _off_axis(scenario)
+
+
+def _touching(pair: Pair) -> bool:
+    """Whether some flanks always touch where no relief takes anything off them."""
+    from gears3d.gears.sheet_flanks import touching_ratio
+
+    return touching_ratio(pair, 1e-9) + pair.overlap_ratio >= 1.0
 
 
 _UNSEEN = {"bullet": _off_axis, "plastic": _beyond_perfect}

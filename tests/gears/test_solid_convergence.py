@@ -48,10 +48,12 @@ def exact_moment(gear, half):
 
 PAPERS = {name: load(ROOT / f"scenarios/base/{name}.toml").pair() for name in PAPERS}
 LIGHT = Gear(2e-3, 24, helix_angle=radians(25), face_width=12e-3, bore=12e-3, rim=4e-3, web=3e-3, hub=18e-3)
+RING = Gear(1e-3, 114, face_width=3e-3, profile_shift=0.2, bore=0.085)
 DEFAULTS = {
     **{f"{name}, {which}": (pair, which) for name, pair in PAPERS.items() for which in ("drive", "loose")},
     "steep": (PAIRS[2], "drive"),
     "light": (Pair.from_backlash(LIGHT, LIGHT, 50e-6), "loose"),
+    "ring": (Pair.from_backlash(RING, RING, 50e-6), "drive"),
     "few teeth": (Pair.from_backlash(Gear(2e-3, 9, profile_shift=0.5), Gear(2e-3, 40), 50e-6), "drive"),
     "many teeth": (Pair.from_backlash(Gear(0.5e-3, 200), Gear(0.5e-3, 200), 50e-6), "drive"),
 }

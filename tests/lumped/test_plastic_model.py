@@ -111,3 +111,11 @@ def test_what_does_nothing_is_allowed():
     sensor = {"kind": "encoder_eccentricity", "amplitude": "0.01 deg"}
     scenario = case().with_({"motion.harmonics[+]": {"amplitude": "0 rpm", "frequency": "9 Hz"}, "effect": [sensor]})
     assert np.array_equal(plastic.simulate(scenario).impacts["time_s"], plastic.simulate(case()).impacts["time_s"])
+
+
+def test_reliefs_are_refused_where_they_cost_contact():
+    """A short one leaves flanks as they are all along; a long one lets the loose gear fall behind once a pitch."""
+    short, long = (case().with_({"gears.tip_relief": {"amount": "20 um", "length": f"{n} mm"}}) for n in (3, 6))
+    assert difference(short) < 1e-12
+    with pytest.raises(InputError, match=r"gears.drive.tip_relief: is not in the plastic model yet"):
+        simulate(long, "plastic")
