@@ -42,8 +42,8 @@ def fit(function: Callable[[Array], Array], edges: Array, accuracy: float, narro
         Knots, (m + 1,), and the pieces' own zeros and coefficients, (m, 9).
 
     >>> knots, pieces = fit(lambda x: np.abs(x - 0.3), np.array([0.0, 1.0]), 1e-11, 1e-9)
-    >>> knots.round(9).tolist()
-    [0.0, 0.3, 1.0]
+    >>> 0.3 in knots.round(12)
+    True
     """
     spans = np.stack([edges[:-1], edges[1:]], 1)
     coarse = 0.004 * float(np.median(spans[:, 1] - spans[:, 0]))
