@@ -126,9 +126,6 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
         if slope != 0.0:
             text = f"is {show(slope, 'length')}: the engine finds the contact of straight teeth only"
             faults.append(Fault(f"gears.{which}.helix_slope", text, "leave it out", file))
-    if scenario.motion.record is not None:
-        text = f"is {scenario.motion.record}: the engine imposes mean and harmonics only"
-        faults.append(Fault("motion.record", text, "give motion.mean and motion.harmonics", file))
     unable = _UNKNOWN if contact == "located" else {**_UNKNOWN, **_NOT_NATIVE}
     rig = scenario.rig()
     for index, effect in enumerate(scenario.effects):

@@ -1,4 +1,4 @@
-"""The imposed motion of the drive gear: mean speed and harmonics, as this room's own code.
+"""The imposed motion of the drive gear: mean speed and harmonics, or a measured one, as this room's own code.
 
 Source: Rigaud & Perret-Liaudet 2020, eqs (1) and (5).
 """
@@ -13,30 +13,85 @@ import numpy as np
 
 from gears3d.effects.rows import Code, Row
 from gears3d.kernels import njit
+from gears3d.scenario.drive_record import LEAST, drive_record
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
+KNOTS = 16.0
+"""Knots of a smoothed record in one period of its bandwidth."""
+RESOLVED = 8.0
+"""Samples of a record without a bandwidth in the shortest period that it is taken to resolve."""
+PIECE = 3
+"""Lines of the motion table that one piece of a record takes."""
+
+
 def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:
-    """Return the motion as a table: mean speed first, then amplitude, circular frequency, phase of each harmonic.
+    """Return the motion as a table: mean speed, harmonics, and the pieces of a measured motion.
 
     Args:
-        scenario: its ``motion``; an ``order`` counts per mean revolution.
+        scenario: its ``motion``; an ``order`` counts per mean revolution. A record takes the place of mean and
+            harmonics.
         effects: rows of all effects; those of the motion are added.
 
     Returns:
-        (1 + harmonics, 3): ``(mean, 0, 0)`` [rad/s], then ``(amplitude [rad/s], frequency [rad/s], phase [rad])``.
+        (1 + harmonics + 3·pieces, 3): ``(mean [rad/s], pieces, 0)``; for each harmonic ``(amplitude [rad/s],
+        frequency [rad/s], phase [rad])``; for each piece its start [s] and the six coefficients of its angle, rising
+        [rad/s^k], then the largest speed [rad/s] and highest circular frequency [rad/s] of the record.
+
+    Raises:
+        InputError: the record cannot be used.
     """
     motion = scenario.motion
-    rows = [(motion.mean, 0.0, 0.0)]
-    for harmonic in motion.harmonics:
-        rows.append((harmonic.amplitude, 2.0 * math.pi * harmonic.frequency, harmonic.phase))
-    for row in effects:
-        if row.code == Code.MOTION_HARMONIC:
-            amplitude, frequency, phase = row.p
-            rows.append((amplitude, 2.0 * math.pi * frequency, phase))
-    return np.array(rows, dtype=float)
+    waves = [] if motion.record is not None else [(h.amplitude, h.frequency, h.phase) for h in motion.harmonics]
+    waves += [(row.p[0], row.p[1], row.p[2]) for row in effects if row.code == Code.MOTION_HARMONIC]
+    sines = np.array([(size, 2.0 * math.pi * frequency, phase) for size, frequency, phase in waves]).reshape(-1, 3)
+    if motion.record is None:
+        return np.vstack([(motion.mean, 0.0, 0.0), sines])
+    pieces = _pieces(scenario)
+    return np.vstack([(0.0, pieces.shape[0] / PIECE, 0.0), sines, pieces])
+
+
+def _pieces(scenario: Scenario) -> np.ndarray:
+    """Return a record as a quintic spline, in lines of the motion table (3·pieces, 3)."""
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    time, theta = drive_record(scenario)
+    bandwidth, count = scenario.motion.bandwidth, len(time)
+    if bandwidth is None:
+        bandwidth = 1.0 / (RESOLVED * float(np.median(np.diff(time))))
+    else:
+        count = min(count, max(LEAST, math.ceil(KNOTS * bandwidth * time[-1]) + 1))
+    knots = np.rint(np.linspace(0, len(time) - 1, count)).astype(int)
+    spline = make_interp_spline(time[knots], theta[knots], k=5)
+    speed = float(np.abs(spline.derivative().c).max())  # its control points bound a spline
+    pieces = PPoly.from_spline(spline)
+    some = np.diff(pieces.x) > 0.0
+    ends = np.tile((speed, 2.0 * math.pi * bandwidth), (int(some.sum()), 1))
+    return np.column_stack([pieces.x[:-1][some], pieces.c[::-1, some].T, ends]).reshape(-1, 3)
+
+
+@njit(cache=True)
+def _recorded(motion: np.ndarray, time: float) -> tuple[float, float, float]:
+    """Return angle [rad], speed [rad/s] and acceleration [rad/s²] of a measured motion."""
+    pieces = int(motion[0, 1])
+    first = motion.shape[0] - PIECE * pieces
+    low, high = 0, pieces
+    while high - low > 1:
+        middle = (low + high) // 2
+        if motion[first + PIECE * middle, 0] <= time:
+            low = middle
+        else:
+            high = middle
+    at = first + PIECE * low
+    x = time - motion[at, 0]
+    c0, c1 = motion[at, 1], motion[at, 2]
+    c2, c3, c4, c5 = motion[at + 1, 0], motion[at + 1, 1], motion[at + 1, 2], motion[at + 2, 0]
+    theta = c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * c5))))
+    omega = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
+    alpha = 2.0 * c2 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5))
+    return theta, omega, alpha
 
 
 @njit(cache=True)
@@ -45,7 +100,11 @@ def drive_at(motion: np.ndarray, time: float) -> tuple[float, float, float]:
     theta = motion[0, 0] * time
     omega = motion[0, 0]
     alpha = 0.0
-    for i in range(1, motion.shape[0]):
+    end = motion.shape[0]
+    if motion[0, 1] > 0.0:
+        end -= PIECE * int(motion[0, 1])
+        theta, omega, alpha = _recorded(motion, time)
+    for i in range(1, end):
         amplitude, frequency, phase = motion[i, 0], motion[i, 1], motion[i, 2]
         argument = frequency * time + phase
         omega += amplitude * math.sin(argument)
@@ -59,5 +118,9 @@ def drive_at(motion: np.ndarray, time: float) -> tuple[float, float, float]:
 
 def fastest(motion: np.ndarray) -> tuple[float, float]:
     """Return the largest speed [rad/s] that can occur and the highest circular frequency [rad/s]."""
-    speed = abs(motion[0, 0]) + float(np.abs(motion[1:, 0]).sum())
-    return speed, float(np.abs(motion[1:, 1]).max(initial=0.0))
+    sines = motion[1 : len(motion) - PIECE * int(motion[0, 1])]
+    speed = abs(motion[0, 0]) + float(np.abs(sines[:, 0]).sum())
+    frequency = float(np.abs(sines[:, 1]).max(initial=0.0))
+    if motion[0, 1] > 0.0:
+        speed, frequency = speed + motion[-1, 1], max(frequency, motion[-1, 2])
+    return float(speed), float(frequency)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.engine import door, located, simulate
-from gears3d.errors import InputError, UsageError
+from gears3d.errors import UsageError
 from gears3d.lumped import rigid
 from gears3d.scenario import load
 
@@ -129,14 +129,6 @@ def test_interrupt_keeps_what_there_is():
 def test_bad_arguments():
     with pytest.raises(UsageError, match="did you mean 'located'"):
         simulate(fig5(), contact="locate")
-
-
-def test_a_measured_motion_is_refused(tmp_path):
-    record = tmp_path / "drive.csv"
-    record.write_text("time_s,theta_drive_rad,theta_loose_rad\n0,0,0\n1,1,1\n")
-    scenario = fig5(f'motion.record="{record}"')
-    with pytest.raises(InputError, match="imposes mean and harmonics"):
-        simulate(scenario)
 
 
 def test_steps_resolve_the_fastest_wave():
