@@ -31,6 +31,7 @@ VERBS = (
     "replay",
     "sound",
     "record",
+    "measure",
     "identify",
     "show",
     "excitation",

@@ -1,0 +1,8 @@
+"""Measured records: displacement and its noise, flanks, flights and contacts, each known as well as it says."""
+
+from gears3d.measurement.measured import Measurement as Measurement
+from gears3d.measurement.measured import measure as measure
+from gears3d.measurement.segments import Segments as Segments
+from gears3d.measurement.segments import segment as segment
+from gears3d.measurement.smoothing import Track as Track
+from gears3d.measurement.smoothing import track as track

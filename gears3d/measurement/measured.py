@@ -1,0 +1,215 @@
+"""A measured record as a recording with impacts, and what is to be said of its quality."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measurement.segments import Segments, segment
+from gears3d.measurement.smoothing import track
+from gears3d.measurement.zones import clearance
+from gears3d.recording import FLANKS, Recording, describe
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a record came to.
+
+    Args:
+        recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``
+            take it.
+        segments: flights, contacts and impacts with their uncertainties.
+        summary: what JSON can hold.
+    """
+
+    recording: Recording
+    segments: Segments
+    summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"Measurement({self.recording!r})"
+
+
+def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> Measurement:
+    """Cut a measured record into flights and contacts and say how well everything is known.
+
+    Args:
+        record: time and both angles; zeros of the angles may be anywhere.
+        rig: base radii and teeth, inertia and period; what the record itself shows is not taken from it. A record of a
+            model carries its own base radii.
+        file: named in faults.
+
+    Returns:
+        The measurement.
+
+    Raises:
+        InputError: base radii are not known, or the record does not tell flights from contact.
+
+    >>> from gears3d.scenario import load
+    >>> from gears3d.simulation import record
+    >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})
+    >>> found = measure(record(bench), bench)
+    >>> len(found.recording.impacts["time_s"]), found.summary["regime"]
+    (18, 'double_sided')
+    >>> round(1e6 * found.summary["flanks"]["backlash_m"]["value"])
+    250
+    """
+    about = _about(record, rig, file)
+    radii = (about["base_radius_drive_m"], about["base_radius_loose_m"])
+    teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
+    angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
+    cut = segment(track(record.time, *angles, radii, file), teeth, file)
+    if rig is not None and not len(cut.flights["start_s"]):
+        _refuse_blind(cut, rig.rig().backlash, file)
+    made = _recording(record, cut, about)
+    return Measurement(made, cut, _summary(record, made, cut))
+
+
+def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
+    """Refuse to call a record one of contact whose noise would hide a gear that crosses the whole dead band."""
+    seen = clearance(cut.path, cut.flanks)
+    if 3.0 * seen > backlash:
+        sizes = f"less than {1e6 * seen:.3g} um, in a backlash of {1e6 * backlash:.3g} um"
+        what = f"shows no flight, but would show none of {sizes}"
+        raise InputError(Fault("theta_loose_rad", what, "record with less noise, or with more counts", file))
+
+
+def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]:
+    """Return what is known of the rig, as ``meta`` of a recording has it."""
+    keys = ("base_radius_drive_m", "base_radius_loose_m", "inertia_kg_m2", "period_s", "title")
+    about = {key: record.meta[key] for key in keys if key in record.meta}
+    if rig is not None:
+        values = rig.rig()
+        about |= {
+            "base_radius_drive_m": values.base_radius_drive,
+            "base_radius_loose_m": values.base_radius_loose,
+            "inertia_kg_m2": values.inertia,
+            "drag_torque_N_m": values.drag_torque,
+            "title": rig.title,
+            "source": rig.source,
+        }
+        if rig.motion.harmonics:
+            about["period_s"] = rig.period
+    if not {"base_radius_drive_m", "base_radius_loose_m"} <= about.keys():
+        remedy = "give --rig SCENARIO: angles alone have no displacement"
+        raise InputError(Fault("--rig", "is missing, and the record does not tell its base radii", remedy, file))
+    return about | {"model": "measured"}
+
+
+def _recording(record: Recording, cut: Segments, about: dict[str, Any]) -> Recording:
+    """Return the record with displacement from the mean active flank, state and impacts."""
+    known = cut.track
+    radii, shift = known.radii, float(cut.flanks.active[0])
+    drive, loose = record.signals["theta_drive_rad"], record.signals["theta_loose_rad"]
+    place = np.interp(record.time, known.time, known.place) - shift
+    speed = np.interp(record.time, cut.path.time, np.gradient(cut.path.place, cut.path.time))
+    zero = known.loose[0] + (shift - radii[0] * (known.drive[0] - drive[0])) / radii[1]
+    shown = {
+        "theta_drive_rad": drive - drive[0],
+        "theta_loose_rad": loose - zero,
+        "displacement_m": place,
+        "velocity_m_s": speed,
+        "state": cut.states(record.time).astype(float),
+    }
+    impacts = dict(cut.impacts)
+    mass = about["inertia_kg_m2"] / radii[1] ** 2 if "inertia_kg_m2" in about else np.nan
+    impacts["impulse_N_s"] = mass * (impacts["rebound_m_s"] - impacts["velocity_m_s"])
+    impacts["phase_rad"] = _phase(record, about.get("period_s"), impacts["time_s"])
+    contacts = np.column_stack([cut.contacts[name] for name in ("flank", "start_s", "end_s")])
+    meta = {**about, "contacts": contacts.tolist(), "duration_s": float(record.time[-1] - record.time[0])}
+    if (found := cut.flanks.backlash) is not None:
+        meta["backlash_m"] = found[0]
+    return Recording({**record.signals, **shown}, _in_order(impacts), meta)
+
+
+def _in_order(impacts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    order = np.argsort(impacts["time_s"], kind="stable")
+    return {name: values[order] for name, values in impacts.items()}
+
+
+def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.ndarray:
+    """Return the phase of the drive's fluctuation at some times [rad], NaN where there is none."""
+    if not period or record.time[-1] - record.time[0] < period:
+        return np.full(len(times), np.nan)
+    some = slice(None, None, max(len(record.time) // 20_000, 1))
+    time, angle = record.time[some], record.signals["theta_drive_rad"][some]
+    turn = 2 * pi / period * time
+    basis = np.column_stack([np.ones_like(time), time - time[0], np.cos(turn), np.sin(turn)])
+    fit = np.linalg.lstsq(basis, angle - angle.mean(), rcond=None)[0]
+    return np.mod(2 * pi / period * times + np.arctan2(fit[3], -fit[2]), 2 * pi)
+
+
+def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any]:
+    flights, contacts = cut.flights, cut.contacts
+    sane = flights["testifies"] == 1
+    told = describe(made)
+    slowing = flights["deceleration_rad_s2"][sane]
+    return {
+        "format": 1,
+        "status": "complete",
+        "quality": _quality(record, cut),
+        "flanks": _flanks(cut),
+        "cut": {
+            "whole_flights": len(sane),
+            "testifying": int(sane.sum()),
+            "chi2_median": float(np.median(flights["chi2"])) if len(sane) else None,
+            "deceleration_median_rad_s2": float(np.median(slowing)) if len(slowing) else None,
+            "dropped": cut.dropped,
+        },
+        "contacts_seen": {name: int(np.sum(contacts["flank"] == code)) for code, name in enumerate(FLANKS)},
+        **told,
+    }
+
+
+def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
+    steps = np.diff(record.time)
+    spacing = float(np.median(steps))
+    encoders = {}
+    for gear, reading in zip(("drive", "loose"), cut.track.readings, strict=True):
+        encoders[gear] = {
+            "read_as": reading.kind,
+            "counts_per_revolution": 2 * pi / reading.quantum if reading.quantum else None,
+            "sigma_rad": float(np.median(reading.sigma)),
+        }
+    return {
+        "samples": len(record.time),
+        "duration_s": float(record.time[-1] - record.time[0]),
+        "sample_rate_Hz": 1.0 / spacing,
+        "jitter": float(np.max(np.abs(steps - spacing)) / spacing),
+        "encoders": encoders,
+        "noise_m": cut.track.noise,
+        "noise_in_contact_m": cut.flanks.rough,
+        "averaged_over_s": cut.path.width,
+        "flight_height_min_m": clearance(cut.path, cut.flanks),
+    }
+
+
+def _flanks(cut: Segments) -> dict[str, Any]:
+    found, flanks = cut.flanks.backlash, cut.flanks
+    terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
+    if flanks.gap is not None:
+        terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)
+    value = (
+        None if found is None else {"value": found[0], "ci95": [found[0] - 1.96 * found[1], found[0] + 1.96 * found[1]]}
+    )
+    return {"backlash_m": value, "orders": terms}
+
+
+def _orders(kinds: tuple[tuple[str, int], ...], numbers: np.ndarray) -> list[dict[str, Any]]:
+    """Return the amplitudes of a flank's orders."""
+    found, at = [], 0
+    for kind, order in kinds:
+        wide = 2 if kind in ("drive", "loose") else 1
+        if wide == 2:
+            amplitude = float(np.hypot(*numbers[at : at + 2]))
+            phase = float(np.arctan2(-numbers[at + 1], numbers[at]))
+            found.append({"gear": kind, "order": order, "amplitude_m": amplitude, "phase_rad": phase})
+        at += wide
+    return found

@@ -1,0 +1,262 @@
+"""Displacement of the loose gear, and how well it is known, from two encoders that count and tremble."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.signals import edges, quantum
+
+FEWEST = 200
+"""So few readings tell nothing of a rattle."""
+LONGEST = 1e-3
+"""Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
+CORNER = 16.0
+"""Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
+_MAD = 1.4826
+_TRIES = 400_000
+"""Readings from which a noise floor is taken."""
+
+
+class Reading(NamedTuple):
+    """What one encoder knows of its gear.
+
+    Args:
+        time: of each reading [s], (n,).
+        angle: [rad], (n,).
+        sigma: standard deviation of the angle [rad], (n,).
+        quantum: angle of a count [rad], ``None`` for a smooth record.
+        kind: ``"edges"`` (moments at which the counter changed), ``"counts"`` or ``"smooth"`` (samples).
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    sigma: np.ndarray
+    quantum: float | None
+    kind: str
+
+
+class Track(NamedTuple):
+    """Both gears at the readings of the loose gear.
+
+    Args:
+        time: [s], rising, (n,).
+        drive: angle of the drive gear [rad], (n,).
+        loose: angle of the loose gear [rad], (n,).
+        sigma_loose: standard deviation of ``loose`` [rad], (n,).
+        place: displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,).
+        noise: standard deviation of one reading of ``place`` [m].
+        slack: what counting may put ``place`` off by for many readings in a row [m]; 0 where noise dithers the counts.
+        radii: base radii of drive and loose gear [m].
+        readings: of the drive's and the loose gear's encoder.
+    """
+
+    time: np.ndarray
+    drive: np.ndarray
+    loose: np.ndarray
+    sigma_loose: np.ndarray
+    place: np.ndarray
+    noise: float
+    slack: float
+    radii: tuple[float, float]
+    readings: tuple[Reading, Reading]
+
+
+class Blocks(NamedTuple):
+    """Means over a few readings each: short enough for a bounce, long enough to quieten the noise.
+
+    Args:
+        time: [s], (m,).
+        drive: [rad], (m,).
+        loose: [rad], (m,).
+        place: [m], (m,).
+        noise: standard deviation of ``place`` [m], measured on the blocks themselves.
+        slack: of the track [m].
+        size: readings in each.
+        width: duration of a typical block [s].
+    """
+
+    time: np.ndarray
+    drive: np.ndarray
+    loose: np.ndarray
+    place: np.ndarray
+    noise: float
+    slack: float
+    size: int
+    width: float
+
+
+def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0) -> float:
+    """Return the noise of a series that is smooth but for it, in units of ``sigma``.
+
+    Every value is held against the parabola through one neighbour before and two after it; the median of what is left
+    tells the noise and does not see impacts, which are few.
+
+    Args:
+        time: rising, not necessarily evenly [s], (n,).
+        values: (n,).
+        sigma: expected deviation of each value, one number or (n,).
+
+    Returns:
+        Standard deviation over the expected one.
+
+    >>> time = np.linspace(0.0, 1.0, 20001)
+    >>> round(noise_of(time, 5.0 * time**2 + np.random.default_rng(1).normal(0.0, 0.01, len(time))), 3)
+    0.01
+    """
+    step = 2 if len(time) > 2 * _TRIES else 1
+    time, values = time[: _TRIES * step], values[: _TRIES * step]
+    before, here, after, later = time[:-3], time[1:-2], time[2:-1], time[3:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = (here - after) * (here - later) / ((before - after) * (before - later))
+        second = (here - before) * (here - later) / ((after - before) * (after - later))
+        third = (here - before) * (here - after) / ((later - before) * (later - after))
+    rest = values[1:-2] - first * values[:-3] - second * values[2:-1] - third * values[3:]
+    var = np.broadcast_to(np.square(sigma), (len(values),)) if np.ndim(sigma) == 0 else np.square(sigma)[: len(values)]
+    spread = np.sqrt(var[1:-2] + first**2 * var[:-3] + second**2 * var[2:-1] + third**2 * var[3:])
+    standard = rest / spread
+    standard = standard[np.isfinite(standard)]
+    return _MAD * float(np.median(np.abs(standard))) if standard.size else 0.0
+
+
+def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
+    """Return what an encoder's record knows: edges where a count lasts longer than a sample, else samples.
+
+    A counter rounds down: samples are moved up by half a count. A counter that trembles about an edge passes it several
+    times; the mean of these moments counts. Where that leaves no order, the samples are taken.
+
+    Args:
+        time: of the samples [s], rising, (n,).
+        angle: as recorded [rad], (n,).
+
+    Returns:
+        The reading, its sigma measured.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
+    ('edges', 'smooth')
+    """
+    count = quantum(angle)
+    if count is None or np.ptp(np.diff(angle)) < 0.5 * count:  # even steps: counts and samples keep step throughout
+        floor = max(noise_of(time, angle), 1e-14 * float(np.abs(angle).max(initial=1.0)))
+        return Reading(time, angle, np.full(len(time), floor), None, "smooth")
+    if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < 0.5:
+        at, passed, slack = _passed_once(*edges(time, angle, count), count)
+        if len(at) >= FEWEST:
+            sigma = np.maximum(np.abs(_slope(at, passed)) * slack, 0.01 * count)
+            return Reading(at, passed, sigma * max(noise_of(at, passed, sigma), 0.3), count, "edges")
+    floor = max(noise_of(time, angle), 0.2 * count)
+    return Reading(time, angle + 0.5 * count, np.full(len(time), floor), count, "counts")
+
+
+def _passed_once(
+    time: np.ndarray, angle: np.ndarray, slack: np.ndarray, count: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return each angle once, at the mean of the moments at which it was passed; nothing where the gear turns back."""
+    level = np.round(angle / count).astype(np.int64)
+    if len(level) and level[-1] < level[0]:
+        level = -level
+    found, place, times = np.unique(level, return_inverse=True, return_counts=True)
+    at = np.bincount(place, time) / times
+    mean = np.bincount(place, angle) / times
+    if len(found) < 2 or np.mean(np.diff(at) <= 0.0) > 0.02:
+        return time[:0], angle[:0], slack[:0]
+    rising = np.diff(np.maximum.accumulate(at), prepend=-np.inf) > 0.0
+    return at[rising], mean[rising], (np.bincount(place, slack) / times)[rising]
+
+
+def _slope(time: np.ndarray, angle: np.ndarray, reach: int = 4) -> np.ndarray:
+    low = np.clip(np.arange(len(time)) - reach, 0, None)
+    high = np.clip(np.arange(len(time)) + reach, None, len(time) - 1)
+    return (angle[high] - angle[low]) / (time[high] - time[low])
+
+
+def stuck(reading: Reading) -> float:
+    """Return how far off an encoder may stay while counts and samples keep step [rad].
+
+    Rounding is no white noise: a gear that turns by a whole number of counts a sample is read with one error all the
+    time. Noise of half a count undoes that.
+
+    Args:
+        reading: of the encoder.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> round(stuck(read_encoder(time, np.floor(time**1.1 / 8e-4) * 8e-4)), 9)
+    0.0004
+    """
+    if reading.quantum is None:
+        return 0.0
+    sigma = float(np.median(reading.sigma))
+    if reading.kind == "edges":
+        return np.sqrt(3.0) * sigma
+    return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum else 0.0
+
+
+def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], file: str = "") -> Track:
+    """Return displacement and angles at the readings of the loose gear.
+
+    Args:
+        time: of the samples [s], rising, (n,).
+        drive: angle of the drive gear, zero anywhere [rad], (n,).
+        loose: angle of the loose gear, zero anywhere [rad], (n,).
+        radii: base radii of drive and loose gear [m].
+        file: named in faults.
+
+    Raises:
+        InputError: there are too few readings.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> float(np.ptp(track(time, 3.0 * time, 3.0 * time + 1e-4, (0.1, 0.1)).place).round(9))
+    0.0
+    """
+    one, other = read_encoder(time, drive), read_encoder(time, loose)
+    for name, reading in (("theta_drive_rad", one), ("theta_loose_rad", other)):
+        if len(reading.time) < FEWEST:
+            what = f"is read {len(reading.time)} times only"
+            raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
+    inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
+    at, angle, sigma = other.time[inside], other.angle[inside], other.sigma[inside]
+    driven = one.angle if one.time is at or np.array_equal(one.time, at) else np.interp(at, one.time, one.angle)
+    place = radii[1] * (angle - angle[0]) - radii[0] * (driven - driven[0])
+    noise = float(np.hypot(radii[1] * np.median(sigma), radii[0] * np.median(one.sigma)))
+    slack = radii[0] * stuck(one) + radii[1] * stuck(other)
+    return Track(at, driven, angle, sigma, place, noise, slack, radii, (one, other))
+
+
+def blocks(known: Track) -> Blocks:
+    """Return means over blocks, as long as a corner of the path allows.
+
+    A mean over a time W quietens the noise by the root of its readings and rounds a corner of speed v off by v·W/8; W
+    keeps that a little below the noise.
+
+    Args:
+        known: the displacement.
+    """
+    spacing = float(np.median(np.diff(known.time)))
+    longest = max(int(LONGEST / float(np.quantile(np.diff(known.time), 0.9))), 1)
+    floor = max(known.noise, 1e-12)
+    speed = _speed(known, floor)
+    size = int(np.cbrt(CORNER * floor**2 / (spacing**2 * speed**2))) if speed > 0.0 else longest
+    size = int(np.clip(size, 1, longest))
+    count = len(known.time) // size
+    time, drive, loose, place = (
+        column[: count * size].reshape(count, size).mean(axis=1) if size > 1 else column
+        for column in (known.time, known.drive, known.loose, known.place)
+    )
+    quiet = max(noise_of(time, place), 0.2 * floor / np.sqrt(size), 1e-12)
+    return Blocks(time, drive, loose, place, quiet, known.slack, size, size * spacing)
+
+
+def _speed(known: Track, noise: float) -> float:
+    """Return how fast the displacement changes at its liveliest tenth [m/s], between the shortest means to show it."""
+    total = np.concatenate([[0.0], np.cumsum(known.place)])
+    for size in 2 ** np.arange(0, 16):
+        if size > len(known.place) // 16:
+            break
+        means = np.diff(total[:: max(size, 1)]) / size
+        high = float(np.quantile(np.abs(np.diff(means)), 0.9))
+        if high > 4.0 * noise * np.sqrt(2.0 / size):
+            return high / (size * float(np.median(np.diff(known.time))))
+    return 0.0

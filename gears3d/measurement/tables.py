@@ -1,0 +1,94 @@
+"""What a cut record holds, as tables: flights, contacts, impacts, each column by its name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.measurement.flights import Parabolas, Touches
+from gears3d.measurement.zones import Runs
+
+Columns = dict[str, np.ndarray]
+
+DOUBT = 1e-3
+"""Chance of a chi-square as large, below which a flight may not testify."""
+
+
+def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, same: np.ndarray) -> Columns:
+    """Return the table of flights.
+
+    Args:
+        every: the runs that are flights, (k,).
+        paths: their parabolas.
+        start: where they begin.
+        end: where they end.
+        same: whether each begins with the impact that ended the one before, (k,).
+    """
+    from scipy.stats import chi2
+
+    slowing, slack = paths.deceleration
+    freedom = np.maximum(paths.readings - 3.0, 1.0)
+    chance = chi2.sf(np.nan_to_num(paths.chi2) * freedom, freedom)
+    return {
+        "start_s": start.time,
+        "end_s": end.time,
+        "left": every.left.astype(np.int8),
+        "struck": every.struck.astype(np.int8),
+        "start_sigma_s": start.sigma,
+        "end_sigma_s": end.sigma,
+        "velocity_m_s": end.velocity,
+        "velocity_sigma_m_s": end.velocity_sigma,
+        "departure_m_s": start.velocity,
+        "departure_sigma_m_s": start.velocity_sigma,
+        "blow": same.astype(np.int8),
+        "height_m": every.height,
+        "deceleration_rad_s2": slowing,
+        "deceleration_sigma_rad_s2": slack,
+        "omega_loose_rad_s": paths.numbers[:, 1] / paths.half,
+        "theta_loose_rad": paths.numbers[:, 0],
+        "chi2": paths.chi2,
+        "readings": paths.readings,
+        "testifies": (chance > DOUBT).astype(np.int8),
+    }
+
+
+def contacts_between(flights: Columns, edges: tuple[float, float, int]) -> Columns:
+    """Return the stretches between flights that are more than one touch.
+
+    Args:
+        flights: of :func:`flight_table`.
+        edges: begin and end of what is known [s], and the flank it begins on.
+    """
+    begin = np.append(edges[0], flights["end_s"])
+    end = np.append(flights["start_s"], edges[1])
+    flank = np.append(edges[2] if not len(flights["left"]) else flights["left"][0], flights["struck"])
+    lasts = np.append(flights["blow"] == 0, True) & (end > begin)
+    return {"flank": flank[lasts].astype(np.int8), "start_s": begin[lasts], "end_s": end[lasts]}
+
+
+def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
+    """Return the impacts that end flights; where the next flight begins with it, both tell its moment.
+
+    Args:
+        flights: of :func:`flight_table`.
+        same: whether each flight begins with the impact that ended the one before, (k,).
+    """
+    time, sigma = flights["end_s"].copy(), flights["end_sigma_s"].copy()
+    rebound, slack = np.full(len(time), np.nan), np.full(len(time), np.nan)
+    of = np.flatnonzero(same)
+    if len(of):
+        ours, theirs = sigma[of - 1] ** -2, flights["start_sigma_s"][of] ** -2
+        time[of - 1] = (time[of - 1] * ours + flights["start_s"][of] * theirs) / (ours + theirs)
+        sigma[of - 1] = (ours + theirs) ** -0.5
+        rebound[of - 1] = flights["departure_m_s"][of]
+        slack[of - 1] = flights["departure_sigma_m_s"][of]
+    return {
+        "time_s": time,
+        "flank": flights["struck"],
+        "velocity_m_s": flights["velocity_m_s"],
+        "rebound_m_s": rebound,
+        "flight_height_m": flights["height_m"],
+        "time_sigma_s": sigma,
+        "velocity_sigma_m_s": flights["velocity_sigma_m_s"],
+        "rebound_sigma_m_s": slack,
+        "testifies": flights["testifies"],
+    }

@@ -1,0 +1,144 @@
+"""Records with known impacts, cut from the angles alone. The seeds are others than those that were tuned on."""
+
+import json
+from math import pi
+
+import numpy as np
+import pytest
+
+import gears3d
+from gears3d import cli
+from gears3d.errors import InputError
+from gears3d.measurement import measure
+from gears3d.recording import Recording, read
+from gears3d.scenario import load
+from tests.measurement.truth import FIG5, cut, happened, judged, seen
+
+HEIGHT = 30
+"""Flights that must be found in time are higher than so many times the noise in contact."""
+CASES = [(0.0, 0.0), (0.3, 125e-6), (0.5, 60e-6), (0.7, 60e-6)]  # half the backlash of 250 um is 125 um
+
+
+@pytest.mark.parametrize(("restitution", "wander"), CASES)
+@pytest.mark.parametrize("noise", [0.001, 0.015])
+def test_impacts_and_flanks_are_those_that_happened(restitution, wander, noise):
+    scenario, truth = happened(restitution, wander)
+    found = cut(scenario, seen(scenario, truth, noise, seed=21))
+    told = judged(truth, found, HEIGHT * found.flanks.rough)
+    assert told["high"] >= 30
+    assert told["found"] >= 0.98 * told["high"]
+    assert told["flank"] == told["found"]
+    assert told["in_time"] >= 0.98 * told["high"]
+    assert told["flanks_right"] >= 0.995
+    assert told["invented"] <= 0.01 * len(found.impacts["time_s"])
+    assert abs(np.median(told["speeds"])) < 0.01
+    assert np.median(np.abs(told["speeds"])) < 0.01
+
+
+@pytest.mark.parametrize(("restitution", "wander"), CASES[:3])
+def test_noise_of_five_percent_of_the_gap_leaves_the_high_flights(restitution, wander):
+    scenario, truth = happened(restitution, wander)
+    found = cut(scenario, seen(scenario, truth, 0.05, seed=22))
+    told = judged(truth, found, HEIGHT * found.flanks.rough)
+    assert told["found"] >= 0.97 * told["high"] > 25
+    assert told["flank"] == told["found"]
+    assert told["flanks_right"] >= 0.995
+    assert told["in_time"] >= 0.9 * told["high"]
+
+
+@pytest.mark.parametrize("counts", [40_000, 8192])
+def test_slow_counts_are_read_at_their_edges(counts):
+    scenario, truth = happened(0.0)
+    record = seen(scenario, truth, 0.001, seed=23, counts=counts)
+    found = cut(scenario, record)
+    assert found.track.readings[1].kind == "edges"
+    count = 2 * pi / counts * scenario.rig().base_radius_loose
+    assert found.flanks.rough < 0.1 * count  # 23 um and 114 um, in a gap of 250 um
+    told = judged(truth, found, HEIGHT * found.flanks.rough)
+    assert told["found"] == told["flank"] == told["in_time"] == told["high"] >= 25
+
+
+@pytest.mark.parametrize("swing", ["0 rpm", "1.4 rpm"])
+@pytest.mark.parametrize(("noise", "counts"), [(0.001, 1_600_000), (0.05, 1_600_000), (0.015, 40_000), (0.001, 8192)])
+@pytest.mark.parametrize("seed", [24, 25])
+def test_nothing_is_invented_where_nothing_rattles(swing, noise, counts, seed):
+    scenario, truth = happened(swing=swing)
+    assert not len(truth.impacts["time_s"])  # 1.4 rpm: excitation 0.87
+    found = cut(scenario, seen(scenario, truth, noise, seed, counts))
+    assert not len(found.impacts["time_s"])
+    assert found.contacts["flank"].tolist() == [0]
+    assert found.flanks.backlash is None
+
+
+def test_sigmas_and_chi_square_are_honest():
+    scenario, truth = happened(0.3, 125e-6)
+    pulls, slowing, chi2, sane = [], [], [], []
+    for seed in range(26, 30):
+        found = cut(scenario, seen(scenario, truth, 0.015, seed))
+        pulls += judged(truth, found, HEIGHT * found.flanks.rough)["pulls"]
+        flights = found.flights
+        slowing += list((flights["deceleration_rad_s2"] - 0.22 / 0.0695) / flights["deceleration_sigma_rad_s2"])
+        chi2 += list(flights["chi2"])
+        sane += list(flights["testifies"])
+    assert 0.6 < 1.4826 * np.median(np.abs(pulls)) < 1.5
+    assert 0.7 < 1.4826 * np.median(np.abs(slowing)) < 1.4
+    assert np.median(chi2) == pytest.approx(1.0, abs=0.1)
+    assert np.mean(sane) > 0.97
+
+
+def test_backlash_and_its_orders_come_from_the_record_alone():
+    scenario, truth = happened(0.3, 125e-6)
+    summary = measure(seen(scenario, truth, 0.015, seed=30), scenario).summary
+    assert summary["flanks"]["backlash_m"]["value"] == pytest.approx(250e-6, abs=0.5e-6)
+    (active,), (gap,) = (
+        [one for one in summary["flanks"]["orders"][name] if one["order"] == 1] for name in ("active", "backlash")
+    )
+    assert active["amplitude_m"] == pytest.approx(125e-6, abs=1e-6)
+    assert gap["amplitude_m"] == pytest.approx(62.5e-6, abs=1e-6)
+
+
+def test_zeros_of_the_encoders_do_not_matter():
+    scenario, truth = happened()
+    record = seen(scenario, truth, 0.001, seed=31)
+    moved = dict(record.signals)
+    moved["theta_drive_rad"] = moved["theta_drive_rad"] - 2.0
+    moved["theta_loose_rad"] = moved["theta_loose_rad"] + 11.0
+    one, other = (measure(record, scenario).recording for record in (record, Recording(moved)))
+    assert other.impacts["time_s"] == pytest.approx(one.impacts["time_s"], abs=1e-7)
+    assert other.signals["displacement_m"] == pytest.approx(one.signals["displacement_m"], abs=1e-9)
+
+
+def test_a_measured_folder_is_a_recording_like_any_other(tmp_path, capsys):
+    scenario, truth = happened()
+    seen(scenario, truth, 0.001, seed=32).write(tmp_path / "r.parquet")
+    out = tmp_path / "measured"
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["measure", str(tmp_path / "r.parquet"), "--rig", FIG5, "--out", str(out), "--json"])
+    assert not stop.value.code
+    told = json.loads(capsys.readouterr().out)
+    assert told["regime"] == "double_sided"
+    assert json.loads((out / "summary.json").read_text()) == told
+    assert {path.name for path in out.iterdir()} == {
+        "signals.parquet", "impacts.parquet", "summary.json", "measured.png"
+    }  # fmt: skip
+    high = {name: values[truth.impacts["flight_height_m"] > 3e-6] for name, values in truth.impacts.items()}
+    reference = Recording(truth.signals, high, truth.meta)
+    comparison = gears3d.compare(read(out), reference, mode="trajectory")
+    assert comparison.impacts_matched >= 0.95 * comparison.impacts_compared
+    assert abs(comparison.velocity_bias) < 0.01
+    phase = read(out).impacts["phase_rad"]
+    assert np.all(np.isfinite(phase))
+
+
+def test_what_cannot_be_measured_says_why(tmp_path):
+    scenario, truth = happened()
+    record = seen(scenario, truth, 0.001, seed=33)
+    with pytest.raises(InputError, match="--rig: is missing"):
+        measure(record)
+    with pytest.raises(InputError, match=r"theta_drive_rad|theta_loose_rad"):
+        measure(record.between(0.0, 0.002), scenario)
+    noisy = seen(scenario, truth, 5.0, seed=34)
+    found = None
+    with pytest.raises(InputError, match="theta_loose_rad"):
+        found = measure(noisy, load(FIG5)).summary["regime"]
+    assert found is None
