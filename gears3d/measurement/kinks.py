@@ -8,8 +8,10 @@ import numpy as np
 
 from gears3d.measurement.smoothing import Blocks
 
-SCALES = (3, 6, 12, 24)
+SCALES = (3, 6, 12, 24, 48)
 """Blocks to either side."""
+USUAL = 4
+"""How many of these are looked with at first: longer ones see weaker kinks and run neighbours together."""
 SURE = 7.0
 """Standard deviations that a kink stands out by before flanks are looked for beneath it."""
 SHARP = 0.6
@@ -49,18 +51,19 @@ def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
     return 2.0 * inverse[2] / reach, inverse[0]
 
 
-def kinks(path: Blocks) -> Kinks:
+def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
     """Return the kinks that stand out of the noise and are sharp, one within two reaches of it at most.
 
     Args:
         path: displacement in blocks.
+        scales: how many of the scales are looked with, from the shortest on.
     """
     count = len(path.time)
     best, jumps, places = np.zeros(count), np.zeros(count), np.zeros(count)
     reaches = np.zeros(count, int)
     finer: np.ndarray | None = None
     width = np.gradient(path.time) if count > 1 else np.ones(count)
-    for reach in SCALES:
+    for reach in SCALES[:scales]:
         if 4 * reach >= count:
             break
         slope, level = templates(reach)

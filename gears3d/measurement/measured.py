@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
+MOVES = 0.1
+"""Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
+
+
 @dataclass(frozen=True, eq=False)
 class Measurement:
     """What a record came to.
@@ -73,8 +77,11 @@ def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> M
 
 
 def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
-    """Refuse to call a record one of contact whose noise would hide a gear that crosses the whole dead band."""
+    """Refuse to call a record one of contact that moves, or whose noise hides, what may be a crossing of the gap."""
     seen = clearance(cut.path, cut.flanks)
+    if cut.flanks.rough > max(MOVES * backlash, 3.0 * cut.path.noise):
+        what = f"moves by {1e6 * cut.flanks.rough:.3g} um about a flank of low orders, but shows no impact"
+        raise InputError(Fault("theta_loose_rad", what, "record faster, or with less noise", file))
     if 3.0 * seen > backlash:
         sizes = f"less than {1e6 * seen:.3g} um, in a backlash of {1e6 * backlash:.3g} um"
         what = f"shows no flight, but would show none of {sizes}"

@@ -36,6 +36,8 @@ WRONG = 5.0
 """Median chi-square of flights from which on the flanks are not believed."""
 TOO_FEW = 0.2
 """Part of the flights that must pass their own test, for the flanks to be believed."""
+SCALES_TRIED = (4, 3, 5)
+"""How many scales of kinks are looked with, until flights pass their own test."""
 AGAIN = 2
 """Times that the flanks are drawn anew through what turned out to be contact."""
 
@@ -92,35 +94,46 @@ def segment(known: Track, teeth: tuple[int, int] | None = None, file: str = "") 
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
     path = blocks(known)
-    seeds = kinks(path)
-    if len(seeds.at) < 2:
-        return _no_rattle(known, path, one_flank(path, teeth))
-    faults: list[Fault] = []
-    for both in (True, False):
-        flanks = find_flanks(path, seeds, teeth, both)
-        if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
-            continue
-        try:
-            cut = _cut(known, path, flanks, seeds, file)
-            for _ in range(AGAIN):
-                flanks = refined(path, flanks, *_evidence(path, cut))
-                cut = _cut(known, path, flanks, seeds, file)
-        except InputError as error:
-            faults += error.faults
-            continue
-        chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
-        if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
-            return cut.segments
-        what = (
-            f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
-            if len(chi2)
-            else "leaves what looks like a flank, but never strikes it"
-        )
-        faults.append(Fault("theta_loose_rad", what, "the counts are too coarse, or the flanks too wavy", file))
     single = one_flank(path, teeth)
-    if single.rough < max(3.0 * path.noise, path.slack):
+    still = single.rough < max(3.0 * path.noise, path.slack)
+    faults: list[Fault] = []
+    for scales in SCALES_TRIED:
+        seeds = kinks(path, scales)
+        if len(seeds.at) < 2 and still:
+            break
+        for both in (True, False) if len(seeds.at) >= 2 else ():
+            try:
+                if (found := _between_flanks(known, path, seeds, teeth, both, file)) is not None:
+                    return found
+            except InputError as error:
+                faults += error.faults
+    if still or not faults:
         return _no_rattle(known, path, single)
     raise InputError(faults[:1])
+
+
+def _between_flanks(
+    known: Track, path: Blocks, seeds: Kinks, teeth: tuple[int, int] | None, both: bool, file: str
+) -> Segments | None:
+    """Return the record cut along the flanks that kinks tell; ``None`` where two flanks are one.
+
+    Raises:
+        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+    """
+    flanks = find_flanks(path, seeds, teeth, both)
+    if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
+        return None
+    cut = _cut(known, path, flanks, seeds, file)
+    for _ in range(AGAIN):
+        flanks = refined(path, flanks, *_evidence(path, cut))
+        cut = _cut(known, path, flanks, seeds, file)
+    chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
+    if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
+        return cut.segments
+    what = "leaves what looks like a flank, but never strikes it"
+    if len(chi2):
+        what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
+    raise InputError(Fault("theta_loose_rad", what, "the counts are too coarse, or the flanks too wavy", file))
 
 
 def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:

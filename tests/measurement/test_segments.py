@@ -142,3 +142,24 @@ def test_what_cannot_be_measured_says_why(tmp_path):
     with pytest.raises(InputError, match="theta_loose_rad"):
         found = measure(noisy, load(FIG5)).summary["regime"]
     assert found is None
+
+
+def test_a_thousand_samples_a_second_and_viscous_drag_will_do():
+    file = "scenarios/ottewill-2010/fig6-lag.toml"
+    scenario, truth = happened(0.3, 0.0, "6 rad/s", "20 s", file, "1 kHz", "1 Hz")
+    found = cut(scenario, seen(scenario, truth, 0.015, seed=35, counts=40_000))
+    told = judged(truth, found, HEIGHT * found.flanks.rough)
+    assert told["found"] == told["flank"] == told["in_time"] == told["high"] >= 35
+    assert told["flanks_right"] >= 0.995
+    assert told["invented"] == 0
+
+
+def test_counts_too_coarse_for_the_gap_are_refused_and_finer_ones_taken():
+    file = "scenarios/base/kadmiri-2012.toml"
+    scenario, truth = happened(0.3, 0.0, "200 rpm", "2 s", file, "50 kHz", "25 Hz")
+    with pytest.raises(InputError, match="theta_loose_rad"):  # 39 um a count, 2 a sample, in 100 um
+        cut(scenario, seen(scenario, truth, 0.001, seed=36, counts=8192))
+    found = cut(scenario, seen(scenario, truth, 0.015, seed=36, counts=1_000_000))
+    told = judged(truth, found, HEIGHT * found.flanks.rough)
+    assert told["found"] == told["flank"] == told["high"] >= 90
+    assert told["in_time"] >= 0.98 * told["high"]
