@@ -1,7 +1,13 @@
 """The gap of two flanks that end at their tips: before and after the path of contact a tip's edge meets the flank.
 
 A flank's support function goes on past its tip as that of the edge, n·p with the edge's position p, so the gap has no
-jump where a pair of teeth enters or leaves the path of contact.
+jump where a pair of teeth enters or leaves the path of contact. Below its base circle a flank goes on as an edge there.
+
+The gap is the greatest distance of parallel tangents over all directions of their normal. Both support functions are
+convex, so while it is open there is one maximum, and the slope tells on which side it lies. Where flanks overlap,
+corners that lie over each other, of tips or at the start of linear relief, make a minimum between two maxima; there
+every part between corners is searched. The greatest maximum is continuous, and grows with the displacement as the
+distance in each direction does.
 """
 
 from __future__ import annotations
@@ -12,6 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.gears.arrays import BASE, FLOOR, ROOT_RELIEF, START, TIP_RELIEF, TIP_ROLL
 from gears3d.gears.flank import Flanks, flank_point, roll_at_radius, roll_of, support
 from gears3d.kernels import njit
 
@@ -21,6 +28,16 @@ if TYPE_CHECKING:
 _DISTANCE, _DIRECTION = 2, 3
 _SEARCH = 0.7
 """How far from the line of action's normal a common normal is looked for [rad]."""
+_OVERLAP = -1e-8
+"""Gaps below it may have several maxima worth telling apart [m]."""
+_DEEP = 1e3
+"""Radii of curvature of two flanks that are more overlaps leave one maximum, or several alike."""
+_CLOSE = 1e-12
+"""Directions that differ by less are the same [rad]."""
+_NEWTON = 8
+"""So many steps a search may take before it halves its bracket every other time."""
+_BESIDE = 1e-12
+"""Roll angle by which a place beside a corner differs from it [rad]."""
 
 
 class Edged(NamedTuple):
@@ -28,8 +45,10 @@ class Edged(NamedTuple):
 
     Args:
         flanks: the arrays of the pair.
-        tips: roll angle of the normal at each flank's end [rad] and the edge's position in the gear's own frame [m],
-            for each gear, flank and tooth (2, 2, teeth, 3).
+        tips: roll angle of the normal at each flank's end [rad], the edge's position in the gear's own frame [m], and
+            roll angles of the normals beside corners, root relief's start before and after, tip relief's, and the
+            lowest regular point of a profile that deviates, 0 where there is none [rad], for each gear, flank and
+            tooth (2, 2, teeth, 8).
     """
 
     flanks: Flanks
@@ -56,16 +75,46 @@ def edges_of(pair: Pair, flanks: Flanks) -> Edged:
         flanks: its flanks.
     """
     gears = (pair.drive, pair.loose)
-    tips = np.zeros((2, 2, max(gear.teeth for gear in gears), 3))
+    tips = np.zeros((2, 2, max(gear.teeth for gear in gears), 8))
     for number, gear in enumerate(gears):
         for flank in (0, 1):
             for tooth in range(1, gear.teeth + 1):
-                roll = roll_at_radius(flanks, number, flank, tooth, gear.tip_radius)
-                x, y, nx, ny, _, _ = flank_point(flanks, number, flank, tooth, roll)
-                if gear.tip_relief is not None or flanks.slopes.size:
-                    roll = roll_of(flanks, number, flank, tooth, atan2(ny, nx))
-                tips[number, flank, tooth - 1] = (roll, x, y)
+                tips[number, flank, tooth - 1] = edge_of(flanks, number, flank, tooth)
     return Edged(flanks, tips)
+
+
+@njit(cache=True)
+def edge_of(flanks, gear, flank, tooth):
+    """Return the edge and the corners of one flank: a row of :class:`Edged`'s tips, (8,).
+
+    Args:
+        flanks: the arrays of a pair.
+        gear: 0 drive, 1 loose.
+        flank: 0 active, 1 reverse.
+        tooth: number of the tooth.
+    """
+    found, profiled = np.zeros(8), flanks.slopes.shape[2] > 0
+    radius = flanks.gears[gear, BASE] * np.sqrt(1.0 + flanks.gears[gear, TIP_ROLL] ** 2)
+    roll = roll_at_radius(flanks, gear, flank, tooth, radius)
+    found[1], found[2], _, _, _, _ = flank_point(flanks, gear, flank, tooth, roll)
+    found[0] = roll
+    if flanks.gears[gear, TIP_RELIEF + START] < inf or profiled:
+        found[0] = _normal_roll(flanks, gear, flank, tooth, roll)
+    for i, end in enumerate((ROOT_RELIEF, TIP_RELIEF)):
+        start = flanks.gears[gear, end + START]
+        if -inf < start < inf:
+            found[3 + 2 * i] = _normal_roll(flanks, gear, flank, tooth, start - _BESIDE)
+            found[4 + 2 * i] = _normal_roll(flanks, gear, flank, tooth, start + _BESIDE)
+    if profiled:
+        found[7] = _normal_roll(flanks, gear, flank, tooth, flanks.gears[gear, FLOOR + flank])
+    return found
+
+
+@njit(cache=True)
+def _normal_roll(flanks, gear, flank, tooth, roll):
+    """Roll angle of the normal at a point of a flank given by its roll angle before relief."""
+    _, _, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, roll)
+    return roll_of(flanks, gear, flank, tooth, atan2(ny, nx))
 
 
 @njit(cache=True)
@@ -111,29 +160,35 @@ def edged_gap(shape, theta_drive, theta_loose, tooth_drive, tooth_loose, flank):
         flank: 0 active, 1 reverse.
 
     Returns:
-        gap [m], > 0 open, infinite where edge would meet edge or a tip the root; d gap/d theta_drive; d gap/d
-        theta_loose [m/rad]; whether the contact lies on both flanks, off the edges.
+        gap [m], > 0 open, infinite where tips have no common normal near the line of action; d gap/d theta_drive; d
+        gap/d theta_loose [m/rad]; whether the contact lies on both flanks, off the edges.
     """
     distance = shape.flanks.mount[_DISTANCE]
     psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
-    low, high = psi - _SEARCH, psi + _SEARCH
-    h1, s1, h2, s2, at1, at2 = 0.0, 0.0, 0.0, 0.0, 0, 0
-    for _ in range(60):
+    bottom, top = psi - _SEARCH, psi + _SEARCH
+    low, high = bottom, top
+    h1, s1, h2, s2, bend, at1, at2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0
+    for turn in range(100):  # as in edged_gap_at, without a call in between, which would cost a fifth
         h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - theta_drive)
         h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + theta_loose)
         rise = -distance * sin(psi) - s1 - s2
         bend = distance * cos(psi) + c1 + c2
-        if rise > 0.0:
-            low = psi
-        else:
-            high = psi
-        new = psi + rise / bend if bend > 0.0 else 0.5 * (low + high)
-        if not low <= new <= high:
-            new = 0.5 * (low + high)
-        if abs(new - psi) < 1e-12:
+        if (rise > 0.0 and psi >= top) or (rise < 0.0 and psi <= bottom):
             break
+        low, high = (psi, high) if rise > 0.0 else (low, psi)
+        new = psi + rise / bend if bend > 0.0 else 0.5 * (low + high)
+        if abs(new - psi) < _CLOSE or high - low < _CLOSE:
+            break
+        if not low < new < high or (turn > _NEWTON and turn % 2):
+            new = 0.5 * (low + high) if turn > 2 or bend <= 0.0 else min(max(new, low), high)
         psi = new
-    if at1 < 0 or at2 < 0 or at1 + at2 == 2:
+    gap = distance * cos(psi) - h1 - h2
+    if gap < _OVERLAP and (at1 != 0 or at2 != 0 or bend < -_DEEP * gap):
+        turned = pi - theta_loose
+        psi = _greatest(shape, (distance, 0.0), (theta_drive, turned), (tooth_drive, tooth_loose), flank, psi)
+        h1, s1, _, at1 = edged_support(shape, 0, flank, tooth_drive, psi - theta_drive)
+        h2, s2, _, at2 = edged_support(shape, 1, flank, tooth_loose, psi + theta_loose)
+    if at1 + at2 == 2 and not bottom < psi < top:
         return inf, 0.0, 0.0, False
     return distance * cos(psi) - h1 - h2, s1, -s2, at1 == 0 and at2 == 0
 
@@ -152,33 +207,94 @@ def edged_gap_at(shape, centre, rotation_drive, rotation_loose, tooth_drive, too
         flank: 0 active, 1 reverse.
 
     Returns:
-        gap [m], > 0 open, infinite where edge would meet edge or a tip the root; its derivatives by the rotations of
-        drive and loose gear [m/rad]; the point midway between the flanks x, y [m]; the common normal from drive to
-        loose nx, ny; whether the contact lies on both flanks, off the edges.
+        gap [m], > 0 open, infinite where tips have no common normal near the line of action; its derivatives by the
+        rotations of drive and loose gear [m/rad]; the point midway between the flanks x, y [m]; the common normal from
+        drive to loose nx, ny; whether the contact lies on both flanks, off the edges.
     """
-    x, y = centre
     psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
-    low, high = psi - _SEARCH, psi + _SEARCH
-    h1, s1, h2, s2, nx, ny, at1, at2 = 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0, 0
-    for _ in range(60):
-        nx, ny = cos(psi), sin(psi)
-        h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
-        h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
-        rise = y * nx - x * ny - s1 - s2
-        bend = x * nx + y * ny + c1 + c2
-        if rise > 0.0:
-            low = psi
-        else:
-            high = psi
-        new = psi + rise / bend if bend > 0.0 else high
-        if not low <= new <= high:
-            new = 0.5 * (low + high)
-        if abs(new - psi) < 1e-12:
-            break
-        psi = new
+    bottom, top = psi - _SEARCH, psi + _SEARCH
+    rotations, teeth = (rotation_drive, rotation_loose), (tooth_drive, tooth_loose)
+    psi = _crest(shape, centre, rotations, teeth, flank, (bottom, psi, top))
+    x, y = centre
+    h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
+    h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
+    gap = x * cos(psi) + y * sin(psi) - h1 - h2
+    if gap < _OVERLAP and (at1 != 0 or at2 != 0 or gap + h1 + h2 + c1 + c2 < -_DEEP * gap):
+        psi = _greatest(shape, centre, rotations, teeth, flank, psi)
+        h1, s1, _, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
+        h2, s2, _, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
+    nx, ny = cos(psi), sin(psi)
     along = 0.5 * (h1 + x * nx + y * ny - h2)
     across = 0.5 * (s1 + y * nx - x * ny - s2)
     px, py = along * nx - across * ny, along * ny + across * nx
-    if at1 < 0 or at2 < 0 or at1 + at2 == 2:
+    if at1 + at2 == 2 and not bottom < psi < top:
         return inf, 0.0, 0.0, px, py, nx, ny, False
     return x * nx + y * ny - h1 - h2, s1, s2, px, py, nx, ny, at1 == 0 and at2 == 0
+
+
+@njit(cache=True)
+def _apart(shape, centre, rotations, teeth, flank, psi):
+    """Distance of the tangents with normal ``psi`` [m] and its derivative [m/rad]."""
+    x, y, nx, ny = centre[0], centre[1], cos(psi), sin(psi)
+    h1, s1, _, _ = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
+    h2, s2, _, _ = edged_support(shape, 1, flank, teeth[1], psi + pi - rotations[1])
+    return x * nx + y * ny - h1 - h2, y * nx - x * ny - s1 - s2
+
+
+@njit(cache=True)
+def _crest(shape, centre, rotations, teeth, flank, span):
+    """Find the direction at which the distance of tangents has a maximum, from the middle of (bottom, start, top)."""
+    bottom, psi, top = span
+    low, high = bottom, top
+    x, y = centre
+    for turn in range(100):
+        nx, ny = cos(psi), sin(psi)
+        _, s1, c1, _ = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
+        _, s2, c2, _ = edged_support(shape, 1, flank, teeth[1], psi + pi - rotations[1])
+        rise, bend = y * nx - x * ny - s1 - s2, x * nx + y * ny + c1 + c2
+        if (rise > 0.0 and psi >= top) or (rise < 0.0 and psi <= bottom):
+            break
+        low, high = (psi, high) if rise > 0.0 else (low, psi)
+        new = psi + rise / bend if bend > 0.0 else 0.5 * (low + high)
+        if abs(new - psi) < _CLOSE or high - low < _CLOSE:
+            break
+        if not low < new < high or (turn > _NEWTON and turn % 2):
+            new = 0.5 * (low + high) if turn > 2 or bend <= 0.0 else min(max(new, low), high)
+        psi = new
+    return psi
+
+
+@njit(cache=True)
+def _greatest(shape, centre, rotations, teeth, flank, found):
+    """Find the direction of the greatest of all maxima, one of which is found.
+
+    Between corners the slope rises or falls throughout, so its signs there tell where there are others.
+    """
+    middle = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
+    bottom, top = middle - _SEARCH, middle + _SEARCH
+    cuts = np.full(16, bottom)
+    cuts[1] = top
+    count = 2
+    for gear in range(2):
+        u = middle - rotations[0] if gear == 0 else middle + pi - rotations[1]
+        roll = roll_of(shape.flanks, gear, flank, teeth[gear], u)
+        for i in (-1, 0, 3, 4, 5, 6, 7):
+            corner = shape.tips[gear, flank, teeth[gear] - 1, i] if i >= 0 else 0.0
+            here = middle + (1.0 - 2.0 * flank) * (roll - corner)
+            if bottom < here < top and (i <= 0 or corner != 0.0):
+                cuts[count] = here
+                count += 1
+    cuts = np.sort(cuts[:count])
+    best, most, before = found, _apart(shape, centre, rotations, teeth, flank, found)[0], 0.0
+    for i in range(count):
+        gap, rise = _apart(shape, centre, rotations, teeth, flank, cuts[i])
+        if gap > most:
+            best, most = cuts[i], gap
+        if before > 0.0 and rise < 0.0 and not cuts[i - 1] <= found <= cuts[i]:
+            span = (cuts[i - 1], 0.5 * (cuts[i - 1] + cuts[i]), cuts[i])
+            psi = _crest(shape, centre, rotations, teeth, flank, span)
+            gap = _apart(shape, centre, rotations, teeth, flank, psi)[0]
+            if gap > most:
+                best, most = psi, gap
+        before = rise
+    return best

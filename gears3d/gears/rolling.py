@@ -8,14 +8,24 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gears3d.errors import Fault, InputError
-from gears3d.gears.surface import compile_surfaces, mates, surface_gap
+from gears3d.errors import EngineError, Fault, InputError
+from gears3d.gears.deviation import FLANKS
+from gears3d.gears.surface import Surfaces, compile_surfaces, mates, surface_gap
 from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 Array = NDArray[np.float64]
+_SETTLED = 1e-14
+"""A step by which a place counts as found [m]."""
+_ROUNDING = 2.3e-16
+_OFF = 1e-12
+"""Gap that may be left at a place [m]."""
+_STRIDE = 0.25
+"""Longest step, in base pitches."""
+_NEWTON = 20
+"""So many steps Newton may take before the bracket is halved every other time."""
 
 
 class QuasiStatic(NamedTuple):
@@ -65,6 +75,7 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
 
     Raises:
         InputError: angles that are not numbers, or teeth that come out of mesh.
+        EngineError: a place that does not settle.
     """
     if theta is None:
         count = round(hunting_period(pair) / (2.0 * pi) * pair.drive.teeth) * samples
@@ -74,13 +85,7 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
     if not np.isfinite(angles).all():
         raise InputError(Fault("theta", "holds angles that are not numbers", "give finite angles"))
     surfaces = compile_surfaces(pair)
-    found = [roll(surfaces, angles, flank, flank * pair.backlash) for flank in (0, 1)]
-    for name, (places, _, _) in zip(("active", "reverse"), found, strict=True):
-        if not np.isfinite(places).all():
-            lost = float(angles[~np.isfinite(places)][0])
-            raise InputError(
-                Fault("theta", f"= {lost:.6g} rad finds no {name} flanks in mesh", "bring the gears closer")
-            )
+    found = [rolled(pair, surfaces, angles, flank) for flank in (0, 1)]
     (active, teeth, height), (reverse, teeth_reverse, height_reverse) = found
     return QuasiStatic(
         angles,
@@ -92,9 +97,38 @@ def quasi_static(pair: Pair, theta: ArrayLike | None = None, samples: int = 32) 
     )
 
 
+def rolled(pair: Pair, surfaces: Surfaces, angles: Array, flank: int) -> tuple[Array, NDArray[np.int64], Array]:
+    """Return where the gears touch on one flank, or say at which angle they do not.
+
+    Args:
+        pair: the pair.
+        surfaces: its surfaces, compiled.
+        angles: of the drive gear [rad], (n,).
+        flank: 0 active, 1 reverse.
+
+    Returns:
+        As :func:`roll`.
+
+    Raises:
+        InputError: teeth that come out of mesh.
+        EngineError: a place that does not settle.
+    """
+    found = roll(surfaces, angles, flank, flank * pair.backlash)
+    places, side = found[0], FLANKS[flank]
+    if np.isnan(places).any():
+        lost = float(angles[np.isnan(places)][0])
+        raise InputError(Fault("theta", f"= {lost:.6g} rad finds no {side} flanks in mesh", "bring the gears closer"))
+    if np.isinf(places).any():
+        lost = float(angles[np.isinf(places)][0])
+        raise EngineError(f"the {side} flanks do not come to rest at theta = {lost:.12g} rad: their gap jumps there")
+    return found
+
+
 @njit(cache=True)
 def roll(surfaces, angles, flank, start):
-    """Find the displacement at which the smallest gap vanishes, by Newton from that of the angle before.
+    """Find the displacement at which the smallest gap vanishes, by Newton within brackets from that before.
+
+    The smallest gap of all pairs of teeth rises with the displacement on active flanks and falls on reverse ones.
 
     Args:
         surfaces: of the pair, compiled.
@@ -103,30 +137,52 @@ def roll(surfaces, angles, flank, start):
         start: displacement near that at the first angle [m].
 
     Returns:
-        Displacements [m], NaN where no flanks are in mesh, (n,); numbers of the teeth that touch, drive and loose,
-        (n, 2); where on the face [m], (n,).
+        Displacements [m], NaN where no flanks are in mesh, infinite where the gap does not vanish where it changes its
+        sign, (n,); numbers of the teeth that touch, drive and loose, (n, 2); where on the face [m], (n,).
     """
     base1, base2 = surfaces.shape.flanks.gears[0, 0], surfaces.shape.flanks.gears[1, 0]
+    side, most = 1.0 - 2.0 * flank, _STRIDE * base1 * abs(surfaces.shape.flanks.gears[0, 1])
     places, heights = np.full(angles.size, np.nan), np.zeros(angles.size)
     teeth = np.zeros((angles.size, 2), np.int64)
     place = start
     for i in range(angles.size):
-        for _ in range(50):
+        low, high, least = -inf, inf, inf
+        fine = max(_SETTLED, 4.0 * _ROUNDING * base1 * abs(angles[i]))
+        for turn in range(200):
             theta = (place + base1 * angles[i]) / base2
-            pairs = mates(surfaces, angles[i], theta, flank)
-            least, slope = inf, 1.0
-            for k in range(pairs.shape[0]):
-                found = surface_gap(surfaces, angles[i], theta, pairs[k, 0], pairs[k, 1], flank)
-                if found[0] < least:
-                    least, slope, heights[i] = found[0], found[2] / base2, found[8]
-                    teeth[i, 0], teeth[i, 1] = pairs[k, 0], pairs[k, 1]
+            least, slope, teeth[i, 0], teeth[i, 1], heights[i] = _smallest(surfaces, angles[i], theta, flank)
             if least == inf:
-                place = start
                 break
-            step = least / slope
+            if least * side > 0.0:
+                high = place
+            else:
+                low = place
+            step = least * base2 / slope if slope != 0.0 else inf
+            if abs(step) < fine or high - low < fine:
+                place -= step if abs(step) < fine else 0.0
+                break
+            step = min(max(step, -most), most)
+            inside = low < place - step < high
+            if not inside or (turn > _NEWTON and turn % 2 and high - low < inf):
+                step = place - 0.5 * (low + high)
             place -= step
-            if abs(step) < 1e-14:
-                break
-        if least < inf:
+        if least == inf:
+            place = start
+        elif abs(least) < max(_OFF, 10.0 * fine):
             places[i] = place
+        else:
+            places[i], place = inf, start
     return places, teeth, heights
+
+
+@njit(cache=True)
+def _smallest(surfaces, theta_drive, theta_loose, flank):
+    """Smallest gap of all pairs of teeth, its derivative by the loose gear's angle, tooth numbers and height."""
+    pairs = mates(surfaces, theta_drive, theta_loose, flank)
+    least, slope, drive, loose, height = inf, 0.0, 0, 0, 0.0
+    for k in range(pairs.shape[0]):
+        found = surface_gap(surfaces, theta_drive, theta_loose, pairs[k, 0], pairs[k, 1], flank)
+        if found[0] < least:
+            least, slope, height = found[0], found[2], found[8]
+            drive, loose = pairs[k, 0], pairs[k, 1]
+    return least, slope, drive, loose, height

@@ -11,16 +11,16 @@ The gap of two teeth is the smallest over the face, in transverse sections, tip 
 
 from __future__ import annotations
 
-from math import atan2, cos, inf, pi, sin, tan
+from math import cos, inf, pi, sin, tan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.gears.arrays import BASE, DISTANCE, TIP_ROLL, Flanks, compile_pair, turned_on
+from gears3d.gears.arrays import DISTANCE, Flanks, compile_pair, turned_on
 from gears3d.gears.deviation import FLANKS, GEARS, HelixSlope
-from gears3d.gears.edge import Edged, edged_gap_at, edges_of
-from gears3d.gears.flank import flank_point, roll_at_radius, roll_of
+from gears3d.gears.edge import Edged, edge_of, edged_gap_at, edges_of
+from gears3d.gears.flank import flank_point
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
 from gears3d.kernels import njit
 
@@ -134,12 +134,7 @@ def _section(surfaces, flank, tooth_drive, tooth_loose, z):
     tips = np.zeros_like(shape.tips)
     for gear in range(2):
         tooth = tooth_loose if gear else tooth_drive
-        radius = flanks.gears[gear, BASE] * np.sqrt(1.0 + flanks.gears[gear, TIP_ROLL] ** 2)
-        roll = roll_at_radius(flanks, gear, flank, tooth, radius)
-        x, y, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, roll)
-        roll = roll_of(flanks, gear, flank, tooth, atan2(ny, nx))
-        tips[gear, flank, tooth - 1, 0] = roll
-        tips[gear, flank, tooth - 1, 1], tips[gear, flank, tooth - 1, 2] = x, y
+        tips[gear, flank, tooth - 1] = edge_of(flanks, gear, flank, tooth)
     return Edged(flanks, tips)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
 from gears3d.gears import HarmonicDeviation, Misalignment, ToothDeviation
-from gears3d.gears.rolling import roll
+from gears3d.gears.rolling import rolled
 from gears3d.gears.surface import compile_surfaces
 from gears3d.lumped import layout
 from gears3d.lumped.fitting import fit
@@ -57,10 +57,7 @@ def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:
     surfaces = compile_surfaces(pair)
 
     def displacement(flank: int, theta: Array) -> Array:
-        places = roll(surfaces, theta, flank, flank * pair.backlash)[0]
-        if not np.isfinite(places).all():
-            lost = float(theta[~np.isfinite(places)][0])
-            raise InputError(Fault("gears", f"come out of mesh at {lost:.6g} rad", "bring the gears closer"))
+        places = rolled(pair, surfaces, theta, flank)[0]
         return pair.backlash - places if flank else places
 
     tables = []
