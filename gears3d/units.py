@@ -159,7 +159,7 @@ def show(value: float, family: str, digits: int = 6) -> str:
         if abs(value) >= 0.9999999 * kind.units[coarser]:
             unit = coarser
     if value == 0:
-        unit = kind.people[-1]
+        unit = kind.si if kind.si in kind.people else kind.people[-1]
     return f"{value / kind.units[unit]:.{digits}g} {unit}".strip()
 
 

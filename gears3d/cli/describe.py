@@ -10,7 +10,7 @@ import typer
 
 def describe(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
-    lines: Annotated[int, typer.Option(help="Lines of each spectrum.")] = 5,
+    lines: Annotated[int, typer.Option(min=1, help="Lines of each spectrum.")] = 5,
     out: Annotated[
         Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf); none is drawn without it.")
     ] = None,
@@ -109,6 +109,8 @@ def _flank(found: dict[str, Any], flank: str) -> list[tuple[str, str]]:
         text += f", restitution {restitution:.3g}"
     if across is not None:
         text += f"; flights across last {across * 1e3:.4g} ms"
+        hard = found[f"{flank}_crossing_velocity_mean_m_s"]
+        text += f" and end with {abs(hard) * 1e3:.4g} mm/s" if hard is not None else ""
     return [(f"{flank} flank", text)]
 
 

@@ -28,12 +28,11 @@ def record(
     from gears3d.errors import Fault, InputError
     from gears3d.scenario import load
     from gears3d.simulation import record as take
-    from gears3d.units import parse
 
     if out.suffix not in (".parquet", ".csv"):
         raise InputError(Fault("--out", f"is {out}", "give a file that ends in .parquet or .csv"))
     question = load(scenario, overrides=set_ or [])
-    start = None if speed is None else parse(speed, "speed")
+    start = None if speed is None else _start(speed)
     with bars() as track:
         made = take(question, test, model=model, seed=seed, speed=start, progress=track(test, question.run.duration))
     made.write(out)
@@ -44,3 +43,16 @@ def record(
         print_json(about)
     else:
         typer.echo(f"record   {out}: {len(made.time)} samples of {made.time[-1]:.6g} s")
+
+
+def _start(text: str) -> float:
+    from gears3d.errors import Fault, InputError
+    from gears3d.units import parse
+
+    try:
+        speed = parse(text, "speed")
+    except InputError as error:
+        raise InputError([Fault("--speed", fault.message, fault.remedy) for fault in error.faults]) from None
+    if speed == 0.0:
+        raise InputError(Fault("--speed", "is 0: nothing runs down", "give the speed that the gear starts with"))
+    return speed

@@ -15,7 +15,7 @@ def replay(
     run: Annotated[Path, typer.Argument(help="Run folder, or an rrd file.")],
     out: Annotated[Path | None, typer.Option(help="File to write; default RUN/replay.rrd.")] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
-    at: Annotated[float | None, typer.Option(help="Put the time cursor there [s] and hold.")] = None,
+    at: Annotated[float | None, typer.Option(help="Put the time cursor there, in seconds, and hold.")] = None,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
 ) -> None:

@@ -40,7 +40,9 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     for flank in ("active", "reverse"):
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
-            out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s"))
+            hard = summary.get(f"{flank}_crossing_velocity_mean_m_s")
+            first = "" if hard is None else f"; {abs(hard) * 1e3:.2f} mm/s after flights across, without bounces"
+            out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s{first}"))
     power = summary.get("energy_J_s")
     if power:
         out.append(("impacts take", f"{power * 1e3:.3g} mW"))
@@ -99,7 +101,7 @@ def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _percent(ratio: float) -> str:
-    return f"{ratio:.2%}" if ratio >= 1e-4 else f"{ratio * 100:.0e} %"
+    return f"{100 * ratio:.2g} %"
 
 
 def _speed(summary: dict[str, Any]) -> str:
@@ -107,6 +109,6 @@ def _speed(summary: dict[str, Any]) -> str:
     total = wall["total"]
     engine = wall.get(summary["model"])
     done = summary["reached_s"]
-    alone = f" (model {done / engine:.1f} x)" if engine else ""
+    alone = f" (model {done / engine:.2g} x)" if engine else ""
     first = ", kernels compiled" if summary["kernels_compiled"] else ""
-    return f"{done:.3g} s in {total:.2f} s{first}: {done / total:.1f} x real time{alone}"
+    return f"{done:.3g} s in {total:.2f} s{first}: {done / total:.2g} x real time{alone}"

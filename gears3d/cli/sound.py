@@ -39,6 +39,8 @@ def sound(
     from gears3d.recording.sound import levels, write_wav
     from gears3d.signals.sound import MODES
 
+    if out.suffix.lower() != ".wav":
+        raise UsageError(f"--out {out}: a sound ends in .wav")
     if constant is not None and not constant > 0.0:
         raise UsageError(f"--constant is {constant:g}: a number above 0")
     recording = read(run)

@@ -51,7 +51,8 @@ class PitchError:
         """
         teeth = None if rig is None else rig.teeth_drive if self.gear == "drive" else rig.teeth_loose
         if teeth is not None and self.tooth > teeth:
-            raise InputError(Fault("tooth", f"is {self.tooth}, but the {self.gear} gear has {teeth} teeth", "count on"))
+            message = f"is {self.tooth}, but the {self.gear} gear has {teeth} teeth"
+            raise InputError(Fault("tooth", message, f"give 1 to {teeth}"))
         gear = Gear[self.gear.upper()]
         sides = ((Flank.ACTIVE, self.offset), (Flank.REVERSE, -self.offset))
         return [

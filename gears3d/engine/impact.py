@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from gears3d.effects.rows import Code, Flank, Row
+from gears3d.laws.restitution import scatter
 
 
 class ImpactLaw:
@@ -28,7 +27,7 @@ class ImpactLaw:
     def __init__(self, restitution: float, rows: Sequence[Row], seed: int) -> None:
         self._restitution = restitution
         self._rows = [row for row in rows if row.code // 100 == 3]
-        self._scatter = np.random.default_rng(seed)
+        self._seed, self._asked = seed, 0
 
     @property
     def changes(self) -> bool:
@@ -36,7 +35,7 @@ class ImpactLaw:
         return any(row.code != Code.IMPACT_OFFSET for row in self._rows)
 
     def coefficient(self, flank: Flank, speed: float) -> float:
-        """Return the coefficient for one impact; with scatter rows every call draws anew.
+        """Return the coefficient for one impact; with scatter rows every call is the next impact's draw.
 
         Args:
             flank: which is hit.
@@ -52,7 +51,8 @@ class ImpactLaw:
             elif row.code == Code.IMPACT_FLANK:
                 value += 0.5 * first if flank == Flank.ACTIVE else -0.5 * first
             elif row.code == Code.IMPACT_SCATTER:
-                value += first * float(self._scatter.standard_normal())
+                value += first * scatter(self._seed, self._asked)
+        self._asked += 1
         return min(max(value, 0.0), 1.0)
 
 

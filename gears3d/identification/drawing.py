@@ -33,7 +33,8 @@ def write_picture(path: str | Path, found: Identified) -> Path:
     rpm = curves["speed_rad_s"] * 30.0 / pi
     upper.fill_between(rpm, curves["low_N_m"], curves["high_N_m"], color=BAND, label="95 %")
     upper.plot(rpm, curves["torque_N_m"], color=LINE, label=found.law)
-    upper.set(xlabel="speed [rpm]", ylabel="drag torque [N·m]", title=_title(found), ylim=(0.0, None))
+    upper.set(xlabel="speed [rpm]", ylabel="drag torque [N·m]", title=_title(found))
+    upper.set_ylim(0.0, 1.1 * float(max(curves["high_N_m"].max(), curves["torque_N_m"].max())))
     upper.legend(frameon=False)
     for time, rest in curves["residuals"]:
         lower.plot(time, rest * 1e6, ".", color=POINTS, markersize=2)

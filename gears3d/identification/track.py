@@ -15,6 +15,8 @@ SLOWEST = 0.03
 """Part of the starting speed below which a run-down does not testify: stiction and the last count spoil it."""
 FLOOR = 0.1
 """Error of an edge that always remains, in counts."""
+FASTER = 0.2
+"""Part of the starting speed by which a gear that runs down may seem to speed up; errors of encoders make less."""
 FEWEST = 50
 """So few edges or samples tell nothing."""
 
@@ -51,7 +53,7 @@ def read_track(path: str | Path) -> Track:
         The track.
 
     Raises:
-        InputError: columns are missing, not finite or not in order of time, or nothing runs down.
+        InputError: columns are missing, not finite or not in order of time, or nothing runs down freely.
     """
     columns = columns_of(Path(path))
     file = str(path)
@@ -107,6 +109,10 @@ def make_track(time: np.ndarray, angle: np.ndarray, file: str = "") -> Track:
             Fault("theta_loose_rad", "does not run down", "record from the release to the standstill", file)
         )
     time, angle, slack, speed = time[:last], angle[:last], slack[:last], speed[:last]
+    if np.max(speed - np.minimum.accumulate(speed)) > FASTER * first:
+        raise InputError(
+            Fault("theta_loose_rad", "speeds up again: no free gear does", "record the loose gear out of mesh", file)
+        )
     sigma = np.hypot(np.abs(speed) * slack, noise)
     return Track(time - time[0], angle - angle[0], sigma, first, float(speed[-1]), count, file)
 

@@ -133,7 +133,7 @@ def assumed(scenario: Scenario) -> Setting:
         faults.append(Fault("motion.record", "is a measured motion; the plastic model has one harmonic", REMEDY))
     if rig.restitution != 0.0:
         message = f"is {rig.restitution:g}; the plastic model has no rebounds"
-        faults.append(Fault("impact.restitution", message, f"give 0, or {REMEDY}"))
+        faults.append(Fault("impact.restitution", message, f"give 0 (--set impact.restitution=0), or {REMEDY}"))
     drag = rig.drag_torque
     for index, effect in enumerate(scenario.effects):
         for row in effect.rows(rig):

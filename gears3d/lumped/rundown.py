@@ -83,5 +83,5 @@ def _standstill(packed, guess: float) -> float:
         if resting.size:
             return float(samples[resting[0], 0]) * (1.0 + AFTER)
         end *= 2.0
-    remedy = "give drag.torque, or how long to record"
+    remedy = "give drag.torque"
     raise InputError(Fault("drag", f"does not stop the loose gear within {LONGEST:.0f} s", remedy))

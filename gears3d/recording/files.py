@@ -142,7 +142,9 @@ def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         table = pq.read_table(path)
         meta = from_json((table.schema.metadata or {}).get(KEY, b"{}"))
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise InputError(Fault("", f"cannot be read as Parquet: {error}", "", str(path))) from error
+        why = f": {error}" if path.suffix == ".parquet" else ""
+        remedy = "name a run folder, a .parquet or a .csv file"
+        raise InputError(Fault("", f"cannot be read as Parquet{why}", remedy, str(path))) from error
     refuse_twins(table.column_names, path)
     return {name: _values(table[name]) for name in table.column_names}, meta
 

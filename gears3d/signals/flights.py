@@ -98,7 +98,7 @@ def times_of(
     Flights no higher than 0.05 µm are left out, as their impacts are; what began before ``start`` is, too.
 
     Args:
-        impacts: ``time_s``, ``flank`` and, where known, ``flight_height_m``, all impacts, (k,).
+        impacts: ``time_s``, ``flank`` and, where known, ``flight_height_m`` and ``velocity_m_s``, all impacts, (k,).
         contacts: permanent contacts as [flank, start s, end s], (c, 3).
         start: of what is looked at [s].
         end: of what is looked at [s].
@@ -106,6 +106,7 @@ def times_of(
     Returns:
         ``flights``, ``flight_mean_s``, ``flight_longest_s``, ``flight_height_max_m``; for each flank
         ``active_crossings`` (flights from the other flank that end on it), ``active_crossing_mean_s``,
+        ``active_crossing_velocity_mean_m_s`` (of the blows that end them, bounces left out),
         ``active_contacts`` (permanent ones that ended), ``active_contact_mean_s``; and the shares of :func:`shares`.
         ``None`` where there is nothing to count.
 
@@ -127,12 +128,15 @@ def times_of(
         "flight_longest_s": float(lasted.max()) if lasted.size else None,
         "flight_height_max_m": float(known.max()) if known.size else None,
     }
+    hard = np.append(impacts.get("velocity_m_s", unknown), np.nan)[some.impact]
     table = np.asarray(contacts, dtype=float).reshape(-1, 3)
     whole = table[(table[:, 1] >= start) & (table[:, 2] < end)]
     for code, name in enumerate(FLANKS):
         across = lasted[(some.struck == code) & (some.left != code)]
         stays = (whole[:, 2] - whole[:, 1])[whole[:, 0] == code]
         found[f"{name}_crossings"], found[f"{name}_crossing_mean_s"] = len(across), _mean(across)
+        blows = hard[(some.struck == code) & (some.left != code)]
+        found[f"{name}_crossing_velocity_mean_m_s"] = _mean(blows[np.isfinite(blows)])
         found[f"{name}_contacts"], found[f"{name}_contact_mean_s"] = len(stays), _mean(stays)
     part = shares(contacts, start, end)
     return found | (part or dict.fromkeys(("active_share", "reverse_share", "flight_share")))

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from gears3d.errors import UsageError, did_you_mean
+from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.recording import Recording
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.models import simulate
 from gears3d.simulation.sensors import observe
+from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -57,8 +58,18 @@ def record(
 
         happened = observe(rundown(scenario, speed, progress=progress), scenario.effects, scenario.rig())
     else:
+        _check_rate(scenario)
         sampled = scenario.with_({"run.output_rate": f"{sensors.sample_rate!r} Hz"})
         happened = simulate(sampled, model, progress=progress)
     if happened.meta.get("interrupted"):
         raise KeyboardInterrupt
     return encode(happened, sensors, scenario.run.seed if seed is None else seed)
+
+
+def _check_rate(scenario: Scenario) -> None:
+    """Refuse a rate of the encoders that folds a harmonic of the drive down."""
+    rate = scenario.sensors.sample_rate
+    fastest = max((harmonic.frequency for harmonic in scenario.motion.harmonics), default=0.0)
+    if fastest > rate / 2:
+        message = f"is {show(rate, 'frequency')}, less than twice the drive's {show(fastest, 'frequency')}"
+        raise InputError(Fault("sensors.sample_rate", message, f"give more than {show(2 * fastest, 'frequency')}"))

@@ -53,6 +53,25 @@ def test_the_strongest_line_is_the_fourier_coefficient_of_the_path(recording):
     assert lines(spectra(recording)["frequency"], 1)[0][1] == pytest.approx(direct, rel=1e-3)
 
 
+def test_blows_after_flights_across_are_told_apart_from_bounces(recording, folder, capsys):
+    """At e = 0.3 the first blow of each burst is that of the plastic orbit; bounces pull the mean to 11.34 mm/s."""
+    found = describe(recording)
+    assert found["active_crossing_velocity_mean_m_s"] == pytest.approx(-31.2426e-3, rel=1e-4)
+    assert found["active_velocity_mean_m_s"] == pytest.approx(-11.34e-3, rel=1e-3)
+    assert "31.24 mm/s" in run(capsys, folder)[1]
+
+
+def test_no_lines_are_a_usage_error(folder, capsys):
+    assert run(capsys, folder, "--lines", "-4")[0] == 2
+
+
+def test_a_scenario_is_no_recording(capsys):
+    code, _, said = run(capsys, SCENARIO)
+    assert code == 3
+    assert "name a run folder" in said
+    assert "magic bytes" not in said
+
+
 def test_the_table_and_the_picture(folder, tmp_path, capsys):
     code, out, _ = run(capsys, folder, "--out", tmp_path / "a.svg")
     assert code == 0

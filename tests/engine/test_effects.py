@@ -43,6 +43,18 @@ def test_change_is_the_twins(case, base):
     assert np.abs(ours - twins).max() <= 1e-3 * np.abs(twins).max()
 
 
+def test_both_models_draw_the_same_scatter():
+    """The seed and the number of an impact make its scatter: runs match impact by impact, and the seed matters."""
+    scatter = '{kind="restitution_scatter", standard_deviation=0.05}'
+    first, second = (
+        [model(BASE.with_([f"effect=[{scatter}]", f"run.seed={seed}"])).impacts["velocity_m_s"] for seed in (0, 5)]
+        for model in (simulate, rigid.simulate)
+    )
+    for ours, twins in zip(first, second, strict=True):
+        assert np.abs(ours[:12] - twins[:12]).max() < 1e-8
+    assert np.abs(first[0][:12] - first[1][:12]).max() > 1e-4
+
+
 TINY = {
     "te drive both": [PHI.format(order=1, size=sign * 1e-10, gear="drive", flank="both") for sign in (1, -1)],
     "te loose active": [PHI.format(order=2, size=sign * 1e-10, gear="loose", flank="active") for sign in (1, -1)],

@@ -104,6 +104,8 @@ def test_what_cannot_be_used_is_told(tmp_path):
     t = np.linspace(0.0, 1.0, 2001)
     with pytest.raises(InputError, match="does not run down"):
         make_track(t, 3.0 * t)
+    with pytest.raises(InputError, match="speeds up again"):
+        make_track(t, 3.0 * t - t**2 - 0.05 * np.cos(20.0 * t))
     with pytest.raises(InputError, match="changes 12 times only"):
         make_track(t, shafts.counted(3.0 * t - 1.5 * t**2, 50, 1))
     for text, told in (

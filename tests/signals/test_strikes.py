@@ -28,6 +28,9 @@ def test_the_plastic_orbit_s_flights_and_contacts_are_exact(plastic):
     assert found["active_crossing_mean_s"] * 1e3 == pytest.approx(269.6574 - 245.7416, abs=2e-4)
     assert found["reverse_contact_mean_s"] * 1e3 == pytest.approx(245.7416 - 111.6544, abs=2e-4)
     assert found["active_contact_mean_s"] * 1e3 == pytest.approx(87.59170 + 1e3 / 3 - 269.6574, abs=2e-4)
+    for flank in ("active", "reverse"):  # no bounces: every impact ends a flight across
+        mean = found[f"{flank}_velocity_mean_m_s"]
+        assert found[f"{flank}_crossing_velocity_mean_m_s"] == pytest.approx(mean, rel=1e-9)
     period = 1 / 3
     assert found["flight_share"] == pytest.approx(
         (found["reverse_crossing_mean_s"] + found["active_crossing_mean_s"]) / period, rel=1e-6

@@ -95,3 +95,13 @@ def test_the_command_writes_a_file_that_reads_back(tmp_path, capsys):
         cli.main(["record", FIG5, "--out", str(tmp_path / "r.xls")])
     assert stop.value.code == 3
     assert ".parquet or .csv" in capsys.readouterr().err
+
+
+def test_rates_and_speeds_that_cannot_be_are_named(tmp_path, capsys):
+    with pytest.raises(InputError, match=r"sensors.sample_rate: is 4 Hz, less than twice the drive's 3 Hz"):
+        record(load(FIG5, {"sensors.sample_rate": "4 Hz"}))
+    for speed, told in (("300", "--speed: '300' has no unit"), ("0 rpm", "--speed: is 0")):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["record", FIG5, "--out", str(tmp_path / "r.csv"), "--test", "rundown", "--speed", speed])
+        assert stop.value.code == 3
+        assert told in capsys.readouterr().err
