@@ -41,7 +41,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         speed = summary.get(f"{flank}_velocity_mean_m_s")
         if speed is not None:
             hard = summary.get(f"{flank}_crossing_velocity_mean_m_s")
-            first = "" if hard is None else f"; {abs(hard) * 1e3:.2f} mm/s after flights across, without bounces"
+            first = "" if hard is None else f"; {abs(hard) * 1e3:.2f} mm/s without bounces"
             out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s{first}"))
     power = summary.get("energy_J_s")
     if power:

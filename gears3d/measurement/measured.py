@@ -69,11 +69,21 @@ def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> M
     radii = (about["base_radius_drive_m"], about["base_radius_loose_m"])
     teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
     angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
+    _refuse_parted(angles, radii, file)
     cut = segment(track(record.time, *angles, radii, file), teeth, file)
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
     made = _recording(record, cut, about)
     return Measurement(made, cut, _summary(record, made, cut))
+
+
+def _refuse_parted(angles: tuple[Any, Any], radii: tuple[float, float], file: str) -> None:
+    """Refuse a gear that stands still while the other turns: nothing is in mesh."""
+    way = [float(np.ptp(angle)) * radius for angle, radius in zip(angles, radii, strict=True) if len(angle)]
+    for name, own in zip(("theta_drive_rad", "theta_loose_rad"), way, strict=False):
+        if own == 0.0 and max(way) > 0.0:
+            remedy = "a run-down is for `gears3d identify rundown`; in mesh both gears turn"
+            raise InputError(Fault(name, "stands still while the other gear turns", remedy, file))
 
 
 def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:

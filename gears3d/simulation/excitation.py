@@ -231,7 +231,7 @@ def _notes(scenario: Scenario, expected: Expectation, rows: list[tuple[str, Row]
 
     found = []
     if scenario.impact.restitution > 0.0 and expected.periods and expected.flights:
-        found.append("contact is lost where it would be without rebounds: they die before")
+        found.append("bounces die out before contact is lost again, so it is lost where it would be without them")
     if any(row.code == Code.TORQUE_FRICTION for _, row in rows):
         found.append("friction in the mesh changes forces, not the motion of rigid flanks: it is not in the drag")
     if any(row.code == Code.TORQUE_RELAX for _, row in rows):

@@ -12,6 +12,7 @@ from gears3d.errors import InputError
 from gears3d.measurement import measure
 from gears3d.recording import Recording, read
 from gears3d.scenario import load
+from gears3d.simulation import record as bench
 from tests.measurement.truth import FIG5, cut, happened, judged, seen
 
 HEIGHT = 30
@@ -137,6 +138,8 @@ def test_what_cannot_be_measured_says_why(tmp_path):
         measure(record)
     with pytest.raises(InputError, match=r"theta_drive_rad|theta_loose_rad"):
         measure(record.between(0.0, 0.002), scenario)
+    with pytest.raises(InputError, match="theta_drive_rad: stands still while the other gear turns"):
+        measure(bench(scenario, "rundown"), scenario)
     noisy = seen(scenario, truth, 5.0, seed=34)
     found = None
     with pytest.raises(InputError, match="theta_loose_rad"):
