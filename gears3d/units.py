@@ -249,6 +249,8 @@ def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
     Raises:
         InputError: pint does not know the unit, or it has an offset.
     """
+    from tokenize import TokenError
+
     import pint
 
     if not unit:
@@ -257,7 +259,7 @@ def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
     try:
         parsed = registry.parse_units(unit)
         factor = float(registry.Quantity(1.0, parsed).to_root_units().to_base_units().magnitude)
-    except (pint.PintError, AttributeError, TypeError, ValueError, AssertionError, SyntaxError) as why:
+    except (pint.PintError, AttributeError, TypeError, ValueError, AssertionError, SyntaxError, TokenError) as why:
         known = [spelling for kind in FAMILIES.values() for spelling in kind.units if spelling]
         alike = [spelling for spelling in known if spelling.lower() == unit.lower()]
         nearest = did_you_mean(alike[0] if alike else unit, known)

@@ -126,7 +126,8 @@ def told(recording, *without):
 def test_periodic_motions_of_the_twin(e, name):
     recording = rattle(f"impact.restitution={e}", settle=40)
     found = told(recording)
-    assert (found["motion"], found["lyapunov_1_s"], found["lyapunov_from"]) == (name, None, "wiped")
+    assert (found["motion"], found["lyapunov_from"]) == (name, "model")
+    assert found["lyapunov_1_s"] < -5.0
     assert told(recording, "lyapunov_1_s")["motion"] == name
 
 

@@ -198,3 +198,9 @@ def test_slips_of_the_pen_are_named(text, family, message, remedy):
         parse(text, family)
     assert message in caught.value.faults[0].message
     assert remedy in caught.value.faults[0].remedy
+
+
+@pytest.mark.parametrize("text", ["0{", "1 (m", "2 m'''", '3 m"', "4 m["])
+def test_what_no_parser_reads_is_told(text):
+    with pytest.raises(InputError):
+        parse(text, "torque")
