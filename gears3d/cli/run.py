@@ -103,7 +103,7 @@ def _announce_compilation() -> bool:
 
     first = not compiled()
     if first and sys.stderr.isatty():
-        print("compiling for this machine (once, about half a minute) ...", file=sys.stderr)  # noqa: T201
+        print("compiling for this machine (once, about a minute) ...", file=sys.stderr)  # noqa: T201
     return first
 
 

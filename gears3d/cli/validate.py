@@ -18,7 +18,7 @@ Measured = list[tuple[str, list["Claim"]]]
 
 
 def validate(
-    quick: Annotated[bool, typer.Option(help="A part of the cases, in about half a minute.")] = False,
+    quick: Annotated[bool, typer.Option(help="A part of the cases, in about a minute.")] = False,
     only: Annotated[
         str,
         typer.Option(help="One chapter: solids, twin, agreement, native, faults, effects, film, eccentric or oracles."),

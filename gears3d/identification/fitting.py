@@ -147,7 +147,9 @@ def fit(
     if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun == _IMPOSSIBLE):
         return None
     chi2 = 2.0 * best.cost / dof
-    inverse = np.linalg.pinv(best.jac.T @ best.jac, rcond=1e-15)[: len(scale), : len(scale)]
+    _, sizes, ways = np.linalg.svd(best.jac, full_matrices=False)
+    ways = ways.T / np.maximum(sizes, 1e-15 * sizes[0])  # a variance that is hardly known is large, never negative
+    inverse = (ways @ ways.T)[: len(scale), : len(scale)]
     numbers = best.x[: len(scale)] * scale
     covariance = chi2 * inverse * np.outer(scale, scale)
     return Fit(terms, unpack(terms, numbers), numbers, covariance, best.x[len(scale) :].reshape(-1, 2), chi2)

@@ -42,7 +42,7 @@ def chapters(quick: bool = False, only: str = "") -> Iterator[tuple[str, Callabl
     """Give each chapter's title and the function that measures its claims.
 
     Args:
-        quick: a part of the cases, in about half a minute.
+        quick: a part of the cases, in about a minute.
         only: the name of one chapter; all when empty.
 
     Raises:

@@ -70,7 +70,8 @@ def test_intervals_cover(kind, encoder, record_property):
     interval = binomtest(inside, len(off)).proportion_ci(0.95)
     record_property("coverage", f"{inside}/{len(off)}, 95 % {interval.low:.3f} to {interval.high:.3f}")
     assert len(off) >= 0.95 * campaigns
-    assert 0.86 <= inside / len(off) <= 0.995
+    assert inside / len(off) >= 0.88  # all numbers of the law at once
+    assert 0.55 < np.std(off) < 1.3  # neither too sure nor idly wide: 1 when the interval says what it means
     assert abs(np.mean(off)) < 4.0 / np.sqrt(len(off))
 
 
