@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.recording import columns_of
-from gears3d.signals import edges, quantum
+from gears3d.signals import edges, local_slope, noise_of, quantum
 
 SLOWEST = 0.03
 """Part of the starting speed below which a run-down does not testify: stiction and the last count spoil it."""
@@ -92,7 +92,7 @@ def make_track(time: np.ndarray, angle: np.ndarray, file: str = "") -> Track:
     count = quantum(angle)
     if count is None:
         slack = np.zeros(len(time))
-        noise = _noise(angle)
+        noise = max(noise_of(time, angle), 1e-12 * float(np.abs(angle).max(initial=1.0)))
     else:
         found = edges(time, angle, count)
         time, angle, slack = found
@@ -100,7 +100,7 @@ def make_track(time: np.ndarray, angle: np.ndarray, file: str = "") -> Track:
     if len(time) < FEWEST:
         remedy = "record a longer run-down, or with more counts"
         raise InputError(Fault("theta_loose_rad", f"changes {len(time)} times only", remedy, file))
-    speed = local_speed(time, angle)
+    speed = local_slope(time, angle, max(len(time) // 200, 5))
     first = float(speed[: max(len(speed) // 50, 1)].mean())
     slow = np.flatnonzero(speed < SLOWEST * first)
     last = slow[0] if slow.size else len(time)
@@ -115,26 +115,6 @@ def make_track(time: np.ndarray, angle: np.ndarray, file: str = "") -> Track:
         )
     sigma = np.hypot(np.abs(speed) * slack, noise)
     return Track(time - time[0], angle - angle[0], sigma, first, float(speed[-1]), count, file)
-
-
-def local_speed(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the speed near each point, as the slope of a straight line through its neighbours [rad/s], (n,).
-
-    Args:
-        time: [s], rising, (n,).
-        angle: [rad], (n,).
-    """
-    half = max(len(time) // 200, 5)
-    low = np.clip(np.arange(len(time)) - half, 0, None)
-    high = np.clip(np.arange(len(time)) + half, None, len(time) - 1)
-    return (angle[high] - angle[low]) / np.maximum(time[high] - time[low], 1e-300)
-
-
-def _noise(angle: np.ndarray) -> float:
-    """Return the noise of a smooth record from its third differences [rad]."""
-    third = np.diff(angle, 3)
-    spread = 1.4826 * float(np.median(np.abs(third - np.median(third)))) / np.sqrt(20.0)
-    return max(spread, 1e-12 * float(np.abs(angle).max(initial=1.0)))
 
 
 def _refuse_bad(columns: dict[str, np.ndarray], file: str) -> None:

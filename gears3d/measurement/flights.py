@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.measurement.flanks import Flanks
-from gears3d.measurement.smoothing import Blocks, Track, noise_of
+from gears3d.measurement.smoothing import Blocks, Track
+from gears3d.signals import noise_of
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.signals import edges, quantum
+from gears3d.signals import edges, local_slope, noise_of, quantum
 
 FEWEST = 200
 """So few readings tell nothing of a rattle."""
@@ -15,9 +15,8 @@ LONGEST = 1e-3
 """Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
 CORNER = 16.0
 """Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
-_MAD = 1.4826
-_TRIES = 400_000
-"""Readings from which a noise floor is taken."""
+_REACH = 4
+"""Edges to either side from which a speed is taken."""
 
 
 class Reading(NamedTuple):
@@ -88,39 +87,6 @@ class Blocks(NamedTuple):
     width: float
 
 
-def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0) -> float:
-    """Return the noise of a series that is smooth but for it, in units of ``sigma``.
-
-    Every value is held against the parabola through one neighbour before and two after it; the median of what is left
-    tells the noise and does not see impacts, which are few.
-
-    Args:
-        time: rising, not necessarily evenly [s], (n,).
-        values: (n,).
-        sigma: expected deviation of each value, one number or (n,).
-
-    Returns:
-        Standard deviation over the expected one.
-
-    >>> time = np.linspace(0.0, 1.0, 20001)
-    >>> round(noise_of(time, 5.0 * time**2 + np.random.default_rng(1).normal(0.0, 0.01, len(time))), 3)
-    0.01
-    """
-    step = 2 if len(time) > 2 * _TRIES else 1
-    time, values = time[: _TRIES * step], values[: _TRIES * step]
-    before, here, after, later = time[:-3], time[1:-2], time[2:-1], time[3:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first = (here - after) * (here - later) / ((before - after) * (before - later))
-        second = (here - before) * (here - later) / ((after - before) * (after - later))
-        third = (here - before) * (here - after) / ((later - before) * (later - after))
-    rest = values[1:-2] - first * values[:-3] - second * values[2:-1] - third * values[3:]
-    var = np.broadcast_to(np.square(sigma), (len(values),)) if np.ndim(sigma) == 0 else np.square(sigma)[: len(values)]
-    spread = np.sqrt(var[1:-2] + first**2 * var[:-3] + second**2 * var[2:-1] + third**2 * var[3:])
-    standard = rest / spread
-    standard = standard[np.isfinite(standard)]
-    return _MAD * float(np.median(np.abs(standard))) if standard.size else 0.0
-
-
 def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     """Return what an encoder's record knows: edges where a count lasts longer than a sample, else samples.
 
@@ -145,7 +111,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < 0.5:
         at, passed, slack = _passed_once(*edges(time, angle, count), count)
         if len(at) >= FEWEST:
-            sigma = np.maximum(np.abs(_slope(at, passed)) * slack, 0.01 * count)
+            sigma = np.maximum(np.abs(local_slope(at, passed, _REACH)) * slack, 0.01 * count)
             return Reading(at, passed, sigma * max(noise_of(at, passed, sigma), 0.3), count, "edges")
     floor = max(noise_of(time, angle), 0.2 * count)
     return Reading(time, angle + 0.5 * count, np.full(len(time), floor), count, "counts")
@@ -165,12 +131,6 @@ def _passed_once(
         return time[:0], angle[:0], slack[:0]
     rising = np.diff(np.maximum.accumulate(at), prepend=-np.inf) > 0.0
     return at[rising], mean[rising], (np.bincount(place, slack) / times)[rising]
-
-
-def _slope(time: np.ndarray, angle: np.ndarray, reach: int = 4) -> np.ndarray:
-    low = np.clip(np.arange(len(time)) - reach, 0, None)
-    high = np.clip(np.arange(len(time)) + reach, None, len(time) - 1)
-    return (angle[high] - angle[low]) / (time[high] - time[low])
 
 
 def stuck(reading: Reading) -> float:

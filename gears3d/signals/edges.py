@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.signals.local import local_slope
+
 _MOST = 200_000
 """Samples that are looked at to find the quantum."""
 _FIT = 1e-3
@@ -78,9 +80,7 @@ def edges(time: np.ndarray, angle: np.ndarray, quantum: float) -> Edges:
     change = np.diff(angle)
     at = np.flatnonzero(np.abs(change) > 0.5 * quantum) + 1
     passed = np.where(change[at - 1] > 0.0, angle[at], angle[at] + quantum)
-    low = np.clip(np.arange(len(at)) - _REACH, 0, None)
-    high = np.clip(np.arange(len(at)) + _REACH, None, len(at) - 1)
-    way = np.abs(passed[high] - passed[low])
-    for_a_count = quantum * (time[at[high]] - time[at[low]]) / np.maximum(way, quantum)
+    with np.errstate(divide="ignore"):
+        for_a_count = quantum / np.abs(local_slope(time[at], passed, _REACH))
     back = np.minimum(time[at] - time[at - 1], for_a_count)
     return Edges(time[at] - 0.5 * back, passed, back / np.sqrt(12.0))

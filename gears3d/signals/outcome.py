@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gears3d.laws import excitation as law
 from gears3d.signals.flights import times_of
 from gears3d.signals.motion import motion
 from gears3d.signals.pattern import FLANKS, FLIGHT_HEIGHT_MIN, impacts_per_period, regime
@@ -159,7 +160,8 @@ def excitation(mass: float | None, speed: float | None, meta: Mapping[str, Any])
     drag, radius = meta.get("drag_torque_N_m"), meta.get("base_radius_loose_m")
     if mass is None or speed is None or not drag or not radius:
         return None
-    return mass * speed * 2 * pi / float(meta["period_s"]) / (drag / radius)
+    omega = 2 * pi / float(meta["period_s"])
+    return law.excitation(mass, speed / omega, omega, drag / radius)
 
 
 def contacts_of(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> tuple[np.ndarray | None, str | None]:

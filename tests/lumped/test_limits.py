@@ -69,4 +69,3 @@ def test_a_transmission_error_adds_its_own_accelerations(orders, phases):
     times = np.linspace(0.0, 0.3, 3001)
     first = times[np.flatnonzero(np.array([margin(t) for t in times]) < 0)[0]]
     assert outcome.contacts[0, 2] == pytest.approx(brentq(margin, first - 1e-4, first, xtol=1e-15), abs=1e-12)
-    assert first > 0.0
