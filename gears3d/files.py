@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from gears3d.errors import Fault, InputError
+from gears3d.errors import Fault, InputError, UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PICTURES = (".png", ".svg", ".pdf")
+"""Endings of pictures."""
 
 
 @contextmanager
@@ -75,4 +82,30 @@ def write_bytes(path: str | Path, data: bytes) -> Path:
     """
     with replacing(path) as unfinished:
         unfinished.write_bytes(data)
+    return Path(path)
+
+
+def write_picture(path: str | Path, draw: Callable[[], Figure]) -> Path:
+    """Write a picture, whole or not at all.
+
+    Args:
+        path: ends in ``.png``, ``.svg`` or ``.pdf``.
+        draw: gives the figure; not asked when the ending is another.
+
+    Returns:
+        The path.
+
+    Raises:
+        UsageError: the ending is another.
+        InputError: it cannot be written.
+
+    >>> write_picture("map.bmp", lambda: 1 / 0)
+    Traceback (most recent call last):
+    gears3d.errors.UsageError: map.bmp: a picture ends in .png, .svg, .pdf
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in PICTURES:
+        raise UsageError(f"{path}: a picture ends in {', '.join(PICTURES)}")
+    with replacing(path) as unfinished:
+        draw().savefig(unfinished, format=ending[1:], dpi=130)
     return Path(path)

@@ -28,12 +28,10 @@ def identify(
     Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
     """
     from gears3d import identification
-    from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+    from gears3d.errors import UsageError, did_you_mean
 
     if kind not in KINDS:
         raise UsageError(f"there is nothing to identify called {kind!r}; {did_you_mean(kind, list(KINDS))}")
-    if out is not None and out.suffix not in (".png", ".svg", ".pdf"):
-        raise InputError(Fault("--out", f"is {out}", "give a picture that ends in .png, .svg or .pdf"))
     moment, spread = _inertia(inertia, inertia_uncertainty, rig)
     found = identification.identify_rundown(files, moment, spread)
     if out is not None:

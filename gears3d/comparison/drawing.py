@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d import files
 from gears3d.comparison.against import period_of
-from gears3d.errors import UsageError
-from gears3d.files import replacing
 from gears3d.recording import FLANKS, Recording
 
 if TYPE_CHECKING:
@@ -25,7 +24,6 @@ PERIODS_SHOWN = 3.0
 MARKERS = ("o", "s")
 UNITS = (("%", 1e2), ("ppm", 1e6), ("ppb", 1e9), ("1e-12", 1e12))
 """Units of an error, the first one is taken in which it reaches 1."""
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def picture(comparison: Comparison, a: Recording, b: Recording) -> Figure:
@@ -77,11 +75,7 @@ def write_picture(path: Path, comparison: Comparison, a: Recording, b: Recording
         UsageError: the ending is another.
         InputError: the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise UsageError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    with replacing(path) as unfinished:
-        picture(comparison, a, b).savefig(unfinished, format=path.suffix.lower()[1:], dpi=130)
-    return path
+    return files.write_picture(path, lambda: picture(comparison, a, b))
 
 
 def _names(a: Recording, b: Recording) -> tuple[str, str]:

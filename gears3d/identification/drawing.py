@@ -5,29 +5,47 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.files import replacing
+from gears3d import files
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from gears3d.identification.law import Identified
 
 LINE, BAND, POINTS = "#0072B2", "#9ecae1", "#777777"
 
 
 def write_picture(path: str | Path, found: Identified) -> Path:
-    """Draw torque over speed with its 95 % band, and the residual of the angle over time.
+    """Draw an identified law into a file, under a temporary name that is renamed.
 
     Args:
-        path: .png, .svg or .pdf, written whole or not at all.
+        path: ends in ``.png``, ``.svg`` or ``.pdf``.
         found: what ``identify_rundown`` gave.
 
     Returns:
         The path.
+
+    Raises:
+        UsageError: the ending is another.
+        InputError: the file cannot be written.
+    """
+    return files.write_picture(path, lambda: picture(found))
+
+
+def picture(found: Identified) -> Figure:
+    """Draw torque over speed with its 95 % band, and the residual of the angle over time.
+
+    Args:
+        found: what ``identify_rundown`` gave.
+
+    Returns:
+        A figure that belongs to no window.
     """
     from math import pi
 
     from matplotlib.figure import Figure
 
-    target, curves = Path(path), found.curves
+    curves = found.curves
     figure = Figure(figsize=(8.0, 7.0), layout="constrained")
     upper, lower = figure.subplots(2, 1)
     rpm = curves["speed_rad_s"] * 30.0 / pi
@@ -40,9 +58,7 @@ def write_picture(path: str | Path, found: Identified) -> Path:
         lower.plot(time, rest * 1e6, ".", color=POINTS, markersize=2)
     lower.axhline(0.0, color=LINE, linewidth=1)
     lower.set(xlabel="time since the release [s]", ylabel="measured − law [µrad]")
-    with replacing(target) as unfinished:
-        figure.savefig(unfinished, format=target.suffix[1:], dpi=150)
-    return target
+    return figure
 
 
 def _title(found: Identified) -> str:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.errors import UsageError
-from gears3d.files import replacing
+from gears3d import files
 from gears3d.laws.cycle import border, regions
 
 if TYPE_CHECKING:
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
     from gears3d.simulation.excitation import Assessment
 
-FORMATS = (".png", ".svg", ".pdf")
 COLOURS = ("#f0f0f0", "#9ecae1", "#fdae6b", "#bdbdbd")
 """Of contact, single-sided, double-sided, and no plastic orbit."""
 NAMES = ("contact", "single-sided", "double-sided", "no plastic orbit")
@@ -38,11 +36,7 @@ def write_map(path: Path, found: Assessment, title: str = "") -> Path:
         UsageError: the ending is another.
         InputError: the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise UsageError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    with replacing(path) as unfinished:
-        draw_map(found, title).savefig(unfinished, format=path.suffix.lower()[1:], dpi=130)
-    return path
+    return files.write_picture(path, lambda: draw_map(found, title))
 
 
 def draw_map(found: Assessment, title: str = "") -> Figure:

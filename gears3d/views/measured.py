@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.files import replacing
+from gears3d import files
 from gears3d.views.signals.drawing import COLOURS
 
 if TYPE_CHECKING:
@@ -67,11 +67,10 @@ def write_picture(path: Path, found: Measurement) -> Path:
         The path.
 
     Raises:
+        UsageError: the ending is another.
         InputError: it cannot be written.
     """
-    with replacing(path) as unfinished:
-        picture(found).savefig(unfinished, format=path.suffix.lower()[1:], dpi=130)
-    return path
+    return files.write_picture(path, lambda: picture(found))
 
 
 def _path(axes: Axes, cut: Segments, begin: float, end: float) -> None:

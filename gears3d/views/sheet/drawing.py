@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.errors import UsageError
-from gears3d.files import replacing
+from gears3d import files
 from gears3d.units import show
 from gears3d.views.sheet.action import draw_plane_of_action, draw_sliding
 from gears3d.views.sheet.section import draw_backlash, draw_section, micro
@@ -15,8 +14,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gears3d.gears import Pair
-
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def drawing(pair: Pair, title: str = "", speed: float = 0.0) -> Figure:
@@ -76,9 +73,4 @@ def write_drawing(path: Path, pair: Pair, title: str = "", speed: float = 0.0) -
         UsageError: the ending is another.
         InputError: the file cannot be written.
     """
-    ending = path.suffix.lower()
-    if ending not in FORMATS:
-        raise UsageError(f"{path}: a drawing ends in {', '.join(FORMATS)}")
-    with replacing(path) as unfinished:
-        drawing(pair, title, speed).savefig(unfinished, format=ending[1:], dpi=130)
-    return path
+    return files.write_picture(path, lambda: drawing(pair, title, speed))

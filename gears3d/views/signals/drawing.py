@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d import signals
-from gears3d.errors import UsageError
-from gears3d.files import replacing
+from gears3d import files, signals
 from gears3d.recording import FLANKS, Recording
 from gears3d.recording.told import describe, spectra
 
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
 COLOURS = ("#0072B2", "#D55E00")
 """Of the active and the reverse flank, told apart by colour-blind eyes too."""
 PERIODS_SHOWN = 3.0
-FORMATS = (".png", ".svg", ".pdf")
 
 
 def picture(recording: Recording) -> Figure:
@@ -72,11 +69,7 @@ def write_picture(path: Path, recording: Recording) -> Path:
         UsageError: the ending is another.
         InputError: the file cannot be written.
     """
-    if path.suffix.lower() not in FORMATS:
-        raise UsageError(f"{path}: a picture ends in {', '.join(FORMATS)}")
-    with replacing(path) as unfinished:
-        picture(recording).savefig(unfinished, format=path.suffix.lower()[1:], dpi=130)
-    return path
+    return files.write_picture(path, lambda: picture(recording))
 
 
 def _path(axes: Axes, recording: Recording, begin: float, end: float) -> None:
