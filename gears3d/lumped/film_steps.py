@@ -15,7 +15,7 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import crossing
 from gears3d.lumped.film import balance, film_impulse, prepare, radius
-from gears3d.lumped.impacts import close_contact, cross, impact, log_impact, take_off, touch_down
+from gears3d.lumped.impacts import cross, end_passage, impact, log_impact, take_off, touch_down
 from gears3d.lumped.roots import first_root, highest
 from gears3d.lumped.series import thrust, yielding
 from gears3d.lumped.steps import (
@@ -30,6 +30,7 @@ from gears3d.lumped.steps import (
     plan,
     sample,
     speed_event,
+    spring_event,
     trusted,
 )
 
@@ -85,16 +86,9 @@ def _event(m, state, w, n, reach, way, pressed):
             if root < x:
                 event, where, x = LETS_GO, flank, root
         elif m[at.STIFFNESS] > 0.0 and gap[0] < 0.0:
-            root = first_root(gap, -1.0, n, x)
-            if root < x:
-                event, where, x = CLEARS, flank, root
-            for k in range(n):
-                w[at.SCRATCH, k] = m[at.STIFFNESS] * gap[k] + m[at.DAMPING] * (k + 1) * gap[k + 1]
-            if state[at.LIFT] == flank:
-                w[at.SCRATCH, 0] = 0.0
-            root = first_root(w[at.SCRATCH], 1.0, n - 1, x)
-            if root < x:
-                event, where, x = PUSHES, flank, root
+            found, root = spring_event(m, state, flank, n, x, w)
+            if found >= 0:
+                event, where, x = found, flank, root
         elif gap[0] <= way:
             root = first_root(gap, 1.0, n, x)
             if root < x:
@@ -226,15 +220,8 @@ def _leave(state, count, flank):
     """End a passage, as an impact or as contact over oil."""
     if state[at.PASSED] == 1.0:
         state[at.CONTACT_SINCE] = state[at.ENTRY]
-        close_contact(state, count, flank)
-    else:
-        count[at.BOUNCES] += 1
-        log_impact(
-            state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], state[at.ENTRY_VELOCITY],
-            state[at.RATES + flank], state[at.IMPULSE], state[at.ENTRY_HEIGHT],
-        )  # fmt: skip
+    end_passage(state, count, flank)
     state[at.WITHIN] = -1.0
-    state[at.HEIGHT], state[at.DEPARTED] = 0.0, flank
 
 
 @inner

@@ -254,9 +254,8 @@ def settle(m, state, count, flank):
 
 
 @inner
-def leave_spring(state, count, flank):
-    """End a passage where the gap opens again, and log it as one impact unless it was permanent contact."""
-    state[at.GAPS + flank] = 0.0
+def end_passage(state, count, flank):
+    """Write a passage down as it ends: as permanent contact, or as one impact."""
     if state[at.PASSED] == 1.0:
         close_contact(state, count, flank)
     else:
@@ -267,3 +266,10 @@ def leave_spring(state, count, flank):
         )  # fmt: skip
     state[at.HEIGHT] = 0.0
     state[at.DEPARTED] = flank
+
+
+@inner
+def leave_spring(state, count, flank):
+    """End a passage where the gap opens again, and log it as one impact unless it was permanent contact."""
+    state[at.GAPS + flank] = 0.0
+    end_passage(state, count, flank)

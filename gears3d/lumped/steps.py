@@ -147,6 +147,23 @@ def speed_event(m, state, event, w):
 
 
 @inner
+def spring_event(m, state, flank, n, reach, w):
+    """When a flank still pressed in is cleared or pushes again, whichever is first before ``reach``; -1 if neither."""
+    gap, event, x = w[at.GAP + flank], -1, reach
+    root = first_root(gap, -1.0, n, x)
+    if root < x:
+        event, x = CLEARS, root
+    for k in range(n):
+        w[at.SCRATCH, k] = m[at.STIFFNESS] * gap[k] + m[at.DAMPING] * (k + 1) * gap[k + 1]
+    if state[at.LIFT] == flank:
+        w[at.SCRATCH, 0] = 0.0
+    root = first_root(w[at.SCRATCH], 1.0, n - 1, x)
+    if root < x:
+        event, x = PUSHES, root
+    return event, x
+
+
+@inner
 def _free_event(m, state, w, n, reach, way):
     event, where, x = -1, 0, reach
     for flank in range(2):
@@ -154,16 +171,9 @@ def _free_event(m, state, w, n, reach, way):
         if m[at.STIFFNESS] > 0.0 and (
             gap[0] < 0.0 or (gap[0] == 0.0 and state[at.DEPARTED] == flank and gap[1] <= 0.0)
         ):
-            root = first_root(gap, -1.0, n, x)
-            if root < x:
-                event, where, x = CLEARS, flank, root
-            for k in range(n):
-                w[at.SCRATCH, k] = m[at.STIFFNESS] * gap[k] + m[at.DAMPING] * (k + 1) * gap[k + 1]
-            if state[at.LIFT] == flank:
-                w[at.SCRATCH, 0] = 0.0
-            root = first_root(w[at.SCRATCH], 1.0, n - 1, x)
-            if root < x:
-                event, where, x = PUSHES, flank, root
+            found, root = spring_event(m, state, flank, n, x, w)
+            if found >= 0:
+                event, where, x = found, flank, root
         elif gap[0] <= way:
             root = first_root(gap, 1.0, n, x)
             if root < x:
