@@ -21,10 +21,11 @@ def measure(
     Example: gears3d measure rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out measured
     """
     from gears3d import measurement
-    from gears3d.recording import read
+    from gears3d.gate import admit
     from gears3d.scenario import load
 
-    found = measurement.measure(read(record), None if rig is None else load(rig), str(record))
+    admitted = admit(record, None if rig is None else load(rig))
+    found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
     if out is not None:
         _write(found, out)
     if as_json:
