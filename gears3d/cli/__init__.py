@@ -2,8 +2,8 @@
 
 To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name (its docstring is the help and
 holds an example; it takes ``--json``), and add the name to ``VERBS``. A verb's file is loaded to show the help, so it
-imports anything heavy inside its functions. A verb raises ``GearsError`` for what a user can mend, ``typer.Exit(code)``
-for another exit code, and returns for 0.
+imports anything heavy inside its functions. A verb of several kinds is a package with a typer ``app``. A verb raises
+``GearsError`` for what a user can mend, ``typer.Exit(code)`` for another exit code, and returns for 0.
 """
 
 from __future__ import annotations
@@ -63,8 +63,11 @@ class _Verbs(TyperGroup):
         """
         if cmd_name not in (known := self.list_commands(ctx)):
             raise UsageError(f"there is no verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
+        made = import_module(f"gears3d.cli.{cmd_name}")
+        if hasattr(made, "app"):
+            return get_command(made.app)
         app = typer.Typer(add_completion=False)
-        app.command(cmd_name)(getattr(import_module(f"gears3d.cli.{cmd_name}"), cmd_name))
+        app.command(cmd_name)(getattr(made, cmd_name))
         return get_command(app)
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:

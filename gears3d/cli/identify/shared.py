@@ -1,0 +1,84 @@
+"""What every kind of ``gears3d identify`` shares: options, the way in for records, the way out for laws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import floor, log10
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gears3d.gate import Admitted
+    from gears3d.identification import Identified
+
+Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
+Rig = Annotated[Path | None, typer.Option(help="Scenario of the bench.")]
+MapFile = Annotated[Path | None, typer.Option("--map", help="record.toml that says what the columns are.")]
+Correct = Annotated[list[str] | None, typer.Option(metavar="KIND", help="Sensor finding to correct; repeatable.")]
+Out = Annotated[Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf).")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
+
+
+def admitted(
+    files: Sequence[Path], rig: Path | None, map_file: Path | None = None, correct: Sequence[str] | None = None
+) -> list[Admitted]:
+    """Return records that passed the sensor gate, each with the rig of its condition.
+
+    Args:
+        files: the records.
+        rig: scenario of the bench.
+        map_file: ``record.toml``.
+        correct: kinds of findings to correct.
+
+    Raises:
+        InputError: a file cannot be used.
+    """
+    from gears3d.gate import admit
+    from gears3d.scenario import load
+
+    bench = None if rig is None else load(rig)
+    return [admit(file, bench, map_file, correct or ()) for file in files]
+
+
+def answer(found: Identified, draw: Callable[[Path, Identified], Any], out: Path | None, as_json: bool) -> None:
+    """Draw the law if asked for, and print it.
+
+    Args:
+        found: the law.
+        draw: writes its picture into a file.
+        out: of the picture.
+        as_json: whether programs read the answer.
+    """
+    if out is not None:
+        draw(out, found)
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(found.to_dict())
+        return
+    _show(found)
+    typer.echo(f"picture written to {out}" if out is not None else "for a picture: --out law.png")
+
+
+def _show(found: Identified) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    for note in found.warnings:
+        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
+    table = Table(title=f"law: {found.law}", title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for column in ("", "value", "± (95 %)", "unit"):
+        table.add_column(column, justify="left" if column in ("", "unit") else "right")
+    for name, p in found.parameters.items():
+        half = 0.5 * (p.high - p.low)
+        digits = max(2 - floor(log10(half)), 0) if half > 0.0 else 6
+        table.add_row(name, f"{p.value:.{min(digits, 12)}f}", f"{half:.2g}", p.unit)
+    console = Console(highlight=False)
+    console.print(table)
+    if losses := found.goodness.get("held_out"):
+        held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
+        console.print(f"error on stretches never fitted (mean square, in their errors): {held}", soft_wrap=True)
+    console.print(f"\n{escape(found.snippet)}", end="")
