@@ -79,7 +79,7 @@ def _refuse_declared(travel: np.ndarray, per_turn: float, name: str) -> None:
         return
     typical = float(np.median(whole))
     agree = np.abs(whole - typical) <= SLACK
-    if np.mean(agree) > 0.5 and abs(typical - per_turn * max(round(typical / per_turn), 1)) > SLACK:
+    if np.mean(agree) > 0.5 and abs(typical - per_turn) > SLACK:
         what = f"comes every {typical:.6g} counts, {int(agree.sum())} times of {len(whole)}, not {per_turn:.6g}"
         raise refuse(name, what, f"declare {typical:.6g} counts a revolution: lines times decoding")
 

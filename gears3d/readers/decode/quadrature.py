@@ -173,7 +173,8 @@ def _phase(a: Switches, b: Switches, row: np.ndarray, step: np.ndarray, illegal:
     if not seen.all():
         return []
     widths = np.bincount(quarter, share, minlength=4) / seen
-    text = "quarters of a line last " + ", ".join(f"{100 * width:.3g} %" for width in widths) + " of it"
+    names = ("both low", f"{a.levels.channel} high", "both high", f"{b.levels.channel} high")
+    text = "quarters of a line: " + ", ".join(f"{name} {100 * w:.3g} %" for name, w in zip(names, widths, strict=True))
     return [Note("phase", f"{a.levels.channel}/{b.levels.channel}", float(np.max(np.abs(widths - 0.25))), "", text)]
 
 

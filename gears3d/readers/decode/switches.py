@@ -19,6 +19,9 @@ APART = 3.2
 """Least distance of two levels in standard deviations of each: 2.7 are halves of a normal noise, 3.5 of a triangle,
 4.6 of a sine."""
 
+RARE = 1e-3
+"""Share of samples: fewer are spikes where the others have two levels of their own, pulses where not."""
+
 
 class Levels(NamedTuple):
     """When a voltage counts as high and as low.
@@ -83,12 +86,11 @@ def levels(
         raise refuse(channel, f"has a hysteresis of {hysteresis:g} V", "give a width of 0 or more")
     if len(voltage) < 2:
         raise refuse(channel, f"has {len(voltage)} rows", "at least 2 are needed")
-    some = np.sort(np.random.default_rng(0).integers(0, len(voltage), LOOKED_AT)) if len(voltage) > LOOKED_AT else None
-    seen = np.asarray(voltage if some is None else voltage[some], dtype=float)
-    if not np.isfinite(seen).all():
-        raise refuse(channel, "has values that are no numbers", "cut the record there, or leave these rows out")
     if threshold is not None and hysteresis is not None:
         return Levels(threshold - 0.5 * hysteresis, threshold + 0.5 * hysteresis, channel)
+    seen = _some(voltage)
+    if not np.isfinite(seen).all():
+        raise refuse(channel, "has values that are no numbers", "cut the record there, or leave these rows out")
     lower, upper, share = _rests(seen, channel)
     middle = 0.5 * (lower + upper) if threshold is None else threshold
     if not lower < middle < upper:
@@ -103,22 +105,46 @@ def levels(
     return Levels(middle - 0.5 * width, middle + 0.5 * width, channel, (note,))
 
 
+def _some(voltage: np.ndarray) -> np.ndarray:
+    """Return samples that show both levels: some at random, and the extremes of every stretch, rare pulses included."""
+    if len(voltage) <= LOOKED_AT:
+        return np.asarray(voltage, dtype=float)
+    at_random = voltage[np.sort(np.random.default_rng(0).integers(0, len(voltage), LOOKED_AT))]
+    stretch = max(len(voltage) // LOOKED_AT, 4096)
+    extremes = [np.zeros(0)]
+    for block in _blocks(np.asarray(voltage)):
+        starts = np.arange(0, len(block), stretch)
+        extremes += [np.minimum.reduceat(block, starts), np.maximum.reduceat(block, starts)]
+    return np.concatenate([at_random, *extremes]).astype(float)
+
+
 def _rests(seen: np.ndarray, channel: str) -> tuple[float, float, float]:
-    """Return lower level, upper level and the share of samples at the upper: two means."""
-    lower, upper = float(seen.min()), float(seen.max())
-    if lower == upper:
-        raise refuse(channel, f"stays at {lower:.4g} V", "see whether the channel was connected and the shaft turned")
-    above = seen > 0.5 * (lower + upper)
-    for _ in range(50):
-        lower, upper = float(seen[~above].mean()), float(seen[above].mean())
-        before, above = above, seen > 0.5 * (lower + upper)
-        if np.array_equal(before, above):
-            break
-    spread = float(np.hypot(seen[~above].std() * np.sqrt(np.mean(~above)), seen[above].std() * np.sqrt(np.mean(above))))
+    """Return lower level, upper level and the share of samples at the upper; a few spikes are no level."""
+    if seen.min() == seen.max():
+        raise refuse(channel, f"stays at {seen[0]:.4g} V", "see whether the channel was connected and the shaft turned")
+    lower, upper, spread, above = _two_means(seen)
+    most = above if np.mean(above) > 0.5 else ~above
+    if np.mean(most) > 1.0 - RARE and np.ptp(seen[most]) > 0.0:
+        inner = _two_means(seen[most])
+        if inner[1] - inner[0] >= APART * inner[2] and RARE < np.mean(inner[3]) < 1.0 - RARE:
+            lower, upper, spread, above = inner
     if upper - lower < APART * spread:
         what = f"has no two levels: {lower:.4g} V and {upper:.4g} V with a spread of {spread:.2g} V"
         raise refuse(channel, what, "give threshold and hysteresis, or look at the wiring")
     return lower, upper, float(above.mean())
+
+
+def _two_means(seen: np.ndarray) -> tuple[float, float, float, np.ndarray]:
+    """Return the means of the two clusters of least spread, their spread, and which values are in the upper."""
+    above = seen > 0.5 * (seen.min() + seen.max())
+    lower, upper = float(seen[~above].mean()), float(seen[above].mean())
+    for _ in range(50):
+        before, above = above, seen > 0.5 * (lower + upper)
+        lower, upper = float(seen[~above].mean()), float(seen[above].mean())
+        if np.array_equal(before, above):
+            break
+    spread = float(np.sqrt(np.mean(np.square(seen - np.where(above, upper, lower)))))
+    return lower, upper, spread, above
 
 
 def switches(voltage: np.ndarray | Iterable[np.ndarray], rest: Levels) -> Switches:

@@ -112,20 +112,19 @@ def _places(at: np.ndarray, positions: int, missing: int | Literal["find"], name
     plain = np.arange(len(at), dtype=float)
     if missing == 0:
         return plain, []
-    ratio = _ratios(at)
-    gaps = np.flatnonzero(ratio > GAP)
-    found = round(float(np.median(ratio[gaps]))) - 1 if len(gaps) else 0
+    ratio, notes = _ratios(at), []
+    found = missing
+    if found == "find":
+        wide = ratio[ratio > GAP]
+        found = round(float(np.median(wide))) - 1 if len(wide) else 0
+    gaps = np.flatnonzero((ratio > found + 0.5) & (ratio < found + 1.5)) if found else np.zeros(0, dtype=int)
     if missing == "find":
         notes = [Note("missing-teeth", name, found, "", f"{found} teeth are missing, seen {len(gaps)} times")]
-        if found == 0:
-            return plain, notes
-    else:
-        notes = []
-        gaps = np.flatnonzero(ratio > 0.5 * (missing + 2))
-        if not len(gaps) and len(at) >= positions:
-            what = f"shows no gap of {missing} teeth in {len(at)} pulses"
-            raise refuse(name, what, "declare the missing teeth as they are, or let them be found")
-        found = int(missing)
+    elif not len(gaps) and len(at) >= positions:
+        what = f"shows no gap of {missing} teeth in {len(at)} pulses"
+        raise refuse(name, what, "declare the missing teeth as they are, or let them be found")
+    if not len(gaps):
+        return plain, notes
     between = np.diff(gaps)
     odd = between != positions - found
     if odd.any():
@@ -139,7 +138,7 @@ def _places(at: np.ndarray, positions: int, missing: int | Literal["find"], name
     step[0] = 0.0
     step[gaps + 1] += found
     place = np.cumsum(step)
-    return place - (place[gaps[0] + 1] if len(gaps) else 0.0), notes
+    return place - place[gaps[0] + 1], notes
 
 
 def _ratios(at: np.ndarray) -> np.ndarray:
