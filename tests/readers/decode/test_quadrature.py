@@ -167,7 +167,7 @@ def test_illegal_transitions_are_counted_on_and_told():
 
 def test_the_same_signal_twice_is_refused():
     a, _ = logic(np.linspace(0.0, 1.0, 5000))
-    with pytest.raises(InputError, match=r"A: changes in the same sample as B 32 times of 32 \(sample faster"):
+    with pytest.raises(InputError, match=r"A: changes in the same sample as B 31 times of 31 \(sample faster"):
         quadrature(a, a, LINES)
 
 
