@@ -13,19 +13,27 @@ def measure(
     rig: Annotated[
         Path | None, typer.Option(help="Scenario with the gears of the bench: base radii, teeth, inertia.")
     ] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
+    correct: Annotated[
+        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for signals, impacts, summary and picture.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
 ) -> None:
-    """Cut a measured record into flights and contacts; say how well backlash, flanks and impacts are known.
+    """Examine the sensors of a measured record, then cut it into flights and contacts.
 
     Example: gears3d measure rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out measured
     """
     from gears3d import measurement
+    from gears3d.cli.findings import show_findings
     from gears3d.gate import admit
     from gears3d.scenario import load
 
-    admitted = admit(record, None if rig is None else load(rig))
+    admitted = admit(record, None if rig is None else load(rig), map_file, correct or ())
+    if not as_json:
+        show_findings(admitted.findings)
     found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
+    found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     if out is not None:
         _write(found, out)
     if as_json:

@@ -2,4 +2,9 @@
 
 from gears3d.gate.admission import Admitted as Admitted
 from gears3d.gate.admission import admit as admit
+from gears3d.gate.admission import admit_all as admit_all
+from gears3d.gate.admission import told as told
+from gears3d.gate.examination import CORRECTABLE as CORRECTABLE
+from gears3d.gate.examination import correct as correct
+from gears3d.gate.examination import examine as examine
 from gears3d.gate.finding import Finding as Finding

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gears3d.errors import Fault, InputError
+from gears3d.gate.declared import MESH
+from gears3d.gate.examination import correct as undo
+from gears3d.gate.examination import examine, refuse_unknown
 from gears3d.gate.finding import Finding
-from gears3d.readers import read
+from gears3d.readers import Channels, read
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
@@ -20,16 +25,26 @@ class Admitted:
     """A record that may be used.
 
     Args:
-        recording: checked, in the contract's columns.
+        channels: the columns, corrected where that was asked for.
         rig: scenario of the bench with this record's conditions, where one was given.
         findings: of the gate, corrected ones among them.
         file: where the record came from.
     """
 
-    recording: Recording
+    channels: Channels
     rig: Scenario | None
     findings: tuple[Finding, ...]
     file: str
+
+    @cached_property
+    def recording(self) -> Recording:
+        """The record in the contract's columns; both angles must be there."""
+        return Recording(self.channels.columns, meta=self.channels.meta)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was found, as one line each."""
+        return tuple(told(finding) for finding in self.findings)
 
 
 def admit(
@@ -37,6 +52,9 @@ def admit(
     rig: Scenario | None = None,
     map_file: str | Path | None = None,
     correct: Sequence[str] = (),
+    *,
+    needs: Sequence[str | Sequence[str]] = MESH,
+    others: Sequence[Channels] = (),
 ) -> Admitted:
     """Read a measured record, examine its sensors and return it with the rig of its condition.
 
@@ -44,14 +62,91 @@ def admit(
         path: the file.
         rig: scenario of the bench; ``[condition]`` of the map overrides its keys.
         map_file: ``record.toml``.
-        correct: kinds of findings to correct; nothing is corrected that is not named.
+        correct: kinds of findings to correct, also several parted by commas; nothing is corrected that is not named.
+        needs: columns that must be there besides time, alternatives as a tuple: ``("theta_loose_rad",)`` for a gear
+            that runs down out of mesh. Without both angles nothing is said of the mesh.
+        others: records given before, to find one that is given twice.
 
     Returns:
         The record, the rig and what was found.
 
     Raises:
-        InputError: the file cannot be used as it is; tells which corrections would make it usable.
+        InputError: the record cannot be used as it is; tells which corrections would make it usable.
+        UsageError: a kind cannot be corrected.
     """
+    kinds = _kinds(correct)
     channels = read(path, map_file)
     own = rig.with_(channels.condition) if rig is not None and channels.condition else rig
-    return Admitted(Recording(channels.columns, meta=channels.meta), own, (), channels.file)
+    findings = examine(channels, own, others, needs)
+    done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
+    bad = [one for one in done if one.fatal and not one.corrected]
+    if bad:
+        raise InputError([_fault(one, channels.file) for one in bad])
+    return Admitted(undo(channels, findings, kinds) if kinds else channels, own, done, channels.file)
+
+
+def admit_all(
+    paths: Sequence[str | Path],
+    rig: Scenario | None = None,
+    map_file: str | Path | None = None,
+    correct: Sequence[str] = (),
+    *,
+    needs: Sequence[str | Sequence[str]] = MESH,
+) -> tuple[Admitted, ...]:
+    """Admit several records, each once: all that is wrong with any of them is told together.
+
+    Args:
+        paths: the files.
+        rig: scenario of the bench, for all of them.
+        map_file: ``record.toml``, for all of them.
+        correct: kinds of findings to correct; ``"duplicated-file"`` leaves such files out.
+        needs: columns that must be there besides time.
+
+    Raises:
+        InputError: some cannot be used as they are.
+        UsageError: a kind cannot be corrected.
+    """
+    admitted: list[Admitted] = []
+    faults: list[Fault] = []
+    for path in paths:
+        known = [one.channels for one in admitted]
+        try:
+            one = admit(path, rig, map_file, correct, needs=needs, others=known)
+        except InputError as error:
+            faults += error.faults
+            continue
+        if not any(finding.kind == "duplicated-file" for finding in one.findings):
+            admitted.append(one)
+    if faults:
+        raise InputError(faults)
+    return tuple(admitted)
+
+
+def told(finding: Finding) -> str:
+    """Return a finding as one line.
+
+    Args:
+        finding: of the gate.
+
+    >>> told(Finding("gaps", "time_s", 0.1, "s", "3 rows are missing", corrected=True))
+    'gaps: time_s: 3 rows are missing (corrected)'
+    """
+    place = f"{finding.kind}: {finding.channel}: " if finding.channel else f"{finding.kind}: "
+    remedy = "corrected" if finding.corrected else _remedy(finding)
+    return f"{place}{finding.evidence}" + (f" ({remedy})" if remedy else "")
+
+
+def _kinds(correct: Sequence[str]) -> list[str]:
+    """Return the kinds to correct, each item one or several parted by commas."""
+    kinds = [kind.strip() for item in correct for kind in item.split(",") if kind.strip()]
+    refuse_unknown(kinds)
+    return kinds
+
+
+def _remedy(finding: Finding) -> str:
+    ways = [f"--correct {finding.kind}"] if finding.correctable else []
+    return ", ".join([*ways, *([finding.remedy] if finding.remedy else [])])
+
+
+def _fault(finding: Finding, file: str) -> Fault:
+    return Fault(finding.channel, f"{finding.evidence} [{finding.kind}]", _remedy(finding), file)

@@ -20,6 +20,7 @@ class Finding:
         fatal: whether the record cannot be used as it is.
         correctable: whether it can be corrected on demand.
         corrected: whether it was.
+        rows: rows (from 0) it was seen in, the first few of many.
     """
 
     kind: str
@@ -31,6 +32,7 @@ class Finding:
     fatal: bool = False
     correctable: bool = False
     corrected: bool = False
+    rows: tuple[int, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold.
@@ -38,4 +40,4 @@ class Finding:
         >>> Finding("skew", "theta_loose_rad", 2e-5, "s", "the loose gear reads 20 us later").to_dict()["kind"]
         'skew'
         """
-        return dict(vars(self))
+        return {**vars(self), "rows": list(self.rows)}

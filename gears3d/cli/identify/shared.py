@@ -22,8 +22,12 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
 
 def admitted(
-    files: Sequence[Path], rig: Path | None, map_file: Path | None = None, correct: Sequence[str] | None = None
-) -> list[Admitted]:
+    files: Sequence[Path],
+    rig: Path | None,
+    map_file: Path | None = None,
+    correct: Sequence[str] | None = None,
+    needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
+) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition.
 
     Args:
@@ -31,15 +35,20 @@ def admitted(
         rig: scenario of the bench.
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
+        needs: columns that must be there besides time, alternatives as a tuple.
 
     Raises:
         InputError: a file cannot be used.
     """
-    from gears3d.gate import admit
+    from gears3d.cli.findings import show_findings
+    from gears3d.gate import admit_all
     from gears3d.scenario import load
 
     bench = None if rig is None else load(rig)
-    return [admit(file, bench, map_file, correct or ()) for file in files]
+    records = admit_all(files, bench, map_file, correct or (), needs=needs)
+    for record in records:
+        show_findings(record.findings, record.file, quiet=True)
+    return records
 
 
 def answer(found: Identified, draw: Callable[[Path, Identified], Any], out: Path | None, as_json: bool) -> None:

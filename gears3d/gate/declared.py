@@ -1,0 +1,77 @@
+"""What a record is held against: the rig as the scenario or the record's own metadata declare it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+MESH = ("theta_drive_rad", "theta_loose_rad")
+"""The columns of a record of two gears in mesh."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """What is said of the bench; ``None`` is what nobody said.
+
+    Args:
+        needs: columns that must be there besides time; alternatives as a tuple.
+        radii: base radii of drive and loose gear [m].
+        teeth: of drive and loose gear.
+        backlash: along the line of action [m].
+        mean_speed: of the drive gear [rad/s].
+        swing: sum of the amplitudes of the drive's harmonics [rad/s].
+        sample_rate: [Hz].
+        counts: per revolution, by column.
+    """
+
+    needs: tuple[str | tuple[str, ...], ...] = MESH
+    radii: tuple[float, float] | None = None
+    teeth: tuple[int, int] | None = None
+    backlash: float | None = None
+    mean_speed: float | None = None
+    swing: float = 0.0
+    sample_rate: float | None = None
+    counts: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def meshed(self) -> bool:
+        """Whether both gears were in mesh, so that one angle tells of the other."""
+        return set(MESH) <= set(self.needs)
+
+
+def declared(rig: Scenario | None, meta: Mapping[str, Any], needs: Sequence[str | Sequence[str]] = MESH) -> Declared:
+    """Return what rig and metadata say.
+
+    Args:
+        rig: scenario of the bench, or nothing.
+        meta: of the record; base radii in it serve where there is no rig.
+        needs: columns that must be there besides time; alternatives as a tuple.
+
+    >>> declared(None, {"base_radius_drive_m": 0.1, "base_radius_loose_m": 0.2}).radii
+    (0.1, 0.2)
+    """
+    asked = tuple(need if isinstance(need, str) else tuple(need) for need in needs)
+    one, other = meta.get("base_radius_drive_m"), meta.get("base_radius_loose_m")
+    radii = (one, other) if isinstance(one, float) and isinstance(other, float) else None
+    if rig is None:
+        return Declared(asked, radii)
+    values = rig.rig()
+    counts = {
+        name: float(sensor.counts_per_revolution)
+        for name, sensor in zip(MESH, (rig.sensors.drive, rig.sensors.loose), strict=True)
+        if sensor.counts_per_revolution
+    }
+    return Declared(
+        asked,
+        (values.base_radius_drive, values.base_radius_loose),
+        (values.teeth_drive, values.teeth_loose),
+        values.backlash,
+        rig.motion.mean if rig.motion.record is None else None,
+        sum(abs(harmonic.amplitude) for harmonic in rig.motion.harmonics),
+        rig.sensors.sample_rate,
+        counts,
+    )

@@ -1,0 +1,59 @@
+"""Does time rise evenly: rows that are missing in the time base, and stamps that tremble."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.gate.finding import Finding
+from gears3d.gate.view import View, typical, when
+
+EVEN = 0.9
+"""Part of the steps that must be alike for rows to be samples and not events."""
+TREMBLE = 0.02
+"""Jitter, in steps, from which it is told."""
+WIDE, SURE = 1.6, 6.0
+"""A gap is wider than so many steps, and than a step by so many standard deviations of the steps."""
+
+
+def examine(view: View) -> list[Finding]:
+    """Find gaps in the time base and jitter.
+
+    Args:
+        view: the record; its time rises.
+    """
+    steps = np.diff(view.time)
+    step = view.spacing
+    if np.mean(np.abs(typical(steps) - step) < 0.4 * step) < EVEN:
+        return []
+    spread = 1.4826 * float(np.median(np.abs(typical(steps) - step)))
+    widest = max(WIDE * step, step + SURE * spread)
+    return [*_gaps(view, steps, step, widest), *_jitter(view, steps, step, widest)]
+
+
+def _gaps(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
+    wide = np.flatnonzero(steps > widest)
+    if not wide.size:
+        return []
+    lost = np.round(steps[wide] / step - 1.0)
+    longest = float(steps[wide].max())
+    told = f"{lost.sum():.0f} rows of {len(view.time) + lost.sum():.0f} are missing in {len(wide)} gaps, "
+    told += f"{longest:.6g} s the longest, at {when(view.time, wide)}"
+    rows = tuple(map(int, wide[:20] + 1))
+    return [Finding("gaps", "time_s", longest, "s", told, "flights across a gap are not seen", rows=rows)]
+
+
+def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
+    some = typical(steps)
+    off = some[some < widest] - step
+    rms = float(np.sqrt(np.mean(off**2) / 2.0))
+    if rms < TREMBLE * step:
+        return []
+    ticks = float(np.ptp(off)) < 2.5 * float(np.abs(off)[np.abs(off) > 0.01 * step].min(initial=np.inf))
+    told = f"stamps tremble by {rms:.3g} s rms ({rms / step:.1%} of a step), {np.abs(off).max():.3g} s at most"
+    told += ", as if written with too few digits" if ticks else ""
+    if view.declared.radii is not None and view.angles:
+        name, angle = next(iter(view.angles.items()))
+        radius = view.declared.radii[0 if "drive" in name else 1]
+        speed = abs(float(angle[-1] - angle[0]) / max(float(view.time[-1] - view.time[0]), 1e-300)) * radius
+        told += f": {1e6 * speed * rms:.3g} um along the line of action"
+    return [Finding("jitter", "time_s", rms, "s", told, "where the clock was even, give its rate instead of stamps")]
