@@ -1,6 +1,13 @@
 """Laws from measured data: parameters with their intervals, and how well they predict what they were not fitted to."""
 
+from gears3d.identification.assemblies import Run as Run
+from gears3d.identification.assemblies import identify_assemblies as identify_assemblies
+from gears3d.identification.assemblies import identify_mesh_drag as identify_mesh_drag
+from gears3d.identification.campaign import Campaign as Campaign
+from gears3d.identification.campaign import read_campaign as read_campaign
 from gears3d.identification.drawing import write_picture as write_picture
 from gears3d.identification.law import Identified as Identified
 from gears3d.identification.law import Parameter as Parameter
+from gears3d.identification.parts import Inertia as Inertia
 from gears3d.identification.rundown import identify_rundown as identify_rundown
+from gears3d.identification.track import read_track as read_track

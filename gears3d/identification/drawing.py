@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from gears3d.identification.law import Identified
 
 LINE, BAND, POINTS = "#0072B2", "#9ecae1", "#777777"
+PARTS = ("#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MOST = 4
+"""Parameters that a title holds."""
 
 
 def write_picture(path: str | Path, found: Identified) -> Path:
@@ -51,6 +55,9 @@ def picture(found: Identified) -> Figure:
     rpm = curves["speed_rad_s"] * 30.0 / pi
     upper.fill_between(rpm, curves["low_N_m"], curves["high_N_m"], color=BAND, label="95 %")
     upper.plot(rpm, curves["torque_N_m"], color=LINE, label=found.law)
+    for colour, (name, part) in zip(cycle(PARTS), curves["parts"].items(), strict=False):
+        upper.plot(rpm, part["torque_N_m"], color=colour, linestyle="--", linewidth=1, label=name)
+        upper.fill_between(rpm, part["low_N_m"], part["high_N_m"], color=colour, alpha=0.2)
     upper.set(xlabel="speed [rpm]", ylabel="drag torque [N·m]", title=_title(found))
     upper.set_ylim(0.0, 1.1 * float(max(curves["high_N_m"].max(), curves["torque_N_m"].max())))
     upper.legend(frameon=False)
@@ -62,6 +69,8 @@ def picture(found: Identified) -> Figure:
 
 
 def _title(found: Identified) -> str:
+    if len(found.parameters) > MOST:
+        return found.law
     parts = [
         f"{name} {p.value:.4g} ± {0.5 * (p.high - p.low):.1g} {p.unit}".rstrip() for name, p in found.parameters.items()
     ]

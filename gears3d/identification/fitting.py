@@ -1,15 +1,17 @@
-"""Least squares of run-down laws: all tracks share the law, each has its own start."""
+"""Least squares of run-downs: all tracks share the free numbers of their parts, each has its own start."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import product
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from gears3d.identification.parts import Model
 from gears3d.identification.slowing import Law, angles
 from gears3d.identification.track import Track
 
-BINS = 1500
+BINS = 400
 """Bins of a track; within one, errors are averaged."""
 _STRETCHES = 24
 """Parts of a run-down between which speeds are differenced for a first guess."""
@@ -18,6 +20,10 @@ _IMPOSSIBLE = 1e9
 """Residual of laws that do not slow the gear down."""
 _PATIENCE = 25
 """Steps of a search; one that needs more wanders among laws that these speeds do not tell apart."""
+_BELOW = 0.8
+"""Part of a track's last speed down to which a law must hold that ends in a speed, not at rest."""
+_STEP = 1e-7
+"""Relative step of differences."""
 
 
 class Binned(NamedTuple):
@@ -41,42 +47,29 @@ class Binned(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """A fitted law.
+    """Fitted parts.
 
     Args:
-        terms: of the law.
-        law: in decelerations.
-        numbers: free numbers of the law, in the order of the terms, (p,).
-        covariance: of these, scaled by the residuals, (p, p).
+        model: parts and runs, with the inertias that fit best.
+        numbers: free numbers of the parts, torques in N·m, (p,).
+        covariance: of these, scaled by the residuals, with what is unsure of the inertias, (p, p).
         starts: angle [rad] and speed [rad/s] of every track, (tracks, 2).
         chi2: mean squared standardised residual.
     """
 
-    terms: tuple[str, ...]
-    law: Law
+    model: Model
     numbers: np.ndarray
     covariance: np.ndarray
     starts: np.ndarray
     chi2: float
 
+    def law(self, run: int) -> Law:
+        """Return the deceleration of a run.
 
-def unpack(terms: tuple[str, ...], numbers: np.ndarray) -> Law:
-    """Return the law of free numbers.
-
-    Args:
-        terms: of the law.
-        numbers: in the order of the terms, (p,).
-
-    >>> unpack(("coulomb", "power"), np.array([1.0, 2.0, 1.5]))
-    Law(coulomb=1.0, viscous=0.0, coefficient=2.0, exponent=1.5)
-    """
-    left, found = list(map(float, numbers)), {}
-    for term in terms:
-        if term == "power":
-            found["coefficient"], found["exponent"] = left.pop(0), left.pop(0)
-        else:
-            found[term] = left.pop(0)
-    return Law(**found)
+        Args:
+            run: its place.
+        """
+        return self.model.law(self.numbers, run)
 
 
 def thin(track: Track) -> Binned:
@@ -98,7 +91,7 @@ def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
         law: of the first model.
         start: its angle [rad] and speed [rad/s].
     """
-    model = angles(law, start[0], start[1], track.time)
+    model = _run(law, start, track.time, track.slowest)
     assert model is not None
     count = min(BINS, len(track.time))
     edge = np.linspace(0, len(track.time), count + 1).astype(int)[:-1]
@@ -106,53 +99,108 @@ def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
     total = np.add.reduceat(weight, edge)
     time = np.add.reduceat(track.time * weight, edge) / total
     rest = np.add.reduceat((track.angle - model) * weight, edge) / total
-    first = angles(law, start[0], start[1], time)
+    first = _run(law, start, time, track.slowest)
     assert first is not None
     return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest)
 
 
-def fit(
-    tracks: list[Binned], terms: tuple[str, ...], begin: np.ndarray, masks: list[np.ndarray] | None = None
-) -> Fit | None:
-    """Fit a law to tracks.
+def fit(tracks: list[Binned], model: Model, begin: np.ndarray, masks: list[np.ndarray] | None = None) -> Fit | None:
+    """Fit parts to tracks by a trust region method.
+
+    An inertia that is not known exactly is free, too, and held by what is known of it.
 
     Args:
         tracks: the data.
-        terms: of the law.
+        model: parts, and what each track has of them.
         begin: free numbers to begin with, (p,).
         masks: points of each track that are used; all unless given.
 
     Returns:
-        The fit; ``None`` when no law of these terms runs down like that.
+        The fit; ``None`` when nothing of these terms runs down like that.
+
+    Source: Kadmiri et al. 2012, section 4 (trust region), here on angles.
     """
     from scipy.optimize import least_squares
 
     masks = masks or [np.ones(len(track.time), bool) for track in tracks]
-    scale = np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max())
-
-    def residuals(x: np.ndarray) -> np.ndarray:
-        law, starts = unpack(terms, x[: len(scale)] * scale), x[len(scale) :].reshape(-1, 2)
-        parts = [standardised(track, law, start) for track, start in zip(tracks, starts, strict=True)]
-        whole = [part[mask] if part is not None else None for part, mask in zip(parts, masks, strict=True)]
-        size = sum(int(mask.sum()) for mask in masks)
-        if any(part is None for part in whole):
-            return np.full(size, _IMPOSSIBLE)
-        return np.concatenate(whole)  # type: ignore[arg-type]
-
-    starts = np.array([[track.first[0] + track.rest[0], track.speed] for track in tracks]).ravel()
-    best = least_squares(
-        residuals, np.concatenate([begin / scale, starts]), x_scale="jac", xtol=1e-10, max_nfev=_PATIENCE
-    )
-    dof = len(best.fun) - len(best.x)
-    if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun == _IMPOSSIBLE):
+    task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()))
+    at = task.begin(begin)
+    best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=_PATIENCE)
+    points = sum(int(mask.sum()) for mask in masks)
+    dof = points - len(best.x) + task.unsure
+    if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun[:points] == _IMPOSSIBLE):
         return None
-    chi2 = 2.0 * best.cost / dof
+    chi2 = float(np.sum(best.fun[:points] ** 2)) / dof
+    best.jac[:points] /= np.sqrt(max(chi2, 1e-300))  # what is known of the inertias keeps its weight
     _, sizes, ways = np.linalg.svd(best.jac, full_matrices=False)
     ways = ways.T / np.maximum(sizes, 1e-15 * sizes[0])  # a variance that is hardly known is large, never negative
-    inverse = (ways @ ways.T)[: len(scale), : len(scale)]
-    numbers = best.x[: len(scale)] * scale
-    covariance = chi2 * inverse * np.outer(scale, scale)
-    return Fit(terms, unpack(terms, numbers), numbers, covariance, best.x[len(scale) :].reshape(-1, 2), chi2)
+    covariance = (ways @ ways.T)[: len(begin), : len(begin)] * np.outer(task.scale, task.scale)
+    found, numbers, starts = task.parted(best.x)
+    return Fit(found, numbers, covariance, starts, chi2)
+
+
+class _Task(NamedTuple):
+    """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order."""
+
+    tracks: list[Binned]
+    model: Model
+    masks: list[np.ndarray]
+    scale: np.ndarray
+
+    @property
+    def unsure(self) -> int:
+        return len(self.model.unsure())
+
+    def begin(self, numbers: np.ndarray) -> np.ndarray:
+        starts = [[track.first[0] + track.rest[0], track.speed] for track in self.tracks]
+        shifts = [self.model.inertias[name].shift for name in self.model.unsure()]
+        return np.concatenate([numbers / self.scale, shifts, np.ravel(starts)])
+
+    def parted(self, x: np.ndarray) -> tuple[Model, np.ndarray, np.ndarray]:
+        free, after = len(self.scale), len(self.scale) + self.unsure
+        return self.model.shifted(x[free:after]), x[:free] * self.scale, x[after:].reshape(-1, 2)
+
+    def one(self, x: np.ndarray, run: int) -> np.ndarray | None:
+        """Return the residuals of one run."""
+        model, numbers, starts = self.parted(x)
+        found = standardised(self.tracks[run], model.law(numbers, run), starts[run])
+        return None if found is None else found[self.masks[run]]
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Return the residuals of all runs, then the shifts of the inertias."""
+        shifts = x[len(self.scale) : len(self.scale) + self.unsure]
+        whole = [self.one(x, run) for run in range(len(self.tracks))]
+        if any(part is None for part in whole):
+            size = sum(int(mask.sum()) for mask in self.masks)
+            return np.concatenate([np.full(size, _IMPOSSIBLE), shifts])
+        return np.concatenate([*cast(list[np.ndarray], whole), shifts])
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Return the slopes of the residuals, by differences; a run moves with its own start, parts and inertias.
+
+        The inertias' follow from those of the torques: differences of their own would blur what no run can tell.
+        """
+        names = [part for part, _ in self.model.names()]
+        linear = np.array([name != "exponent" for _, name in self.model.names()])
+        rows = np.cumsum([0, *(int(mask.sum()) for mask in self.masks)])
+        slopes = np.zeros((rows[-1] + self.unsure, len(x)))
+        first = len(names) + self.unsure
+        for run in range(len(self.tracks)):
+            here, at = slice(rows[run], rows[run + 1]), self.one(x, run)
+            if at is None:
+                continue
+            own = {share.part for share in self.model.runs[run].shares}
+            for place in (*(k for k, part in enumerate(names) if part in own), first + 2 * run + 1):
+                moved = x.copy()
+                moved[place] += _STEP * max(abs(x[place]), 1e-3)
+                if (there := self.one(moved, run)) is not None:
+                    slopes[here, place] = (there - at) / (moved[place] - x[place])
+            all_torques = slopes[here, : len(names)] @ (x[: len(names)] * linear)  # less inertia acts like more of each
+            for place, share in enumerate(self.model.weights(run), start=len(names)):
+                slopes[here, place] = -share * all_torques
+            slopes[here, first + 2 * run] = -1.0 / self.tracks[run].sigma[self.masks[run]]
+        slopes[rows[-1] :, len(names) : first] = np.eye(self.unsure)
+        return slopes
 
 
 def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | None:
@@ -163,29 +211,46 @@ def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | Non
         law: of the model.
         start: its angle [rad] and speed [rad/s].
     """
-    model = angles(law, start[0], start[1], track.time)
+    model = _run(law, start, track.time, track.slowest)
     return None if model is None else (track.rest - (model - track.first)) / track.sigma
 
 
-def guess(tracks: list[Track], terms: tuple[str, ...]) -> np.ndarray:
+def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float) -> np.ndarray | None:
+    """Return the angle; a law with a driving part need not hold down to rest."""
+    return angles(law, start[0], start[1], since, 0.0 if law.coulomb >= 0.0 else _BELOW * last)
+
+
+def guess(tracks: list[Track], model: Model) -> np.ndarray:
     """Return free numbers from speeds made by differencing: good enough to begin a search with.
 
     Args:
         tracks: the run-downs.
-        terms: of the law.
+        model: parts, and what each track has of them.
     """
-    speed, slowing = map(np.concatenate, zip(*(_differenced(track) for track in tracks), strict=True))
-    best, least = np.zeros(0), np.inf
-    for exponent in _EXPONENTS if "power" in terms else (0.0,):
-        shapes = {"coulomb": np.ones_like(speed), "viscous": speed, "power": speed**exponent}
-        columns = np.column_stack([shapes[term] for term in terms])
-        size = np.abs(columns).max(axis=0)
-        numbers, *_ = np.linalg.lstsq(columns / size, slowing, rcond=None)
-        error = float(np.sum((columns / size @ numbers - slowing) ** 2))
+    parted = [_differenced(track) for track in tracks]
+    slowing = np.concatenate([slow for _, slow in parted])
+    names = model.names()
+    powers = [place for place, (_, name) in enumerate(names) if name == "exponent"]
+    linear = [place for place in range(len(names)) if place not in powers]
+    best, least = np.zeros(len(names)), np.inf
+    grid = _EXPONENTS if len(powers) < 2 else _EXPONENTS[1::4]
+    for exponents in product(grid, repeat=min(len(powers), 2)):
+        numbers = np.zeros(len(names))
+        numbers[powers] = np.resize(exponents, len(powers)) if powers else 0.0
+        columns = np.zeros((len(slowing), len(linear)))
+        for column, place in enumerate(linear):
+            numbers[linear] = 0.0
+            numbers[place] = 1.0
+            columns[:, column] = np.concatenate(
+                [model.law(numbers, run).deceleration(speed) for run, (speed, _) in enumerate(parted)]
+            )
+        size = np.maximum(np.abs(columns).max(axis=0), 1e-300)
+        found, *_ = np.linalg.lstsq(columns / size, slowing, rcond=None)
+        error = float(np.sum((columns / size @ found - slowing) ** 2))
         if error < least:
-            least, best = error, numbers / size
-            if "power" in terms:
-                best = np.append(best, exponent)
+            least = error
+            numbers[linear] = found / size
+            best = numbers
     return best
 
 

@@ -20,12 +20,14 @@ class Law(NamedTuple):
         viscous: [1/s].
         coefficient: [rad/s² at 1 rad/s].
         exponent: of the speed.
+        more: coefficient and exponent of each further power.
     """
 
     coulomb: float = 0.0
     viscous: float = 0.0
     coefficient: float = 0.0
     exponent: float = 2.0
+    more: tuple[tuple[float, float], ...] = ()
 
     def deceleration(self, speed: np.ndarray) -> np.ndarray:
         """Return the deceleration [rad/s²] at speeds [rad/s], (n,).
@@ -33,9 +35,10 @@ class Law(NamedTuple):
         Source: Kadmiri et al. 2012, eqs (5)-(7), divided by the inertia.
         """
         slowing = self.coulomb + self.viscous * speed
-        if self.coefficient:
-            with np.errstate(divide="ignore", over="ignore"):
-                slowing = slowing + self.coefficient * np.abs(speed) ** self.exponent
+        for coefficient, exponent in ((self.coefficient, self.exponent), *self.more):
+            if coefficient:
+                with np.errstate(divide="ignore", over="ignore"):
+                    slowing = slowing + coefficient * np.abs(speed) ** exponent
         return slowing
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.recording import columns_of
+from gears3d.readers import Channels, read
 from gears3d.signals import edges, local_slope, noise_of, quantum
 
 SLOWEST = 0.03
@@ -17,6 +17,7 @@ FLOOR = 0.1
 """Error of an edge that always remains, in counts."""
 FASTER = 0.2
 """Part of the starting speed by which a gear that runs down may seem to speed up; errors of encoders make less."""
+GEARS = ("loose", "drive")
 FEWEST = 50
 """So few edges or samples tell nothing."""
 
@@ -32,6 +33,7 @@ class Track(NamedTuple):
         slowest: speed at the last point [rad/s].
         quantum: angle of a count [rad], ``None`` for a smooth record.
         file: where it came from.
+        temperature: mean of the record's own [°C], ``None`` where it has none.
     """
 
     time: np.ndarray
@@ -41,13 +43,16 @@ class Track(NamedTuple):
     slowest: float
     quantum: float | None
     file: str
+    temperature: float | None = None
 
 
-def read_track(path: str | Path) -> Track:
+def read_track(path: str | Path, gear: str = "loose", map_file: str | Path | None = None) -> Track:
     """Read a run-down from a file.
 
     Args:
-        path: CSV or Parquet with ``time_s`` and ``theta_loose_rad`` or ``omega_rad_s``.
+        path: a file with ``time_s`` and ``theta_loose_rad`` (or ``omega_rad_s``), maybe ``temperature_degC``.
+        gear: ``"loose"`` or ``"drive"``, whose angle counts.
+        map_file: ``record.toml``.
 
     Returns:
         The track.
@@ -55,20 +60,29 @@ def read_track(path: str | Path) -> Track:
     Raises:
         InputError: columns are missing, not finite or not in order of time, or nothing runs down freely.
     """
-    columns = columns_of(Path(path))
-    file = str(path)
+    channels = read(path, map_file)
+    columns, file, wanted = channels.columns, channels.file or str(path), f"theta_{gear}_rad"
     if "time_s" not in columns:
-        raise InputError(Fault("time_s", "is missing", "a run-down has time_s and theta_loose_rad", file))
-    angle = next((columns[name] for name in ("theta_loose_rad", "theta_rad") if name in columns), None)
-    time = columns["time_s"]
-    if angle is None:
-        if "omega_rad_s" not in columns:
-            raise InputError(Fault("theta_loose_rad", "is missing", "or give omega_rad_s", file))
-        speed = columns["omega_rad_s"]
-        _refuse_bad({"time_s": time, "omega_rad_s": speed}, file)
-        angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    _refuse_bad({"time_s": time, "theta_loose_rad": angle}, file)
-    return make_track(time, angle, file)
+        raise InputError(Fault("time_s", "is missing", f"a run-down has time_s and {wanted}", file))
+    names = (wanted, "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
+    name = next((name for name in names if name in columns), None)
+    if name is None:
+        raise InputError(Fault(wanted, "is missing", "or give omega_rad_s", file))
+    time, values = columns["time_s"], columns[name]
+    _refuse_bad({"time_s": time, name: values}, file)
+    if name.startswith("omega"):
+        values = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+    return make_track(time, values, file)._replace(temperature=_temperature(channels, file))
+
+
+def _temperature(channels: Channels, file: str) -> float | None:
+    """Return the mean temperature of a record [°C]."""
+    if (values := channels.columns.get("temperature_degC")) is not None:
+        if not np.all(np.isfinite(values)):
+            raise InputError(Fault("temperature_degC", "is not finite everywhere", "cut it out", file))
+        return float(values.mean())
+    told = channels.meta.get("temperature_degC")
+    return float(told) if isinstance(told, int | float) else None
 
 
 def make_track(time: np.ndarray, angle: np.ndarray, file: str = "") -> Track:

@@ -1,14 +1,15 @@
-"""The loose gear alone, out of mesh, slowed by its drag until it stands: the run-down test of a rig."""
+"""A gear alone, out of mesh, or both in mesh, slowed by drag until they stand: the run-down test of a rig."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.effects import Code
+from gears3d.effects import Code, Gate, Rig, Row
+from gears3d.effects.rows import torque_linear
 from gears3d.errors import Fault, InputError
 from gears3d.lumped.model import model
 from gears3d.lumped.run import run
@@ -23,55 +24,95 @@ AFTER = 0.02
 """How long the record goes on when the gear stands, as a part of the run-down."""
 
 
+class DriveDrag(NamedTuple):
+    """Drag on the drive's own shaft when nothing drives it; no scenario has it, as its motion is imposed there.
+
+    Args:
+        torque: dry [N·m].
+        coefficient: viscous [N·m·s/rad].
+    """
+
+    torque: float = 0.0
+    coefficient: float = 0.0
+
+
 def rundown(
     scenario: Scenario,
     speed: float | None = None,
     duration: float | None = None,
     progress: Callable[[float], None] | None = None,
+    *,
+    turning: str = "loose",
+    drive_drag: DriveDrag | None = None,
 ) -> Recording:
-    """Let the loose gear run down under its drag, effects included.
+    """Let the loose gear, the drive, or both in mesh run down under their drag, effects included.
 
     Args:
-        scenario: its inertia, drag, torque effects and sample rate; gates of flight hold, flanks play no part.
-        speed: of the loose gear at the start [rad/s]; the one that the drive's mean speed gives it unless given.
+        scenario: its inertias, drag, torque effects and sample rate. Out of mesh gates of flight hold and flanks play
+            no part; in mesh gates of contact hold, on perfect flanks that stay in contact.
+        speed: of the gear whose angle counts, the loose one of both, at the start [rad/s]; the one that the drive's
+            mean speed gives it unless given.
         duration: [s]; until it stands unless given.
         progress: called now and then with the simulated time done [s].
+        turning: ``"loose"``, ``"drive"`` or ``"both"``.
+        drive_drag: on the drive's own shaft.
 
     Returns:
-        The recording, sampled at the rate of the sensors; the drive stands still.
+        The recording, sampled at the rate of the sensors; a gear that does not take part stands still.
 
     Raises:
-        InputError: no speed, or nothing that slows the gear down.
+        InputError: no speed, no inertia of the drive, friction in the mesh, or nothing that slows the gear down.
 
-    Source: Kadmiri et al. 2012, eqs (4)-(7); Ottewill et al. 2010, eqs (14)-(16).
+    Source: Kadmiri et al. 2012, eqs (4)-(7); Ottewill et al. 2010, section 4.1 and eqs (14)-(16).
 
     >>> from gears3d.scenario import load
     >>> record = rundown(load("scenarios/rigaud-2020/fig5-20rpm.toml"), speed=3.0)
     >>> round(float(record.time[np.flatnonzero(record.signals["omega_loose_rad_s"] == 0.0)[0]]), 3)  # J·ω/T
     0.948
     """
-    rig = scenario.rig()
+    rig, torques = _coasting(scenario, turning, drive_drag or DriveDrag())
+    ratio = rig.base_radius_drive / rig.base_radius_loose
     if speed is None:
-        speed = scenario.motion.mean * rig.base_radius_drive / rig.base_radius_loose
+        speed = scenario.motion.mean * (1.0 if turning == "drive" else ratio)
     if speed == 0.0:
         raise InputError(Fault("motion.mean", "is 0: nothing runs down", "give the speed that the gear starts with"))
-    torques = [row for row in scenario.rows() if row.code // 100 == 1 and row.code != Code.TORQUE_FRICTION]
     no_mate = 4.0 * rig.base_radius_loose * abs(speed) * LONGEST  # a backlash wider than any way it can go
-    alone = replace(rig, backlash=no_mate, mean_speed=speed * rig.base_radius_loose / rig.base_radius_drive)
-    packed = model(alone, [], torques)
+    packed = model(replace(rig, backlash=no_mate, mean_speed=speed / ratio), [], torques)
     spacing = 1.0 / scenario.sensors.sample_rate
     end = duration or _standstill(packed, rig.drag_torque and rig.inertia * abs(speed) / rig.drag_torque)
     outcome = run(packed, end, spacing, "free", progress)
     time, _, theta, _, omega, _, _ = outcome.samples.T.copy()
-    still = np.zeros_like(time)
+    theta, still = theta - theta[0], np.zeros_like(time)
+    loose, drive = {"loose": (1.0, 0.0), "drive": (0.0, 1.0), "both": (1.0, 1.0 / ratio)}[turning]
     signals = {
         "time_s": time,
-        "theta_drive_rad": still,
-        "theta_loose_rad": theta - theta[0],
-        "omega_drive_rad_s": still,
-        "omega_loose_rad_s": omega,
+        "theta_drive_rad": drive * theta if drive else still,
+        "theta_loose_rad": loose * theta if loose else still,
+        "omega_drive_rad_s": drive * omega if drive else still,
+        "omega_loose_rad_s": loose * omega if loose else still,
     }
     return Recording(signals, meta={"model": "rundown", "interrupted": outcome.interrupted})
+
+
+def _coasting(scenario: Scenario, turning: str, own: DriveDrag) -> tuple[Rig, list[Row]]:
+    """Return what runs down as one inertia with its torques, at the speed of the gear whose angle counts."""
+    rig = scenario.rig()
+    torques = [row for row in scenario.rows() if row.code // 100 == 1]
+    if turning == "loose":
+        return rig, [row for row in torques if row.code != Code.TORQUE_FRICTION]
+    inertia = scenario.gears.drive.inertia
+    if inertia is None:
+        remedy = "give the inertia of the drive and of all that turns with it when it coasts"
+        raise InputError(Fault("gears.drive.inertia", "is missing", remedy))
+    if turning == "drive":
+        return replace(rig, inertia=inertia, drag_torque=own.torque), [torque_linear(own.coefficient)]
+    if any(row.code == Code.TORQUE_FRICTION for row in torques):
+        remedy = "take the effect mesh_friction out, or use mesh_drag"
+        raise InputError(Fault("effect", "friction in the mesh is not in run-downs of both gears", remedy))
+    n = rig.base_radius_loose / rig.base_radius_drive
+    closed = [row._replace(gate=Gate.ALWAYS) for row in torques if row.gate in (Gate.ALWAYS, Gate.CONTACT)]
+    both = replace(rig, inertia=rig.inertia + n**2 * inertia, drag_torque=rig.drag_torque + n * own.torque)
+    return both, [*closed, torque_linear(n**2 * own.coefficient)]
 
 
 def _standstill(packed, guess: float) -> float:

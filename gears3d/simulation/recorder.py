@@ -26,16 +26,20 @@ def record(
     model: str = "rigid",
     seed: int | None = None,
     speed: float | None = None,
+    turning: str = "loose",
+    drive_drag: tuple[float, float] = (0.0, 0.0),
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Return what encoders would have recorded of a scenario.
 
     Args:
         scenario: what happens, and its ``[sensors]``.
-        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets the loose gear run down out of mesh.
+        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets gears run down.
         model: of the rattle test, as ``simulate`` takes it.
         seed: of the encoders' noise; that of the scenario unless given.
-        speed: of the loose gear at the start of a run-down [rad/s].
+        speed: at the start of a run-down, of the gear that turns, the loose one of both [rad/s].
+        turning: in a run-down: ``"loose"`` or ``"drive"`` out of mesh, ``"both"`` in mesh.
+        drive_drag: of the drive's own shaft when it runs down: dry [N·m], viscous [N·m·s/rad].
         progress: called now and then with the simulated time done [s].
 
     Returns:
@@ -54,9 +58,10 @@ def record(
         raise UsageError(f"there is no test {test!r}; {did_you_mean(test, list(TESTS))}")
     sensors = scenario.sensors
     if test == "rundown":
-        from gears3d.lumped.rundown import rundown
+        from gears3d.lumped.rundown import DriveDrag, rundown
 
-        happened = observe(rundown(scenario, speed, progress=progress), scenario.effects, scenario.rig())
+        coasted = rundown(scenario, speed, progress=progress, turning=turning, drive_drag=DriveDrag(*drive_drag))
+        happened = observe(coasted, scenario.effects, scenario.rig())
     else:
         _check_rate(scenario)
         sampled = scenario.with_({"run.output_rate": f"{sensors.sample_rate!r} Hz"})

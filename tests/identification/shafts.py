@@ -48,3 +48,21 @@ def counted(angle, counts, seed):
     """Return what a counter with an unknown start shows [rad]."""
     count = 2.0 * pi / counts
     return np.floor(angle / count + np.random.default_rng(seed).uniform()) * count
+
+
+def solved(inertia, torque, coefficient, power, exponent, speed, rate, last=0.02):
+    """Return time and angle under a whole law, solved to 1e-11, down to a part of the speed."""
+
+    def slowing(_, y):
+        w = max(y[1], 0.0)
+        return [y[1], -(torque + coefficient * w + power * w**exponent) / inertia]
+
+    def slow(_, y):
+        return y[1] - last * speed
+
+    slow.terminal = True
+    found = solve_ivp(
+        slowing, (0.0, 1e4), [0.0, speed], method="DOP853", rtol=1e-11, atol=1e-11, events=slow, dense_output=True
+    )
+    time = np.arange(0.0, found.t[-1], 1.0 / rate)
+    return time, found.sol(time)[0]

@@ -3,29 +3,76 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.identify.shared import AsJson, Files, Out, Rig, answer
+from gears3d.cli.identify.shared import AsJson, Files, MapFile, Out, Rig, answer
+
+if TYPE_CHECKING:
+    from gears3d.identification import Identified, Inertia
 
 
 def rundown(
     files: Files,
     inertia: Annotated[str, typer.Option(help='Of what runs down, e.g. "0.0695 kg m^2".')] = "",
     inertia_uncertainty: Annotated[str, typer.Option(help='Its standard deviation, e.g. "0.002 kg m^2".')] = "",
+    law: Annotated[str | None, typer.Option(help='Fit this law, e.g. "coulomb+viscous"; default: the best.')] = None,
+    meshed: Annotated[list[Path] | None, typer.Option(help="Run-down of both gears in mesh; repeatable.")] = None,
+    drive_alone: Annotated[list[Path] | None, typer.Option(help="Run-down of the drive alone; repeatable.")] = None,
     rig: Rig = None,
+    map_file: MapFile = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the drag on a gear that runs down freely, out of mesh.
+    """Identify the drag on a gear that runs down freely, out of mesh; of several assemblies by a campaign file (.toml).
+
+    With --meshed and --drive-alone: the drag of the mesh, what both gears lose together more than each alone.
 
     Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
     """
-    from gears3d import identification
+    from gears3d import identification as ident
+    from gears3d.errors import UsageError
 
-    found = identification.identify_rundown(files, *_inertia(inertia, inertia_uncertainty, rig))
-    answer(found, identification.write_picture, out, as_json)
+    if [file for file in files if file.suffix == ".toml"]:
+        if len(files) > 1 or inertia or law or meshed or drive_alone:
+            raise UsageError("a campaign file stands alone: inertias and laws are in it")
+        campaign = ident.read_campaign(files[0], lambda file, gear: ident.read_track(file, gear, map_file))
+        found = ident.identify_assemblies(*campaign)
+    elif meshed or drive_alone:
+        found = _mesh(files, drive_alone or [], meshed or [], rig, map_file)
+    else:
+        tracks = [ident.read_track(file, map_file=map_file) for file in files]
+        found = ident.identify_rundown(tracks, *_inertia(inertia, inertia_uncertainty, rig), law=law)
+    answer(found, ident.write_picture, out, as_json)
+
+
+def _mesh(
+    loose: list[Path], drive: list[Path], meshed: list[Path], rig: Path | None, map_file: Path | None
+) -> Identified:
+    from gears3d import identification as ident
+    from gears3d.errors import Fault, InputError
+    from gears3d.scenario import load
+
+    if rig is None:
+        raise InputError(Fault("--rig", "is missing", "mesh drag needs both inertias and both base radii"))
+    scenario = load(rig)
+    constants = scenario.rig()
+
+    def inertia(gear: str) -> Inertia:
+        value = getattr(scenario.gears, gear).inertia
+        if value is None:
+            remedy = "give the inertia of the drive and of all that turns with it when it coasts"
+            raise InputError(Fault(f"gears.{gear}.inertia", "is missing", remedy, str(rig)))
+        return ident.Inertia(value, scenario.uncertainty.get(f"gears.{gear}.inertia", 0.0))
+
+    return ident.identify_mesh_drag(
+        [ident.read_track(file, "loose", map_file) for file in loose],
+        [ident.read_track(file, "drive", map_file) for file in drive],
+        [ident.read_track(file, "loose", map_file) for file in meshed],
+        (inertia("loose"), inertia("drive")),
+        constants.base_radius_loose / constants.base_radius_drive,
+    )
 
 
 def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
