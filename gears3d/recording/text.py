@@ -1,44 +1,103 @@
-"""Reading CSV records, with faults that name the line."""
+"""Reading tables in text files, a block at a time, with faults that name column and row."""
 
 from __future__ import annotations
 
+import codecs
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gears3d.errors import Fault, InputError
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.recording.columns import SIGNAL_UNITS
+from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split
+
+BLOCK = 1 << 21
+"""Bytes read at a time."""
+REMEDY = "a line of column names, then numbers, separated by commas"
+_SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table in a text file, of which nothing but the head is read yet.
+
+    Args:
+        path: the file.
+        dialect: how it writes its table.
+    """
+
+    path: Path
+    dialect: Dialect
+
+    def load(self, names: Sequence[str], rows: int | None = None) -> dict[str, np.ndarray]:
+        """Read columns.
+
+        Args:
+            names: which; each the name of one column.
+            rows: the first so many; all when ``None``.
+
+        Returns:
+            Float64 arrays, (n,), NaN where a cell is empty.
+
+        Raises:
+            InputError: a name is not there or not unique, a cell is no number, or rows differ in length.
+        """
+        places = [self._place(name) for name in names]
+        return dict(zip(names, _load(self, places, rows), strict=True))
+
+    def _place(self, name: str) -> int:
+        known = self.dialect.names
+        if known.count(name) > 1:
+            refuse_twins([name, name], self.path)
+        if name not in known:
+            raise InputError(Fault(name, "is not there", did_you_mean(name, known), str(self.path)))
+        return known.index(name)
+
+
+def open_text(path: Path) -> TextTable:
+    """Tell the dialect of a text file from its head.
+
+    Args:
+        path: a file with rows of numbers.
+
+    Returns:
+        The table, to be loaded.
+
+    Raises:
+        InputError: it cannot be read, is no text, or has no rows of numbers.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+        return TextTable(path, sniff(head, len(head) < HEAD))
+    except (OSError, ValueError) as error:
+        why = str(error) or type(error).__name__
+        if why == "has no rows":
+            raise InputError(Fault("", why, "numbers below the line of column names", str(path))) from error
+        raise InputError(Fault("", f"cannot be read as CSV: {why}", REMEDY, str(path))) from error
 
 
 def read_csv(path: Path) -> dict[str, np.ndarray]:
-    """Read a CSV record.
+    """Read every column of numbers of a text file, of any dialect.
 
     Args:
-        path: a file with a line of column names and numbers below it, separated by comma, semicolon or tab.
+        path: names above columns of numbers; columns of words are left out, unless they have a name of the contract.
 
     Returns:
         The columns as float64, empty cells NaN.
 
     Raises:
-        InputError: it cannot be read, or a cell is no number; names column and line.
+        InputError: it cannot be read, or a cell is no number; names column and row.
     """
-    import pyarrow as pa
-    from pyarrow import csv
-
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            header = file.readline()
-        options = csv.ParseOptions(delimiter=_separator(header))
-        reading = csv.ReadOptions(use_threads=False)
-        table = csv.read_csv(path, read_options=reading, parse_options=options)
-    except (OSError, ValueError, pa.ArrowException) as error:
-        remedy = "a line of column names, then numbers, separated by commas"
-        raise InputError(Fault("", f"cannot be read as CSV: {error}", remedy, str(path))) from error
-    names = [name.strip() for name in table.column_names]
-    refuse_twins(names, path)
-    if not table.num_rows:
-        raise InputError(Fault("", "has no rows", "numbers below the line of column names", str(path)))
-    return {name: _numbers(name, column, path) for name, column in zip(names, table.columns, strict=True)}
+    table = open_text(path)
+    refuse_twins(list(table.dialect.names), path)
+    pairs = zip(table.dialect.names, table.dialect.numeric, strict=True)
+    return table.load([name for name, numeric in pairs if numeric or name in SIGNAL_UNITS])
 
 
 def refuse_twins(names: list[str], path: Path) -> None:
@@ -56,22 +115,140 @@ def refuse_twins(names: list[str], path: Path) -> None:
         raise InputError([Fault(name, "is the name of several columns", "rename one", str(path)) for name in twins])
 
 
-def _separator(header: str) -> str:
-    return next((mark for mark in (",", ";", "\t") if mark in header), ",")
+class _Rows(io.RawIOBase):
+    """The rows of a text table as UTF-8 that pyarrow reads: no header, no comments, one separator."""
+
+    def __init__(self, table: TextTable) -> None:
+        self._blocks = _blocks(table)
+        self._rest = b""
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        """Return the next bytes, none at the end."""
+        while not self._rest:
+            block = next(self._blocks, None)
+            if block is None:
+                return b""
+            self._rest = block
+        if size < 0 or size >= len(self._rest):
+            given, self._rest = self._rest, b""
+        else:
+            given, self._rest = self._rest[:size], self._rest[size:]
+        return given
 
 
-def _numbers(name: str, column: Any, path: Path) -> np.ndarray:
+def _blocks(table: TextTable) -> Iterator[bytes]:
+    """Yield the rows in pieces of whole lines."""
+    dialect = table.dialect
+    decode = None if dialect.encoding in _SINGLE else codecs.getincrementaldecoder(dialect.encoding)("replace").decode
+    left, skip = b"", dialect.skip
+    with table.path.open("rb") as file:
+        if dialect.encoding == "utf-8-sig":
+            file.seek(len(codecs.BOM_UTF8))
+        while block := file.read(BLOCK):
+            text = block if decode is None else decode(block).encode("utf-8", "replace")
+            text = left + (text.replace(b"\r", b"\n") if dialect.newline == "\r" else text)
+            while skip and (end := text.find(b"\n")) >= 0:
+                text, skip = text[end + 1 :], skip - 1
+            cut = 0 if skip else text.rfind(b"\n") + 1
+            left = text[cut:]
+            if cut:
+                yield _tidy(text[:cut], dialect)
+    if left and not skip:
+        yield _tidy(left, dialect)
+
+
+def _tidy(block: bytes, dialect: Dialect) -> bytes:
+    """Take out comments, signs of positive numbers and repeated white space."""
+    if any(mark.encode() in block for mark in COMMENTS):
+        marks = tuple(mark.encode() for mark in COMMENTS)
+        lines = block.split(b"\n")
+        block = b"\n".join(line for line in lines if not line.lstrip().startswith(marks))
+    if b"+" in block:
+        block = block.replace(b"+", b"")
+    if dialect.delimiter == " ":
+        block = re.sub(rb"[ \t]+", b" ", block)
+        block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", block)
+    return block
+
+
+def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.ndarray]:
     import pyarrow as pa
 
-    kind = column.type
-    if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind) or pa.types.is_null(kind):
-        return column.cast(pa.float64()).to_numpy()
-    numbers = np.full(len(column), np.nan)
-    for row, cell in enumerate(column.to_pylist()):
-        try:
-            numbers[row] = float(cell) if cell not in (None, "") else np.nan
-        except (TypeError, ValueError):
-            where = f"{name}, row {row + 1}"
-            remedy = "write plain numbers with a decimal point"
-            raise InputError(Fault(where, f"is {str(cell)!r}", remedy, str(path))) from None
-    return numbers
+    wanted = [f"c{place}" for place in places]
+    try:
+        capacity = _lines(table) if rows is None else rows
+        arrays = {name: np.zeros(capacity) for name in wanted}
+        done = 0
+        for batch in _batches(table, sorted(set(wanted))):
+            count = min(batch.num_rows, capacity - done)
+            for name, values in arrays.items():
+                column = batch.column(batch.schema.get_field_index(name))
+                values[done : done + count] = column.to_numpy(zero_copy_only=False)[:count]
+            done += count
+            if done == capacity:
+                break
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise _located(table, places, error) from error
+    except MemoryError as error:
+        raise InputError(Fault("", "does not fit into memory", "name fewer channels", str(table.path))) from error
+    if not done:
+        raise InputError(Fault("", "has no rows", "numbers below the line of column names", str(table.path)))
+    return [arrays[name][:done] for name in wanted]
+
+
+def _batches(table: TextTable, wanted: list[str]) -> Any:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    dialect = table.dialect
+    return csv.open_csv(
+        pa.PythonFile(_Rows(table), mode="r"),
+        read_options=csv.ReadOptions(
+            use_threads=False, block_size=BLOCK, column_names=[f"c{k}" for k in range(len(dialect.names))]
+        ),
+        parse_options=csv.ParseOptions(delimiter=dialect.delimiter),
+        convert_options=csv.ConvertOptions(
+            include_columns=wanted,
+            column_types=dict.fromkeys(wanted, pa.float64()),
+            null_values=list(MISSING),
+            decimal_point=dialect.decimal,
+        ),
+    )
+
+
+def _lines(table: TextTable) -> int:
+    """Return a number of lines that the file does not exceed."""
+    mark = table.dialect.newline.encode()
+    count = 1
+    with table.path.open("rb") as file:
+        while block := file.read(BLOCK):
+            count += block.count(mark)
+    return count
+
+
+def _located(table: TextTable, places: Sequence[int], error: Exception) -> InputError:
+    """Return the fault with column and row, found by reading once more, slowly."""
+    dialect, file = table.dialect, str(table.path)
+    width, row = len(dialect.names), 0
+    try:
+        for block in _blocks(table):
+            for line in block.decode("utf-8", "replace").split("\n"):
+                if not line.strip():
+                    continue
+                row += 1
+                cells = split(line.rstrip("\r"), dialect.delimiter)
+                if len(cells) != width:
+                    remedy = "each row has as many cells as there are columns; a file that was cut off ends amid a row"
+                    return InputError(Fault(f"row {row}", f"has {len(cells)} cells, not {width}", remedy, file))
+                for place in places:
+                    if cells[place] and not is_number(cells[place], dialect.decimal) and cells[place] not in MISSING:
+                        where = f"{dialect.names[place]}, row {row}"
+                        mark = "comma" if dialect.decimal == "," else "point"
+                        remedy = f"write plain numbers with a decimal {mark}"
+                        return InputError(Fault(where, f"is {cells[place]!r}", remedy, file))
+    except (OSError, ValueError):
+        pass
+    return InputError(Fault("", f"cannot be read as CSV: {error}", REMEDY, file))

@@ -122,15 +122,15 @@ def test_summary_tells_what_bare_tables_do_not(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "cannot be read as CSV: Empty CSV file"),
+        ("", "cannot be read as CSV: is empty"),
         (HEADER + "\n", "has no rows"),
-        (HEADER + "\n0,0,0\n1,1\n", "Row #3: Expected 3 columns, got 2"),
+        (HEADER + "\n0,0,0\n1,1\n", "row 2: has 2 cells, not 3"),
         (HEADER + "\n0,0,0\n1,1,x\n", "theta_loose_rad, row 2: is 'x'"),
         (HEADER + "\n0,0,0\n1,,1\n", r"signals.theta_drive_rad\[1\]: is nan"),
         (HEADER + "\n0,0,0\n0,1,1\n", r"signals.time_s\[1\]: is 0.0 s after 0.0 s"),
         (
-            HEADER.replace(",", ";") + "\n0,5;0;0\n",
-            r"time_s, row 1: is '0,5' \(write plain numbers with",
+            HEADER.replace(",", ";") + "\n0,5;0;0\n1.5;0;0\n2,5;0;0\n",
+            r"time_s, row 2: is '1.5' \(write plain numbers with a decimal comma",
         ),
         (HEADER + "\n2020-01-01 00:00:00,0,0\n", "time_s, row 1: is '2020-01-01 00:00:00'"),
         (
@@ -138,7 +138,7 @@ def test_summary_tells_what_bare_tables_do_not(tmp_path):
             r"is missing \(rename 'theta_lose_rad'\?\)",
         ),
         (HEADER + ",time_s\n0,0,0,0\n", "time_s: is the name of several columns"),
-        (HEADER + ",note\n0,0,0,a\n", "note, row 1: is 'a'"),
+        (HEADER + ",mic_Pa\n0,0,0,1\n1,0,0,a\n", "mic_Pa, row 2: is 'a'"),
     ],
 )
 def test_malformed_csv_is_told_by_file_column_and_row(text, message, tmp_path):

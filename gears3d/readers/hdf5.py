@@ -1,0 +1,111 @@
+"""HDF5, and MATLAB v7.3, which is HDF5, by h5py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.readers.foreign import library, reading
+from gears3d.readers.source import Signal, Source
+
+BLOCK = 1 << 18
+"""Samples read at a time."""
+UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
+COLUMNS = 256
+"""So many columns a matrix may have."""
+
+
+class _Place(NamedTuple):
+    """Where the samples of a signal lie: a dataset, a field of it, and a column or row of it."""
+
+    dataset: str
+    field: str
+    at: int | None
+    along: int
+
+
+def open_hdf5(path: Path, form: str = "HDF5") -> Source:
+    """Open an HDF5 file; a matrix gives its columns, a table its fields.
+
+    Args:
+        path: the file.
+        form: how it is called in faults.
+
+    Raises:
+        InputError: it is damaged, or h5py is not installed.
+    """
+    h5py = library("h5py", path)
+    places: dict[str, _Place] = {}
+    signals: list[Signal] = []
+    notes: list[str] = []
+
+    def visit(name: str, node: Any) -> None:
+        if name.startswith("#") or "/#" in name:
+            return
+        notes.extend(_notes(name, node))
+        if isinstance(node, h5py.Dataset):
+            for signal, place in _signals(name, node):
+                places[signal.name] = place
+                signals.append(signal)
+
+    with reading(path, form), h5py.File(path, "r") as file:
+        notes.extend(_notes("", file))
+        file.visititems(visit)
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        with reading(path, form), h5py.File(path, "r") as file:
+            return {name: _values(file[places[name].dataset], places[name], most) for name in names}
+
+    return Source(str(path), form, tuple(signals), load, {}, tuple(notes))
+
+
+def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
+    """Yield the signals of a dataset."""
+    kind, shape = dataset.dtype, dataset.shape
+    if not shape or max(shape) < 2 or len(shape) > 2 or dataset.attrs.get("MATLAB_class", b"") in (b"char", b"cell"):
+        return
+    unit = next((_text(dataset.attrs[key]) for key in UNIT_KEYS if key in dataset.attrs), "")
+    if kind.names and len(shape) == 1:
+        for field in kind.names:
+            if kind[field].kind in "biuf" and not kind[field].shape:
+                yield Signal(f"{name}/{field}", unit, shape[0]), _Place(name, field, None, 0)
+        return
+    if kind.kind not in "biuf":
+        yield Signal(name, unit, shape[0], numeric=False), _Place(name, "", None, 0)
+        return
+    along = int(np.argmax(shape))
+    if len(shape) == 1:
+        yield Signal(name, unit, shape[0]), _Place(name, "", None, 0)
+    elif min(shape) == 1:
+        yield Signal(name, unit, shape[along]), _Place(name, "", 0, along)
+    elif min(shape) <= COLUMNS:
+        for k in range(min(shape)):
+            yield Signal(f"{name}({k + 1})", unit, shape[along]), _Place(name, "", k, along)
+
+
+def _values(dataset: Any, place: _Place, most: int | None) -> np.ndarray:
+    count = dataset.shape[place.along] if most is None else min(dataset.shape[place.along], most)
+    values = np.zeros(count)
+    for start in range(0, count, BLOCK):
+        part = slice(start, min(start + BLOCK, count))
+        if place.at is None:
+            block = dataset[part]
+            values[part] = block[place.field] if place.field else block
+        else:
+            values[part] = dataset[part, place.at] if place.along == 0 else dataset[place.at, part]
+    return values
+
+
+def _notes(name: str, node: Any) -> Iterator[str]:
+    for key, value in node.attrs.items():
+        if np.size(value) == 1 and not key.startswith("MATLAB"):
+            yield f"{name}.{key} = {_text(value)}".lstrip(".")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

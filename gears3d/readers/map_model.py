@@ -1,0 +1,149 @@
+"""``record.toml``, format 1, as data."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _ratio(value: Any) -> Any:
+    """Return a ratio written as a number or as teeth over teeth."""
+    if isinstance(value, str) and (match := re.fullmatch(r"\s*([\d.eE+-]+)\s*/\s*([\d.eE+-]+)\s*", value)):
+        try:
+            return float(match[1]) / float(match[2])
+        except (ValueError, ZeroDivisionError) as error:
+            raise ValueError(f"{value!r} is no ratio") from error
+    if isinstance(value, bool):
+        raise ValueError("is no number")
+    return value
+
+
+Ratio = Annotated[float, BeforeValidator(_ratio), Field(gt=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class TimeMap(_Part):
+    """Where the time comes from: a signal, a rate, or what the file declares when neither is given.
+
+    ``axis`` says whose edges are the moments of the record where both gears are known at edges only.
+    """
+
+    channel: str | None = None
+    unit: str = ""
+    sample_rate: str | None = None
+    axis: Literal["loose", "drive", "union"] = "loose"
+
+
+class IndexMap(_Part):
+    """Pulse of an encoder's index mark; its threshold in the unit of the file, found when not given."""
+
+    channel: str
+    threshold: Finite | None = None
+
+
+class Quadrature(_Part):
+    """Two channels a quarter of a period apart."""
+
+    kind: Literal["quadrature"]
+    a: str
+    b: str
+    lines: Positive
+    decoding: Literal[1, 2, 4] = 4
+    threshold: Finite | None = None
+    hysteresis: Finite | None = None
+    at: Literal["samples", "edges"] = "samples"
+
+
+class Tacho(_Part):
+    """One pulse a tooth of a wheel; ``positions`` counts missing teeth, too."""
+
+    kind: Literal["tacho"]
+    positions: Annotated[int, Field(gt=0)]
+    missing: Annotated[int, Field(ge=0)] | Literal["find"] = 0
+    edge: Literal["rising", "falling"] = "rising"
+    threshold: Finite | None = None
+    hysteresis: Finite | None = None
+    evened: bool = False
+
+
+class Stamps(_Part):
+    """Times at which edges happened, or ticks of a clock."""
+
+    kind: Literal["stamps"]
+    clock: str | None = None
+    bits: Annotated[int, Field(gt=1, le=53)] | None = None
+    direction: str | None = None
+
+
+class Counter(_Part):
+    """A counter that begins anew after some bits or counts."""
+
+    kind: Literal["counter"]
+    bits: Annotated[int, Field(gt=1, le=53)] | None = None
+    signed: bool = False
+    period: Annotated[int, Field(gt=3)] | None = None
+
+
+Decode = Annotated[Quadrature | Tacho | Stamps | Counter, Field(discriminator="kind")]
+DECODERS: dict[str, type[_Part]] = {
+    "quadrature": Quadrature,
+    "tacho": Tacho,
+    "stamps": Stamps,
+    "counter": Counter,
+}
+
+
+class GearMap(_Part):
+    """How the angle of a gear comes from a signal."""
+
+    channel: str | None = None
+    unit: str = ""
+    counts_per_revolution: Positive | None = None
+    sign: Literal[1, -1] = 1
+    ratio: Ratio = 1.0
+    wraps_at: str | None = None
+    zero: Literal["index", "arbitrary"] | None = None
+    index: IndexMap | None = None
+    decode: Decode | None = None
+
+    def roles(self) -> dict[str, str]:
+        """Return the signals that are needed, by key."""
+        names = {"channel": self.channel, "index.channel": self.index.channel if self.index else None}
+        if isinstance(self.decode, Quadrature):
+            names |= {"decode.a": self.decode.a, "decode.b": self.decode.b}
+        elif isinstance(self.decode, Stamps):
+            names["decode.direction"] = self.decode.direction
+        return {key: name for key, name in names.items() if name is not None}
+
+    @property
+    def sampled(self) -> bool:
+        """Whether its signals have a value at every sample of the time."""
+        return not isinstance(self.decode, Stamps)
+
+
+class ExtraMap(_Part):
+    """A further signal that is kept, under a name of one's own."""
+
+    channel: str
+    unit: str = ""
+
+
+class RecordMap(_Part):
+    """The map of one file."""
+
+    format: Literal[1]
+    file: str | None = None
+    title: str = ""
+    group: str = ""
+    time: TimeMap = TimeMap()
+    drive: GearMap | None = None
+    loose: GearMap | None = None
+    extra: dict[str, ExtraMap] = Field(default_factory=dict)
+    condition: dict[str, Any] = Field(default_factory=dict)

@@ -1,0 +1,172 @@
+"""A file that was opened: which signals it has, and how to load some of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError, did_you_mean
+
+SHOWN = 24
+"""Signals that a fault lists."""
+_UNIT = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\s(?:/|in)\s+(?P<c>\S.*))\s*$")
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One channel as the file has it.
+
+    Args:
+        name: with its group, ``"Rig/phi1"``; unique in the file.
+        unit: as the file tells it, empty where it does not.
+        rows: number of samples, where known without reading.
+        clock: start and step [s] of even sampling, where the file declares it.
+        axis: name of the signal that is its time, where the file declares it.
+        numeric: whether it holds numbers.
+    """
+
+    name: str
+    unit: str = ""
+    rows: int | None = None
+    clock: tuple[float, float] | None = None
+    axis: str = ""
+    numeric: bool = True
+
+    @property
+    def bare(self) -> str:
+        """Name without its group and without a unit in brackets.
+
+        >>> Signal("Rig/phi1 [deg]").bare
+        'phi1'
+        """
+        return split_unit(self.name.rpartition("/")[2])[0] if "/" in split_unit(self.name)[0] else self.label
+
+    @property
+    def label(self) -> str:
+        """Name with its group, without a unit in brackets."""
+        return split_unit(self.name)[0]
+
+    @property
+    def told_unit(self) -> str:
+        """The unit that the file tells, or that stands in brackets behind the name.
+
+        >>> Signal("n1 [1/min]").told_unit, Signal("t", "ms").told_unit
+        ('1/min', 'ms')
+        """
+        return self.unit or split_unit(self.name)[1]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """An opened file.
+
+    Args:
+        file: its name.
+        form: name of the format.
+        signals: what it has.
+        load: takes names of signals and a largest number of rows (``None``: all), returns float64 arrays.
+        meta: what it tells besides.
+        notes: lines or properties that people wrote into it.
+    """
+
+    file: str
+    form: str
+    signals: tuple[Signal, ...]
+    load: Callable[[Sequence[str], int | None], dict[str, np.ndarray]]
+    meta: dict[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def find(self, name: str, group: str = "", key: str = "") -> Signal:
+        """Return the signal of a name.
+
+        Args:
+            name: with or without its group and unit; ``"column 3"`` counts from one in a file without names.
+            group: where to look first.
+            key: of the map, named in the fault.
+
+        Raises:
+            InputError: there is none or more than one, or it holds no numbers; lists what there is.
+        """
+        signals = [each for each in self.signals if not group or each.name.startswith(group + "/")]
+        if group and not signals:
+            groups = sorted({each.name.rpartition("/")[0] for each in self.signals})
+            raise InputError(Fault("group", f"{group!r} is not in the file", did_you_mean(group, groups), self.file))
+        tests: tuple[Callable[[Signal], bool], ...] = (
+            lambda each: each.name in (name, f"{group}/{name}"),
+            lambda each: each.label in (name, f"{group}/{name}"),
+            lambda each: each.name.rpartition("/")[2] == name,
+            lambda each: each.bare == name,
+        )
+        for test in tests:
+            found = [each for each in signals if test(each)]
+            if len(found) == 1:
+                break
+            if found:
+                names = ", ".join(repr(each.name) for each in found[:SHOWN])
+                what = f"{name!r} is the name of several signals: {names}"
+                raise InputError(Fault(key, what, "write the group, too", self.file))
+        else:
+            near = did_you_mean(name, [each.name for each in signals] + [each.bare for each in signals])
+            near = near if near.startswith("did") else self.listing()
+            raise InputError(Fault(key, f"{name!r} is not in the file", near, self.file))
+        if not found[0].numeric:
+            raise InputError(Fault(key, f"{name!r} holds no numbers", self.listing(), self.file))
+        return found[0]
+
+    def listing(self) -> str:
+        """Return one clause with what the file has."""
+        told = [f"{each.name} [{each.unit}]" if each.unit else each.name for each in self.signals if each.numeric]
+        more = f" and {len(told) - SHOWN} more" if len(told) > SHOWN else ""
+        return "it has: " + (", ".join(told[:SHOWN]) + more if told else "no numbers")
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Return a name and the unit that stands behind it.
+
+    Args:
+        name: ``"phi [deg]"``, ``"phi (deg)"``, ``"n in rpm"``, ``"n / rpm"``.
+
+    >>> split_unit("Winkel 1 [deg]"), split_unit("n / rpm"), split_unit("theta_drive_rad")
+    (('Winkel 1', 'deg'), ('n', 'rpm'), ('theta_drive_rad', ''))
+    """
+    match = _UNIT.match(name)
+    if match is None or not match["name"]:
+        return name.strip(), ""
+    return match["name"].strip(), (match["a"] or match["b"] or match["c"] or "").strip()
+
+
+def unique(names: Sequence[str]) -> list[str]:
+    """Return names of which none occurs twice.
+
+    Args:
+        names: as the file has them.
+
+    >>> unique(["t", "n", "n"])
+    ['t', 'n', 'n (2)']
+    """
+    seen: dict[str, int] = {}
+    given = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        given.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return given
+
+
+def seconds(times: np.ndarray) -> np.ndarray:
+    """Return dates as seconds since the first one.
+
+    Args:
+        times: datetime64, (n,).
+
+    >>> seconds(np.array(["2026-01-01T00:00:00.000", "2026-01-01T00:00:00.250"], "datetime64[us]")).tolist()
+    [0.0, 0.25]
+    """
+    stamps = times.astype("datetime64[ns]")
+    missing = np.isnat(stamps)
+    known = np.flatnonzero(~missing)
+    first = stamps[known[0]] if known.size else np.datetime64(0, "ns")
+    return np.where(missing, np.nan, 1e-9 * (stamps - first).astype(np.int64))

@@ -1,0 +1,96 @@
+"""Units as files and maps write them, for times, angles and speeds."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+
+COUNTS = ("counts", "count", "cts", "ct", "inc", "incr", "increments", "ticks", "pulses", "steps", "lsb", "edges")
+"""Words for the counts of an encoder; each may be followed by ``/s``."""
+SAMPLES = ("samples", "sample", "index")
+_ALIASES = {
+    "rpm": "1/min U/min min-1 min^-1 r/min rev/min r.p.m. RPM upm Upm 1/Min /min tr/min min⁻¹",
+    "rev": "U turn turns revs revolution revolutions cycle cycles tr Umdr r",
+    "rev/s": "U/s turns/s r/s",
+    "deg": "degree degrees Grad grd ° DEG °(deg) Deg",
+    "deg/s": "°/s degree/s degrees/s dps",
+    "rad": "radian radians Rad RAD",
+    "rad/s": "radian/s radians/s 1/s s-1 s^-1 rad*s^-1 rad·s⁻¹",
+    "s": "sec secs second seconds Sekunden Sek S",
+    "ms": "msec millisecond milliseconds",
+    "us": "usec microsecond microseconds µs μs",
+}
+_SPELT = {alias: unit for unit, aliases in _ALIASES.items() for alias in aliases.split()}
+
+
+def is_counts(unit: str) -> bool:
+    """Return whether a unit is the count of an encoder, or counts a second.
+
+    Args:
+        unit: as written.
+
+    >>> is_counts("ticks"), is_counts("Counts/s"), is_counts("deg")
+    (True, True, False)
+    """
+    return unit.lower().removesuffix("/s") in COUNTS
+
+
+def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> tuple[float, str]:
+    """Return what one of a unit is in SI, and its family.
+
+    Args:
+        unit: as written, with or without a number: ``"deg"``, ``"0.36 deg"``, ``"1/min"``, ``"counts"``.
+        families: that are allowed, as :mod:`gears3d.units` names them.
+        counts: of an encoder a revolution.
+
+    Returns:
+        The factor, and the family.
+
+    Raises:
+        InputError: the unit is not known, of another family, or a count whose encoder is not known.
+
+    >>> to_si("U/min", ("angle", "speed")), to_si("counts", ("angle", "speed"), 4.0)
+    ((0.10471975511965977, 'speed'), (1.5707963267948966, 'angle'))
+    """
+    from gears3d.units import parse_any
+
+    text = unit.strip().strip("[]()").strip()
+    if is_counts(text):
+        if counts is None:
+            remedy = "give counts_per_revolution: edges, four times the lines of a quadrature encoder"
+            raise InputError(Fault("", f"is in {text}, and how many are a revolution is not known", remedy))
+        family = "speed" if text.endswith("/s") else "angle"
+        if family not in families:
+            raise InputError(Fault("", f"{text} are no unit here", f"give a unit of {' or '.join(families)}"))
+        return 2.0 * pi / counts, family
+    text = _SPELT.get(text, text)
+    number, _, rest = text.partition(" ")
+    quantity = text if _is_float(number) else f"1 {text}"
+    if rest.strip() in _SPELT and quantity == text:
+        quantity = f"{number} {_SPELT[rest.strip()]}"
+    return parse_any(quantity, families)
+
+
+def scaled(values: np.ndarray, factor: float) -> np.ndarray:
+    """Return values in SI, rounded once: 9 ms are 0.009 s.
+
+    Args:
+        values: in a unit, (n,).
+        factor: of :func:`to_si`.
+
+    >>> scaled(np.array([9.0]), 1e-3).tolist(), (np.array([9.0]) * 1e-3).tolist()
+    ([0.009], [0.009000000000000001])
+    """
+    inverse = round(1 / factor) if factor else 0
+    return values / inverse if inverse > 1 and abs(inverse * factor - 1) < 1e-12 else values * factor
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
