@@ -9,5 +9,7 @@ from gears3d.identification.drawing import write_picture as write_picture
 from gears3d.identification.law import Identified as Identified
 from gears3d.identification.law import Parameter as Parameter
 from gears3d.identification.parts import Inertia as Inertia
+from gears3d.identification.restitution import identify_restitution as identify_restitution
+from gears3d.identification.restitution import write_restitution as write_restitution
 from gears3d.identification.rundown import identify_rundown as identify_rundown
 from gears3d.identification.track import read_track as read_track

@@ -89,5 +89,5 @@ def _show(found: Identified) -> None:
     console.print(table)
     if losses := found.goodness.get("held_out"):
         held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
-        console.print(f"error on stretches never fitted (mean square, in their errors): {held}", soft_wrap=True)
+        console.print(f"loss on stretches never fitted (less is better): {held}", soft_wrap=True)
     console.print(f"\n{escape(found.snippet)}", end="")

@@ -1,0 +1,30 @@
+"""``gears3d identify restitution``: what impacts give back."""
+
+from __future__ import annotations
+
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+
+
+def restitution(
+    files: Files,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Identify the law of restitution from rattle records of one bench: constant or linear in speed, flanks, scatter.
+
+    Example: gears3d identify restitution rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out e.png
+    """
+    from gears3d.errors import Fault, InputError
+    from gears3d.identification import identify_restitution, write_restitution
+    from gears3d.measurement import measure
+
+    if rig is None:
+        raise InputError(Fault("--rig", "is missing", "give --rig SCENARIO: angles alone have no displacement"))
+    records = admitted(files, rig, map_file, correct)
+    found = [measure(one.recording, one.rig, one.file) for one in records]
+    bench = next(one.rig for one in records if one.rig is not None)
+    law = identify_restitution([(one.recording, one.summary) for one in found], bench.rig())
+    answer(law, write_restitution, out, as_json)

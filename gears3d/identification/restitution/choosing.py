@@ -1,0 +1,88 @@
+"""Which law of restitution the record asks for: a richer one only where it foretells held-out impacts better."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gears3d.identification.restitution.fitting import Fit, fit
+from gears3d.identification.restitution.likelihood import Terms, log_density
+from gears3d.identification.restitution.pairs import Pairs
+
+CANDIDATES = (Terms(), Terms(slope=True), Terms(asymmetry=True), Terms(slope=True, asymmetry=True))
+"""Laws that compete; Rigaud & Perret-Liaudet 2020, eq. (16), and Kadmiri et al. 2012, fig. 7."""
+FOLDS = 14
+"""Stretches or groups of records that are held out in turn."""
+LEVEL = 0.01
+"""A richer law is taken when its better prediction would come by chance this rarely."""
+
+
+def folds_of(pairs: Pairs) -> np.ndarray:
+    """Return the group of each pair: whole records where there are enough, else stretches of time, (n,).
+
+    Args:
+        pairs: in order of record and time.
+
+    >>> from gears3d.identification.restitution.pairs import Pairs
+    >>> four = Pairs(np.array([0, 0, 1, 1]), np.arange(4.0), *[np.ones(4)] * 7)
+    >>> folds_of(four).tolist()
+    [0, 1, 2, 3]
+    """
+    names = np.unique(pairs.record)
+    if len(names) >= FOLDS:
+        return np.searchsorted(names, pairs.record) % FOLDS
+    order = np.lexsort((pairs.time, pairs.record))
+    folds = np.zeros(len(order), int)
+    folds[order] = np.arange(len(order)) * min(FOLDS, len(order)) // len(order)
+    return folds
+
+
+def held_out(pairs: Pairs, whole: Fit, folds: np.ndarray) -> np.ndarray:
+    """Return each group's mean logarithm of the density under a law that never saw it, (folds,).
+
+    Args:
+        pairs: with rebounds that were seen.
+        whole: the law fitted to all of them.
+        folds: group of each pair, (n,).
+    """
+    told = np.zeros(int(folds.max()) + 1)
+    for fold in range(len(told)):
+        rest, own = pairs.only(folds != fold), pairs.only(folds == fold)
+        found = fit(rest, whole.terms, whole)
+        told[fold] = log_density(own, found.mean(own), found.steep(own), found.deviation, found.trust).mean()
+    return told
+
+
+def choose(pairs: Pairs) -> tuple[Fit, dict[str, Fit], dict[str, np.ndarray]]:
+    """Return the law taken, all laws fitted, and the held-out scores of each by group.
+
+    Args:
+        pairs: with rebounds that were seen.
+    """
+    laws = [terms for terms in CANDIDATES if not terms.asymmetry or min(np.bincount(pairs.flank, minlength=2)) >= 5]
+    fits = {terms.name: fit(pairs, terms) for terms in laws}
+    folds = folds_of(pairs)
+    scores = {name: held_out(pairs, found, folds) for name, found in fits.items()}
+    best = fits["constant"]
+    for size in (2, 3):
+        better = [f for f in fits.values() if len(f.numbers) == size and _beats(f, best, scores)]
+        if better:
+            best = max(better, key=lambda f: scores[f.terms.name].mean())
+    return best, fits, scores
+
+
+def _beats(richer: Fit, simpler: Fit, scores: dict[str, np.ndarray]) -> bool:
+    from scipy.stats import wilcoxon
+
+    if not set(_named(simpler.terms)) <= set(_named(richer.terms)):
+        return False
+    gain = scores[richer.terms.name] - scores[simpler.terms.name]
+    if gain.mean() <= 0.0 or not np.any(gain):
+        return False
+    verdict: Any = wilcoxon(gain, alternative="greater")
+    return bool(verdict.pvalue < LEVEL)
+
+
+def _named(terms: Terms) -> list[str]:
+    return [name for name, there in terms._asdict().items() if there]

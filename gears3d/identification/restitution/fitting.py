@@ -1,0 +1,161 @@
+"""Laws of restitution fitted to pairs of speeds, by greatest likelihood."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq, minimize
+from scipy.stats import chi2, t
+
+from gears3d.identification.restitution.likelihood import TRUST, Terms, log_density, noise_of_ratio
+from gears3d.identification.restitution.pairs import Pairs
+
+ROUNDS = 3
+"""Times that variances are told the law anew."""
+
+
+class Fit(NamedTuple):
+    """A fitted law.
+
+    Args:
+        terms: of the law.
+        numbers: of its columns, (p,).
+        covariance: of these, (p, p).
+        deviation: of the scatter.
+        trust: factor by which the stated errors turned out to be off.
+        middle: typical approach and sliding speed [m/s], in which slopes are counted.
+        score: logarithm of the likelihood.
+        count: pairs.
+    """
+
+    terms: Terms
+    numbers: np.ndarray
+    covariance: np.ndarray
+    deviation: float
+    trust: float
+    middle: tuple[float, float]
+    score: float
+    count: int
+
+    def mean(self, pairs: Pairs) -> np.ndarray:
+        """Return the coefficient that the law gives impacts, (n,).
+
+        Args:
+            pairs: impacts.
+        """
+        return self.terms.columns(pairs, self.middle) @ self.numbers
+
+    def steep(self, pairs: Pairs) -> np.ndarray:
+        """Return d(rebound)/d(approach), (n,).
+
+        Args:
+            pairs: impacts.
+        """
+        return _steep(self.terms, self.numbers, self.mean(pairs), pairs, self.middle)
+
+    @property
+    def quantile(self) -> float:
+        """Standard errors to either side that hold 95 %."""
+        return float(t.ppf(0.975, max(self.count - len(self.numbers) - 1, 1)))
+
+
+def _steep(
+    terms: Terms, numbers: np.ndarray, mean: np.ndarray, pairs: Pairs, middle: tuple[float, float]
+) -> np.ndarray:
+    return mean + (numbers[1] * pairs.approach / middle[0] if terms.slope else 0.0)
+
+
+def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float | None = None) -> Fit:
+    """Return the law that makes seen rebounds likeliest; variances by restricted likelihood.
+
+    Args:
+        pairs: with rebounds that were seen.
+        terms: of the law.
+        first: a fit of the same terms to begin with; the covariance is then left out (NaN).
+        deviation: of the scatter, where it is given.
+
+    Source: Patterson & Thompson 1971 for the likelihood that pays for the law's numbers.
+    """
+    middle = (float(np.mean(pairs.approach)), float(np.mean(pairs.sliding))) if first is None else first.middle
+    columns = terms.columns(pairs, middle)
+    if first is None:
+        ratio = pairs.rebound / pairs.approach
+        numbers = np.linalg.lstsq(columns, ratio, rcond=None)[0]
+        spread = 1.4826 * float(np.median(np.abs(ratio - columns @ numbers)))
+        start = np.concatenate([numbers, [min(max(spread, 1e-3), 0.5), 0.0]])
+    else:
+        numbers = first.numbers
+        start = np.concatenate([numbers, [max(first.deviation, 1e-3), np.log(first.trust)]])
+    count = len(numbers)
+    bounds = [(None, None)] * count + [(0.0, 1.0), (-1.5, 1.5)]
+    if deviation is not None:
+        start[count], bounds[count] = deviation, (deviation, deviation)
+
+    def cost(x: np.ndarray, held: np.ndarray) -> float:
+        mean, trust = columns @ x[:count], float(np.exp(x[count + 1]))
+        steep = _steep(terms, x[:count], mean, pairs, middle)
+        told = log_density(pairs, mean, steep, x[count], trust, held)
+        wide = np.hypot(max(x[count], 1e-9), noise_of_ratio(pairs, held, trust))
+        freedom = np.linalg.slogdet(columns.T @ (columns / wide[:, None] ** 2))[1]  # what the law's numbers take up
+        return 0.5 * (x[count + 1] / TRUST) ** 2 + 0.5 * freedom - float(told.sum())
+
+    held = _steep(terms, numbers, columns @ numbers, pairs, middle)
+    value = np.inf
+    for _ in range(ROUNDS if first is None else 1):
+        found = minimize(cost, start, (held,), method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
+        start, value = found.x, float(found.fun)
+        fresh = _steep(terms, start[:count], columns @ start[:count], pairs, middle)
+        if np.max(np.abs(fresh - held)) < 1e-4:
+            break
+        held = fresh
+    free = [*range(count), count + 1] + ([count] if deviation is None and start[count] > 1e-4 else [])
+    covariance = np.full((count, count), np.nan)
+    if first is None:
+        covariance = np.linalg.pinv(_bend(lambda x: cost(x, held), start, free))[:count, :count]
+    trust = float(np.exp(start[count + 1]))
+    return Fit(terms, start[:count], covariance, float(start[count]), trust, middle, -value, len(pairs.time))
+
+
+def _bend(cost, at: np.ndarray, free: list[int]) -> np.ndarray:
+    """Return the second derivatives of a cost in its free numbers."""
+    step = np.full(len(at), 1e-3)
+    step[-2] = max(1e-3 * abs(at[-2]), 1e-5)
+    step[:-2] = 1e-4
+    step[-1] = 1e-2
+    size = len(free)
+    bend = np.zeros((size, size))
+    for i in range(size):
+        for j in range(i, size):
+            total = 0.0
+            for a in (1.0, -1.0):
+                for b in (1.0, -1.0):
+                    x = at.copy()
+                    x[free[i]] += a * step[free[i]]
+                    x[free[j]] += b * step[free[j]]
+                    total += a * b * cost(x)
+            bend[i, j] = bend[j, i] = total / (4.0 * step[free[i]] * step[free[j]])
+    return bend
+
+
+def scatter_interval(pairs: Pairs, best: Fit) -> tuple[float, float]:
+    """Return the 95 % interval of the scatter's standard deviation, cut at 0 and 1, from the profile of the likelihood.
+
+    Args:
+        pairs: with rebounds that were seen.
+        best: the fitted law.
+    """
+    drop = 0.5 * float(chi2.ppf(0.95, 1))
+
+    def short(deviation: float) -> float:
+        return best.score - fit(pairs, best.terms, best, deviation).score - drop
+
+    fine = max(0.01 * best.deviation, 1e-6)
+    low = 0.0 if short(0.0) <= 0.0 else float(brentq(short, 0.0, best.deviation, xtol=fine))
+    high, step = best.deviation, max(0.5 * best.deviation, 1e-4)
+    while high < 1.0:
+        upper = min(high + step, 1.0)
+        if short(upper) > 0.0:
+            return low, float(brentq(short, high, upper, xtol=fine))
+        high, step = upper, 2.0 * step
+    return low, 1.0

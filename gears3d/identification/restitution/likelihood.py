@@ -1,0 +1,119 @@
+"""How likely rebounds are under a law of restitution: errors in both speeds, scatter, and a threshold of sight."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr
+
+from gears3d.identification.restitution.pairs import Pairs
+
+STRAY = 0.002
+"""Part of the pairs that may be anything: blows that were run together or told wrongly."""
+TRUST = 0.4
+"""Standard deviation of the logarithm of the factor by which stated errors may be off."""
+_LEAST = 1e-9
+
+
+class Terms(NamedTuple):
+    """Which terms a law has beside its coefficient.
+
+    Args:
+        slope: with the speed of approach.
+        asymmetry: between the flanks.
+        sliding: with the sliding speed; only to be tested.
+    """
+
+    slope: bool = False
+    asymmetry: bool = False
+    sliding: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of the law."""
+        return ("linear" if self.slope else "constant") + ("+asymmetry" if self.asymmetry else "")
+
+    def columns(self, pairs: Pairs, middle: tuple[float, float]) -> np.ndarray:
+        """Return what the law's numbers are multiplied with, (n, p).
+
+        Args:
+            pairs: impacts.
+            middle: typical approach and sliding speed [m/s], in which slopes are counted.
+        """
+        made = [np.ones(len(pairs.time))]
+        if self.slope:
+            made.append(pairs.approach / middle[0] - 1.0)
+        if self.asymmetry:
+            made.append(0.5 * pairs.side)
+        if self.sliding:
+            made.append(pairs.sliding / middle[1] - 1.0)
+        return np.column_stack(made)
+
+
+def log_density(
+    pairs: Pairs, mean: np.ndarray, steep: np.ndarray, deviation: float, trust: float, held: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the logarithm of the density of each seen rebound over approach, given that it was seen, (n,).
+
+    The coefficient is normal about its mean, held within 0 and 1; both speeds have normal errors, and the approach may
+    have been anything. Rebounds below the threshold do not count, so the density is that of the rest.
+
+    Args:
+        pairs: with rebounds that were seen.
+        mean: coefficient of the law, (n,).
+        steep: d(rebound)/d(approach), (n,).
+        deviation: of the scatter.
+        trust: factor on the stated errors.
+        held: ``steep`` that stays as it is while the law is sought: errors of the approach would otherwise pull it
+            towards small coefficients, (n,).
+
+    Source: York et al. 2004 for lines with errors in both variables; Carroll & Ruppert 1988 for variances that hold a
+    first estimate.
+    """
+    ratio, cut = pairs.rebound / pairs.approach, pairs.lowest / pairs.approach
+    noise = noise_of_ratio(pairs, steep, trust)
+    scatter = max(deviation, _LEAST)
+    wide = np.hypot(scatter, noise)
+    middle = (mean * noise**2 + ratio * scatter**2) / wide**2
+    slack = scatter * noise / wide
+    inner = ndtr((1.0 - middle) / slack) - ndtr(-middle / slack)
+    density = normal(ratio - mean, wide) * inner + ndtr((mean - 1.0) / scatter) * normal(ratio - 1.0, noise)
+    share = np.maximum(ndtr((mean - cut) / wide), 1e-12)
+    good = (1.0 - STRAY) * density / share
+    found = np.log(good + STRAY / np.maximum(1.0 - cut, 0.1))
+    if held is None:
+        return found
+    return found + np.log(wide / np.hypot(scatter, noise_of_ratio(pairs, held, trust)))
+
+
+def noise_of_ratio(pairs: Pairs, steep: np.ndarray, trust: float) -> np.ndarray:
+    """Return the standard deviation that errors of the speeds give rebound over approach, (n,).
+
+    Args:
+        pairs: with rebounds that were seen.
+        steep: d(rebound)/d(approach), (n,).
+        trust: factor on the stated errors.
+    """
+    return trust * np.hypot(pairs.rebound_sigma, steep * pairs.approach_sigma) / pairs.approach
+
+
+def normal(off: np.ndarray, wide: np.ndarray) -> np.ndarray:
+    """Return the density of a normal number.
+
+    Args:
+        off: distance from its mean.
+        wide: standard deviation.
+    """
+    return np.exp(-0.5 * (off / wide) ** 2) / (np.sqrt(2.0 * np.pi) * wide)
+
+
+def unseen(pairs: Pairs, mean: np.ndarray, deviation: float) -> np.ndarray:
+    """Return the chance of each impact that its rebound stays below the threshold of sight, (n,).
+
+    Args:
+        pairs: impacts.
+        mean: coefficient of the law, (n,).
+        deviation: of the scatter.
+    """
+    return np.exp(log_ndtr((pairs.lowest / pairs.approach - mean) / max(deviation, 1e-3)))
