@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, minimize
@@ -117,7 +118,7 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
     return Fit(terms, start[:count], covariance, float(start[count]), trust, middle, -value, len(pairs.time))
 
 
-def _bend(cost, at: np.ndarray, free: list[int]) -> np.ndarray:
+def _bend(cost: Callable[[np.ndarray], float], at: np.ndarray, free: list[int]) -> np.ndarray:
     """Return the second derivatives of a cost in its free numbers."""
     step = np.full(len(at), 1e-3)
     step[-2] = max(1e-3 * abs(at[-2]), 1e-5)
@@ -151,11 +152,16 @@ def scatter_interval(pairs: Pairs, best: Fit) -> tuple[float, float]:
         return best.score - fit(pairs, best.terms, best, deviation).score - drop
 
     fine = max(0.01 * best.deviation, 1e-6)
-    low = 0.0 if short(0.0) <= 0.0 else float(brentq(short, 0.0, best.deviation, xtol=fine))
+    low = 0.0 if short(0.0) <= 0.0 else _zero(short, 0.0, best.deviation, fine)
     high, step = best.deviation, max(0.5 * best.deviation, 1e-4)
     while high < 1.0:
         upper = min(high + step, 1.0)
         if short(upper) > 0.0:
-            return low, float(brentq(short, high, upper, xtol=fine))
+            return low, _zero(short, high, upper, fine)
         high, step = upper, 2.0 * step
     return low, 1.0
+
+
+def _zero(of: Callable[[float], float], low: float, high: float, fine: float) -> float:
+    found: Any = brentq(of, low, high, xtol=fine)
+    return float(found)
