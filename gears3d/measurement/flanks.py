@@ -101,6 +101,20 @@ class Flanks(NamedTuple):
             return low, np.full_like(low, np.inf)
         return low, low + np.maximum(columns @ self.gap, NARROWEST * self.gap[0])
 
+    def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return how well the place of a flank is known [m], (n,).
+
+        Args:
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        columns = self.terms.columns(time, drive, loose)
+        if self.gap is not None:
+            columns = np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
+        return np.sqrt(np.maximum(np.einsum("na,ab,nb->n", columns, self.covariance, columns), 0.0))
+
     @property
     def backlash(self) -> tuple[float, float] | None:
         """Mean dead band and its standard deviation [m]; ``None`` when the reverse flank was never struck."""

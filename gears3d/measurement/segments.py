@@ -8,8 +8,9 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measurement.flanks import Flanks, find_flanks, one_flank, refined
-from gears3d.measurement.flights import FEWEST, Parabolas, Shafts, Touches, common_law, crossings, fit, meet, shafts
+from gears3d.measurement.flights import Shafts, Touches, crossings, meet, shafts
 from gears3d.measurement.kinks import Kinks, kinks
+from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within
 from gears3d.measurement.smoothing import Blocks, Track, blocks
 from gears3d.measurement.tables import Columns, contacts_between, flight_table, impacts_of
 from gears3d.measurement.zones import (
@@ -172,16 +173,18 @@ def _cut(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) ->
         every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
         rough = fit(known, first, last)
     where = shafts(known, path, flanks)
-    start, end = _touches(known, path, every, fit(known, first, last, common_law(rough)), where)
+    start, end = _touches(known, path, every, fit(known, first, last, law=common_law(rough)), where)
     first, last = _between(known, start, end, first, last)
-    free = fit(known, first, last)
-    tied = fit(known, first, last, common_law(free))
+    slope = slope_within(known, first, last)
+    curved = slope[0] if abs(slope[0]) > SURE * slope[1] else 0.0
+    free = fit(known, first, last, curved)
+    tied = fit(known, first, last, curved, common_law(free))
     start, end = _touches(known, path, every, tied, where)
     real = end.met & (np.abs(end.velocity) > BLOW * end.velocity_sigma) & (end.time > start.time)
     dropped["no_blow"] = int(np.count_nonzero(~real))
     every = Runs(*(column[real] for column in every))
     start, end = (Touches(*(column[real] for column in one)) for one in (start, end))
-    free, tied = (Parabolas(*(column[real] for column in one)) for one in (free, tied))
+    free, tied = free.some(real), tied.some(real)
     same = _one_touch(known, every, start, end)
     start = _tangents(tied, where, every, start, end, same)
     flights = flight_table(every, free, start, end, same)
@@ -210,7 +213,7 @@ def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
     nothing = np.zeros(0)
     whole = nothing.astype(int)
     none = Runs(whole, whole, whole, whole, nothing)
-    empty = Parabolas(nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing)
+    empty = Parabolas(nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing)
     never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
     flights = flight_table(none, empty, never, never, nothing.astype(bool))
     edges = (float(known.time[0]), float(known.time[-1]), ACTIVE)
@@ -276,7 +279,7 @@ def _tangents(paths: Parabolas, where: Shafts, every: Runs, start: Touches, end:
     glide = np.flatnonzero(~same)
     if not len(glide):
         return start
-    some = Parabolas(*(column[glide] for column in paths))
+    some = paths.some(glide)
     lasted = end.time[glide] - start.time[glide]
     before = np.insert(end.time[:-1], 0, -np.inf)[glide]
     inner = start.time[glide] + 0.3 * lasted

@@ -7,34 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.signals import edges, local_slope, noise_of, quantum
+from gears3d.measurement.drive import Steady, steady
+from gears3d.measurement.readings import FEWEST, Reading, read_encoder, stuck
+from gears3d.signals import noise_of
 
-FEWEST = 200
-"""So few readings tell nothing of a rattle."""
 LONGEST = 1e-3
 """Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
+FOLLOWS = 2.0
+"""Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
 CORNER = 16.0
 """Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
-_REACH = 4
-"""Edges to either side from which a speed is taken."""
-
-
-class Reading(NamedTuple):
-    """What one encoder knows of its gear.
-
-    Args:
-        time: of each reading [s], (n,).
-        angle: [rad], (n,).
-        sigma: standard deviation of the angle [rad], (n,).
-        quantum: angle of a count [rad], ``None`` for a smooth record.
-        kind: ``"edges"`` (moments at which the counter changed), ``"counts"`` or ``"smooth"`` (samples).
-    """
-
-    time: np.ndarray
-    angle: np.ndarray
-    sigma: np.ndarray
-    quantum: float | None
-    kind: str
 
 
 class Track(NamedTuple):
@@ -44,6 +26,7 @@ class Track(NamedTuple):
         time: [s], rising, (n,).
         drive: angle of the drive gear [rad], (n,).
         loose: angle of the loose gear [rad], (n,).
+        steady: the drive's motion as a curve.
         sigma_loose: standard deviation of ``loose`` [rad], (n,).
         place: displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,).
         noise: standard deviation of one reading of ``place`` [m].
@@ -55,6 +38,7 @@ class Track(NamedTuple):
     time: np.ndarray
     drive: np.ndarray
     loose: np.ndarray
+    steady: Steady
     sigma_loose: np.ndarray
     place: np.ndarray
     noise: float
@@ -87,73 +71,6 @@ class Blocks(NamedTuple):
     width: float
 
 
-def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
-    """Return what an encoder's record knows: edges where a count lasts longer than a sample, else samples.
-
-    A counter rounds down: samples are moved up by half a count. A counter that trembles about an edge passes it several
-    times; the mean of these moments counts. Where that leaves no order, the samples are taken.
-
-    Args:
-        time: of the samples [s], rising, (n,).
-        angle: as recorded [rad], (n,).
-
-    Returns:
-        The reading, its sigma measured.
-
-    >>> time = np.linspace(0.0, 1.0, 1001)
-    >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
-    ('edges', 'smooth')
-    """
-    count = quantum(angle)
-    if count is None or np.ptp(np.diff(angle)) < 0.5 * count:  # even steps: counts and samples keep step throughout
-        floor = max(noise_of(time, angle), 1e-14 * float(np.abs(angle).max(initial=1.0)))
-        return Reading(time, angle, np.full(len(time), floor), None, "smooth")
-    if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < 0.5:
-        at, passed, slack = _passed_once(*edges(time, angle, count), count)
-        if len(at) >= FEWEST:
-            sigma = np.maximum(np.abs(local_slope(at, passed, _REACH)) * slack, 0.01 * count)
-            return Reading(at, passed, sigma * max(noise_of(at, passed, sigma), 0.3), count, "edges")
-    floor = max(noise_of(time, angle), 0.2 * count)
-    return Reading(time, angle + 0.5 * count, np.full(len(time), floor), count, "counts")
-
-
-def _passed_once(
-    time: np.ndarray, angle: np.ndarray, slack: np.ndarray, count: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each angle once, at the mean of the moments at which it was passed; nothing where the gear turns back."""
-    level = np.round(angle / count).astype(np.int64)
-    if len(level) and level[-1] < level[0]:
-        level = -level
-    found, place, times = np.unique(level, return_inverse=True, return_counts=True)
-    at = np.bincount(place, time) / times
-    mean = np.bincount(place, angle) / times
-    if len(found) < 2 or np.mean(np.diff(at) <= 0.0) > 0.02:
-        return time[:0], angle[:0], slack[:0]
-    rising = np.diff(np.maximum.accumulate(at), prepend=-np.inf) > 0.0
-    return at[rising], mean[rising], (np.bincount(place, slack) / times)[rising]
-
-
-def stuck(reading: Reading) -> float:
-    """Return how far off an encoder may stay while counts and samples keep step [rad].
-
-    Rounding is no white noise: a gear that turns by a whole number of counts a sample is read with one error all the
-    time. Noise of half a count undoes that.
-
-    Args:
-        reading: of the encoder.
-
-    >>> time = np.linspace(0.0, 1.0, 1001)
-    >>> round(stuck(read_encoder(time, np.floor(time**1.1 / 8e-4) * 8e-4)), 9)
-    0.0004
-    """
-    if reading.quantum is None:
-        return 0.0
-    sigma = float(np.median(reading.sigma))
-    if reading.kind == "edges":
-        return np.sqrt(3.0) * sigma
-    return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum else 0.0
-
-
 def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], file: str = "") -> Track:
     """Return displacement and angles at the readings of the loose gear.
 
@@ -178,11 +95,16 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
             raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
     inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
     at, angle, sigma = other.time[inside], other.angle[inside], other.sigma[inside]
-    driven = one.angle if one.time is at or np.array_equal(one.time, at) else np.interp(at, one.time, one.angle)
+    curve = steady(one)
+    if follows := curve.rest < FOLLOWS:
+        driven = curve.curve(at)
+    else:
+        driven = one.angle if one.time is at or np.array_equal(one.time, at) else np.interp(at, one.time, one.angle)
     place = radii[1] * (angle - angle[0]) - radii[0] * (driven - driven[0])
-    noise = float(np.hypot(radii[1] * np.median(sigma), radii[0] * np.median(one.sigma)))
-    slack = radii[0] * stuck(one) + radii[1] * stuck(other)
-    return Track(at, driven, angle, sigma, place, noise, slack, radii, (one, other))
+    theirs = curve.sigma if follows else float(np.median(one.sigma))
+    noise = float(np.hypot(radii[1] * np.median(sigma), radii[0] * theirs))
+    slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
+    return Track(at, driven, angle, curve, sigma, place, noise, slack, radii, (one, other))
 
 
 def blocks(known: Track) -> Blocks:
@@ -205,7 +127,7 @@ def blocks(known: Track) -> Blocks:
         column[: count * size].reshape(count, size).mean(axis=1) if size > 1 else column
         for column in (known.time, known.drive, known.loose, known.place)
     )
-    quiet = max(noise_of(time, place), 0.2 * floor / np.sqrt(size), 1e-12)
+    quiet = max(noise_of(time, place, clip=4.0), 0.2 * floor / np.sqrt(size), 1e-12)
     return Blocks(time, drive, loose, place, quiet, known.slack, size, size * spacing)
 
 

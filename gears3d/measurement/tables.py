@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gears3d.measurement.flights import Parabolas, Touches
+from gears3d.measurement.flights import Touches
+from gears3d.measurement.parabolas import Parabolas
 from gears3d.measurement.zones import Runs
 
 Columns = dict[str, np.ndarray]

@@ -28,7 +28,7 @@ def local_slope(time: np.ndarray, values: np.ndarray, reach: int) -> np.ndarray:
     return (values[high] - values[low]) / np.maximum(time[high] - time[low], 1e-300)
 
 
-def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0) -> float:
+def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0, clip: float | None = None) -> float:
     """Return the noise of a series that is smooth but for it, in units of ``sigma``.
 
     Every value is held against the parabola through one neighbour before and two after it; the median of what is left
@@ -38,6 +38,8 @@ def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1
         time: rising, not necessarily evenly [s], (n,).
         values: (n,).
         sigma: expected deviation of each value, one number or (n,).
+        clip: take the root of the mean square in place of the median, what is larger than so many medians cut: counts
+            have few values, and a median stays on one of them.
 
     Returns:
         Standard deviation over the expected one.
@@ -58,4 +60,9 @@ def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1
     spread = np.sqrt(var[1:-2] + first**2 * var[:-3] + second**2 * var[2:-1] + third**2 * var[3:])
     standard = rest / spread
     standard = standard[np.isfinite(standard)]
-    return _MAD * float(np.median(np.abs(standard))) if standard.size else 0.0
+    if not standard.size:
+        return 0.0
+    middle = _MAD * float(np.median(np.abs(standard)))
+    if clip is None or middle == 0.0:
+        return middle
+    return float(np.sqrt(np.mean(np.minimum(standard**2, (clip * middle) ** 2))))

@@ -59,7 +59,7 @@ def judged(truth, found, height):
     ends = np.sort(np.concatenate([time, [stop for _, _, stop in truth.meta["contacts"]]]))
     lasted = time - ends[np.maximum(np.searchsorted(ends, time) - 1, 0)]
     sample = truth.time[1] - truth.time[0]
-    result = {"high": int(high.sum()), "found": 0, "flank": 0, "in_time": 0, "speeds": [], "pulls": []}
+    result = {"high": int(high.sum()), "found": 0, "flank": 0, "in_time": 0, "speeds": [], "pulls": [], "vpulls": []}
     for k in np.flatnonzero(high):
         if not len(mine):
             break
@@ -71,6 +71,8 @@ def judged(truth, found, height):
             result["in_time"] += int(abs(late) <= max(2 * sample, 0.02 * lasted[k]))
             result["speeds"].append(found.impacts["velocity_m_s"][near] / hits["velocity_m_s"][k] - 1.0)
             result["pulls"].append(late / found.impacts["time_sigma_s"][near])
+            off = found.impacts["velocity_m_s"][near] - hits["velocity_m_s"][k]
+            result["vpulls"].append(off / found.impacts["velocity_sigma_m_s"][near])
     lasting = found.flights["end_s"] - found.flights["start_s"]
     off = np.array([np.min(np.abs(time - t)) if len(time) else np.inf for t in mine])
     result["invented"] = int(np.sum(off > np.maximum(5 * sample, 0.2 * lasting)))

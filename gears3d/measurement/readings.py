@@ -1,0 +1,178 @@
+"""What one encoder knows of its gear: the moments at which its counter changed, or its samples."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.signals import local_slope, noise_of, quantum
+
+FEWEST = 200
+"""So few readings tell nothing of a rattle."""
+CHANGES = 0.7
+"""Part of the samples at most that may show a new count, for edges to know more than samples."""
+WHITE = 0.3
+"""Noise in counts from which on samples are read with white noise and edges run together."""
+_REACH = 4
+"""Edges to either side from which a speed is taken."""
+_TRIES = 200_000
+"""Edges of which noise is measured."""
+
+
+class Reading(NamedTuple):
+    """What one encoder knows of its gear.
+
+    Args:
+        time: of each reading [s], (n,).
+        angle: [rad], (n,).
+        sigma: standard deviation of the angle [rad], (n,).
+        quantum: angle of a count [rad], ``None`` for a smooth record.
+        kind: ``"edges"`` (moments at which the counter changed), ``"counts"`` or ``"smooth"`` (samples).
+    """
+
+    time: np.ndarray
+    angle: np.ndarray
+    sigma: np.ndarray
+    quantum: float | None
+    kind: str
+
+
+def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
+    """Return what an encoder's record knows: edges where a count lasts longer than a sample, else samples.
+
+    A counter rounds down: samples are moved up by half a count. Where edges leave no order, the samples are taken.
+
+    Args:
+        time: of the samples [s], rising, (n,).
+        angle: as recorded [rad], (n,).
+
+    Returns:
+        The reading, its sigma measured.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
+    ('edges', 'smooth')
+    """
+    count = quantum(angle)
+    if count is None or np.ptp(np.diff(angle)) < 0.5 * count:  # even steps: counts and samples keep step throughout
+        floor = max(noise_of(time, angle, clip=4.0), 1e-14 * float(np.abs(angle).max(initial=1.0)))
+        return Reading(time, angle, np.full(len(time), floor), None, "smooth")
+    if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < CHANGES:
+        found = passages(time, angle, count)
+        if found is not None and len(found.time) >= FEWEST:
+            return found
+    floor = max(noise_of(time, angle, clip=4.0), 0.2 * count)
+    return Reading(time, angle + 0.5 * count, np.full(len(time), floor), count, "counts")
+
+
+def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | None:
+    """Return the moment at which each count was passed; ``None`` where the gear turns back or counts run together.
+
+    A counter that trembles about an edge passes it several times. The time that it shows less than the edge, in all,
+    is the moment: that is unbiased for any noise, and as well known as noise and samples allow. Its variance in samples
+    is that of as many trials, τ/√π with the noise τ in samples, and what is left of the rounding to samples,
+    Σ exp(−4π²k²τ²)/(2π²k²).
+
+    Args:
+        time: of the samples [s], rising, (n,).
+        angle: whole numbers of counts [rad], (n,).
+        count: angle of one [rad].
+
+    >>> time = np.arange(20_000) * 1e-4
+    >>> shaky = 5.0 * time + np.random.default_rng(1).normal(0.0, 1e-3, len(time))
+    >>> found = passages(time, np.floor(shaky / 5e-3) * 5e-3, 5e-3)
+    >>> off = (found.angle - 5.0 * found.time) / found.sigma
+    >>> bool(abs(np.mean(off)) < 0.1), round(float(np.std(off)), 1)
+    (True, 1.0)
+    """
+    level = np.rint(angle / count).astype(np.int64)
+    way = 1 if level[-1] >= level[0] else -1
+    level = way * level - (0 if way > 0 else 1)  # falling, a count's lower end is passed last
+    low = int(level.min())
+    level -= low
+    cell = np.gradient(time)
+    cell[0], cell[-1] = 0.5 * (time[1] - time[0]), 0.5 * (time[-1] - time[-2])
+    samples = np.bincount(level)
+    before = np.cumsum(np.bincount(level, cell))[:-1]
+    astray = _astray(level, samples)
+    number = np.cumsum(samples)[:-1]
+    at, place, times = np.unique(number, return_index=True, return_counts=True)
+    if len(at) < FEWEST:
+        return None
+    passed = way * (low + 1 + place + 0.5 * (times - 1)) * count  # several counts in a sample: their middle
+    moment = time[0] + before[place]
+    speed = np.abs(local_slope(moment, passed, _REACH))
+    spacing = float(np.median(np.diff(time)))
+    tremble = float(np.mean(astray[place] * speed)) * spacing / 0.3989  # mean of the half of a normal distribution
+    if tremble > WHITE * count:
+        return None
+    swept = np.maximum(speed * spacing, 1e-3 * count)
+    far = astray[place] > 6.0 * (tremble / swept + 1.0) + 3.0 * np.sqrt(tremble / swept + 1.0)
+    if np.mean(far) > 0.01:
+        return None
+    sure = slice(1, -1)  # the counts in which the record begins and ends are cut
+    moment, passed, swept = moment[sure], passed[sure], swept[sure]
+    noise = max(tremble, _measured_noise(moment, passed, swept, count))
+    if noise > WHITE * count:
+        return None
+    return Reading(moment, passed, _sigma_of(swept, noise), count, "edges")
+
+
+def _measured_noise(moment: np.ndarray, passed: np.ndarray, swept: np.ndarray, count: float) -> float:
+    """Return the noise of the angle before it was counted [rad], which makes edges scatter as they do.
+
+    Few samples tremble across an edge where noise is less than a sample's way, so that these tell too little of it.
+    Measured are third differences of the moments of four edges in a row.
+    """
+    row = np.flatnonzero(np.abs(passed[3:] - passed[:-3]) < 3.5 * count)[:_TRIES]
+    if len(row) < FEWEST // 4:
+        return 0.0
+    bent = moment[row + 3] - moment[row] - 3.0 * (moment[row + 2] - moment[row + 1])
+    bent *= 3.0 * count / (moment[row + 3] - moment[row])
+    middle = float(np.median(bent))
+    low, high = 0.0, count
+    for _ in range(12):
+        noise = 0.5 * (low + high)
+        standard = (bent - middle) / (np.sqrt(20.0) * _sigma_of(swept[row + 1], noise))
+        low, high = (noise, high) if np.mean(np.minimum(standard**2, 16.0)) > 1.0 else (low, noise)
+    return low
+
+
+def _sigma_of(swept: np.ndarray, noise: float) -> np.ndarray:
+    """Return the standard deviations of edges [rad] that are swept by samples so far apart, at that noise [rad]."""
+    shaken = noise / swept
+    rounding = sum(np.exp(-((2.0 * np.pi * k * shaken) ** 2)) / (2.0 * np.pi**2 * k**2) for k in (1, 2, 3))
+    rounding = np.minimum(rounding + 0.0139 * np.exp(-((25.0 * shaken) ** 2)), 1.0 / 12.0)
+    return swept * np.sqrt(shaken / np.sqrt(np.pi) + rounding)
+
+
+def _astray(level: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return how many samples come after each edge's moment and show less."""
+    ordered = np.repeat(np.arange(len(samples)), samples)
+    late = np.flatnonzero(ordered > level)
+    change = np.bincount(level[late] + 1, minlength=len(samples) + 1) - np.bincount(
+        ordered[late] + 1, minlength=len(samples) + 1
+    )
+    return np.cumsum(change)[1 : len(samples)]
+
+
+def stuck(reading: Reading) -> float:
+    """Return how far off an encoder may stay while counts and samples keep step [rad].
+
+    Rounding is no white noise: a gear that turns by a whole number of counts a sample is read with one error all the
+    time. Noise of half a count undoes that.
+
+    Args:
+        reading: of the encoder.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> round(stuck(read_encoder(time, np.floor(time**1.1 / 8e-4) * 8e-4)), 9)
+    0.0004
+    """
+    if reading.quantum is None:
+        return 0.0
+    sigma = float(np.median(reading.sigma))
+    if reading.kind == "edges":
+        return np.sqrt(3.0) * sigma
+    return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum else 0.0
