@@ -43,7 +43,8 @@ class Counted(NamedTuple):
         """
         before = np.concatenate([[self.first], self.count[:-1]])
         place = 0.5 * (before + self.count) + 0.5
-        return Edges(time_of(self.row, time), 2 * pi / self.counts_per_revolution * place, self.notes)
+        count = 2 * pi / self.counts_per_revolution
+        return Edges(time_of(self.row, time), count * place, self.notes, count * self.count)
 
     def angle(self) -> Angle:
         """Return the angle that the counter shows at every sample: rounded down to a count."""

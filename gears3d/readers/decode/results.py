@@ -49,11 +49,13 @@ class Edges(NamedTuple):
         time: of each edge [s], not falling, (k,).
         angle: of each edge, zero anywhere unless an index tells it [rad], (k,).
         notes: what was seen.
+        shown: angle that a counter shows from each edge on, rounded down [rad], (k,); ``None`` where it is ``angle``.
     """
 
     time: np.ndarray
     angle: np.ndarray
     notes: tuple[Note, ...] = ()
+    shown: np.ndarray | None = None
 
 
 class Even(NamedTuple):

@@ -12,7 +12,7 @@ from gears3d.readers.decode.results import Angle, Edges, Note, positive, refuse,
 STALE = 0.9
 """Part of a timer's round: a longer step that ends on an earlier tick is no wrap but a stamp out of order."""
 
-Axis = Literal["loose", "drive", "union"]
+Axis = Literal["loose", "drive", "union", "counters"]
 
 
 class Common(NamedTuple):
@@ -70,22 +70,26 @@ def stamped(
         notes.append(Note("timer-wrap", channel, wraps, "", text))
     time = stamps / positive(clock, "clock") if clock is not None else stamps.astype(float)
     _refuse_back(time, channel)
-    place = np.arange(len(time), dtype=float)
+    place = shown = np.arange(len(time), dtype=float)
     if direction is not None:
-        place = _signed(np.asarray(direction), len(time), channel)
+        place, shown = _signed(np.asarray(direction), len(time), channel)
     else:
         text = "edges without a sense: the gear is taken to turn one way all the time"
         notes.append(Note("one-way", channel, float(len(time)), "", text))
-    return Edges(time, 2 * pi / counts_per_revolution * place, tuple(notes))
+    count = 2 * pi / counts_per_revolution
+    return Edges(time, count * place, tuple(notes), count * shown)
 
 
 def common_axis(drive: Edges, loose: Edges, axis: Axis = "loose") -> Common:
-    """Return both gears at the same moments, angles straight between edges.
+    """Return both gears at the same moments.
 
     Args:
         drive: edges of the drive gear.
         loose: edges of the loose gear.
-        axis: at which moments: the loose gear's edges, which keep what they know; the drive's; or those of both.
+        axis: at which moments. ``"loose"``, ``"drive"`` or ``"union"``: at the edges of that gear, or of both, angles
+            straight between a gear's own edges. ``"counters"``: just before and at every edge of either, angles as two
+            counters show them, rounded down: nothing is made up between edges, and what reads counters at the moments
+            at which they change, as ``gears3d measure`` does, finds every moment in it.
 
     Raises:
         InputError: the two have no time in common.
@@ -95,18 +99,18 @@ def common_axis(drive: Edges, loose: Edges, axis: Axis = "loose") -> Common:
     >>> joined = common_axis(one, other)
     >>> joined.time.tolist(), joined.drive.tolist(), joined.loose.tolist()
     ([0.5, 1.5], [1.0, 3.0], [0.0, 1.0])
+    >>> counters = common_axis(one, other, "counters")
+    >>> counters.drive.tolist(), counters.loose.tolist()
+    ([0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 4.0], [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
     """
-    if axis not in ("loose", "drive", "union"):
-        raise refuse("axis", f"is {axis!r}", "give loose, drive or union")
+    if axis not in ("loose", "drive", "union", "counters"):
+        raise refuse("axis", f"is {axis!r}", "give loose, drive, union or counters")
     if len(drive.time) < 2 or len(loose.time) < 2:
-        raise refuse(
-            "edges", f"are {len(drive.time)} of the drive, {len(loose.time)} of the loose gear", "turn further"
-        )
+        what = f"are {len(drive.time)} of the drive, {len(loose.time)} of the loose gear"
+        raise refuse("edges", what, "turn further")
     begin, end = max(drive.time[0], loose.time[0]), min(drive.time[-1], loose.time[-1])
     if begin >= end:
-        spans = (
-            f"drive {drive.time[0]:.6g} to {drive.time[-1]:.6g} s, loose {loose.time[0]:.6g} to {loose.time[-1]:.6g} s"
-        )
+        spans = f"{drive.time[0]:.6g} to {drive.time[-1]:.6g} s and {loose.time[0]:.6g} to {loose.time[-1]:.6g} s"
         raise refuse("edges", f"of both gears have no time in common: {spans}", "stamp both with the same clock")
     both = {"loose": loose.time, "drive": drive.time}
     time = np.unique(both[axis] if axis in both else np.concatenate([drive.time, loose.time]))
@@ -114,8 +118,24 @@ def common_axis(drive: Edges, loose: Edges, axis: Axis = "loose") -> Common:
     left = sum(int(np.sum((edges.time < begin) | (edges.time > end))) for edges in (drive, loose))
     text = f"{left} edges before {begin:.6g} s or after {end:.6g} s, which only one gear has, are left out"
     joined = (Note("common-time", "", float(left), "", text),) if left else ()
-    turned, swung = (np.interp(time, *_once(edges)) for edges in (drive, loose))
+    if axis == "counters":
+        time = _doubled(time)
+        turned, swung = (_shown(edges, time) for edges in (drive, loose))
+    else:
+        turned, swung = (np.interp(time, *_once(edges)) for edges in (drive, loose))
     return Common(time, turned, swung, (*drive.notes, *loose.notes, *joined))
+
+
+def _doubled(time: np.ndarray) -> np.ndarray:
+    """Return every moment but the first with another just before it: a hundredth of the way back to its neighbour."""
+    before = time[1:] - 0.01 * np.minimum(np.diff(time), np.median(np.diff(time)))
+    return np.unique(np.concatenate([time, before]))
+
+
+def _shown(edges: Edges, time: np.ndarray) -> np.ndarray:
+    """Return what the counter of a gear shows at moments from its first edge on."""
+    shown = edges.angle if edges.shown is None else edges.shown
+    return shown[np.searchsorted(edges.time, time, side="right") - 1]
 
 
 def on_grid(edges: Edges, time: np.ndarray, channel: str = "") -> Angle:
@@ -186,13 +206,13 @@ def _refuse_back(time: np.ndarray, channel: str) -> None:
         raise refuse(channel, what, "tell clock and bits of the timer if it wraps there")
 
 
-def _signed(direction: np.ndarray, count: int, channel: str) -> np.ndarray:
-    """Return the place of each edge in counts, from the sense of each."""
+def _signed(direction: np.ndarray, count: int, channel: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return place of each edge and counts from it on, from the sense of each; zero is the first edge."""
     if len(direction) < count:
         raise refuse(channel, f"has {count} edges but {len(direction)} directions", "give one for each edge")
     sense = np.sign(whole_column(direction[:count], channel))
     if not sense.all():
         raise refuse(channel, f"has no direction at row {int(np.argmin(np.abs(sense)))}", "give +1 or -1 for each edge")
     after = np.cumsum(sense)
-    place = 0.5 * (after + np.concatenate([[0.0], after[:-1]]))
-    return place - place[0]
+    place = 0.5 * (after + np.concatenate([[0.0], after[:-1]])) + 0.5
+    return place - place[0], after - place[0]

@@ -108,6 +108,7 @@ def test_stamps_with_a_sense_of_each_edge():
     """An edge passed to and fro is one angle."""
     found = stamped(np.arange(6.0), 8, direction=np.array([1, 1, -1, -1, 1, 1]))
     assert (found.angle * 4 / pi).round(9).tolist() == [0.0, 1.0, 1.0, 0.0, 0.0, 1.0]
+    assert (found.shown * 4 / pi).round(9).tolist() == [0.0, 1.0, 0.0, -1.0, 0.0, 1.0]
     assert told(found.notes, "one-way") is None
 
 
