@@ -11,13 +11,19 @@ import typer
 def record(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.")],
-    test: Annotated[str, typer.Option(help="rattle: the scenario; rundown: gears that coast.")] = "rattle",
+    test: Annotated[
+        str, typer.Option(help="rattle; rundown: gears coast; threshold: the swing grows, falls.")
+    ] = "rattle",
     model: Annotated[str, typer.Option(help="Of the rattle test: rigid or bullet.")] = "rigid",
     seed: Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")] = None,
     speed: Annotated[str | None, typer.Option(help='Start of a run-down, e.g. "300 rpm".')] = None,
     turning: Annotated[str, typer.Option(help="In a run-down: loose or drive, out of mesh; both, in mesh.")] = "loose",
     drive_drag: Annotated[str | None, typer.Option(help='Dry drag of the drive that coasts, e.g. "0.1 N m".')] = None,
     drive_damping: Annotated[str | None, typer.Option(help='Viscous drag of it, e.g. "5e-3 N m s/rad".')] = None,
+    amplitudes: Annotated[
+        str | None,
+        typer.Option(help='Of the swing of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
+    ] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
     ] = None,
@@ -28,25 +34,24 @@ def record(
     Example: gears3d record scenarios/rigaud-2020/fig5-20rpm.toml --out rattle.parquet --seed 7
     """
     from gears3d.cli.progress import bars
-    from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+    from gears3d.errors import Fault, InputError
     from gears3d.scenario import load
     from gears3d.simulation import record as take
 
     if out.suffix not in (".parquet", ".csv"):
         raise InputError(Fault("--out", f"is {out}", "give a file that ends in .parquet or .csv"))
     question = load(scenario, overrides=set_ or [])
-    start = None if speed is None else _start(speed)
-    if turning not in ("loose", "drive", "both"):
-        raise UsageError(f"--turning is {turning!r}; {did_you_mean(turning, ['loose', 'drive', 'both'])}")
-    own = (
-        _quantity(drive_drag, "torque", "--drive-drag"),
-        _quantity(drive_damping, "rotational_damping", "--drive-damping"),
-    )
+    how = {
+        "speed": None if speed is None else _start(speed),
+        "turning": _turning(turning),
+        "amplitudes": None if amplitudes is None else _span(amplitudes),
+        "drive_drag": (
+            _quantity(drive_drag, "torque", "--drive-drag"),
+            _quantity(drive_damping, "rotational_damping", "--drive-damping"),
+        ),
+    }
     with bars() as track:
-        shown = track(test, question.run.duration)
-        made = take(
-            question, test, model=model, seed=seed, speed=start, turning=turning, drive_drag=own, progress=shown
-        )
+        made = take(question, test, model=model, seed=seed, progress=track(test, question.run.duration), **how)
     made.write(out)
     about = {"record": str(out), "samples": len(made.time), "bytes": out.stat().st_size, **made.meta["encoders"]}
     if as_json:
@@ -55,6 +60,23 @@ def record(
         print_json(about)
     else:
         typer.echo(f"record   {out}: {len(made.time)} samples of {made.time[-1]:.6g} s")
+
+
+def _turning(word: str) -> str:
+    from gears3d.errors import UsageError, did_you_mean
+
+    if word not in (known := ["loose", "drive", "both"]):
+        raise UsageError(f"--turning is {word!r}; {did_you_mean(word, known)}")
+    return word
+
+
+def _span(text: str) -> tuple[float, float]:
+    from gears3d.errors import Fault, InputError
+
+    low, dots, high = text.partition("..")
+    if not dots:
+        raise InputError(Fault("--amplitudes", f"is {text!r}", 'give two, e.g. "0.8 rpm..2.6 rpm"'))
+    return _quantity(low.strip(), "speed", "--amplitudes"), _quantity(high.strip(), "speed", "--amplitudes")
 
 
 def _quantity(text: str | None, family: str, key: str) -> float:
@@ -68,7 +90,7 @@ def _quantity(text: str | None, family: str, key: str) -> float:
     except InputError as error:
         raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
     if value < 0.0:
-        raise InputError(Fault(key, f"is {text}", "a drag resists: give it as a positive number"))
+        raise InputError(Fault(key, f"is {text}", "give a positive number"))
     return value
 
 

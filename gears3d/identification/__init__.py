@@ -12,4 +12,7 @@ from gears3d.identification.parts import Inertia as Inertia
 from gears3d.identification.restitution import identify_restitution as identify_restitution
 from gears3d.identification.restitution import write_restitution as write_restitution
 from gears3d.identification.rundown import identify_rundown as identify_rundown
+from gears3d.identification.threshold import Sweep as Sweep
+from gears3d.identification.threshold import identify_threshold as identify_threshold
+from gears3d.identification.threshold_drawing import write_threshold_picture as write_threshold_picture
 from gears3d.identification.track import read_track as read_track

@@ -15,8 +15,8 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-TESTS = ("rattle", "rundown")
-"""What a bench can do: run the scenario; let the loose gear run down out of mesh."""
+TESTS = ("rattle", "rundown", "threshold")
+"""What a bench can do: run the scenario; let gears run down; let the swing grow and fall."""
 
 
 def record(
@@ -28,17 +28,20 @@ def record(
     speed: float | None = None,
     turning: str = "loose",
     drive_drag: tuple[float, float] = (0.0, 0.0),
+    amplitudes: tuple[float, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Return what encoders would have recorded of a scenario.
 
     Args:
         scenario: what happens, and its ``[sensors]``.
-        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets gears run down.
+        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets gears run down, ``"threshold"`` lets the first
+            harmonic's amplitude grow and fall.
         model: of the rattle test, as ``simulate`` takes it.
         seed: of the encoders' noise; that of the scenario unless given.
         speed: at the start of a run-down, of the gear that turns, the loose one of both [rad/s].
         turning: in a run-down: ``"loose"`` or ``"drive"`` out of mesh, ``"both"`` in mesh.
+        amplitudes: of a threshold test: smallest and largest amplitude of the first harmonic's speed [rad/s].
         drive_drag: of the drive's own shaft when it runs down: dry [N·m], viscous [N·m·s/rad].
         progress: called now and then with the simulated time done [s].
 
@@ -62,6 +65,11 @@ def record(
 
         coasted = rundown(scenario, speed, progress=progress, turning=turning, drive_drag=DriveDrag(*drive_drag))
         happened = observe(coasted, scenario.effects, scenario.rig())
+    elif test == "threshold":
+        from gears3d.simulation.sweep import sweep
+
+        _check_rate(scenario)
+        happened = sweep(scenario, amplitudes, progress)
     else:
         _check_rate(scenario)
         sampled = scenario.with_({"run.output_rate": f"{sensors.sample_rate!r} Hz"})
