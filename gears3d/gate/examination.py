@@ -9,7 +9,21 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.gate import clock, columns, copies, counting, holding, jumps, mesh, pace, time_unit, turning_over
+from gears3d.gate import (
+    clock,
+    columns,
+    copies,
+    counting,
+    drifting,
+    holding,
+    jumps,
+    mesh,
+    pace,
+    skew,
+    time_unit,
+    turning_over,
+    waves,
+)
 from gears3d.gate.declared import MESH, declared
 from gears3d.gate.finding import Finding
 from gears3d.gate.view import View
@@ -42,9 +56,12 @@ CHECKS = (
     Check(pace.examine),
     Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
     Check(holding.examine),
-    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
+    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
     Check(counting.examine),
+    Check(skew.examine, skew.correct, ("skew",)),
+    Check(drifting.examine),
+    Check(waves.examine, waves.correct, ("encoder-wave",)),
 )
 """In order: each check may trust what those before it found in order, or could correct."""
 CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 
@@ -21,6 +21,7 @@ class Finding:
         correctable: whether it can be corrected on demand.
         corrected: whether it was.
         rows: rows (from 0) it was seen in, the first few of many.
+        parameters: further numbers that a correction needs, SI, by name.
     """
 
     kind: str
@@ -33,6 +34,7 @@ class Finding:
     correctable: bool = False
     corrected: bool = False
     rows: tuple[int, ...] = ()
+    parameters: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold.

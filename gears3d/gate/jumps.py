@@ -19,6 +19,8 @@ TOLD = 20
 """Jumps that are listed, and can be corrected, one by one."""
 TORN = 0.1
 """Part of the backlash from which on a jump spoils what is found of flights."""
+FITTED = 40
+"""Rows to either side by which a jump is measured."""
 MOST = 50_000
 
 
@@ -83,10 +85,8 @@ def find(view: View, name: str) -> Jumps:
     """
     change = view.changes[name]
     least = SURE * np.sqrt(2.0) * view.noise[name]
-    bend = np.abs(np.diff(change))
-    at = np.flatnonzero(bend > 0.5 * least)
-    del bend
-    at = np.unique(np.concatenate([at, at + 1]))
+    bent = np.abs(np.diff(change)) > 0.7 * least
+    at = np.flatnonzero(np.append(bent, False) | np.append(False, bent))
     at = at[(at >= REACH + 2) & (at < len(change) - REACH - 2)]
     around = np.concatenate([np.arange(-REACH - 1, -1), np.arange(2, REACH + 2)])
     rows, excess, usual = [], [], []
@@ -153,14 +153,30 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
         some = tuple(map(int, rows[:TOLD]))
         return [*found, Finding("jumps", name, worst, "rad", told, "the encoder cannot be used", True, rows=some)]
     for row, size, usual in zip(rows, sizes, jumps.usual[~spike], strict=True):
-        found.append(_one(view, name, int(row), float(size), float(usual)))
+        found.append(_one(view, name, int(row), *_measured(view, name, int(row), float(size)), float(usual)))
     return found
 
 
-def _one(view: View, name: str, row: int, size: float, usual: float) -> Finding:
+def _measured(view: View, name: str, row: int, size: float) -> tuple[float, float]:
+    """Return a jump and its sigma [rad]: a step on a parabola through the rows around, if that is what they make."""
+    noise = view.noise[name]
+    some = np.arange(max(row - FITTED, 0), min(row + FITTED, len(view.time)))
+    some = some[np.abs(some - row + 0.5) > 1.0]
+    time = (view.time[some] - view.time[row]) / (FITTED * view.spacing)
+    table = np.column_stack([np.ones_like(time), time, time**2, some >= row])
+    angle = view.angles[name][some] - view.angles[name][row]
+    fit = np.linalg.lstsq(table, angle, rcond=None)[0]
+    left = float(np.std(angle - table @ fit))
+    if left > 1.3 * noise:
+        return size, np.sqrt(3.0) * noise
+    return float(fit[-1]), noise * float(np.sqrt(np.linalg.inv(table.T @ table)[-1, -1]))
+
+
+def _one(view: View, name: str, row: int, size: float, sigma: float, usual: float) -> Finding:
     way = "extra" if size * usual > 0.0 else "lost"
-    size = _whole(size, view.quanta[name], view.noise[name])
-    told = f"jumps by {size:.6g} rad ({_counts(view, name, size)} {way}) in row {row}, t = {view.time[row]:.6g} s"
+    size = _whole(size, view.quanta[name], sigma)
+    told = f"jumps by {size:.6g} rad (± {sigma:.2g}, {_counts(view, name, size)} {way}) in row {row}, "
+    told += f"t = {view.time[row]:.6g} s"
     fatal = False
     declared = view.declared
     if declared.meshed and declared.radii is not None and declared.backlash is not None:
@@ -170,9 +186,9 @@ def _one(view: View, name: str, row: int, size: float, usual: float) -> Finding:
     return Finding("lost-counts", name, size, "rad", told, "", fatal, True, rows=(row,))
 
 
-def _whole(size: float, count: float | None, noise: float) -> float:
-    """Return whole counts where there are counts and the noise allows no doubt."""
-    return size if count is None or noise > 1.5 * count else float(np.round(size / count)) * count
+def _whole(size: float, count: float | None, sigma: float) -> float:
+    """Return whole counts where there are counts; near enough they are the right ones."""
+    return size if count is None or sigma > 100.0 * count else float(np.round(size / count)) * count
 
 
 def _counts(view: View, name: str, size: float) -> str:

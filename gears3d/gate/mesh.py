@@ -185,6 +185,7 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
             for i in range(-3, 4)
             for j in range(-3, 4)
         ]
+        near.sort(key=lambda one: abs(one[1] - teeth[0]) + abs(one[2] - teeth[1]))
         fits = [f"{i}:{j}" for value, i, j in near if abs(value / abs(ratio.value) - 1.0) < ratio.slack]
         told += f"; {', '.join(fits[:3])} teeth would fit, {teeth[0]}:{teeth[1]} are declared" if fits else ""
     remedy = "correct gears.*.teeth, or the counts by which the angles were worked out; or counts are lost all along"

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gears3d.gate.declared import MESH as MESH
 from gears3d.gate.declared import Declared
 from gears3d.signals import quantum
+
+if TYPE_CHECKING:
+    from gears3d.gate.band import Band
+    from gears3d.gate.places import Places
 
 SOME = 200_000
 """So many rows are looked at for what is typical."""
@@ -76,13 +81,29 @@ class View:
         return found if found is not None and np.ptp(some) > 0.5 * found else None
 
     @cached_property
+    def band(self) -> Band | None:
+        """Short blocks and stretches in contact; ``None`` without a rig."""
+        from gears3d.gate.band import band_of
+
+        return band_of(self)
+
+    @cached_property
+    def places(self) -> Places | None:
+        """Where the active flank lies; ``None`` where the record does not tell."""
+        from gears3d.gate.places import places
+
+        return None if self.band is None else places(self, self.band)
+
+    @cached_property
     def noise(self) -> dict[str, float]:
         """Standard deviation of one reading of each angle [rad], rounding to counts among it."""
         return {name: self._noise(name) for name in self.angles}
 
     def _noise(self, name: str) -> float:
-        bend = np.diff(typical(self.changes[name], run=64))
-        seen = 1.4826 * float(np.median(np.abs(bend))) / np.sqrt(6.0) if len(bend) else 0.0
+        bend = np.abs(np.diff(typical(self.changes[name], run=64)))
+        usual = 1.4826 * max(float(np.median(bend)) if len(bend) else 0.0, 0.5 * (self.quanta[name] or 0.0))
+        bend = bend[bend <= 4.0 * usual]  # not the median itself: of counts it takes few values
+        seen = float(np.sqrt(np.mean(bend**2) / 6.0)) if len(bend) else 0.0
         scale = float(np.abs(self.angles[name][:: max(len(self.time) // 1000, 1)]).max(initial=0.0))
         return max(seen, FLOOR * (self.quanta[name] or 0.0), 4e-16 * scale)
 

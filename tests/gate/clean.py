@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from gears3d.readers import Channels
+from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from gears3d.simulation.encoder import encode
@@ -23,8 +24,11 @@ def happened(file=RIGAUD, changes=()):
     return scenario, simulate(scenario.with_({"run.output_rate": rate}), "rigid")
 
 
-def seen(scenario, truth, noise=0.0, seed=1, counts=None):
-    """What encoders make of it; ``noise`` of one angle along the line of action, in parts of the backlash."""
+def seen(scenario, truth, noise=0.0, seed=1, counts=None, change=None):
+    """What encoders make of it; ``noise`` of one angle along the line of action, in parts of the backlash.
+
+    ``change`` of the columns happens before they are counted.
+    """
     rig = scenario.rig()
     changes = {}
     for gear, radius in (("drive", rig.base_radius_drive), ("loose", rig.base_radius_loose)):
@@ -32,18 +36,20 @@ def seen(scenario, truth, noise=0.0, seed=1, counts=None):
         if counts is not None:
             changes[f"sensors.{gear}.counts_per_revolution"] = counts
     own = scenario.with_(changes)
+    if change is not None:
+        truth = Recording(change(dict(truth.signals)))
     record = encode(truth, own.sensors, seed)
     return own, {name: np.array(values) for name, values in record.signals.items()}
 
 
-def rattling(noise=0.005, seed=1, counts=None, duration="3 s"):
+def rattling(noise=0.005, seed=1, counts=None, duration="3 s", change=None):
     """Rigaud's bench at 20 rpm, both flanks struck; columns may be changed."""
-    return seen(*happened(RIGAUD, (("run.duration", duration),)), noise, seed, counts)
+    return seen(*happened(RIGAUD, (("run.duration", duration),)), noise, seed, counts, change)
 
 
-def turning(noise=0.005, seed=1, counts=None, duration="4 s"):
+def turning(noise=0.005, seed=1, counts=None, duration="4 s", change=None):
     """The same bench in contact all the time, turning unevenly, with a transmission error of order 1 and 90."""
-    return seen(*_touching(duration), noise, seed, counts)
+    return seen(*_touching(duration), noise, seed, counts, change)
 
 
 @lru_cache(maxsize=2)
