@@ -3,46 +3,113 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+if TYPE_CHECKING:
+    from gears3d.gate import Admitted
+
 
 def measure(
-    record: Annotated[Path, typer.Argument(help="Measured record (.parquet or .csv): time_s and both angles.")],
+    records: Annotated[
+        list[Path] | None, typer.Argument(help="Measured records of any format, or a record.toml that names them.")
+    ] = None,
     rig: Annotated[
         Path | None, typer.Option(help="Scenario with the gears of the bench: base radii, teeth, inertia.")
     ] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
+    guess: Annotated[bool, typer.Option("--guess", help="Propose a record.toml, say why, measure nothing.")] = False,
     correct: Annotated[
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for signals, impacts, summary and picture.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for signals, impacts, summary and picture; one a record if several.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON; a list if several.")] = False,
 ) -> None:
-    """Examine the sensors of a measured record, then cut it into flights and contacts.
+    """Examine the sensors of measured records, then cut each into flights and contacts.
 
     Example: gears3d measure rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out measured
+
+    What the channels of a file are: gears3d measure bench.tdms --guess --rig rig.toml --out record.toml, then
+    gears3d measure record.toml --rig rig.toml
     """
-    from gears3d import measurement
-    from gears3d.cli.findings import show_findings
+    from gears3d.cli.output import print_json
+    from gears3d.errors import InputError, UsageError
     from gears3d.gate import admit
+    from gears3d.readers import files_of
     from gears3d.scenario import load
 
-    admitted = admit(record, None if rig is None else load(rig), map_file, correct or ())
+    bench = None if rig is None else load(rig)
+    if guess:
+        _guess(records or [], bench, map_file, out)
+        return
+    pairs = files_of(records or [], map_file)
+    if not pairs:
+        raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
+    places = _places([file for file, _ in pairs], out)
+    summaries, faults, known = [], [], []
+    for (file, chart), place in zip(pairs, places, strict=True):
+        try:
+            admitted = admit(file, bench, chart, correct or (), others=known)
+            summaries.append(_one(admitted, place, as_json))
+            known.append(admitted.channels)
+        except InputError as error:
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
+    if as_json:
+        print_json(summaries[0] if len(pairs) == 1 else summaries)
+
+
+def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any]:
+    """Measure one record, write it and return its summary."""
+    from gears3d import measurement
+    from gears3d.cli.findings import show_findings
+
+    file = admitted.file
     if not as_json:
         show_findings(admitted.findings)
     found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
-    if out is not None:
-        _write(found, out)
-    if as_json:
-        from gears3d.cli.output import print_json
+    found.summary["file"] = file
+    if place is not None:
+        _write(found, place)
+    if not as_json:
+        _show(found.summary, file)
+        typer.echo(f"written to {place}" if place is not None else "to keep it, with a picture: --out DIR")
+    return found.summary
 
-        print_json(found.summary)
+
+def _places(files: list[Path], out: Path | None) -> list[Path | None]:
+    """Return the folder of every record: OUT of a single one, OUT/<stem> of several."""
+    if out is None or len(files) == 1:
+        return [out] * len(files)
+    names: list[str] = []
+    for file in files:
+        stem = file.stem if file.suffix else file.name
+        again = names.count(stem)
+        names.append(stem if not again else f"{stem}-{sum(name.startswith(stem) for name in names) + 1}")
+    return [out / name for name in names]
+
+
+def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | None) -> None:
+    """Print or write the map proposed for one file."""
+    from gears3d.errors import UsageError
+    from gears3d.files import write_text
+    from gears3d.readers import propose
+
+    if len(records) != 1 or map_file is not None:
+        raise UsageError("--guess proposes the map of one file: name one, and no --map")
+    if records[0].suffix.lower() == ".toml":
+        raise UsageError(f"{records[0]}: is a map already: name the measured file")
+    text = propose(records[0], bench, None if out is None else out.parent)
+    if out is None:
+        typer.echo(text, nl=False)
         return
-    _show(found.summary, str(record))
-    typer.echo(f"written to {out}" if out is not None else "to keep it, with a picture: --out DIR")
+    write_text(out, text)
+    typer.echo(f"written to {out}; look through it, then: gears3d measure {out}")
 
 
 def _write(found: Any, out: Path) -> None:

@@ -13,7 +13,7 @@ from gears3d.gate.declared import MESH
 from gears3d.gate.examination import correct as undo
 from gears3d.gate.examination import examine, refuse_unknown
 from gears3d.gate.finding import Finding
-from gears3d.readers import Channels, read
+from gears3d.readers import Channels, files_of, read
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def admit(
     """
     kinds = _kinds(correct)
     channels = read(path, map_file)
-    own = rig.with_(channels.condition) if rig is not None and channels.condition else rig
+    own = rig if rig is None else _conditioned(rig, channels, map_file or path)
     findings = examine(channels, own, others, needs)
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
     bad = [one for one in done if one.fatal and not one.corrected]
@@ -96,7 +96,7 @@ def admit_all(
     """Admit several records, each once: all that is wrong with any of them is told together.
 
     Args:
-        paths: the files.
+        paths: the files, or maps that name them.
         rig: scenario of the bench, for all of them.
         map_file: ``record.toml``, for all of them.
         correct: kinds of findings to correct; ``"duplicated-file"`` leaves such files out.
@@ -108,10 +108,10 @@ def admit_all(
     """
     admitted: list[Admitted] = []
     faults: list[Fault] = []
-    for path in paths:
+    for path, chart in files_of(paths, map_file):
         known = [one.channels for one in admitted]
         try:
-            one = admit(path, rig, map_file, correct, needs=needs, others=known)
+            one = admit(path, rig, chart, correct, needs=needs, others=known)
         except InputError as error:
             faults += error.faults
             continue
@@ -134,6 +134,17 @@ def told(finding: Finding) -> str:
     place = f"{finding.kind}: {finding.channel}: " if finding.channel else f"{finding.kind}: "
     remedy = "corrected" if finding.corrected else _remedy(finding)
     return f"{place}{finding.evidence}" + (f" ({remedy})" if remedy else "")
+
+
+def _conditioned(rig: Scenario, channels: Channels, file: str | Path) -> Scenario:
+    """Return the rig in the condition of a record; faults name the map."""
+    if not channels.condition:
+        return rig
+    try:
+        return rig.with_(channels.condition)
+    except InputError as error:
+        faults = [Fault(f"condition.{one.key}", one.message, one.remedy, str(file)) for one in error.faults]
+        raise InputError(faults) from error
 
 
 def _kinds(correct: Sequence[str]) -> list[str]:

@@ -83,7 +83,7 @@ def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
         yield Signal(name, unit, shape[along]), _Place(name, "", 0, along)
     elif min(shape) <= COLUMNS:
         for k in range(min(shape)):
-            yield Signal(f"{name}({k + 1})", unit, shape[along]), _Place(name, "", k, along)
+            yield Signal(f"{name} column {k + 1}", unit, shape[along]), _Place(name, "", k, along)
 
 
 def _values(dataset: Any, place: _Place, most: int | None) -> np.ndarray:

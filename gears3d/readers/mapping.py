@@ -182,14 +182,16 @@ class Mapper:
 
     def _extra(self, name: str, extra: ExtraMap, signal: Signal) -> np.ndarray:
         """Return a further signal, in the unit that its own name ends in."""
-        from gears3d.units import FAMILIES
+        from gears3d.units import FAMILIES, parse
 
         values = self._loaded[signal.name]
-        own, unit = unit_of(name), extra.unit or signal.told_unit
+        own, unit = unit_of(name) or ("K" if name.endswith("_K") else ""), extra.unit or signal.told_unit
         family = next((key for key, kind in FAMILIES.items() if own and kind.si == own), "")
         if not family or not unit:
             return values
         with self._at(f"extra.{name}.unit"):
+            if family == "temperature":
+                return values + parse(f"0 {unit}", family)
             return scaled(values, to_si(unit, (family,))[0])
 
     @contextmanager

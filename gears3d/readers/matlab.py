@@ -14,7 +14,7 @@ from gears3d.readers.source import Signal, Source
 
 
 def open_matlab(path: Path) -> Source:
-    """Open a MATLAB file; a structure is a group, a matrix gives its columns ``M(1)``, ``M(2)``.
+    """Open a MATLAB file; a structure is a group, a matrix gives its columns ``M column 1``, ``M column 2``.
 
     Args:
         path: the file.
@@ -47,7 +47,7 @@ def _arrays(prefix: str, node: Any) -> Iterator[tuple[str, np.ndarray]]:
         elif node.ndim == 2 and min(node.shape) <= COLUMNS:
             table = node if node.shape[0] >= node.shape[1] else node.T
             for k in range(table.shape[1]):
-                yield f"{prefix}({k + 1})", table[:, k]
+                yield f"{prefix} column {k + 1}", table[:, k]
 
 
 def _notes(prefix: str, node: Any) -> Iterator[str]:

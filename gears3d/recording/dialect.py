@@ -76,9 +76,13 @@ class Dialect(NamedTuple):
 
 
 class _Reading(NamedTuple):
-    """One way to read the lines: score first, so that the greatest is the best."""
+    """One way to read the lines: score first, so that the greatest is the best.
+
+    ``clean``: every cell of its rows is a number and the names fit, which no other way brings about by chance.
+    """
 
     score: float
+    clean: bool
     fits: bool
     width: int
     delimiter: str
@@ -113,7 +117,8 @@ def sniff(head: bytes, whole: bool = True) -> Dialect:
     found = [reading for reading in readings if reading is not None]
     if not found:
         raise ValueError("has no rows" if any(line.strip() for line in lines) else "is empty")
-    best = max(found, key=lambda each: each[:3])
+    most = max(each.score for each in found)
+    best = max(found, key=lambda each: (each.clean and each.score >= 0.5 * most, each.score, each.fits, each.width))
     names, units, above = _names(lines, best)
     return Dialect(
         encoding, best.delimiter, best.decimal, newline, best.first, names, units, best.numeric, tuple(lines[:above])
@@ -191,8 +196,9 @@ def _read_as(lines: Sequence[str], delimiter: str, decimal: str) -> _Reading | N
             continue
         above = [at for at in rows if at < first]
         fits = bool(above) and len(rows[above[-1]]) in (width, width - 1 if rows[own[0]][-1] == "" else width)
-        reading = _Reading(float(score), fits, width, delimiter, decimal, first, numeric)
-        best = reading if best is None or reading[:3] > best[:3] else best
+        clean = fits and width > 1 and score > len(own) - 1e-6
+        reading = _Reading(float(score), clean, fits, width, delimiter, decimal, first, numeric)
+        best = reading if best is None or (score, fits, width) > (best.score, best.fits, best.width) else best
     return best
 
 

@@ -248,8 +248,8 @@ def test_matrices_and_tables_give_their_columns(tmp_path):
         file["M"] = table.T
     for name in ("run.mat", "run.h5"):
         source = open_source(tmp_path / name)
-        assert [each.name for each in source.signals] == ["M(1)", "M(2)", "M(3)"]
-        np.testing.assert_array_equal(source.load(["M(3)"], 7)["M(3)"], LOOSE[:7])
+        assert [each.name for each in source.signals] == ["M column 1", "M column 2", "M column 3"]
+        np.testing.assert_array_equal(source.load(["M column 3"], 7)["M column 3"], LOOSE[:7])
     rows = np.zeros(5, dtype=[("t", "f8"), ("n", "i4")])
     rows["n"] = np.arange(5)
     with h5py.File(tmp_path / "run.h5", "w") as file:
