@@ -1,0 +1,39 @@
+"""How often the gate finds faults where there are none, and that it finds those that it claims to find."""
+
+import sys
+
+import pytest
+
+from gears3d.gate import examine
+from tests.gate.clean import channels
+from tests.gate.drawn import draw
+from tests.gate.limits import FAULTS, interval, tried
+
+FIRST, RECORDS = 20_000, 300
+"""Seeds from which nothing was tuned."""
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_false_alarms_are_rare_over_all_regimes(capsys):
+    alarms, waves = [], 0
+    for seed in range(FIRST, FIRST + RECORDS):
+        scenario, columns, what = draw(seed)
+        found = examine(channels(columns), scenario)
+        waves += any(one.kind == "wave" for one in found)
+        alarms += [(seed, what, one.kind, one.evidence) for one in found if one.kind != "wave"]
+    records = len({alarm[0] for alarm in alarms})
+    low, high = interval(records, RECORDS)
+    told = f"{records} false alarms in {RECORDS} clean records (95 %: {low:.1%} to {high:.1%}), {waves} waves told"
+    with capsys.disabled():
+        sys.stdout.write("\n".join(["", told, *map(str, alarms), ""]))
+    assert records <= 0.02 * RECORDS
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_the_largest_fault_of_each_ladder_is_found(fault):
+    hits, errors = tried(fault, fault.sizes[-1], range(300, 310))
+    assert hits >= 9
+    assert abs(errors).max() < 0.2
