@@ -13,7 +13,7 @@ from tests.gate.clean import RIGAUD, rattling
 
 @pytest.fixture
 def file(tmp_path):
-    scenario, columns = rattling(duration="3 s", noise=0.002)
+    _, columns = rattling(duration="3 s", noise=0.002)
     bad = faults.without_rows(faults.scaled(columns, **{faults.LOOSE: -1.0}), range(500, 510))
     Recording(bad).write(tmp_path / "record.parquet")
     return str(tmp_path / "record.parquet")
