@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
 
 
 def record(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.")],
     test: Annotated[
-        str, typer.Option(help="rattle; rundown: gears coast; threshold: the swing grows, falls.")
+        str, typer.Option(help="rattle; rundown: gears coast; threshold: the swing grows, falls; ste: slow turns.")
     ] = "rattle",
     model: Annotated[str, typer.Option(help="Of the rattle test: rigid or bullet.")] = "rigid",
     seed: Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")] = None,
-    speed: Annotated[str | None, typer.Option(help='Start of a run-down, e.g. "300 rpm".')] = None,
+    speed: Annotated[str | None, typer.Option(help="Start of a run-down; drive of slow turns (1 rpm).")] = None,
     turning: Annotated[str, typer.Option(help="In a run-down: loose or drive, out of mesh; both, in mesh.")] = "loose",
     drive_drag: Annotated[str | None, typer.Option(help='Dry drag of the drive that coasts, e.g. "0.1 N m".')] = None,
     drive_damping: Annotated[str | None, typer.Option(help='Viscous drag of it, e.g. "5e-3 N m s/rad".')] = None,
@@ -24,6 +27,7 @@ def record(
         str | None,
         typer.Option(help='Of the swing of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
     ] = None,
+    turns: Annotated[float | None, typer.Option(help="Of the drive in slow turns, each way.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
     ] = None,
@@ -51,7 +55,8 @@ def record(
         ),
     }
     with bars() as track:
-        made = take(question, test, model=model, seed=seed, progress=track(test, question.run.duration), **how)
+        shown = track(test, _lasts(question, test, how["speed"], turns))
+        made = take(question, test, model=model, seed=seed, turns=turns, progress=shown, **how)
     made.write(out)
     about = {"record": str(out), "samples": len(made.time), "bytes": out.stat().st_size, **made.meta["encoders"]}
     if as_json:
@@ -79,6 +84,14 @@ def _span(text: str) -> tuple[float, float]:
     return _quantity(low.strip(), "speed", "--amplitudes"), _quantity(high.strip(), "speed", "--amplitudes")
 
 
+def _lasts(question: Scenario, test: str, speed: float | None, turns: float | None) -> float:
+    from math import pi
+
+    from gears3d.simulation.recorder import SLOW, hunting
+
+    return question.run.duration if test != "ste" else 4.0 * pi * (turns or hunting(question)) / (speed or SLOW)
+
+
 def _quantity(text: str | None, family: str, key: str) -> float:
     from gears3d.errors import Fault, InputError
     from gears3d.units import parse
@@ -99,5 +112,5 @@ def _start(text: str) -> float:
 
     speed = _quantity(text.lstrip("-"), "speed", "--speed") * (-1.0 if text.startswith("-") else 1.0)
     if speed == 0.0:
-        raise InputError(Fault("--speed", "is 0: nothing runs down", "give the speed that the gear starts with"))
+        raise InputError(Fault("--speed", "is 0: nothing runs down, nothing turns", "give another speed"))
     return speed

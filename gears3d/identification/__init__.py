@@ -3,11 +3,13 @@
 from gears3d.identification.assemblies import Run as Run
 from gears3d.identification.assemblies import identify_assemblies as identify_assemblies
 from gears3d.identification.assemblies import identify_mesh_drag as identify_mesh_drag
+from gears3d.identification.backlash import identify_backlash as identify_backlash
 from gears3d.identification.campaign import Campaign as Campaign
 from gears3d.identification.campaign import read_campaign as read_campaign
 from gears3d.identification.drawing import write_picture as write_picture
 from gears3d.identification.law import Identified as Identified
 from gears3d.identification.law import Parameter as Parameter
+from gears3d.identification.order_drawing import write_orders as write_orders
 from gears3d.identification.parts import Inertia as Inertia
 from gears3d.identification.restitution import identify_restitution as identify_restitution
 from gears3d.identification.restitution import write_restitution as write_restitution
@@ -16,3 +18,4 @@ from gears3d.identification.threshold import Sweep as Sweep
 from gears3d.identification.threshold import identify_threshold as identify_threshold
 from gears3d.identification.threshold_drawing import write_threshold_picture as write_threshold_picture
 from gears3d.identification.track import read_track as read_track
+from gears3d.identification.transmission import identify_transmission_error as identify_transmission_error

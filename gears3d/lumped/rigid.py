@@ -7,7 +7,7 @@ Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,7 +64,8 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
     drive = None if scenario.motion.record is None else measured_drive(scenario)
     sines = harmonics if drive is None else []
-    m = model(rig, sines, rows, scenario.impact.stick_velocity, scenario.run.seed, _flanks(scenario, drive), drive)
+    flanks = flanks_of(scenario, rows, _reach(scenario, rows, drive))
+    m = model(rig, sines, rows, scenario.impact.stick_velocity, scenario.run.seed, flanks, drive)
     spacing = 1.0 / scenario.run.output_rate
     outcome = run(m, scenario.run.duration, spacing, scenario.start.state, progress, lyapunov=True)
     meta = {
@@ -99,13 +100,19 @@ def measured_drive(scenario: Scenario) -> Table:
     return quintic(time[: len(time) - rest : every], theta[: len(time) - rest : every])
 
 
-def _flanks(scenario: Scenario, drive: Table | None = None) -> tuple[Table, Table] | None:
-    """Tables of flanks that are not perfect but for waves and eccentric teeth; those the model has without."""
-    rows, pair = scenario.rows(), scenario.pair()
+def flanks_of(scenario: Scenario, rows: Sequence[Row], reach: tuple[float, float]) -> tuple[Table, Table] | None:
+    """Return tables of flanks that are not perfect but for waves and eccentric teeth; those the model has without.
+
+    Args:
+        scenario: its pair.
+        rows: of its effects.
+        reach: bounds of the drive's angle [rad].
+    """
+    pair = scenario.pair()
     if perfect(pair) and not any(row.code == Code.FLANK_TOOTH for row in rows):
         return None
     pair = pair.with_deviations(*flank_deviations(rows)).with_mounting(*eccentricities(rows))
-    return flank_tables(pair, *_reach(scenario, rows, drive))
+    return flank_tables(pair, *reach)
 
 
 def _reach(scenario: Scenario, rows: tuple[Row, ...], drive: Table | None) -> tuple[float, float]:

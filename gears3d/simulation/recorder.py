@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from math import ceil, gcd, pi
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
@@ -14,9 +16,17 @@ from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
+    from gears3d.scenario.model import Sensors
 
-TESTS = ("rattle", "rundown", "threshold")
-"""What a bench can do: run the scenario; let gears run down; let the swing grow and fall."""
+TESTS = ("rattle", "rundown", "threshold", "ste")
+"""What a bench can do: run the scenario; let gears run down; let the swing grow and fall; turn slowly both ways."""
+SLOW = 2.0 * pi / 60.0
+"""Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]."""
+PER_TURN = 9973.618
+"""Samples a turn at most of slow turns: as fine as any order asks for; no whole number, so that counts of encoders do
+not come again turn by turn."""
+FEWEST, MOST = 10, 60
+"""Turns unless given: at least and at most, in whole hunting cycles where there are that many."""
 
 
 def record(
@@ -29,6 +39,7 @@ def record(
     turning: str = "loose",
     drive_drag: tuple[float, float] = (0.0, 0.0),
     amplitudes: tuple[float, float] | None = None,
+    turns: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
     """Return what encoders would have recorded of a scenario.
@@ -36,17 +47,21 @@ def record(
     Args:
         scenario: what happens, and its ``[sensors]``.
         test: ``"rattle"`` runs the scenario, ``"rundown"`` lets gears run down, ``"threshold"`` lets the first
-            harmonic's amplitude grow and fall.
+            harmonic's amplitude grow and fall, ``"ste"`` drives slowly forth on the active flanks and back on the
+            reverse ones.
         model: of the rattle test, as ``simulate`` takes it.
         seed: of the encoders' noise; that of the scenario unless given.
-        speed: at the start of a run-down, of the gear that turns, the loose one of both [rad/s].
+        speed: at the start of a run-down, of the gear that turns, the loose one of both; of the drive in slow turns
+            [rad/s].
         turning: in a run-down: ``"loose"`` or ``"drive"`` out of mesh, ``"both"`` in mesh.
         amplitudes: of a threshold test: smallest and largest amplitude of the first harmonic's speed [rad/s].
         drive_drag: of the drive's own shaft when it runs down: dry [N·m], viscous [N·m·s/rad].
+        turns: of the drive in slow turns, each way; unless given so many that orders of both gears come apart.
         progress: called now and then with the simulated time done [s].
 
     Returns:
-        Time and both angles at the encoders' rate, with noise, counts and sensor effects.
+        Time and both angles at the encoders' rate, slow turns at no more than 9974 samples a turn, with noise, counts
+        and sensor effects.
 
     Raises:
         InputError: the scenario is bad.
@@ -70,6 +85,8 @@ def record(
 
         _check_rate(scenario)
         happened = sweep(scenario, amplitudes, progress)
+    elif test == "ste":
+        happened, sensors = _slow(scenario, speed, turns, progress)
     else:
         _check_rate(scenario)
         sampled = scenario.with_({"run.output_rate": f"{sensors.sample_rate!r} Hz"})
@@ -77,6 +94,33 @@ def record(
     if happened.meta.get("interrupted"):
         raise KeyboardInterrupt
     return encode(happened, sensors, scenario.run.seed if seed is None else seed)
+
+
+def _slow(
+    scenario: Scenario, speed: float | None, turns: float | None, progress: Callable[[float], None] | None
+) -> tuple[Recording, Sensors]:
+    """Return slow turns as the sensors see them, and the sensors at the rate that these take."""
+    from gears3d.lumped.slow_turns import slow_turns
+
+    speed = SLOW if speed is None else speed
+    rate = min(scenario.sensors.sample_rate, PER_TURN * abs(speed) / (2.0 * pi))
+    made = slow_turns(scenario, speed, hunting(scenario) if turns is None else turns, rate, progress)
+    return observe(made, scenario.effects, scenario.rig()), replace(scenario.sensors, sample_rate=rate)
+
+
+def hunting(scenario: Scenario) -> int:
+    """Return the turns of the drive that slow turns take: whole hunting cycles, in which orders of both gears part.
+
+    Args:
+        scenario: with the tooth counts.
+
+    >>> from gears3d.scenario import load
+    >>> [hunting(load(f"scenarios/base/{name}.toml")) for name in ("rigaud-2020", "kadmiri-2012")]
+    [10, 37]
+    """
+    drive, loose = scenario.gears.drive.teeth, scenario.gears.loose.teeth
+    cycle = loose // gcd(drive, loose)
+    return min(cycle * ceil(FEWEST / cycle), MOST)
 
 
 def _check_rate(scenario: Scenario) -> None:

@@ -1,0 +1,22 @@
+"""``gears3d identify backlash``: the distance of both flanks."""
+
+from __future__ import annotations
+
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+
+
+def backlash(
+    files: Files,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Identify the mean backlash and its orders from slow turns forth and back.
+
+    Example: gears3d identify backlash slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out backlash.png
+    """
+    from gears3d.identification import identify_backlash, write_orders
+
+    answer(identify_backlash(admitted(files, rig, map_file, correct)), write_orders, out, as_json)

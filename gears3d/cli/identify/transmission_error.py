@@ -1,0 +1,22 @@
+"""``gears3d identify transmission-error``: orders of both flanks from contact."""
+
+from __future__ import annotations
+
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+
+
+def transmission_error(
+    files: Files,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Identify the transmission error of both flanks, order by order, from slow turns forth and back.
+
+    Example: gears3d identify transmission-error slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out ste.png
+    """
+    from gears3d.identification import identify_transmission_error, write_orders
+
+    answer(identify_transmission_error(admitted(files, rig, map_file, correct)), write_orders, out, as_json)

@@ -1,0 +1,323 @@
+"""Orders of a flank's place over the angles of both gears: which are there, how large, and how sure."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.identification.contact import HARMONICS, Contact
+
+GEARS = ("drive", "loose")
+APART = 0.7
+"""Cycles over the record by which orders of both gears differ at least to be told apart."""
+LEVEL = 0.01
+"""Chance of one false order among all that are looked at."""
+NEIGHBOURS = 24
+"""Orders beside one, of no significance, whose mean size is its noise."""
+MOST = 80
+"""Orders that are fitted at most."""
+SHARE = 0.3
+"""Part of the largest power down to which orders are taken in one round."""
+ROUNDS = 40
+STRAY = 7.0
+"""Deviations from the fit at which a bin is taken to be without contact."""
+LEAST = 0.7
+"""Part of the bins that is kept at least."""
+TURNS = 6
+"""So many turns make a scatter."""
+
+
+class Line(NamedTuple):
+    """An order: cycles a turn of a gear.
+
+    Args:
+        gear: 0 drive, 1 loose.
+        order: cycles a turn.
+    """
+
+    gear: int
+    order: int
+
+    @property
+    def name(self) -> str:
+        """As parameters are called: ``drive_1``."""
+        return f"{GEARS[self.gear]}_{self.order}"
+
+
+class Lines(NamedTuple):
+    """The orders that are looked at.
+
+    Args:
+        all: those that can be told apart; one of each set of those that cannot, the drive's.
+        frequency: of each, cycles a turn of the drive, (m,).
+        alike: to each of the drive's, the loose gear's that it cannot be told from.
+    """
+
+    all: tuple[Line, ...]
+    frequency: np.ndarray
+    alike: dict[Line, Line]
+
+
+class Fit(NamedTuple):
+    """Orders of one flank.
+
+    Args:
+        lines: that were fitted.
+        phasors: of each, amplitude·exp(i·phase) [m], (p,).
+        deviation: of each part of a phasor [m], (p,).
+        covariance: of the real and imaginary parts, one after the other [m²], (2p, 2p).
+        offsets: mean place in each record [m], by number.
+        offset_deviation: of these [m].
+        chance: that noise makes an order so large, (p,).
+        floor: deviation of each part of a phasor that noise makes at each order looked at [m], (m,).
+        seen: amplitude of what was found or left at each order looked at [m], (m,).
+        rest: of the bins [m], (n,).
+        kept: bins that are in contact, (n,).
+        freedom: degrees of freedom of the deviations.
+        scatter: largest ratio of the deviation by turns to that by neighbouring orders.
+    """
+
+    lines: tuple[Line, ...]
+    phasors: np.ndarray
+    deviation: np.ndarray
+    covariance: np.ndarray
+    offsets: dict[int, float]
+    offset_deviation: float
+    chance: np.ndarray
+    floor: np.ndarray
+    seen: np.ndarray
+    rest: np.ndarray
+    kept: np.ndarray
+    freedom: float
+    scatter: float
+
+
+def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
+    """Return the orders that can be looked at in a record.
+
+    Args:
+        contact: with one flank.
+        teeth: of drive and loose gear.
+    """
+    turns = np.ptp(contact.turn % 1_000_000) + 1.0 if contact.turns < 1.0 else contact.turns
+    ratio = teeth[0] / teeth[1]
+    highest = min(HARMONICS * teeth[0] + 2, int(0.8 * np.pi / contact.width))
+    chosen = [Line(0, order) for order in range(1, highest + 1)]
+    alike: dict[Line, Line] = {}
+    for order in range(1, int(highest / ratio) + 1):
+        nearest = round(order * ratio)
+        if abs(order * ratio - nearest) < APART / turns and 1 <= nearest <= highest:
+            alike.setdefault(Line(0, nearest), Line(1, order))
+        else:
+            chosen.append(Line(1, order))
+    frequency = np.array([line.order * (ratio if line.gear else 1.0) for line in chosen])
+    keep = frequency * turns > APART
+    return Lines(tuple(line for line, k in zip(chosen, keep, strict=True) if k), frequency[keep], alike)
+
+
+def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
+    """Return the orders of a flank that stand out of its noise.
+
+    The largest come first; each round looks at what the orders so far leave over.
+
+    Args:
+        contact: with the flank.
+        lines: that are looked at.
+        ratio: turns of the loose gear in a turn of the drive.
+    """
+    found: list[Line] = []
+    for _ in range(ROUNDS):
+        made = fit(contact, lines, found, ratio)
+        free = ~_near(lines, made.lines, contact.turns)
+        power = np.where(free, made.seen**2, 0.0)
+        limit = -2.0 * made.floor**2 * np.log(LEVEL / (2 * len(lines.all)))
+        new = (power > limit) & (power > SHARE * power.max())
+        if not new.any() or len(found) >= MOST:
+            break
+        strongest = np.flatnonzero(new)[np.argsort(-power[new])]
+        for place in strongest:
+            if (
+                not any(abs(lines.frequency[place] - _frequency(line, ratio)) * contact.turns < 1.5 for line in found)
+                or place == strongest[0]
+            ):
+                found.append(lines.all[place])
+        found = found[:MOST]
+    return [line for line, chance in zip(made.lines, made.chance, strict=True) if chance < LEVEL / (2 * len(lines.all))]
+
+
+def fit(contact: Contact, lines: Lines, chosen: list[Line], ratio: float) -> Fit:
+    """Fit orders to a flank by least squares, on the angles of both gears at once.
+
+    Noise is what stands at neighbouring orders that are not among the fitted ones: it counts what comes again every
+    turn, as rounding to counts does; where turns scatter by more, their scatter is taken.
+
+    Args:
+        contact: with the flank.
+        lines: that are looked at.
+        chosen: those that are fitted.
+        ratio: turns of the loose gear in a turn of the drive.
+    """
+    return _judged(contact, lines, chosen, solve(contact, chosen, ratio))
+
+
+class Solved(NamedTuple):
+    """Least squares of orders.
+
+    Args:
+        design: a column a record, then two an order, (n, q).
+        numbers: (q,).
+        inverse: of the weighted normal matrix, (q, q).
+        rest: of the bins [m], (n,).
+        kept: bins that are in contact, (n,).
+    """
+
+    design: np.ndarray
+    numbers: np.ndarray
+    inverse: np.ndarray
+    rest: np.ndarray
+    kept: np.ndarray
+
+
+def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
+    """Solve for orders by least squares; bins far off are left out.
+
+    Args:
+        contact: with the flank.
+        chosen: the orders.
+        ratio: turns of the loose gear in a turn of the drive.
+    """
+    angles = (contact.drive, contact.loose)
+    columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]
+    for line in chosen:
+        weak = _blur(contact, _frequency(line, ratio))
+        turning = line.order * angles[line.gear]
+        columns += [weak * np.cos(turning), -weak * np.sin(turning)]
+    design = np.column_stack(columns)
+    kept = np.ones(len(contact.drive), bool)
+    place = contact.place - contact.place.mean()
+    while True:
+        weight = contact.weight * kept
+        inverse = np.linalg.pinv((design * weight[:, None]).T @ design, hermitian=True)
+        numbers = inverse @ (design.T @ (weight * place))
+        rest = place - design @ numbers
+        spread = 1.4826 * np.median(np.abs(rest[kept] - np.median(rest[kept]))) + 1e-15
+        now = kept & (np.abs(rest) < STRAY * spread)
+        if not chosen or now.sum() > 0.9999 * kept.sum() or now.sum() < LEAST * len(kept):
+            return Solved(design, numbers, inverse, rest, kept)
+        kept = now
+
+
+def _judged(
+    contact: Contact,
+    lines: Lines,
+    chosen: list[Line],
+    solved: Solved,
+) -> Fit:
+    """Return a fit with its deviations."""
+    design, numbers, inverse, rest, kept = solved
+    weight = contact.weight * kept
+    total = float(weight.sum())
+    files = np.unique(contact.file)
+    seen = _left(contact, lines, weight * rest) * 2.0 / total
+    free = ~_near(lines, tuple(chosen), contact.turns)
+    floor, freedom = _floor(lines, seen, free, robust=not chosen)
+    places = [lines.all.index(line) for line in chosen]
+    sizes = np.concatenate([np.full(len(files), floor[np.argmin(lines.frequency)]), np.repeat(floor[places], 2)])
+    scale = sizes * np.sqrt(total / 2.0)
+    covariance = inverse * np.outer(scale, scale)
+    by_turns, ratio_found = _by_turns(contact, design, inverse, weight * rest, covariance)
+    covariance = covariance * np.outer(by_turns, by_turns)
+    own = covariance[len(files) :, len(files) :]
+    parts = numbers[len(files) :].reshape(-1, 2)
+    phasors = parts[:, 0] + 1j * parts[:, 1]
+    blocks = [own[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(len(chosen))]
+    chance = [
+        np.exp(-0.5 * part @ np.linalg.solve(block, part)) if part.any() else 1.0
+        for part, block in zip(parts, blocks, strict=True)
+    ]
+    shown = seen.copy()
+    shown[places] = np.abs(phasors)
+    return Fit(
+        lines=tuple(chosen),
+        phasors=phasors,
+        deviation=np.array([np.sqrt(0.5 * np.trace(block)) for block in blocks]),
+        covariance=own,
+        offsets={int(f): float(numbers[i] + contact.place.mean()) for i, f in enumerate(files)},
+        offset_deviation=float(np.sqrt(covariance[0, 0])),
+        chance=np.array(chance),
+        floor=floor,
+        seen=shown,
+        rest=rest,
+        kept=kept,
+        freedom=freedom,
+        scatter=ratio_found,
+    )
+
+
+def _blur(contact: Contact, frequency: float) -> float:
+    """Return what averaging in bins leaves of a wave."""
+    half = 0.5 * frequency * contact.width
+    return float(np.sin(half) / (contact.samples * np.sin(half / contact.samples))) if half else 1.0
+
+
+def _frequency(line: Line, ratio: float) -> float:
+    return line.order * (ratio if line.gear else 1.0)
+
+
+def _left(contact: Contact, lines: Lines, values: np.ndarray) -> np.ndarray:
+    """Return the size of the sum of values·exp(-i·order·angle) at every order, (m,)."""
+    found = {}
+    for gear, angle in enumerate((contact.drive, contact.loose)):
+        wanted = [line.order for line in lines.all if line.gear == gear]
+        turn = np.exp(-1j * angle)
+        at = values.astype(complex)
+        for order in range(1, max(wanted, default=0) + 1):
+            at = at * turn
+            found[Line(gear, order)] = abs(at.sum())
+    return np.array([found[line] for line in lines.all])
+
+
+def _near(lines: Lines, chosen: tuple[Line, ...], turns: float) -> np.ndarray:
+    """Whether orders are fitted ones, or too near to one to be noise, (m,)."""
+    near = np.array([line in chosen for line in lines.all])
+    for line in chosen:
+        near |= np.abs(lines.frequency - lines.frequency[lines.all.index(line)]) * turns < APART
+    return near
+
+
+def _floor(lines: Lines, seen: np.ndarray, free: np.ndarray, robust: bool) -> tuple[np.ndarray, float]:
+    """Return the deviation of each part of a phasor from neighbouring orders without significance, and its freedom."""
+    some = np.flatnonzero(free)
+    some = some[np.argsort(lines.frequency[some], kind="stable")]
+    at, power = lines.frequency[some], seen[some] ** 2
+    count = min(NEIGHBOURS, len(some))
+    begin = np.searchsorted(at, lines.frequency) - count // 2
+    begin = np.clip(begin, 0, len(some) - count)
+    windows = power[begin[:, None] + np.arange(count)]
+    mean = windows.mean(axis=1)
+    middle = np.median(windows, axis=1) / np.log(2.0)
+    return np.sqrt(0.5 * (middle if robust else np.minimum(mean, 4.0 * middle))), 2.0 * count
+
+
+def _by_turns(
+    contact: Contact, design: np.ndarray, inverse: np.ndarray, values: np.ndarray, covariance: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return factors, 1 or more, by which turns scatter more than neighbouring orders say, and the largest ratio."""
+    from scipy.stats import f as fisher
+
+    turns, number = np.unique(contact.turn, return_inverse=True)
+    ones = np.ones(len(inverse))
+    if len(turns) < TURNS:
+        return ones, 1.0
+    order = np.argsort(number, kind="stable")
+    begins = np.searchsorted(number[order], np.arange(len(turns)))
+    scores = np.add.reduceat((design * values[:, None])[order], begins, axis=0)
+    moves = scores @ inverse
+    variance = (moves**2).sum(axis=0) * len(turns) / (len(turns) - 1.0)
+    ratio = variance / np.maximum(np.diag(covariance), 1e-300)
+    head = len(np.unique(contact.file))
+    pairs = ratio.copy()
+    pairs[head:] = np.repeat(ratio[head:].reshape(-1, 2).mean(axis=1), 2)
+    limit = fisher.ppf(0.99, 2 * (len(turns) - 1), 2 * NEIGHBOURS)
+    return np.sqrt(np.where(pairs > limit, pairs, 1.0)), float(np.sqrt(pairs.max()))
