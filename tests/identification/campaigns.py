@@ -46,7 +46,7 @@ def drawn(encoder, seed):
     counts = base.sensors.drive.counts_per_revolution
     noise = random.uniform(0.0, 0.5, 2) * (random.uniform(size=2) < 0.75) * 2 * pi / counts
     changes = {f"sensors.{gear}.noise": f"{float(noise[i])!r} rad" for i, gear in enumerate(("drive", "loose"))}
-    changes["sensors.sample_rate"] = "60 Hz"  # 3600 a turn at 1 rpm
+    changes["sensors.sample_rate"] = "61.803 Hz"  # 3708.18 a turn at 1 rpm: not in step
     changes["mount.backlash"] = f"{1e6 * base.rig().backlash * random.uniform(0.8, 1.5)!r} um"
     return base.with_({**changes, "effect": [*_own(base), *effects]})
 
