@@ -31,6 +31,8 @@ VERBS = (
     "replay",
     "sound",
     "record",
+    "challenge",
+    "reveal",
     "measure",
     "identify",
     "show",

@@ -1,0 +1,8 @@
+"""Hidden effects: records of machines that differ from their rig, and the answer sealed beside them."""
+
+from gears3d.challenge.hiding import Plan as Plan
+from gears3d.challenge.hiding import hide as hide
+from gears3d.challenge.hiding import observe as observe
+from gears3d.challenge.hiding import plan as plan
+from gears3d.challenge.scoring import reveal as reveal
+from gears3d.challenge.scoring import score as score

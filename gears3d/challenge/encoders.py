@@ -1,0 +1,93 @@
+"""What the encoders of a challenge read: their own errors first, then noise, then counts."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from gears3d.scenario.model import Sensor
+
+
+def delay(effects: list[dict[str, Any]], gear: str) -> float:
+    """Return by how much one encoder reads late [s].
+
+    Args:
+        effects: as plain data.
+        gear: ``"drive"`` or ``"loose"``.
+
+    >>> delay([{"kind": "encoder_skew", "gear": "loose", "delay": 2e-5}], "loose")
+    2e-05
+    """
+    return sum(e["delay"] for e in effects if e["kind"] == "encoder_skew" and e["gear"] == gear)
+
+
+def wander(effects: list[dict[str, Any]], gear: str, angle: np.ndarray) -> np.ndarray:
+    """Return what an encoder off its shaft's centre reads in place of the angle.
+
+    Args:
+        effects: as plain data.
+        gear: ``"drive"`` or ``"loose"``.
+        angle: of the shaft, rad, (n,).
+
+    >>> error = {"kind": "encoder_eccentricity", "gear": "loose", "amplitude": 1e-3, "order": 1, "phase": 0.0}
+    >>> wander([error], "loose", np.array([0.0, pi])).round(6).tolist()
+    [0.001, 3.140593]
+    """
+    read = angle.copy()
+    for e in effects:
+        if e["kind"] == "encoder_eccentricity" and e["gear"] == gear:
+            read += e["amplitude"] * np.cos(e["order"] * angle + e["phase"])
+    return read
+
+
+def sway(angle: np.ndarray, step: float, frequency: float, damping: float) -> np.ndarray:
+    """Return the angle of an encoder's disc that sits on its shaft as on a spring; in no catalogue.
+
+    The disc follows x'' + 2·ζ·ω·(x' - θ') + ω²·(x - θ) = 0; between samples the shaft turns evenly, which makes a
+    recurrence that is exact.
+
+    Args:
+        angle: of the shaft, rad, (n,).
+        step: between samples, s.
+        frequency: of the disc on its mount, Hz.
+        damping: as a share of the critical one.
+
+    >>> sway(np.zeros(3), 1e-4, 200.0, 0.02).tolist()
+    [0.0, 0.0, 0.0]
+    """
+    from scipy.signal import lfilter, lfiltic
+
+    w = 2.0 * pi * frequency
+    decay, turn = np.exp(-damping * w * step), w * sqrt(1.0 - damping**2) * step
+    speed = np.diff(angle, prepend=2.0 * angle[0] - angle[1]) / step
+    kick = np.diff(speed, prepend=speed[0])
+    # the disc lags by the sum of ringings that every change of the shaft's speed has begun
+    ring = decay * np.sin(turn) / (w * sqrt(1.0 - damping**2))
+    back = [1.0, -2.0 * decay * np.cos(turn), decay**2]
+    lag, _ = lfilter([0.0, ring], back, kick, zi=lfiltic([0.0, ring], back, [0.0, 0.0], [0.0]))
+    return angle - lag
+
+
+def read(angle: np.ndarray, sensor: Sensor, noise: float, random: np.random.Generator) -> np.ndarray:
+    """Return what a counter at an encoder writes down.
+
+    Args:
+        angle: that the encoder is at, rad, (n,).
+        sensor: its counts and noise.
+        noise: besides that of the sensor, rad.
+        random: of the noise and of where within a count it begins.
+
+    >>> from gears3d.scenario.model import Sensor
+    >>> counted = read(np.linspace(0.0, 2 * pi, 9), Sensor(4), 0.0, np.random.default_rng(1))
+    >>> np.unique(np.diff(counted).round(6)).tolist()
+    [0.0, 1.570796]
+    """
+    begin = random.uniform(0.0, 1.0)
+    seen = angle + np.hypot(sensor.noise, noise) * random.standard_normal(len(angle))
+    if not sensor.counts_per_revolution:
+        return seen
+    edge = 2.0 * pi / sensor.counts_per_revolution
+    return np.floor(seen / edge + begin) * edge

@@ -1,0 +1,137 @@
+"""Challenges: what is drawn stays drawn, what is sealed stays sealed, what is scored is what was hidden."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import hide, plan, reveal, score
+from gears3d.challenge.causes import KINDS
+from gears3d.challenge.foreign import UNKNOWN
+from gears3d.effects import catalogue
+from gears3d.errors import InputError, UsageError
+
+HERE = Path(__file__).parent
+
+
+def frozen(name):
+    return dict(line.split() for line in (HERE / name).read_text().splitlines())
+
+
+@pytest.mark.parametrize(("name", "seeds"), [("seeds-tune.txt", (0, 7, 99)), ("seeds-test.txt", (100, 333, 499))])
+def test_seeds_are_frozen(name, seeds):
+    digests = frozen(name)
+    for seed in seeds:
+        assert plan(seed).digest() == digests[str(seed)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["seeds-tune.txt", "seeds-test.txt"])
+def test_all_seeds_are_frozen(name):
+    digests = frozen(name)
+    assert len(set(digests.values())) == len(digests)
+    assert {seed: plan(int(seed)).digest() for seed in digests} == digests
+
+
+def test_every_kind_of_the_catalogue_can_be_hidden():
+    assert set(KINDS) == set(catalogue())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_is_drawn_in_its_size(kind):
+    drawn = plan(3, (kind,), size=0.3)
+    effect = drawn.told()["effects"][0]
+    assert effect["kind"] == kind
+    made = drawn.rig.with_({"effect": [drawn.effects[0]]}).effects[0]
+    leading = effect[next(iter(catalogue()[kind].params))]
+    share = made.unit_size(drawn.rig.rig()) / leading if kind == "tooth_compliance" else leading
+    unit = 1.0 if kind == "tooth_compliance" else made.unit_size(drawn.rig.rig())
+    assert abs(share / unit) == pytest.approx(0.3, rel=1e-4)
+
+
+def test_unknown_kinds_are_told():
+    with pytest.raises(UsageError, match="did you mean 'drag_viscous'"):
+        plan(1, ("drag_viscos",))
+
+
+@pytest.mark.parametrize("name", [*UNKNOWN, "encoder_skew", "oil_film"])
+def test_what_is_hidden_shows_in_the_records(name):
+    from gears3d.challenge import observe
+
+    signals = []
+    for kinds in ((name,), ()):
+        drawn = plan(5, kinds, size=0.3, noise=0.0, duration=1.0, records=1)
+        if not signals:
+            bench = drawn.rig
+        drawn = plan(5, kinds, rig=bench, size=0.3, noise=0.0, records=1)
+        signals.append(observe(drawn, 0).signals)
+    moved = np.abs(signals[0]["theta_loose_rad"] - signals[1]["theta_loose_rad"]).max()
+    assert moved > 2e-3 * bench.pair().backlash / bench.pair().loose.base_radius
+
+
+@pytest.fixture
+def blind(tmp_path):
+    made = plan(4, ("drag_viscous",), duration=0.5, records=1)
+    hide(made, tmp_path / "blind")
+    return made, tmp_path / "blind"
+
+
+def diagnosis(path, causes, verdict="explained"):
+    path.write_text(json.dumps({"verdict": verdict, "causes": causes, "remaining": {"structure": "none"}}))
+    return path
+
+
+def test_a_challenge_is_written_sealed_and_scored(blind, tmp_path):
+    made, folder = blind
+    for text in ("answer.sealed", "challenge.json", "rig.toml", "record.toml"):
+        assert "viscous" not in (folder / text).read_text()
+    true = made.told()["effects"][0]["coefficient"]
+    value = {"value": 1.02 * true, "unit": "N m s/rad", "ci95": [0.99 * true, 1.05 * true]}
+    told = reveal(
+        folder, diagnosis(tmp_path / "d.json", [{"kind": "drag_viscous", "parameters": {"coefficient": value}}])
+    )
+    assert told["kinds_first"]
+    assert told["verdict_right"]
+    assert told["changed"] == []
+    assert told["wrong_names"] == []
+    assert told["parameters"][0]["error"] == pytest.approx(0.02)
+    assert told["parameters"][0]["covered"]
+
+
+def test_records_come_in_by_the_gate(blind):
+    from gears3d.gate import admit
+    from gears3d.scenario import load
+
+    made, folder = blind
+    admitted = admit(folder / "record-1.parquet", load(folder / "rig.toml"), folder / "record.toml")
+    assert admitted.rig.motion.mean == pytest.approx(float(made.conditions[0]["motion.mean"].split()[0]))
+
+
+def test_a_changed_answer_is_refused(blind, tmp_path):
+    _, folder = blind
+    sealed = (folder / "answer.sealed").read_text()
+    (folder / "answer.sealed").write_text(("A" if sealed[0] != "A" else "B") + sealed[1:])
+    with pytest.raises(InputError, match="was changed"):
+        reveal(folder, diagnosis(tmp_path / "d.json", []))
+
+
+def test_a_wrong_name_is_counted_and_an_inseparable_one_excused():
+    answer = {"effects": [{"kind": "oil_film"}], "unknown": [], "visible": True}
+    alone = {"verdict": "explained", "causes": [{"kind": "restitution_speed"}]}
+    assert score(answer, alone)["wrong_names"] == ["restitution_speed"]
+    among = {"verdict": "explained", "causes": [{"kind": "restitution_speed", "alternatives": [{"kind": "oil_film"}]}]}
+    told = score(answer, among)
+    assert told["wrong_names"] == []
+    assert told["set_right"]
+    assert not told["kinds_first"]
+
+
+def test_nothing_and_the_unknown_have_their_verdicts():
+    nothing = {"effects": [], "unknown": [], "visible": True}
+    assert score(nothing, {"verdict": "nothing_to_add"})["verdict_right"]
+    assert not score(nothing, {"verdict": "explained", "causes": [{"kind": "oil_film"}]})["verdict_right"]
+    strange = {"effects": [], "unknown": [{"name": "x", "coordinates": ["flight.gap"]}], "visible": True}
+    told = score(strange, {"verdict": "unexplained", "causes": [], "remaining": {"structure": "flight.gap"}})
+    assert told["verdict_right"]
+    assert told["coordinate_right"]
