@@ -168,7 +168,7 @@ FAULTS = (
         LOOSE,
         fast(0.001),
         _eccentric(LOOSE),
-        (5e-5, 1e-4, 2e-4, 4e-4),
+        (2.5e-5, 5e-5, 1e-4, 2e-4),
         "rad",
         True,
         lambda one: one.size,
