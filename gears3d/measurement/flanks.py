@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.measurement.kinks import Kinks
+from gears3d.measurement.orders import Contact, resolved, strongest
 from gears3d.measurement.smoothing import Blocks
 
 LOW_ORDERS = (1, 2, 3)
@@ -22,6 +23,14 @@ SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
 EVIDENCE = 300
 """Places that speak for a size at most."""
 ROUNDS = 8
+GROWS = (0, 2, 4)
+"""Rounds before which orders are looked for that stand out."""
+MOST_ORDERS = 16
+"""Orders that a record may ask for."""
+QUIET = 1.5
+"""Times its noise that contact may scatter without being asked for orders: the tips of bounces lie in it."""
+SMOOTH = 1.5
+"""Times its noise that a path may be off its flank without being asked for orders."""
 WIDEST = 0.05
 """Part of the dead band that blocks of contact may be off their flank at first."""
 REACH = 4.0
@@ -40,12 +49,24 @@ class Terms(NamedTuple):
         prior: expected size of each column in gaps, (p,).
         begin: of the record [s].
         span: of the record [s].
+        grown: orders, the last ones, that the record itself asked for.
     """
 
     kinds: tuple[tuple[str, int], ...]
     prior: np.ndarray
     begin: float
     span: float
+    grown: int = 0
+
+    def with_orders(self, taken: list[tuple[str, int]], size: float) -> Terms:
+        """Return the terms with further orders.
+
+        Args:
+            taken: gear and order of each.
+            size: expected of them, in gaps.
+        """
+        prior = np.append(self.prior, np.full(2 * len(taken), size))
+        return self._replace(kinds=(*self.kinds, *taken), prior=prior, grown=self.grown + len(taken))
 
     def columns(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
         """Return the columns at times and angles, (n, p).
@@ -177,9 +198,54 @@ def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None
         at, side, place = at[up], side[up], place[up]
     gap = _first_gap(place, side, path)
     flanks, scale = _through_seeds(path, terms, columns, (at, side, place), gap, both)
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
+        if turn in GROWS:
+            near, sides, _ = dwelling(path, columns, flanks, scale, gap)
+            more = grown(path, flanks, near, sides, columns, gap)
+            if more:
+                size = 2.0 * scale / gap
+                terms = terms.with_orders(more, size)
+                flanks = flanks._replace(terms=terms)
+                columns = terms.columns(path.time, path.drive, path.loose)
+                flanks = _padded(flanks, 2 * len(more))
         flanks, scale = _closer(path, terms, columns, flanks, (at, side, place), scale, gap)
     return flanks
+
+
+def _padded(flanks: Flanks, more: int) -> Flanks:
+    """Return flanks with further columns, nothing in them yet."""
+    active = np.append(flanks.active, np.zeros(more))
+    gap = None if flanks.gap is None else np.append(flanks.gap, np.zeros(more))
+    return flanks._replace(active=active, gap=gap)
+
+
+def grown(
+    path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, columns: np.ndarray, gap: float
+) -> list[tuple[str, int]]:
+    """Return orders that stand out of the contact beside both flanks.
+
+    Args:
+        path: displacement in blocks.
+        flanks: so far.
+        near: blocks in contact, (k,).
+        side: flank of each, (k,).
+        columns: of the flanks' terms at all blocks, (m, p).
+        gap: width of the dead band [m].
+    """
+    room = MOST_ORDERS - flanks.terms.grown
+    touched = []
+    for flank in (0, 1) if flanks.gap is not None else (0,):
+        mine = near[side == flank]
+        mine = mine[:: max(len(mine) // MOST, 1)]
+        if len(mine) > 20 * columns.shape[1]:
+            line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
+            rest = path.place[mine] - columns[mine] @ line
+            touched.append(Contact(columns[mine], np.stack([path.drive[mine], path.loose[mine]]), rest, path.noise))
+    if not touched or room < 1:
+        return []
+    highest = resolved(path.drive, path.loose)
+    known = tuple((kind, order) for kind, order in flanks.terms.kinds if kind in ("drive", "loose"))
+    return strongest(touched, highest, room, known, QUIET)[0]
 
 
 def _through_seeds(
@@ -210,21 +276,30 @@ def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
     return max(float(np.ptp(path.place)), 10.0 * path.noise)
 
 
-def one_flank(path: Blocks, teeth: tuple[int, int] | None = None) -> Flanks:
+def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False) -> Flanks:
     """Return the active flank of a record that never leaves it.
 
     Args:
         path: displacement in blocks.
         teeth: of drive and loose gear where known, for mesh orders.
+        grow: whether orders that stand out are looked for; of a rattling gear they are those of its swing.
     """
     terms = make_terms(path, teeth)
-    columns = terms.columns(path.time, path.drive, path.loose)
     size = max(float(np.ptp(path.place)), path.noise)
-    some = slice(None, None, max(len(path.time) // MOST, 1))
-    side = np.zeros(len(path.time), int)[some]
-    flanks = _fit(terms, columns[some], side, path.place[some], path.noise, size, False, robust=False)
-    rough = float(np.std(path.place - columns @ flanks.active))
-    return flanks._replace(rough=max(rough, path.noise), contact=1.0)
+    some = np.arange(0, len(path.time), max(len(path.time) // MOST, 1))
+    side = np.zeros(len(some), int)
+    flanks = None
+    for _ in range(2):
+        columns = terms.columns(path.time, path.drive, path.loose)
+        flanks = _fit(terms, columns[some], side, path.place[some], path.noise, size, False, robust=False)
+        rough = float(np.std(path.place - columns @ flanks.active))
+        flanks = flanks._replace(rough=max(rough, path.noise), contact=1.0)
+        more = grown(path, flanks, some, side, columns, size) if grow and rough > SMOOTH * path.noise else []
+        if not more:
+            break
+        terms = terms.with_orders(more, 1.0)
+    assert flanks is not None
+    return flanks
 
 
 def _fit(
@@ -250,7 +325,7 @@ def _fit(
     weight = np.ones(len(place)) if weight is None else weight
     shares, numbers, strict = weight, np.zeros(whole.shape[1]), prior
     for _ in range(6 if robust else 1):
-        strict = _sized(whole, place - middle, shares / scale**2, prior, count)
+        strict = _sized(whole, place - middle, shares / scale**2, prior, count, 2 * terms.grown)
         normal = (whole * shares[:, None]).T @ whole / scale**2 + np.diag(strict**-2)
         numbers = np.linalg.solve(normal, whole.T @ (shares * (place - middle)) / scale**2)
         if robust:
@@ -263,7 +338,9 @@ def _fit(
     return Flanks(terms, numbers[:count], numbers[count:] if both else None, np.linalg.inv(normal), scale, 0.0)
 
 
-def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, count: int) -> np.ndarray:
+def _sized(
+    whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, count: int, grown: int
+) -> np.ndarray:
     """Return expected sizes, shrunk to what the places ask for: angles without any contact are not extrapolated wildly.
 
     The size with the greatest evidence is taken, for some hundred places: neighbours are not
@@ -274,7 +351,8 @@ def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.n
     square = (rows * strength[:, None]).T @ rows
     right = rows.T @ (strength * values)
     best, least = prior, np.inf
-    free = np.isin(np.arange(len(prior)), (0, count))
+    within = np.arange(len(prior)) % count
+    free = (within == 0) | (within >= count - grown)
     for factor in SIZES:
         tried = np.where(free, prior, factor * prior)
         normal = square + np.diag(tried**-2)

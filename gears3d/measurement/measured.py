@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any
@@ -41,7 +42,9 @@ class Measurement:
         return f"Measurement({self.recording!r})"
 
 
-def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> Measurement:
+def measure(
+    record: Recording, rig: Scenario | None = None, file: str = "", progress: Callable[[float], None] | None = None
+) -> Measurement:
     """Cut a measured record into flights and contacts and say how well everything is known.
 
     Args:
@@ -49,6 +52,7 @@ def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> M
         rig: base radii and teeth, inertia and period; what the record itself shows is not taken from it. A record of a
             model carries its own base radii.
         file: named in faults.
+        progress: called now and then with the part that is done, 0 to 1; what it raises ends the work.
 
     Returns:
         The measurement.
@@ -70,10 +74,11 @@ def measure(record: Recording, rig: Scenario | None = None, file: str = "") -> M
     teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
     angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
     _refuse_parted(angles, radii, file)
-    cut = segment(track(record.time, *angles, radii, file), teeth, file)
+    known = track(record.time, *angles, radii, file)
+    cut = segment(known, teeth, file, progress)
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
-    made = _recording(record, cut, about)
+    made = _recording(record, cut, about, teeth)
     return Measurement(made, cut, _summary(record, made, cut))
 
 
@@ -120,16 +125,18 @@ def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]
     return about | {"model": "measured"}
 
 
-def _recording(record: Recording, cut: Segments, about: dict[str, Any]) -> Recording:
+def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: tuple[int, int] | None) -> Recording:
     """Return the record with displacement from the mean active flank, state and impacts."""
     known = cut.track
     radii, shift = known.radii, float(cut.flanks.active[0])
     drive, loose = record.signals["theta_drive_rad"], record.signals["theta_loose_rad"]
     place = np.interp(record.time, known.time, known.place) - shift
     speed = np.interp(record.time, cut.path.time, np.gradient(cut.path.place, cut.path.time))
-    zero = known.loose[0] + (shift - radii[0] * (known.drive[0] - drive[0])) / radii[1]
+    index = "index" in record.meta.get("zero", {}).get("drive", "")
+    begin = 0.0 if index else float(drive[0])
+    zero = known.loose[0] + (shift - radii[0] * (known.drive[0] - begin)) / radii[1]
     shown = {
-        "theta_drive_rad": drive - drive[0],
+        "theta_drive_rad": drive - begin,
         "theta_loose_rad": loose - zero,
         "displacement_m": place,
         "velocity_m_s": speed,
@@ -139,11 +146,22 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any]) -> Recor
     mass = about["inertia_kg_m2"] / radii[1] ** 2 if "inertia_kg_m2" in about else np.nan
     impacts["impulse_N_s"] = mass * (impacts["rebound_m_s"] - impacts["velocity_m_s"])
     impacts["phase_rad"] = _phase(record, about.get("period_s"), impacts["time_s"])
+    if teeth is not None:
+        turned = known.steady.curve(impacts["time_s"]) - begin
+        follows = np.interp(impacts["time_s"], known.time, known.loose) - zero
+        impacts |= {"tooth_drive": _tooth(turned, teeth[0]), "tooth_loose": _tooth(follows, teeth[1])}
     contacts = np.column_stack([cut.contacts[name] for name in ("flank", "start_s", "end_s")])
     meta = {**about, "contacts": contacts.tolist(), "duration_s": float(record.time[-1] - record.time[0])}
+    meta["zero_rad"] = {"drive": begin, "loose": float(zero)}
+    meta["teeth_from"] = "index" if index else "record"
     if (found := cut.flanks.backlash) is not None:
         meta["backlash_m"] = found[0]
     return Recording({**record.signals, **shown}, _in_order(impacts), meta)
+
+
+def _tooth(angle: np.ndarray, teeth: int) -> np.ndarray:
+    """Return the number of the tooth in mesh, counted in order of meshing from 1 at angle 0."""
+    return (1 + np.mod(np.round(angle * teeth / (2 * pi)), teeth)).astype(np.int32)
 
 
 def _in_order(impacts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -178,11 +196,19 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
             "testifying": int(sane.sum()),
             "chi2_median": float(np.median(flights["chi2"])) if len(sane) else None,
             "deceleration_median_rad_s2": float(np.median(slowing)) if len(slowing) else None,
+            "slope_1_s": {"value": cut.slope[0], "sigma": cut.slope[1]} if np.isfinite(cut.slope[1]) else None,
+            "durations_resolved": int(np.count_nonzero(np.isfinite(cut.impacts["duration_s"]))),
+            "duration_max_median_s": _median(cut.impacts["duration_max_s"]),
             "dropped": cut.dropped,
         },
         "contacts_seen": {name: int(np.sum(contacts["flank"] == code)) for code, name in enumerate(FLANKS)},
         **told,
     }
+
+
+def _median(values: np.ndarray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
 
 
 def _quality(record: Recording, cut: Segments) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.measurement.flanks import Flanks, find_flanks, one_flank, refined
 from gears3d.measurement.flights import Shafts, Touches, crossings, meet, shafts
 from gears3d.measurement.kinks import Kinks, kinks
+from gears3d.measurement.orders import within
 from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within
 from gears3d.measurement.smoothing import Blocks, Track, blocks
 from gears3d.measurement.tables import Columns, contacts_between, flight_table, impacts_of
@@ -33,6 +35,10 @@ DROPPED = ("too_short", "no_blow", "cut_off")
 SAME = 4.0
 """Deviations within which the end of a flight and the start of the next are one touch."""
 
+HELD = 5e-3
+"""Longest impact of yielding teeth [s]; what stays longer on a flank is in contact."""
+THROWN = 0.15
+"""Part of the speed of approach with which a gear must leave a flank that held it."""
 WRONG = 5.0
 """Median chi-square of flights from which on the flanks are not believed."""
 TOO_FEW = 0.2
@@ -53,12 +59,14 @@ class Segments(NamedTuple):
         flights: whole flights, in order of time: ``start_s``, ``end_s``, ``left``, ``struck`` (flanks),
             ``start_sigma_s``, ``end_sigma_s``; against the flank ``velocity_m_s`` at the end and ``departure_m_s`` at
             the start, with sigmas; ``blow`` (1 when it began with an impact), ``height_m``, ``deceleration_rad_s2``
-            with sigma, ``omega_loose_rad_s`` and ``theta_loose_rad`` at half time, ``chi2`` (per degree of freedom),
-            ``readings``, ``testifies`` (1 when its chi-square is no wonder), each (k,).
-        contacts: ``flank``, ``start_s``, ``end_s``, each (c,).
+            with sigma, ``omega_loose_rad_s`` and ``theta_loose_rad`` at half time, ``slope_1_s`` (change of the
+            deceleration with the loose gear's speed, common to all, 0 where there is none to be seen), ``chi2`` (per
+            degree of freedom), ``readings``, ``testifies`` (1 when its chi-square is no wonder), each (k,).
+        contacts: ``flank``, ``start_s``, ``end_s``, ``duration_s`` with sigma, each (c,).
         impacts: columns of the contract, and ``time_sigma_s``, ``velocity_sigma_m_s``, ``rebound_sigma_m_s``,
-            ``testifies``, each (i,).
+            ``duration_s`` (NaN where not resolved) with sigma, ``duration_max_s``, ``testifies``, each (i,).
         dropped: how many stretches above a flank were no flights, by reason.
+        slope: change of the deceleration with speed that flights ask for, and its standard deviation [1/s].
     """
 
     track: Track
@@ -68,6 +76,7 @@ class Segments(NamedTuple):
     contacts: Columns
     impacts: Columns
     dropped: dict[str, int]
+    slope: tuple[float, float] = (0.0, np.inf)
 
     def states(self, time: np.ndarray) -> np.ndarray:
         """Return the state at given times: 0 active, 1 reverse contact, 2 flight, int8 (n,).
@@ -83,28 +92,37 @@ class Segments(NamedTuple):
         return state
 
 
-def segment(known: Track, teeth: tuple[int, int] | None = None, file: str = "") -> Segments:
+def segment(
+    known: Track,
+    teeth: tuple[int, int] | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> Segments:
     """Cut a record into flights and contacts by the position in the gap.
 
     Args:
         known: displacement and angles.
         teeth: of drive and loose gear where known, for mesh orders of the flanks.
         file: named in faults.
+        progress: called now and then with the part that is done, 0 to 1.
 
     Raises:
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
+    tell = progress or _quiet
     path = blocks(known)
-    single = one_flank(path, teeth)
-    still = single.rough < max(3.0 * path.noise, path.slack)
+    tell(0.1)
+    seeds = kinks(path, SCALES_TRIED[0])
+    single, still = _resting(path, teeth)
     faults: list[Fault] = []
+    tell(0.2)
     for scales in SCALES_TRIED:
-        seeds = kinks(path, scales)
-        if len(seeds.at) < 2 and still:
+        seeds = seeds if scales == SCALES_TRIED[0] else kinks(path, scales)
+        if still and (len(seeds.at) < 2 or single.terms.grown):
             break
         for both in (True, False) if len(seeds.at) >= 2 else ():
             try:
-                if (found := _between_flanks(known, path, seeds, teeth, both, file)) is not None:
+                if (found := _between_flanks(known, path, seeds, teeth, both, file, tell)) is not None:
                     return found
             except InputError as error:
                 faults += error.faults
@@ -113,8 +131,35 @@ def segment(known: Track, teeth: tuple[int, int] | None = None, file: str = "") 
     raise InputError(faults[:1])
 
 
+def _resting(path: Blocks, teeth: tuple[int, int] | None) -> tuple[Flanks, bool]:
+    """Return the flank of a record of contact alone, and whether the path never leaves it.
+
+    A rattle in step with the revolution has orders, too, but none that round its impacts off.
+    """
+    plain = one_flank(path, teeth)
+    least = max(3.0 * path.noise, path.slack)
+    if plain.rough < least:
+        return plain, True
+    wavy = one_flank(path, teeth, grow=True)
+    if wavy.rough < least:
+        off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
+        if len(kinks(path._replace(place=off), SCALES_TRIED[0]).at) < 2:
+            return wavy, True
+    return plain, False
+
+
+def _quiet(part: float) -> None:
+    """Tell nobody."""
+
+
 def _between_flanks(
-    known: Track, path: Blocks, seeds: Kinks, teeth: tuple[int, int] | None, both: bool, file: str
+    known: Track,
+    path: Blocks,
+    seeds: Kinks,
+    teeth: tuple[int, int] | None,
+    both: bool,
+    file: str,
+    tell: Callable[[float], None],
 ) -> Segments | None:
     """Return the record cut along the flanks that kinks tell; ``None`` where two flanks are one.
 
@@ -124,8 +169,10 @@ def _between_flanks(
     flanks = find_flanks(path, seeds, teeth, both)
     if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
         return None
+    tell(0.4)
     cut = _cut(known, path, flanks, seeds, file)
-    for _ in range(AGAIN):
+    for turn in range(AGAIN):
+        tell(0.6 + 0.4 * turn / AGAIN)
         flanks = refined(path, flanks, *_evidence(path, cut))
         cut = _cut(known, path, flanks, seeds, file)
     chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
@@ -151,16 +198,11 @@ class _Cut(NamedTuple):
 def _evidence(path: Blocks, cut: _Cut) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
     """Return what tells where the flanks are: blocks within contacts, and crossings of flights."""
     contacts, flights = cut.segments.contacts, cut.segments.flights
-    lasts = contacts["end_s"] - contacts["start_s"]
-    spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * path.width), 0.4 * lasts)
-    first = np.searchsorted(path.time, contacts["start_s"] + spare)
-    stop = np.searchsorted(path.time, contacts["end_s"] - spare)
-    spans = [np.arange(a, b) for a, b in zip(first, stop, strict=True)]
-    near = np.concatenate([*spans, np.zeros(0, int)])
-    side = np.repeat(contacts["flank"], np.maximum(stop - first, 0))
+    near = [within(path.time, contacts, path.width, flank) for flank in (ACTIVE, REVERSE)]
+    side = np.repeat([ACTIVE, REVERSE], [len(one) for one in near])
     of = np.flatnonzero(flights["blow"]) - 1
     time, drive, loose, place, sigma = crossings(cut.paths, cut.where, of, flights["end_s"][of])
-    return (near, side), (time, drive, loose, flights["struck"][of], place, sigma)
+    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma)
 
 
 def _cut(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) -> _Cut:
@@ -188,7 +230,8 @@ def _cut(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) ->
     same = _one_touch(known, every, start, end)
     start = _tangents(tied, where, every, start, end, same)
     flights = flight_table(every, free, start, end, same)
-    found = Segments(known, path, flanks, flights, contacts_between(flights, edges), impacts_of(flights, same), dropped)
+    contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same)
+    found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)
     return _Cut(found, tied, where)
 
 
@@ -270,7 +313,9 @@ def _one_touch(known: Track, every: Runs, start: Touches, end: Touches) -> np.nd
     apart = start.time[1:] - end.time[:-1]
     slack = SAME * np.hypot(start.sigma[1:], end.sigma[:-1]) + 2.0 * float(np.median(np.diff(known.time)))
     leaves = start.velocity[1:] * np.where(every.left[1:] == REVERSE, -1.0, 1.0)
-    same[1:] = (every.left[1:] == every.struck[:-1]) & (apart < slack) & (leaves > 0.0)
+    thrown = (leaves > BLOW * start.velocity_sigma[1:]) & (leaves > THROWN * np.abs(end.velocity[:-1]))
+    touch = ((apart < slack) & (leaves > 0.0)) | ((apart < HELD) & thrown)
+    same[1:] = (every.left[1:] == every.struck[:-1]) & touch
     return same
 
 

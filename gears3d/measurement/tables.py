@@ -8,6 +8,10 @@ from gears3d.measurement.flights import Touches
 from gears3d.measurement.parabolas import Parabolas
 from gears3d.measurement.zones import Runs
 
+RESOLVED = 4.0
+"""Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
+ONE_SIDED = 1.645
+"""Deviations of a one-sided 95 % bound."""
 Columns = dict[str, np.ndarray]
 
 DOUBT = 1e-3
@@ -46,6 +50,7 @@ def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, sa
         "deceleration_sigma_rad_s2": slack,
         "omega_loose_rad_s": paths.numbers[:, 1] / paths.half,
         "theta_loose_rad": paths.numbers[:, 0],
+        "slope_1_s": paths.slope,
         "chi2": paths.chi2,
         "readings": paths.readings,
         "testifies": (chance > DOUBT).astype(np.int8),
@@ -63,11 +68,21 @@ def contacts_between(flights: Columns, edges: tuple[float, float, int]) -> Colum
     end = np.append(flights["start_s"], edges[1])
     flank = np.append(edges[2] if not len(flights["left"]) else flights["left"][0], flights["struck"])
     lasts = np.append(flights["blow"] == 0, True) & (end > begin)
-    return {"flank": flank[lasts].astype(np.int8), "start_s": begin[lasts], "end_s": end[lasts]}
+    sigmas = np.append(np.nan, flights["end_sigma_s"]), np.append(flights["start_sigma_s"], np.nan)
+    return {
+        "flank": flank[lasts].astype(np.int8),
+        "start_s": begin[lasts],
+        "end_s": end[lasts],
+        "duration_s": (end - begin)[lasts],
+        "duration_sigma_s": np.hypot(*sigmas)[lasts],
+    }
 
 
 def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
     """Return the impacts that end flights; where the next flight begins with it, both tell its moment.
+
+    ``duration_s`` is the time from touching to leaving, NaN where the record does not resolve it or no rebound was
+    seen; ``duration_max_s`` is its upper bound of 95 %.
 
     Args:
         flights: of :func:`flight_table`.
@@ -75,13 +90,20 @@ def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
     """
     time, sigma = flights["end_s"].copy(), flights["end_sigma_s"].copy()
     rebound, slack = np.full(len(time), np.nan), np.full(len(time), np.nan)
+    lasted, unsure, most = (np.full(len(time), np.nan) for _ in range(3))
     of = np.flatnonzero(same)
     if len(of):
+        apart = flights["start_s"][of] - time[of - 1]
+        slack_apart = np.hypot(sigma[of - 1], flights["start_sigma_s"][of])
+        seen = apart > RESOLVED * slack_apart
+        lasted[of - 1] = np.where(seen, apart, np.nan)
+        unsure[of - 1] = slack_apart
+        most[of - 1] = np.maximum(apart, 0.0) + ONE_SIDED * slack_apart
+        rebound[of - 1], slack[of - 1] = flights["departure_m_s"][of], flights["departure_sigma_m_s"][of]
+        of = of[~seen]
         ours, theirs = sigma[of - 1] ** -2, flights["start_sigma_s"][of] ** -2
         time[of - 1] = (time[of - 1] * ours + flights["start_s"][of] * theirs) / (ours + theirs)
         sigma[of - 1] = (ours + theirs) ** -0.5
-        rebound[of - 1] = flights["departure_m_s"][of]
-        slack[of - 1] = flights["departure_sigma_m_s"][of]
     return {
         "time_s": time,
         "flank": flights["struck"],
@@ -91,5 +113,8 @@ def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
         "time_sigma_s": sigma,
         "velocity_sigma_m_s": flights["velocity_sigma_m_s"],
         "rebound_sigma_m_s": slack,
+        "duration_s": lasted,
+        "duration_sigma_s": unsure,
+        "duration_max_s": most,
         "testifies": flights["testifies"],
     }

@@ -1,0 +1,285 @@
+"""Orders of either gear in what a record shows in contact only: least squares, because such a record has gaps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from gears3d.measurement.measured import Measurement
+
+GEARS = ("drive", "loose")
+DOUBT = 1e-4
+"""Chance that noise alone makes the strongest of all orders as strong, below which it is taken."""
+MOST = 40
+"""Orders that are taken at most."""
+ROWS = 20_000
+"""Places that are asked at most."""
+STRETCHES = 37
+"""Parts of a record of few revolutions, every other one held out; else every other revolution is."""
+QUIET = 1.15
+"""Times its noise that a place may scatter without being asked for orders."""
+CANDIDATES = 8
+"""Orders that are fitted before one of them is taken."""
+TRIED = 0.3
+"""Part of the strongest order's power that makes another one a candidate."""
+ALIKE = 0.97
+"""Part of what the best order takes away, from which on a lower one is preferred."""
+SOME = 4000
+"""Places with which candidates are compared."""
+STRAY = 4.0
+"""Deviations from which on a place is a bounce, not contact."""
+FINE = 8.0
+"""Blocks in a wave at least."""
+
+
+class Contact(NamedTuple):
+    """Places in contact with one flank.
+
+    Args:
+        base: columns of what is fitted besides, such as offset and drift, (n, p).
+        angles: of drive and loose gear [rad], (2, n).
+        place: [m], (n,).
+        noise: of a place [m]; nothing is looked for below it.
+    """
+
+    base: np.ndarray
+    angles: np.ndarray
+    place: np.ndarray
+    noise: float = 0.0
+
+
+def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
+    """Return the orders of both gears in the displacement while the gears touch, strongest first.
+
+    An order is taken when noise alone would hardly be as strong, and when it foretells the revolutions
+    from which it was not fitted. Phases count from the zero of the record's own angles.
+
+    Args:
+        measurement: of a record.
+        flank: 0 active, 1 reverse.
+        most: orders that are taken at most.
+
+    Returns:
+        ``gear`` (0 drive, 1 loose; the drive's only where both have turned alike), ``order``, ``amplitude_m``,
+        ``sigma_m`` and ``phase_rad`` of amplitude·cos(order·θ + phase), and ``share`` of the variance, each (k,).
+
+    >>> from gears3d.measurement import measure
+    >>> from gears3d.scenario import load
+    >>> from gears3d.simulation import record
+    >>> wave = [{"kind": "transmission_error", "order": 5, "amplitude": "9 um", "phase": "30 deg"}]
+    >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"motion.harmonics": [], "effect": wave})
+    >>> bench = bench.with_({"sensors.loose.noise": "2e-6 rad"})
+    >>> found = contact_orders(measure(record(bench), bench))
+    >>> found["order"].tolist(), found["amplitude_m"].round(7).tolist()
+    ([5], [9e-06])
+    """
+    cut = measurement.segments
+    path, contacts = cut.path, cut.contacts
+    near = within(path.time, contacts, path.width, flank)
+    some = near[:: max(len(near) // ROWS, 1)]
+    x = (path.time[some] - path.time[0]) / max(float(path.time[-1] - path.time[0]), 1e-300)
+    base = np.stack([np.ones_like(x), x - 0.5, (x - 0.5) ** 2], axis=1)
+    floor = max(path.noise, path.slack / np.sqrt(3.0))
+    touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
+    highest = resolved(path.drive, path.loose)
+    taken, numbers, covariance = strongest([touched], highest, most)
+    pairs = numbers[0, base.shape[1] :].reshape(-1, 2)
+    spread = np.diag(covariance[0])[base.shape[1] :].reshape(-1, 2)
+    amplitude = np.hypot(pairs[:, 0], pairs[:, 1])
+    total = float(np.var(touched.place)) if len(some) else 1.0
+    rank = np.argsort(-amplitude, kind="stable")
+    found = {
+        "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
+        "order": np.array([order for _, order in taken], int),
+        "amplitude_m": amplitude,
+        "sigma_m": np.sqrt(spread.mean(axis=1)) if len(pairs) else amplitude,
+        "phase_rad": np.arctan2(-pairs[:, 1], pairs[:, 0]),
+        "share": 0.5 * amplitude**2 / max(total, 1e-300),
+    }
+    return {name: column[rank] for name, column in found.items()}
+
+
+def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flank: int | None = None) -> np.ndarray:
+    """Return the indices of blocks that lie well within contacts.
+
+    Args:
+        time: of the blocks [s], (m,).
+        contacts: ``flank``, ``start_s``, ``end_s``.
+        width: of a block [s].
+        flank: 0 active, 1 reverse; ``None`` for both.
+    """
+    mine = np.ones(len(contacts["flank"]), bool) if flank is None else contacts["flank"] == flank
+    start, end = contacts["start_s"][mine], contacts["end_s"][mine]
+    lasts = end - start
+    spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * width), 0.4 * lasts)
+    spare = np.minimum(spare, np.maximum(20.0 * width, 5e-3))
+    first, stop = np.searchsorted(time, start + spare), np.searchsorted(time, end - spare)
+    spans = [np.arange(a, b) for a, b in zip(first, stop, strict=True)]
+    return np.concatenate([*spans, np.zeros(0, int)])
+
+
+def resolved(drive: np.ndarray, loose: np.ndarray) -> tuple[int, int]:
+    """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn alike.
+
+    Args:
+        drive: angles of the blocks [rad], (m,).
+        loose: [rad], (m,).
+    """
+    turns = [abs(float(angle[-1] - angle[0])) / (2 * np.pi) for angle in (drive, loose)]
+    steps = [max(float(np.quantile(np.abs(np.diff(angle)), 0.9)), 1e-12) / (2 * np.pi) for angle in (drive, loose)]
+    highest = [
+        int(min(1.0 / (FINE * step), 1000)) if turn > 0.8 else 0 for step, turn in zip(steps, turns, strict=True)
+    ]
+    if abs(turns[0] - turns[1]) < 0.5:
+        highest[1] = 0
+    return highest[0], highest[1]
+
+
+def strongest(
+    touched: list[Contact],
+    highest: tuple[int, int],
+    most: int = MOST,
+    known: tuple[tuple[str, int], ...] = (),
+    quiet: float = QUIET,
+) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
+    """Return orders that stand out, one after the other, each with numbers of its own on every flank.
+
+    Args:
+        touched: places in contact, one entry a flank.
+        highest: order of drive and loose gear.
+        most: orders taken at most.
+        known: orders among the base columns, not to be taken again.
+        quiet: times its noise that a place may scatter without being asked for orders.
+
+    Returns:
+        Gear and order of each, and by flank the numbers of base and cosines and sines, and their covariance.
+    """
+    taken: list[tuple[str, int]] = []
+    candidates = sum(highest)
+    least = 2.0 * len(touched) + 2.0 * np.log(max(candidates, 1) / DOUBT)
+    while True:
+        fits = [_fit(one, taken) for one in touched]
+        if len(taken) >= most or not candidates:
+            break
+        if all(_middle(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
+            break
+        best = _best(touched, fits, highest, {*taken, *known})
+        if not best or best[0][1] < least:
+            break
+        chosen = _exact(touched, taken, [name for name, power in best if power > max(least, TRIED * best[0][1])])
+        if not _foretells(touched, taken, chosen):
+            break
+        taken.append(chosen)
+    return taken, np.array([one[0] for one in fits]), np.array([one[1] for one in fits])
+
+
+def _columns(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
+    waves = [order * one.angles[GEARS.index(gear)] for gear, order in taken]
+    return np.hstack([one.base, *(np.stack([np.cos(wave), np.sin(wave)], axis=1) for wave in waves)])
+
+
+def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return numbers, covariance, what is left [m], strays cut, and its variance [m²]."""
+    columns = _columns(one, taken)
+    keep = np.abs(one.place) <= STRAY * max(_middle(one.place), one.noise)
+    numbers, inverse, rest, limit = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), one.place, np.inf
+    for _ in range(3):
+        rows = columns[keep]
+        normal = rows.T @ rows
+        size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        inverse = np.linalg.inv(normal * np.outer(size, size) + 1e-6 * np.eye(len(size))) * np.outer(size, size)
+        numbers = inverse @ (rows.T @ one.place[keep])
+        rest = one.place - columns @ numbers
+        limit = STRAY * max(_middle(rest), one.noise)
+        keep = np.abs(rest) <= limit
+    rest = np.clip(rest, -limit, limit)
+    variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * _colour(rest)
+    return numbers, inverse * variance, rest, variance
+
+
+def _colour(rest: np.ndarray) -> float:
+    """Return by how much the mean of neighbours scatters more than if they were independent."""
+    if len(rest) < 64:
+        return 1.0
+    total = float(np.mean(rest**2))
+    alike = [float(np.mean(rest[lag:] * rest[:-lag])) / max(total, 1e-300) for lag in (1, 2, 3)]
+    return float(np.clip(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0)), 1.0, 7.0))
+
+
+def _middle(rest: np.ndarray) -> float:
+    """Return the standard deviation of most of what is left [m], strays apart."""
+    return 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 0.0
+
+
+def _best(
+    touched: list[Contact], fits: list, highest: tuple[int, int], known: set[tuple[str, int]]
+) -> list[tuple[tuple[str, int], float]]:
+    """Return the orders that take most of what is left, and how much in units of its variance, strongest first."""
+    found: list[tuple[tuple[str, int], float]] = []
+    for which, gear in enumerate(GEARS):
+        top = highest[which]
+        if top < 1:
+            continue
+        power = np.zeros(top + 1)
+        for one, (_, _, rest, variance) in zip(touched, fits, strict=True):
+            power += _power(one.angles[which], rest, top) / max(variance, 1e-300)
+        taken = [0, *(order for name, order in known if name == gear and order <= top)]
+        power[taken] = 0.0
+        found += [((gear, int(order)), float(power[order])) for order in np.argsort(-power)[:CANDIDATES]]
+    return sorted(found, key=lambda one: -one[1])[:CANDIDATES]
+
+
+def _exact(touched: list[Contact], taken: list[tuple[str, int]], tried: list[tuple[str, int]]) -> tuple[str, int]:
+    """Return the lowest of the orders that leave hardly more than the one that leaves least.
+
+    Where gears touch at some angles only, orders look alike.
+    """
+    left = []
+    for name in tried:
+        rests = [_fit(_few(one), [*taken, name])[2] for one in touched]
+        left.append(sum(float(rest @ rest) for rest in rests))
+    before = sum(float(rest @ rest) for rest in (_fit(_few(one), taken)[2] for one in touched))
+    good = [name for name, rest in zip(tried, left, strict=True) if before - rest > ALIKE * (before - min(left))]
+    return min(good or [tried[int(np.argmin(left))]], key=lambda name: name[1])
+
+
+def _few(one: Contact) -> Contact:
+    step = max(len(one.place) // SOME, 1)
+    return Contact(one.base[::step], one.angles[:, ::step], one.place[::step], one.noise)
+
+
+def _power(angle: np.ndarray, rest: np.ndarray, top: int) -> np.ndarray:
+    """Return by how much a wave of each order, 0 to ``top``, lessens the sum of squares [m²], (top + 1,)."""
+    bins = 1 << int(np.ceil(np.log2(8 * top + 8)))
+    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
+    right = np.fft.fft(np.bincount(place, rest, minlength=bins))[: top + 1]
+    twice = np.fft.fft(np.bincount(place, minlength=bins))[: 2 * top + 1 : 2]
+    count = len(rest)
+    cc, ss, cs = 0.5 * (count + twice.real), 0.5 * (count - twice.real), -0.5 * twice.imag
+    cc, ss = cc + 0.02 * count, ss + 0.02 * count
+    c, s = right.real, -right.imag
+    return np.maximum((c * c * ss - 2.0 * c * s * cs + s * s * cc) / np.maximum(cc * ss - cs * cs, 1e-300), 0.0)
+
+
+def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
+    """Return whether an order, fitted to every other stretch, lessens what is left of the others."""
+    gain = 0.0
+    for one in touched:
+        count = len(one.place)
+        if count < 64:
+            continue
+        turn = np.abs(one.angles[0] - one.angles[0, 0]) / (2 * np.pi)
+        part = (turn if turn[-1] > 1.9 else np.arange(count) * STRETCHES / count).astype(int) % 2 == 1
+        for held in (part, ~part):
+            mine = Contact(one.base[~held], one.angles[:, ~held], one.place[~held], one.noise)
+            theirs = Contact(one.base[held], one.angles[:, held], one.place[held], one.noise)
+            left, limit = [], 0.0
+            for orders in (taken, [*taken, new]):
+                numbers = _fit(mine, orders)[0]
+                rest = np.abs(theirs.place - _columns(theirs, orders) @ numbers)
+                limit = STRAY * max(_middle(rest) if not left else limit / STRAY, one.noise)
+                left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
+            gain += (left[0] - left[1]) / max(left[0], 1e-300)
+    return gain > 0.0
