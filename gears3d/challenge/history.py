@@ -72,7 +72,9 @@ def happen(
             progress(min(part.stop / rate, scenario.run.duration))
     if not np.isfinite(angle).all():
         raise EngineError("the hidden motion ran away; choose a smaller effect")
-    if back > 0:
+    if back < 0:
+        angle, speed = angle[-back:], speed[-back:]
+    elif back > 0:
         before = np.arange(-back, 0) / rate
         angle, speed = np.r_[angle[0] + before * speed[0], angle], np.r_[np.full(back, speed[0]), speed]
     return _recording(m, scenario, rate, late_drive, angle[:count], speed[:count], hits[: int(y[COUNT])])

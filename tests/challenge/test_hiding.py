@@ -135,3 +135,16 @@ def test_nothing_and_the_unknown_have_their_verdicts():
     told = score(strange, {"verdict": "unexplained", "causes": [], "remaining": {"structure": "flight.gap"}})
     assert told["verdict_right"]
     assert told["coordinate_right"]
+
+
+@pytest.mark.parametrize("late", [3.5e-5, -3.5e-5, -4e-4])
+def test_an_encoder_that_reads_late_reads_what_was(late):
+    from gears3d.challenge.history import happen
+    from tests.challenge.bench import rattle
+
+    scenario = rattle([], "0.3 s")
+    true = happen(scenario).signals
+    read = happen(scenario, late=late).signals
+    speed = np.diff(true["theta_loose_rad"], prepend=0.0) / np.diff(true["time_s"], prepend=-1.0)
+    shift = np.median((true["theta_loose_rad"] - read["theta_loose_rad"])[100:] / speed[100:])
+    assert shift == pytest.approx(late, rel=1e-3)
