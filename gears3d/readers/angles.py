@@ -27,7 +27,7 @@ from gears3d.readers.decode import (
 )
 from gears3d.readers.map_model import Counter, GearMap, Quadrature, Stamps, Tacho
 from gears3d.readers.source import Signal
-from gears3d.readers.unit import to_si
+from gears3d.readers.unit import scaled, to_si
 from gears3d.recording.columns import unit_of
 
 ANGLE = ("angle", "speed")
@@ -40,21 +40,21 @@ class Inputs(NamedTuple):
     Args:
         chart: map of the gear.
         signals: by key of the map: ``channel``, ``index.channel``, ``decode.a`` ...
-        values: of the signals, by their names.
+        take: gives the values of a signal by its name, to do with as one likes, once a use.
         time: of the samples [s]; empty where there are none.
         at: puts file and key on faults.
     """
 
     chart: GearMap
     signals: Mapping[str, Signal]
-    values: Mapping[str, np.ndarray]
+    take: Callable[[str], np.ndarray]
     time: np.ndarray
     at: At
 
     def of(self, key: str) -> tuple[np.ndarray, str]:
         """Return the values and the name of the signal of a key."""
         name = self.signals[key].name
-        return self.values[name], name
+        return self.take(name), name
 
 
 def turned(inputs: Inputs) -> Angle | Edges:
@@ -82,7 +82,9 @@ def turned(inputs: Inputs) -> Angle | Edges:
     if chart.index is not None and isinstance(found, Edges) and not isinstance(decode, Quadrature):
         with inputs.at("index"):
             raise InputError(Fault("", "goes with an angle at samples or with quadrature", "leave it out"))
-    return found._replace(angle=found.angle * (chart.sign * chart.ratio))
+    if chart.sign * chart.ratio != 1.0:
+        np.multiply(found.angle, chart.sign * chart.ratio, out=found.angle)
+    return found
 
 
 def counts_of(chart: GearMap) -> float | None:
@@ -135,18 +137,18 @@ def _plain(inputs: Inputs) -> Angle:
             remedy = 'write unit = "deg" (rad, deg, rev, counts, rpm, rad/s, deg/s)'
             raise InputError(Fault("", f"is missing: {signal.name} tells none", remedy))
         factor, family = to_si(unit, ANGLE, chart.counts_per_revolution)
-    values = inputs.values[signal.name]
+    values = inputs.take(signal.name)
     if family == "speed":
         if chart.wraps_at is not None:
             with inputs.at("wraps_at"):
                 raise InputError(Fault("", "is given for a speed", "only angles and counts wrap"))
-        return _from_speed(inputs.time, values * factor, signal.name)
+        return _from_speed(inputs.time, scaled(values, factor), signal.name)
     notes: tuple[Any, ...] = ()
     if chart.wraps_at is not None:
         with inputs.at("wraps_at"):
             period = abs(to_si(chart.wraps_at, ("angle",), chart.counts_per_revolution)[0] / factor)
         values, notes = wrapped_angle(values, period, signal.name)
-    return Angle(values * factor, notes)
+    return Angle(scaled(values, factor), notes)
 
 
 def _from_speed(time: np.ndarray, speed: np.ndarray, name: str) -> Angle:

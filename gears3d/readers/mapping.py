@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -32,6 +33,7 @@ class Mapper:
         self.source, self.chart, self.map_file = source, chart, map_file
         self.meta: dict[str, Any] = dict(source.meta)
         self._loaded: dict[str, np.ndarray] = {}
+        self._uses: Counter[str] = Counter()
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return the channels by name of the contract, each (n,).
@@ -98,8 +100,8 @@ class Mapper:
         return None
 
     def _load(self, wanted: list[Signal], stamps: list[Signal]) -> None:
-        names = list(dict.fromkeys(each.name for each in [*wanted, *stamps]))
-        self._loaded = self.source.load(names, None)
+        self._uses = Counter(each.name for each in [*wanted, *stamps])
+        self._loaded = self.source.load(list(self._uses), None)
         for name, values in self._loaded.items():
             if not len(values):
                 raise InputError(Fault(name, "has no samples", "record it again", self.source.file))
@@ -109,6 +111,11 @@ class Mapper:
             remedy = "name channels of one group and rate"
             raise InputError(Fault("", f"signals differ in length: {told} samples", remedy, self.source.file))
 
+    def _take(self, name: str) -> np.ndarray:
+        """Return a signal to do with as one likes: itself at its last use, else a copy."""
+        self._uses[name] -= 1
+        return self._loaded[name].copy() if self._uses[name] > 0 else self._loaded.pop(name)
+
     def _time(self, clock: Signal | None, signals: list[Signal]) -> np.ndarray:
         chart = self.chart.time
         rate = None
@@ -116,7 +123,7 @@ class Mapper:
             with self._at("time.sample_rate"):
                 rate = _positive_rate(chart.sample_rate)
             self.meta.setdefault("encoders", {})["sample_rate_Hz"] = rate
-        rows = len(self._loaded[signals[0].name])
+        rows = len(self._loaded[(clock or signals[0]).name])
         if clock is None:
             start, step = (0.0, 1.0 / rate) if rate is not None else signals[0].clock or (0.0, 1.0)
             other = next((each for each in signals if each.clock not in (signals[0].clock, None)), None)
@@ -128,17 +135,17 @@ class Mapper:
         if unit.lower() in SAMPLES:
             if rate is None:
                 raise self._fault("time.sample_rate", "is missing", "samples become seconds by a rate")
-            return self._loaded[clock.name] / rate
+            return self._take(clock.name) / rate
         if not unit:
             remedy = 'write unit = "s" (or "ms", "us", "samples") below [time]'
             raise self._fault("time.unit", f"is missing: {clock.name} tells none", remedy)
         with self._at("time.unit"):
             factor, _ = to_si(unit, ("time",))
-        return scaled(self._loaded[clock.name], factor)
+        return scaled(self._take(clock.name), factor)
 
     def _turned(self, gear: str, chart: GearMap, signals: dict[str, Signal], time: np.ndarray) -> Angle | Edges:
         """Return the angle of a gear, its zero on the index mark where there is one."""
-        inputs = Inputs(chart, signals, self._loaded, time, lambda key: self._at(f"{gear}.{key}"))
+        inputs = Inputs(chart, signals, self._take, time, lambda key: self._at(f"{gear}.{key}"))
         found = turned(inputs)
         counts = counts_of(chart)
         if counts is not None:
@@ -184,7 +191,7 @@ class Mapper:
         """Return a further signal, in the unit that its own name ends in."""
         from gears3d.units import FAMILIES, parse
 
-        values = self._loaded[signal.name]
+        values = self._take(signal.name)
         own, unit = unit_of(name) or ("K" if name.endswith("_K") else ""), extra.unit or signal.told_unit
         family = next((key for key, kind in FAMILIES.items() if own and kind.si == own), "")
         if not family or not unit:

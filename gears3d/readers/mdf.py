@@ -24,7 +24,7 @@ def open_mdf(path: Path) -> Source:
     """
     asammdf = library("asammdf", path)
     _hush()
-    with reading(path, "MDF"), asammdf.MDF(path) as file:
+    with reading(path, "MDF"), path.open("rb") as raw, asammdf.MDF(raw) as file:
         listed = [each for at, group in enumerate(file.groups) for each in _group(file, at, group)]
         notes = tuple(line for line in str(getattr(file.header, "comment", "")).splitlines() if line.strip())
     places: dict[str, tuple[int, int]] = {}
@@ -34,7 +34,7 @@ def open_mdf(path: Path) -> Source:
         signals.append(Signal(name, signal.unit, signal.rows, axis=signal.axis, numeric=signal.numeric))
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
-        with reading(path, "MDF"), asammdf.MDF(path) as file:
+        with reading(path, "MDF"), path.open("rb") as raw, asammdf.MDF(raw) as file:
             arrays = {}
             for name in names:
                 group, index = places[name]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,8 @@ from gears3d.readers.source import Signal, Source, seconds
 
 ROWS = 1 << 16
 """Rows of a batch."""
+BUFFER = 1 << 16
+"""Bytes read from the file at a time."""
 
 
 def open_parquet(path: Path) -> Source:
@@ -38,11 +40,11 @@ def open_parquet(path: Path) -> Source:
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         count = rows if most is None else min(rows, most)
-        with reading(path, "Parquet"), pq.ParquetFile(path) as file:
-            arrays = {name: np.zeros(count) for name in names}
+        arrays = {name: np.zeros(count) for name in names}
+        with reading(path, "Parquet"), pq.ParquetFile(path, buffer_size=BUFFER) as file:
             stamps: dict[str, Any] = {}
             done = 0
-            for batch in file.iter_batches(ROWS, columns=list(names), use_threads=False):
+            for batch in _batches(file, names):
                 size = min(batch.num_rows, count - done)
                 for name, values in arrays.items():
                     values[done : done + size] = _floats(batch.column(name), stamps, name)[:size]
@@ -52,6 +54,12 @@ def open_parquet(path: Path) -> Source:
         return arrays
 
     return Source(str(path), "Parquet", tuple(signals), load, meta)
+
+
+def _batches(file: Any, names: Sequence[str]) -> Iterator[Any]:
+    """Yield batches of rows, one row group after the other: pyarrow keeps what it has read until an iterator ends."""
+    for group in range(file.metadata.num_row_groups):
+        yield from file.iter_batches(ROWS, row_groups=[group], columns=list(names), use_threads=False)
 
 
 def _signal(column: Any, rows: int) -> Signal:

@@ -36,7 +36,7 @@ def open_uff(path: Path) -> Source:
         raise InputError(Fault("", "has no data set 58", remedy, str(path)))
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
-        return {name: values[name][:most] for name in names}
+        return {name: values[name][:most].copy() for name in names}
 
     notes = tuple(str(each.get(key, "")) for each in sets[:1] for key in ("id2", "id3", "id4", "id5"))
     return Source(str(path), "UFF", tuple(signals), load, {}, tuple(note for note in notes if note.strip()))

@@ -75,17 +75,19 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
 
 
 def scaled(values: np.ndarray, factor: float) -> np.ndarray:
-    """Return values in SI, rounded once: 9 ms are 0.009 s.
+    """Return values in SI, changed in place and rounded once: 9 ms are 0.009 s.
 
     Args:
-        values: in a unit, (n,).
+        values: in a unit, float64, (n,); overwritten.
         factor: of :func:`to_si`.
 
     >>> scaled(np.array([9.0]), 1e-3).tolist(), (np.array([9.0]) * 1e-3).tolist()
     ([0.009], [0.009000000000000001])
     """
     inverse = round(1 / factor) if factor else 0
-    return values / inverse if inverse > 1 and abs(inverse * factor - 1) < 1e-12 else values * factor
+    if inverse > 1 and abs(inverse * factor - 1) < 1e-12:
+        return np.divide(values, inverse, out=values)
+    return values if factor == 1.0 else np.multiply(values, factor, out=values)
 
 
 def _is_float(text: str) -> bool:

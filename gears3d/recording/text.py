@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.recording.columns import SIGNAL_UNITS
 from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split
 
-BLOCK = 1 << 21
+BLOCK = 1 << 20
 """Bytes read at a time."""
 REMEDY = "a line of column names, then numbers, separated by commas"
 _SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
@@ -118,8 +118,8 @@ def refuse_twins(names: list[str], path: Path) -> None:
 class _Rows(io.RawIOBase):
     """The rows of a text table as UTF-8 that pyarrow reads: no header, no comments, one separator."""
 
-    def __init__(self, table: TextTable) -> None:
-        self._blocks = _blocks(table)
+    def __init__(self, table: TextTable, file: BinaryIO) -> None:
+        self._blocks = _blocks(table, file)
         self._rest = b""
 
     def readable(self) -> bool:
@@ -139,23 +139,22 @@ class _Rows(io.RawIOBase):
         return given
 
 
-def _blocks(table: TextTable) -> Iterator[bytes]:
+def _blocks(table: TextTable, file: BinaryIO) -> Iterator[bytes]:
     """Yield the rows in pieces of whole lines."""
     dialect = table.dialect
     decode = None if dialect.encoding in _SINGLE else codecs.getincrementaldecoder(dialect.encoding)("replace").decode
     left, skip = b"", dialect.skip
-    with table.path.open("rb") as file:
-        if dialect.encoding == "utf-8-sig":
-            file.seek(len(codecs.BOM_UTF8))
-        while block := file.read(BLOCK):
-            text = block if decode is None else decode(block).encode("utf-8", "replace")
-            text = left + (text.replace(b"\r", b"\n") if dialect.newline == "\r" else text)
-            while skip and (end := text.find(b"\n")) >= 0:
-                text, skip = text[end + 1 :], skip - 1
-            cut = 0 if skip else text.rfind(b"\n") + 1
-            left = text[cut:]
-            if cut:
-                yield _tidy(text[:cut], dialect)
+    if dialect.encoding == "utf-8-sig":
+        file.seek(len(codecs.BOM_UTF8))
+    while block := file.read(BLOCK):
+        text = block if decode is None else decode(block).encode("utf-8", "replace")
+        text = left + (text.replace(b"\r", b"\n") if dialect.newline == "\r" else text)
+        while skip and (end := text.find(b"\n")) >= 0:
+            text, skip = text[end + 1 :], skip - 1
+        cut = 0 if skip else text.rfind(b"\n") + 1
+        left = text[cut:]
+        if cut:
+            yield _tidy(text[:cut], dialect)
     if left and not skip:
         yield _tidy(left, dialect)
 
@@ -182,14 +181,15 @@ def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.
         capacity = _lines(table) if rows is None else rows
         arrays = {name: np.zeros(capacity) for name in wanted}
         done = 0
-        for batch in _batches(table, sorted(set(wanted))):
-            count = min(batch.num_rows, capacity - done)
-            for name, values in arrays.items():
-                column = batch.column(batch.schema.get_field_index(name))
-                values[done : done + count] = column.to_numpy(zero_copy_only=False)[:count]
-            done += count
-            if done == capacity:
-                break
+        with table.path.open("rb") as file:
+            for batch in _batches(table, file, sorted(set(wanted))):
+                count = min(batch.num_rows, capacity - done)
+                for name, values in arrays.items():
+                    column = batch.column(batch.schema.get_field_index(name))
+                    values[done : done + count] = column.to_numpy(zero_copy_only=False)[:count]
+                done += count
+                if done == capacity:
+                    break
     except (OSError, ValueError, pa.ArrowException) as error:
         raise _located(table, places, error) from error
     except MemoryError as error:
@@ -199,13 +199,13 @@ def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.
     return [arrays[name][:done] for name in wanted]
 
 
-def _batches(table: TextTable, wanted: list[str]) -> Any:
+def _batches(table: TextTable, file: BinaryIO, wanted: list[str]) -> Any:
     import pyarrow as pa
     from pyarrow import csv
 
     dialect = table.dialect
     return csv.open_csv(
-        pa.PythonFile(_Rows(table), mode="r"),
+        pa.PythonFile(_Rows(table, file), mode="r"),
         read_options=csv.ReadOptions(
             use_threads=False, block_size=BLOCK, column_names=[f"c{k}" for k in range(len(dialect.names))]
         ),
@@ -234,8 +234,9 @@ def _located(table: TextTable, places: Sequence[int], error: Exception) -> Input
     dialect, file = table.dialect, str(table.path)
     width, row = len(dialect.names), 0
     try:
-        for block in _blocks(table):
-            for line in block.decode("utf-8", "replace").split("\n"):
+        with table.path.open("rb") as opened:
+            lines = (line for block in _blocks(table, opened) for line in block.decode("utf-8", "replace").split("\n"))
+            for line in lines:
                 if not line.strip():
                     continue
                 row += 1

@@ -365,3 +365,17 @@ def test_no_bytes_make_anything_but_an_input_error(small, text):
         attempt(small, b"format = 1\n" + (text if isinstance(text, bytes) else text.encode("utf-8", "replace")))
         is not None
     )
+
+
+def test_the_maps_of_the_documentation_are_maps():
+    import re
+    from pathlib import Path
+
+    from gears3d.readers.map_model import RecordMap
+
+    blocks = re.findall(r"```toml\n(.*?)```", Path("docs/records.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 2
+    for block in blocks:
+        document = tomllib.loads(block)
+        for record in document.pop("record", [{}]):
+            RecordMap.model_validate({**document, "file": "a", **record})
