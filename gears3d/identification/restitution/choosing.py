@@ -50,7 +50,7 @@ def held_out(pairs: Pairs, whole: Fit, folds: np.ndarray) -> np.ndarray:
     for fold in range(len(told)):
         rest, own = pairs.only(folds != fold), pairs.only(folds == fold)
         found = fit(rest, whole.terms, whole)
-        told[fold] = log_density(own, found.mean(own), found.steep(own), found.deviation, found.trust).mean()
+        told[fold] = log_density(own, found.mean(own), found.steep(own), found.deviation, found.errors).mean()
     return told
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 from scipy.stats import chi2, t
 
-from gears3d.identification.restitution.likelihood import TRUST, Terms, log_density, noise_of_ratio
+from gears3d.identification.restitution.likelihood import TRUST, Errors, Terms, log_density, noise_of_ratio
 from gears3d.identification.restitution.pairs import Pairs
 
 ROUNDS = 3
@@ -24,7 +24,7 @@ class Fit(NamedTuple):
         numbers: of its columns, (p,).
         covariance: of these, (p, p).
         deviation: of the scatter.
-        trust: factor by which the stated errors turned out to be off.
+        errors: how far the stated errors turned out to be off.
         middle: typical approach and sliding speed [m/s], in which slopes are counted.
         score: logarithm of the likelihood.
         count: pairs.
@@ -34,7 +34,7 @@ class Fit(NamedTuple):
     numbers: np.ndarray
     covariance: np.ndarray
     deviation: float
-    trust: float
+    errors: Errors
     middle: tuple[float, float]
     score: float
     count: int
@@ -84,22 +84,23 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
         ratio = pairs.rebound / pairs.approach
         numbers = np.linalg.lstsq(columns, ratio, rcond=None)[0]
         spread = 1.4826 * float(np.median(np.abs(ratio - columns @ numbers)))
-        start = np.concatenate([numbers, [min(max(spread, 1e-3), 0.5), 0.0]])
+        start = np.concatenate([numbers, [min(max(spread, 1e-3), 0.5), 0.0, 0.3]])
     else:
         numbers = first.numbers
-        start = np.concatenate([numbers, [max(first.deviation, 1e-3), np.log(first.trust)]])
+        start = np.concatenate([numbers, [max(first.deviation, 1e-3), np.log(first.errors.factor), max(first.errors.more, 0.1)]])
     count = len(numbers)
-    bounds = [(None, None)] * count + [(0.0, 1.0), (-1.5, 1.5)]
+    bounds = [(None, None)] * count + [(0.0, 1.0), (-1.5, 1.5), (0.0, 3.0)]
     if deviation is not None:
         start[count], bounds[count] = deviation, (deviation, deviation)
 
     def cost(x: np.ndarray, held: np.ndarray) -> float:
-        mean, trust = columns @ x[:count], float(np.exp(x[count + 1]))
+        mean, errors = columns @ x[:count], Errors(float(np.exp(x[count + 1])), float(x[count + 2]))
         steep = _steep(terms, x[:count], mean, pairs, middle)
-        told = log_density(pairs, mean, steep, x[count], trust, held)
-        wide = np.hypot(max(x[count], 1e-9), noise_of_ratio(pairs, held, trust))
+        told = log_density(pairs, mean, steep, x[count], errors, held)
+        wide = np.hypot(max(x[count], 1e-9), noise_of_ratio(pairs, held, errors))
         freedom = np.linalg.slogdet(columns.T @ (columns / wide[:, None] ** 2))[1]  # what the law's numbers take up
-        return 0.5 * (x[count + 1] / TRUST) ** 2 + 0.5 * freedom - float(told.sum())
+        expected = 0.5 * (x[count + 1] / TRUST) ** 2 + 0.5 * x[count + 2] ** 2
+        return expected + 0.5 * freedom - float(told.sum())
 
     held = _steep(terms, numbers, columns @ numbers, pairs, middle)
     value = np.inf
@@ -110,20 +111,19 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
         if np.max(np.abs(fresh - held)) < 1e-4:
             break
         held = fresh
-    free = [*range(count), count + 1] + ([count] if deviation is None and start[count] > 1e-4 else [])
+    spread = [count] if deviation is None and start[count] > 1e-4 else []
+    free = [*range(count), *spread, count + 1] + ([count + 2] if start[count + 2] > 0.05 else [])
     covariance = np.full((count, count), np.nan)
     if first is None:
         covariance = np.linalg.pinv(_bend(lambda x: cost(x, held), start, free))[:count, :count]
-    trust = float(np.exp(start[count + 1]))
-    return Fit(terms, start[:count], covariance, float(start[count]), trust, middle, -value, len(pairs.time))
+    errors = Errors(float(np.exp(start[count + 1])), float(start[count + 2]))
+    return Fit(terms, start[:count], covariance, float(start[count]), errors, middle, -value, len(pairs.time))
 
 
 def _bend(cost: Callable[[np.ndarray], float], at: np.ndarray, free: list[int]) -> np.ndarray:
     """Return the second derivatives of a cost in its free numbers."""
-    step = np.full(len(at), 1e-3)
-    step[-2] = max(1e-3 * abs(at[-2]), 1e-5)
-    step[:-2] = 1e-4
-    step[-1] = 1e-2
+    step = np.full(len(at), 1e-4)
+    step[-3:] = max(1e-2 * abs(at[-3]), 1e-5), 1e-2, 1e-2
     size = len(free)
     bend = np.zeros((size, size))
     for i in range(size):

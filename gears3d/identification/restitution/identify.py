@@ -65,7 +65,7 @@ def identify_restitution(measured: Sequence[tuple[Recording, Mapping[str, Any]]]
         "flanks": _flanks(pairs, best),
         "approach_m_s": [float(np.min(pairs.approach)), float(np.max(pairs.approach))],
         "unseen": _unseen(chosen, best),
-        "errors_over_stated": best.trust,
+        "errors_over_stated": float(np.hypot(*best.errors)),
         "tested": _tested(pairs, best, fits),
         "sliding": sliding_test(pairs, best),
         "impact_duration": impact_durations(measured),

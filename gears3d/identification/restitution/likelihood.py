@@ -11,9 +11,23 @@ from gears3d.identification.restitution.pairs import Pairs
 
 STRAY = 0.002
 """Part of the pairs that may be anything: blows that were run together or told wrongly."""
-TRUST = 0.4
+FLOOR = 1e-3
+"""Relative error of a rebound that may always be: what drag and drive do within a flight is known no better."""
+TRUST = 0.5
 """Standard deviation of the logarithm of the factor by which stated errors may be off."""
 _LEAST = 1e-9
+
+
+class Errors(NamedTuple):
+    """How far the stated errors of speeds are off.
+
+    Args:
+        factor: on the stated errors.
+        more: what comes on top, as a multiple of a typical stated error and of ``FLOOR`` of the rebound.
+    """
+
+    factor: float = 1.0
+    more: float = 0.0
 
 
 class Terms(NamedTuple):
@@ -52,7 +66,7 @@ class Terms(NamedTuple):
 
 
 def log_density(
-    pairs: Pairs, mean: np.ndarray, steep: np.ndarray, deviation: float, trust: float, held: np.ndarray | None = None
+    pairs: Pairs, mean: np.ndarray, steep: np.ndarray, deviation: float, errors: Errors, held: np.ndarray | None = None
 ) -> np.ndarray:
     """Return the logarithm of the density of each seen rebound over approach, given that it was seen, (n,).
 
@@ -64,7 +78,7 @@ def log_density(
         mean: coefficient of the law, (n,).
         steep: d(rebound)/d(approach), (n,).
         deviation: of the scatter.
-        trust: factor on the stated errors.
+        errors: how far the stated ones are off.
         held: ``steep`` that stays as it is while the law is sought: errors of the approach would otherwise pull it
             towards small coefficients, (n,).
 
@@ -72,7 +86,7 @@ def log_density(
     first estimate.
     """
     ratio, cut = pairs.rebound / pairs.approach, pairs.lowest / pairs.approach
-    noise = noise_of_ratio(pairs, steep, trust)
+    noise = noise_of_ratio(pairs, steep, errors)
     scatter = max(deviation, _LEAST)
     wide = np.hypot(scatter, noise)
     middle = (mean * noise**2 + ratio * scatter**2) / wide**2
@@ -84,18 +98,20 @@ def log_density(
     found = np.log(good + STRAY / np.maximum(1.0 - cut, 0.1))
     if held is None:
         return found
-    return found + np.log(wide / np.hypot(scatter, noise_of_ratio(pairs, held, trust)))
+    return found + np.log(wide / np.hypot(scatter, noise_of_ratio(pairs, held, errors)))
 
 
-def noise_of_ratio(pairs: Pairs, steep: np.ndarray, trust: float) -> np.ndarray:
+def noise_of_ratio(pairs: Pairs, steep: np.ndarray, errors: Errors) -> np.ndarray:
     """Return the standard deviation that errors of the speeds give rebound over approach, (n,).
 
     Args:
         pairs: with rebounds that were seen.
         steep: d(rebound)/d(approach), (n,).
-        trust: factor on the stated errors.
+        errors: how far the stated ones are off.
     """
-    return trust * np.hypot(pairs.rebound_sigma, steep * pairs.approach_sigma) / pairs.approach
+    speeds = np.hypot(pairs.rebound_sigma, steep * pairs.approach_sigma)
+    more = np.hypot(float(np.median(speeds)), FLOOR * pairs.rebound)
+    return np.hypot(errors.factor * speeds, errors.more * more) / pairs.approach
 
 
 def normal(off: np.ndarray, wide: np.ndarray) -> np.ndarray:

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from gears3d.identification.restitution.fitting import Fit
     from gears3d.identification.restitution.pairs import Pairs
 
+NARROW = 1.5
+"""Ratio of fastest to slowest approach below which a slope does not show."""
 POINTS = 60
 """Of the curves."""
 
@@ -55,8 +57,14 @@ def warnings(parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tupl
         found.append(f"speeds are {goodness['errors_over_stated']:.1f} times less certain than stated")
     if tested["tested"] and tested["p_value"] < 0.01:
         found.append(f"restitution changes with the sliding speed (p = {tested['p_value']:.1g}): the law leaves it out")
+    slow, fast = goodness["approach_m_s"]
+    if fast < NARROW * slow:
+        found.append(
+            f"speeds of approach lie between {1e3 * slow:.3g} and {1e3 * fast:.3g} mm/s only:"
+            " the law says nothing of others, record with other swings of the drive too"
+        )
     if len(goodness["flanks"]) == 1:
-        found.append(f"only the {next(iter(goodness['flanks']))} flank was struck: an asymmetry would not show")
+        found.append(f"only the {next(iter(goodness['flanks']))} flank tells its law: an asymmetry would not show")
     if parameters["restitution"].high > 1.0 and "slope" not in parameters:
         found.append("the interval of restitution reaches beyond 1, where impacts would make energy")
     return tuple(found)
