@@ -20,7 +20,7 @@ SPEEDS = {"rigaud-2020": 0.02, "ottewill-2010": 0.06, "kadmiri-2012": 0.06}
 """Typical speed of approach [m/s]."""
 MOTIONS = {
     "rigaud-2020": ("rpm", (20.0, 7.0), (3.0, 4.7), "5 s"),
-    "ottewill-2010": ("rad", (0.06, 0.012), (4.8, 7.3), "10 s"),
+    "ottewill-2010": ("rad", (0.2, 0.04), (2.0, 3.1), "15 s"),
     "kadmiri-2012": ("rpm", (100.0, 30.0), (25.0, 38.0), "0.8 s"),
 }
 """Unit and sizes of two fluctuations, their frequencies [Hz], and the duration of a record."""
@@ -46,7 +46,10 @@ def motion_of(bench, random):
     """
     unit, (size, second), (slow, fast), duration = MOTIONS[bench]
     swings = [
-        {"amplitude": f"{random.uniform(0.9, 1.1) * size} {unit}", "frequency": f"{random.uniform(0.9, 1.1) * slow} Hz"},
+        {
+            "amplitude": f"{random.uniform(0.9, 1.1) * size} {unit}",
+            "frequency": f"{random.uniform(0.9, 1.1) * slow} Hz",
+        },
         {
             "amplitude": f"{random.uniform(0.8, 1.2) * second} {unit}",
             "frequency": f"{random.uniform(0.9, 1.1) * fast} Hz",

@@ -1,5 +1,7 @@
 """Impacts made by hand: bounces under a constant acceleration, seen with errors and only when they rise high enough."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from gears3d.recording import Recording
@@ -13,7 +15,7 @@ HEIGHT = 1e-6
 
 
 def bounces(seed, count=150, restitution=0.5, slope=0.0, asymmetry=0.0, deviation=0.0, error=1e-4, per_sliding=0.0):
-    """Return a recording and summary of about so many impacts, each swing one fast blow and its bounces.
+    """Return a measured record of about so many impacts, each swing one fast blow and its bounces.
 
     ``error`` is the standard deviation of every speed [m/s]; restitution changes with the sliding speed [s/m] if asked.
     """
@@ -44,7 +46,12 @@ def bounces(seed, count=150, restitution=0.5, slope=0.0, asymmetry=0.0, deviatio
     time = np.arange(0.0, clock + 0.1, 1e-3)
     angle = turn * time + 0.4 / 7.0 * np.sin(7.0 * time)
     recording = Recording({"time_s": time, "theta_drive_rad": angle, "theta_loose_rad": angle}, impacts)
-    return recording, {
-        "quality": {"flight_height_min_m": HEIGHT, "averaged_over_s": 6e-5},
-        "cut": {"deceleration_median_rad_s2": 3.2},
-    }
+    quality = {"flight_height_min_m": HEIGHT, "averaged_over_s": 6e-5}
+    summary = {"quality": quality, "cut": {"deceleration_median_rad_s2": 3.2}}
+    return SimpleNamespace(recording=recording, summary=summary, segments=SimpleNamespace(flights=no_flights()))
+
+
+def no_flights():
+    """Flights that tell nothing of where flanks are."""
+    names = ("struck", "blow", "start_s", "end_s", "start_sigma_s", "end_sigma_s", "velocity_m_s", "departure_m_s")
+    return {name: np.zeros(0) for name in names}

@@ -56,7 +56,7 @@ def test_rebounds_too_low_to_be_seen_do_not_raise_the_law():
         chosen = within_sight(pairs_of([record], RIG))
         found = fit(chosen.only(chosen.seen), Terms())
         off.append((found.numbers[0] - 0.35) / np.sqrt(found.covariance[0, 0]))
-        hits = record[0].impacts
+        hits = record.recording.impacts
         naive.append(np.nanmean(np.abs(hits["rebound_m_s"] / hits["velocity_m_s"])))
     assert min(naive) > 0.36
     assert abs(np.mean(off)) < 2.5 / np.sqrt(len(off))
@@ -89,6 +89,32 @@ def test_impacts_without_rebound_bound_it():
     assert (found.law, parameter.value, parameter.low) == ("constant", 0.0, 0.0)
     assert 0.01 < parameter.high < 0.3
     assert "no rebound was seen" in found.warnings[0]
+
+
+def test_a_flank_that_its_own_blows_contradict_is_left_out():
+    record = bounces(6, count=120, restitution=0.5, deviation=0.02)
+    hits, deep = record.recording.impacts, 20e-6
+    before = np.flatnonzero(np.isfinite(hits["rebound_m_s"][:-1]))
+    v, w = (np.abs(hits[name]) for name in ("velocity_m_s", "rebound_m_s"))
+    apart = np.zeros(len(v))
+    reverse = before[hits["flank"][before] == 1]
+    apart[reverse + 1] = deep * (1.0 / v[reverse] + 1.0 / w[reverse])
+    blow, departure = np.zeros(len(v)), np.zeros(len(v))
+    blow[before + 1], departure[before + 1] = 1.0, w[before]
+    sigma = np.full(len(v), 1e-4)
+    record.segments.flights = {
+        "struck": hits["flank"],
+        "blow": blow,
+        "end_s": hits["time_s"],
+        "start_s": np.append(0.0, hits["time_s"][:-1]) + apart,
+        "start_sigma_s": sigma,
+        "end_sigma_s": sigma,
+        "velocity_m_s": hits["velocity_m_s"],
+        "departure_m_s": departure,
+    }
+    found = identify_restitution([record], RIG)
+    assert list(found.goodness["flanks"]) == ["active"]
+    assert "reverse flank is misplaced by 20 um" in found.warnings[0]
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])

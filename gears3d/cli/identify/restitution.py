@@ -26,5 +26,5 @@ def restitution(
     records = admitted(files, rig, map_file, correct)
     found = [measure(one.recording, one.rig, one.file) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
-    law = identify_restitution([(one.recording, one.summary) for one in found], bench.rig())
+    law = identify_restitution(found, bench.rig())
     answer(law, write_restitution, out, as_json)

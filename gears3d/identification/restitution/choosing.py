@@ -7,13 +7,15 @@ from typing import Any
 import numpy as np
 
 from gears3d.identification.restitution.fitting import Fit, fit
-from gears3d.identification.restitution.likelihood import Terms, log_density
+from gears3d.identification.restitution.likelihood import FLOOR, Terms, log_density
 from gears3d.identification.restitution.pairs import Pairs
 
 CANDIDATES = (Terms(), Terms(slope=True), Terms(asymmetry=True), Terms(slope=True, asymmetry=True))
 """Laws that compete; Rigaud & Perret-Liaudet 2020, eq. (16), and Kadmiri et al. 2012, fig. 7."""
-FOLDS = 14
+FOLDS = 12
 """Stretches or groups of records that are held out in turn."""
+LEAST = 2.0 * FLOOR
+"""Relative difference between impacts below which none is claimed: errors that a periodic motion repeats look so."""
 LEVEL = 0.01
 """A richer law is taken when its better prediction would come by chance this rarely."""
 
@@ -66,15 +68,17 @@ def choose(pairs: Pairs) -> tuple[Fit, dict[str, Fit], dict[str, np.ndarray]]:
     scores = {name: held_out(pairs, found, folds) for name, found in fits.items()}
     best = fits["constant"]
     for size in (2, 3):
-        better = [f for f in fits.values() if len(f.numbers) == size and _beats(f, best, scores)]
+        better = [f for f in fits.values() if len(f.numbers) == size and _beats(f, best, pairs, scores)]
         if better:
             best = max(better, key=lambda f: scores[f.terms.name].mean())
     return best, fits, scores
 
 
-def _beats(richer: Fit, simpler: Fit, scores: dict[str, np.ndarray]) -> bool:
+def _beats(richer: Fit, simpler: Fit, pairs: Pairs, scores: dict[str, np.ndarray]) -> bool:
     from scipy.stats import wilcoxon
 
+    if np.ptp(richer.mean(pairs) - simpler.mean(pairs)) < LEAST * np.mean(simpler.mean(pairs)):
+        return False
     if not set(_named(simpler.terms)) <= set(_named(richer.terms)):
         return False
     gain = scores[richer.terms.name] - scores[simpler.terms.name]

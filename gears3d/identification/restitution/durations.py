@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from gears3d.identification.restitution.pairs import Measured
 from gears3d.recording import FLANKS
-
-if TYPE_CHECKING:
-    from gears3d.recording import Recording
 
 FEWEST = 5
 """So few durations give no standard deviation worth telling."""
 
 
-def impact_durations(measured: Sequence[tuple[Recording, Mapping[str, Any]]]) -> dict[str, Any]:
+def impact_durations(measured: Sequence[Measured]) -> dict[str, Any]:
     """Return mean, standard deviation and extent of the impacts' durations, by flank.
 
     Args:
-        measured: for each record its recording with impacts, and the summary of its measurement.
+        measured: records.
 
     Returns:
         ``resolved``, and ``why`` not; by flank ``impacts``, ``mean_s`` with ``ci95``, ``standard_deviation_s``.
 
     Source: Kadmiri et al. 2012, fig. 6: 1.2 ms, normal, standard deviation 0.06 ms.
     """
-    tables = [recording.impacts for recording, _ in measured]
+    tables = [one.recording.impacts for one in measured]
     if not all("duration_s" in table for table in tables):
         return {"resolved": False, "why": "the measurement gives no durations of impacts"}
     lasted = np.concatenate([table["duration_s"] for table in tables])

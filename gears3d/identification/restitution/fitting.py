@@ -87,9 +87,12 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
         start = np.concatenate([numbers, [min(max(spread, 1e-3), 0.5), 0.0, 0.3]])
     else:
         numbers = first.numbers
-        start = np.concatenate([numbers, [max(first.deviation, 1e-3), np.log(first.errors.factor), max(first.errors.more, 0.1)]])
+        more = first.errors.more if deviation is None else max(first.errors.more, 0.1)
+        start = np.concatenate([numbers, [max(first.deviation, 1e-3), np.log(first.errors.factor), more]])
     count = len(numbers)
     bounds = [(None, None)] * count + [(0.0, 1.0), (-1.5, 1.5), (0.0, 3.0)]
+    if first is not None and deviation is None:  # errors of speeds stay as all pairs told them
+        bounds[count + 1 :] = [(value, value) for value in start[count + 1 :]]
     if deviation is not None:
         start[count], bounds[count] = deviation, (deviation, deviation)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,14 +13,14 @@ from gears3d.identification.restitution.choosing import choose
 from gears3d.identification.restitution.durations import impact_durations
 from gears3d.identification.restitution.fitting import Fit, scatter_interval
 from gears3d.identification.restitution.likelihood import unseen
-from gears3d.identification.restitution.pairs import Pairs, pairs_of
+from gears3d.identification.restitution.pairs import Measured, Pairs, pairs_of
+from gears3d.identification.restitution.places import blind, misplaced
 from gears3d.identification.restitution.result import curves, snippet, warnings
 from gears3d.identification.restitution.sliding import sliding_test
 from gears3d.recording import FLANKS
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig
-    from gears3d.recording import Recording
 
 FEWEST = 12
 """Pairs of speeds that a law needs."""
@@ -30,7 +30,7 @@ STILL = 8
 """Impacts without any rebound that show a plastic one."""
 
 
-def identify_restitution(measured: Sequence[tuple[Recording, Mapping[str, Any]]], rig: Rig) -> Identified:
+def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
     """Identify the law of restitution from measured rattle records.
 
     A rebound is seen only where the flight after it rises high enough. Rebounds below a threshold above which none is
@@ -38,7 +38,7 @@ def identify_restitution(measured: Sequence[tuple[Recording, Mapping[str, Any]]]
     coefficient held within 0 and 1 are part of it.
 
     Args:
-        measured: for each record its recording with impacts, and the summary of its measurement.
+        measured: records of one bench, as ``gears3d.measurement.measure`` gives them.
         rig: gears of the bench.
 
     Returns:
@@ -50,13 +50,16 @@ def identify_restitution(measured: Sequence[tuple[Recording, Mapping[str, Any]]]
 
     Source: Kadmiri et al. 2012, eq. (3) and fig. 7; Rigaud & Perret-Liaudet 2020, eq. (16).
     """
-    every = pairs_of(measured, rig)
+    every, left_out = _believed(measured, pairs_of(measured, rig))
     chosen = within_sight(every)
+    if (dark := blind(chosen)) is not None:
+        left_out += (f"rebounds from the {FLANKS[dark]} flank are missed: its speeds are left out",)
+        chosen = chosen.only(chosen.flank != dark)
     pairs = chosen.only(chosen.seen)
     if len(pairs.time) < FEWEST:
         if (still := _plastic(every)) is not None:
             return still
-        raise InputError(_too_few(every, pairs))
+        raise InputError(_too_few(every, pairs, left_out))
     best, fits, scores = choose(pairs)
     parameters = _parameters(best, pairs)
     goodness: dict[str, Any] = {
@@ -76,8 +79,21 @@ def identify_restitution(measured: Sequence[tuple[Recording, Mapping[str, Any]]]
         goodness,
         snippet(parameters),
         curves(pairs, best),
-        warnings(parameters, goodness),
+        left_out + warnings(parameters, goodness),
     )
+
+
+def _believed(measured: Sequence[Measured], every: Pairs) -> tuple[Pairs, tuple[str, ...]]:
+    """Return the impacts on flanks whose place their own blows do not contradict, and what was left out."""
+    notes, good = [], np.ones(len(every.time), bool)
+    for index, one in enumerate(measured):
+        for flank, depth in misplaced(one.segments.flights).items():
+            own = (every.record == index) & (every.flank == flank)
+            good &= ~own
+            where = f" of record {index + 1}" if len(measured) > 1 else ""
+            what = f"the {FLANKS[flank]} flank{where} is misplaced by {1e6 * depth:.3g} um, as its own blows tell"
+            notes.append(f"{what}: its speeds are left out")
+    return every.only(good), tuple(notes)
 
 
 def within_sight(every: Pairs) -> Pairs:
@@ -97,10 +113,11 @@ def within_sight(every: Pairs) -> Pairs:
     return every.only(cut < REACH * typical)
 
 
-def _too_few(every: Pairs, pairs: Pairs) -> Fault:
+def _too_few(every: Pairs, pairs: Pairs, left_out: tuple[str, ...]) -> Fault:
     lowest = float(np.min(every.lowest, initial=np.inf))
     above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
     what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
+    what = "; ".join([what, *left_out])
     return Fault("restitution", what, "record longer, with a wider swing of the drive, or with more counts")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,6 +19,25 @@ BLOCKS = 6.0
 """Blocks of averaged readings that its flight must last."""
 SLOPES = 1e-3
 """Time about an impact over which the drive's speed is taken [s]."""
+
+
+class Measured(Protocol):
+    """A measured record, as ``gears3d.measurement.measure`` gives it."""
+
+    @property
+    def recording(self) -> Recording:
+        """With impacts."""
+        ...
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """With ``quality`` and ``cut``."""
+        ...
+
+    @property
+    def segments(self) -> Any:
+        """With ``flights``."""
+        ...
 
 
 class Pairs(NamedTuple):
@@ -65,14 +84,14 @@ class Pairs(NamedTuple):
         return np.nan_to_num(self.rebound, nan=0.0) > self.lowest
 
 
-def pairs_of(measured: Sequence[tuple[Recording, Mapping[str, Any]]], rig: Rig) -> Pairs:
+def pairs_of(measured: Sequence[Measured], rig: Rig) -> Pairs:
     """Return the impacts of measured records whose flights pass for flights.
 
     Args:
-        measured: for each record its recording with impacts, and the summary of its measurement.
+        measured: records.
         rig: gears, for the sliding of their teeth.
     """
-    return _joined([_of_one(index, *one, rig) for index, one in enumerate(measured)])
+    return _joined([_of_one(index, one.recording, one.summary, rig) for index, one in enumerate(measured)])
 
 
 def _joined(parts: list[Pairs]) -> Pairs:

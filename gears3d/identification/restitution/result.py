@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.identification.restitution.choosing import LEAST
+
 if TYPE_CHECKING:
     from gears3d.identification.law import Parameter
     from gears3d.identification.restitution.fitting import Fit
@@ -55,7 +57,11 @@ def warnings(parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tupl
         )
     if goodness["errors_over_stated"] > 2.0:
         found.append(f"speeds are {goodness['errors_over_stated']:.1f} times less certain than stated")
-    if tested["tested"] and tested["p_value"] < 0.01:
+    if (
+        tested["tested"]
+        and tested["p_value"] < 0.01
+        and abs(tested["change"]) > LEAST * parameters["restitution"].value
+    ):
         found.append(f"restitution changes with the sliding speed (p = {tested['p_value']:.1g}): the law leaves it out")
     slow, fast = goodness["approach_m_s"]
     if fast < NARROW * slow:

@@ -25,7 +25,8 @@ def sliding_test(pairs: Pairs, best: Fit) -> dict[str, Any]:
 
     Returns:
         ``tested``; ``slope`` [s/m] with ``ci95``, ``p_value`` of no dependence, ``range_m_s`` of sliding speeds (5 to
-        95 % of the impacts) and ``change_bound``: what restitution changes at most over that range (95 %).
+        95 % of the impacts), ``change`` over that range and ``change_bound``: the most
+        it may be (95 %).
 
     Source: Kadmiri et al. 2012, section 3.1: no influence of the sliding velocity.
     """
@@ -44,5 +45,6 @@ def sliding_test(pairs: Pairs, best: Fit) -> dict[str, Any]:
         "slope": {"value": slope, "unit": "s/m", "ci95": [slope - half, slope + half]},
         "p_value": float(2.0 * t.sf(abs(slope) / max(error, 1e-300), freedom)),
         "range_m_s": [low, high],
+        "change": slope * (high - low),
         "change_bound": (abs(slope) + half) * (high - low),
     }
