@@ -17,9 +17,9 @@ ASKED = {"linear": "linear", "asymmetric": "constant+asymmetry"}
 
 
 def campaign(encoder, seed, kinds=("restitution",)):
-    """Return rows of (kind, parameter, error over deviation, inside), laws missed or refused, and scatters that are none.
+    """Return rows of (kind, parameter, error over deviation, inside), laws missed or refused, and false scatters.
 
-    A scatter that is none lies on the edge of what it may be: its error has no mean, so that only false ones are told.
+    A scatter that is none lies on the edge of what it may be: its error has no mean.
     """
     bench, more = RIGS[encoder]
     law = LAWS[seed % len(LAWS)]
