@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.identification.orders import GEARS, Line
+from gears3d.identification.order_lines import GEARS, Line
 from gears3d.identification.rolling import Rolled
 
 CLOSE = 0.02

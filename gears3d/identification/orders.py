@@ -6,15 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.identification.contact import HARMONICS, Contact
+from gears3d.identification.contact import Contact
+from gears3d.identification.order_lines import Line, Lines
+from gears3d.identification.order_noise import by_turns, floor_of, left_of, near
 
-GEARS = ("drive", "loose")
-APART = 0.7
-"""Cycles over the record by which orders of both gears differ at least to be told apart."""
 LEVEL = 0.01
 """Chance of one false order among all that are looked at."""
-NEIGHBOURS = 24
-"""Orders beside one, of no significance, whose mean size is its noise."""
 MOST = 80
 """Orders that are fitted at most."""
 SHARE = 0.3
@@ -24,39 +21,6 @@ STRAY = 7.0
 """Deviations from the fit at which a bin is taken to be without contact."""
 LEAST = 0.7
 """Part of the bins that is kept at least."""
-TURNS = 6
-"""So many turns make a scatter."""
-
-
-class Line(NamedTuple):
-    """An order: cycles a turn of a gear.
-
-    Args:
-        gear: 0 drive, 1 loose.
-        order: cycles a turn.
-    """
-
-    gear: int
-    order: int
-
-    @property
-    def name(self) -> str:
-        """As parameters are called: ``drive_1``."""
-        return f"{GEARS[self.gear]}_{self.order}"
-
-
-class Lines(NamedTuple):
-    """The orders that are looked at.
-
-    Args:
-        all: those that can be told apart; one of each set of those that cannot, the drive's.
-        frequency: of each, cycles a turn of the drive, (m,).
-        alike: to each of the drive's, the loose gear's that it cannot be told from.
-    """
-
-    all: tuple[Line, ...]
-    frequency: np.ndarray
-    alike: dict[Line, Line]
 
 
 class Fit(NamedTuple):
@@ -93,29 +57,6 @@ class Fit(NamedTuple):
     scatter: float
 
 
-def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
-    """Return the orders that can be looked at in a record.
-
-    Args:
-        contact: with one flank.
-        teeth: of drive and loose gear.
-    """
-    turns = np.ptp(contact.turn % 1_000_000) + 1.0 if contact.turns < 1.0 else contact.turns
-    ratio = teeth[0] / teeth[1]
-    highest = min(HARMONICS * teeth[0] + 2, int(0.8 * np.pi / contact.width))
-    chosen = [Line(0, order) for order in range(1, highest + 1)]
-    alike: dict[Line, Line] = {}
-    for order in range(1, int(highest / ratio) + 1):
-        nearest = round(order * ratio)
-        if abs(order * ratio - nearest) < APART / turns and 1 <= nearest <= highest:
-            alike.setdefault(Line(0, nearest), Line(1, order))
-        else:
-            chosen.append(Line(1, order))
-    frequency = np.array([line.order * (ratio if line.gear else 1.0) for line in chosen])
-    keep = frequency * turns > APART
-    return Lines(tuple(line for line, k in zip(chosen, keep, strict=True) if k), frequency[keep], alike)
-
-
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
     """Return the orders of a flank that stand out of its noise.
 
@@ -129,7 +70,7 @@ def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
     found: list[Line] = []
     for _ in range(ROUNDS):
         made = fit(contact, lines, found, ratio)
-        free = ~_near(lines, made.lines, contact.turns)
+        free = ~near(lines, made.lines, contact.turns)
         power = np.where(free, made.seen**2, 0.0)
         limit = -2.0 * made.floor**2 * np.log(LEVEL / (2 * len(lines.all)))
         new = (power > limit) & (power > SHARE * power.max())
@@ -219,15 +160,15 @@ def _judged(
     weight = contact.weight * kept
     total = float(weight.sum())
     files = np.unique(contact.file)
-    seen = _left(contact, lines, weight * rest) * 2.0 / total
-    free = ~_near(lines, tuple(chosen), contact.turns)
-    floor, freedom = _floor(lines, seen, free, robust=not chosen)
+    seen = left_of(contact, lines, weight * rest) * 2.0 / total
+    free = ~near(lines, tuple(chosen), contact.turns)
+    floor, freedom = floor_of(lines, seen, free, robust=not chosen)
     places = [lines.all.index(line) for line in chosen]
     sizes = np.concatenate([np.full(len(files), floor[np.argmin(lines.frequency)]), np.repeat(floor[places], 2)])
     scale = sizes * np.sqrt(total / 2.0)
     covariance = inverse * np.outer(scale, scale)
-    by_turns, ratio_found = _by_turns(contact, design, inverse, weight * rest, covariance)
-    covariance = covariance * np.outer(by_turns, by_turns)
+    wider, ratio_found = by_turns(contact, design, inverse, weight * rest, covariance)
+    covariance = covariance * np.outer(wider, wider)
     own = covariance[len(files) :, len(files) :]
     parts = numbers[len(files) :].reshape(-1, 2)
     phasors = parts[:, 0] + 1j * parts[:, 1]
@@ -263,61 +204,3 @@ def _blur(contact: Contact, frequency: float) -> float:
 
 def _frequency(line: Line, ratio: float) -> float:
     return line.order * (ratio if line.gear else 1.0)
-
-
-def _left(contact: Contact, lines: Lines, values: np.ndarray) -> np.ndarray:
-    """Return the size of the sum of values·exp(-i·order·angle) at every order, (m,)."""
-    found = {}
-    for gear, angle in enumerate((contact.drive, contact.loose)):
-        wanted = [line.order for line in lines.all if line.gear == gear]
-        turn = np.exp(-1j * angle)
-        at = values.astype(complex)
-        for order in range(1, max(wanted, default=0) + 1):
-            at = at * turn
-            found[Line(gear, order)] = abs(at.sum())
-    return np.array([found[line] for line in lines.all])
-
-
-def _near(lines: Lines, chosen: tuple[Line, ...], turns: float) -> np.ndarray:
-    """Whether orders are fitted ones, or too near to one to be noise, (m,)."""
-    near = np.array([line in chosen for line in lines.all])
-    for line in chosen:
-        near |= np.abs(lines.frequency - lines.frequency[lines.all.index(line)]) * turns < APART
-    return near
-
-
-def _floor(lines: Lines, seen: np.ndarray, free: np.ndarray, robust: bool) -> tuple[np.ndarray, float]:
-    """Return the deviation of each part of a phasor from neighbouring orders without significance, and its freedom."""
-    some = np.flatnonzero(free)
-    some = some[np.argsort(lines.frequency[some], kind="stable")]
-    at, power = lines.frequency[some], seen[some] ** 2
-    count = min(NEIGHBOURS, len(some))
-    begin = np.searchsorted(at, lines.frequency) - count // 2
-    begin = np.clip(begin, 0, len(some) - count)
-    windows = power[begin[:, None] + np.arange(count)]
-    mean = windows.mean(axis=1)
-    middle = np.median(windows, axis=1) / np.log(2.0)
-    return np.sqrt(0.5 * (middle if robust else np.minimum(mean, 4.0 * middle))), 2.0 * count
-
-
-def _by_turns(
-    contact: Contact, design: np.ndarray, inverse: np.ndarray, values: np.ndarray, covariance: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Return factors, 1 or more, by which turns scatter more than neighbouring orders say, and the largest ratio."""
-    from scipy.stats import f as fisher
-
-    turns, number = np.unique(contact.turn, return_inverse=True)
-    ones = np.ones(len(inverse))
-    if len(turns) < TURNS:
-        return ones, 1.0
-    order = np.argsort(number, kind="stable")
-    begins = np.searchsorted(number[order], np.arange(len(turns)))
-    scores = np.add.reduceat((design * values[:, None])[order], begins, axis=0)
-    moves = scores @ inverse
-    variance = (moves**2).sum(axis=0) * len(turns) / (len(turns) - 1.0)
-    ratio = variance / np.maximum(np.diag(covariance), 1e-300)
-    head = len(np.unique(contact.file))
-    pairs = ratio.copy()
-    pairs[head:] = np.repeat(ratio[head:].reshape(-1, 2).mean(axis=1), 2)
-    limit = fisher.ppf(0.99, 2 * (len(turns) - 1), 2 * NEIGHBOURS)
-    return np.sqrt(np.where(pairs > limit, pairs, 1.0)), float(np.sqrt(pairs.max()))

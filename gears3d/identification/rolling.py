@@ -9,7 +9,8 @@ import numpy as np
 
 from gears3d.identification.contact import Contact, Contacts
 from gears3d.identification.law import Parameter
-from gears3d.identification.orders import GEARS, LEVEL, Fit, Line, Lines, Solved, find, fit, lines_of, solve
+from gears3d.identification.order_lines import GEARS, Line, Lines, lines_of
+from gears3d.identification.orders import LEVEL, Fit, Solved, find, fit, solve
 
 STRONGEST = 21
 """Orders that are told, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)."""

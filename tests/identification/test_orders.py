@@ -10,7 +10,7 @@ from gears3d import cli
 from gears3d.errors import InputError
 from gears3d.gate import Admitted
 from gears3d.identification import identify_backlash, identify_transmission_error
-from gears3d.identification.orders import Line
+from gears3d.identification.order_lines import Line
 from gears3d.identification.rolling import reach_of
 from gears3d.readers import Channels
 from gears3d.scenario import load
