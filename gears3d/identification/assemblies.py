@@ -94,6 +94,7 @@ def identify_mesh_drag(
     meshed: Sequence[Track],
     inertias: tuple[Inertia, Inertia],
     ratio: float,
+    laws: Mapping[str, str] | None = None,
 ) -> Identified:
     """Identify what the mesh adds: the run-down in mesh less the run-downs of both gears alone.
 
@@ -103,6 +104,7 @@ def identify_mesh_drag(
         meshed: run-downs of both gears in mesh, the loose gear's angle.
         inertias: of loose gear and drive, with all that turns with them.
         ratio: speed of the drive over that of the loose gear.
+        laws: of ``"loose"`` and ``"drive"``; the best unless given.
 
     Returns:
         ``mesh_drag`` [N·m·s/rad] and the laws of both shafts.
@@ -121,7 +123,7 @@ def identify_mesh_drag(
     both = (Share("loose"), Share("drive", ratio), Share("mesh"))
     runs += [Run(track, both, (("loose", 1.0), ("drive", ratio**2))) for track in meshed]
     known = {"loose": inertias[0], "drive": inertias[1]}
-    found = identify_assemblies(runs, known, each=dict.fromkeys(("loose", "drive", "mesh"), False))
+    found = identify_assemblies(runs, known, laws, each=dict.fromkeys(("loose", "drive", "mesh"), False))
     laws = {**dict(one.split(": ") for one in found.law.split(", ")), "mesh": "coulomb+viscous"}
     richer = identify_assemblies(runs, known, laws, each=dict.fromkeys(laws, False))
     constant = richer.parameters["mesh.coulomb"]

@@ -14,6 +14,8 @@ from gears3d.identification.track import Track
 
 BLOCKS = 20
 """Stretches of a run-down that are held out in turn."""
+PATIENT = 300
+"""Steps of the last search."""
 LEVEL = 0.01
 """A richer law is taken when its better prediction would come by chance this rarely."""
 
@@ -64,12 +66,17 @@ def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
     if not sound:
         raise _nothing()
     if len(models) == 1:
-        return Choice(sound[0], data, {})
+        return Choice(_settled(sound[0], data), data, {})
     folds = _folds(data)
     losses = [_held_out(data, found, folds) for found in sound]
     best = _best(sound, losses)
     shown = {label(found.model): _finite(loss.mean()) for found, loss in zip(sound, losses, strict=True)}
-    return Choice(sound[best], data, shown)
+    return Choice(_settled(sound[best], data), data, shown)
+
+
+def _settled(best: Fit, data: list[Binned]) -> Fit:
+    """Return a fit carried on until it rests: terms that are hardly told apart need many steps."""
+    return fit(data, best.model, best.numbers, patience=PATIENT) or best
 
 
 def _nothing() -> InputError:

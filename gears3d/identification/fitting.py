@@ -18,8 +18,8 @@ _STRETCHES = 24
 _EXPONENTS = np.linspace(0.4, 3.0, 14)
 _IMPOSSIBLE = 1e9
 """Residual of laws that do not slow the gear down."""
-_PATIENCE = 25
-"""Steps of a search; one that needs more wanders among laws that these speeds do not tell apart."""
+PATIENCE = 25
+"""Steps of a search among rivals; one that needs more wanders among laws that these speeds do not tell apart."""
 _BELOW = 0.8
 """Part of a track's last speed down to which a law must hold that ends in a speed, not at rest."""
 _STEP = 1e-7
@@ -104,7 +104,13 @@ def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
     return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest)
 
 
-def fit(tracks: list[Binned], model: Model, begin: np.ndarray, masks: list[np.ndarray] | None = None) -> Fit | None:
+def fit(
+    tracks: list[Binned],
+    model: Model,
+    begin: np.ndarray,
+    masks: list[np.ndarray] | None = None,
+    patience: int = PATIENCE,
+) -> Fit | None:
     """Fit parts to tracks by a trust region method.
 
     An inertia that is not known exactly is free, too, and held by what is known of it.
@@ -114,6 +120,7 @@ def fit(tracks: list[Binned], model: Model, begin: np.ndarray, masks: list[np.nd
         model: parts, and what each track has of them.
         begin: free numbers to begin with, (p,).
         masks: points of each track that are used; all unless given.
+        patience: steps of the search.
 
     Returns:
         The fit; ``None`` when nothing of these terms runs down like that.
@@ -125,7 +132,7 @@ def fit(tracks: list[Binned], model: Model, begin: np.ndarray, masks: list[np.nd
     masks = masks or [np.ones(len(track.time), bool) for track in tracks]
     task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()))
     at = task.begin(begin)
-    best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=_PATIENCE)
+    best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=patience)
     points = sum(int(mask.sum()) for mask in masks)
     dof = points - len(best.x) + task.unsure
     if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun[:points] == _IMPOSSIBLE):

@@ -29,6 +29,8 @@ ILL = 4.0
 """Mean squared error of the flights from which on they are not those of rigid teeth."""
 ROUGH = 0.01
 """Error of the heights of rigid flights that nobody minds, over the heights."""
+FLOOR = 1e-3
+"""Relative error of a threshold that always remains: counts that keep step with the swing shift its amplitude."""
 _SMOOTH = 9
 """Bins over which an opening is averaged."""
 _READ = 5
@@ -208,6 +210,7 @@ def _judged(data: _Data, value: float, use: np.ndarray) -> tuple[float, float, f
     flying = use & (heights > 0.0)
     floor = (ROUGH * np.sqrt(np.mean(heights[flying] ** 2))) ** 2 if np.any(flying) else 0.0
     chi2 = float(np.nanmean(rest[flying] ** 2) / max(noise + floor, 1e-30))
+    error = float(np.hypot(error, FLOOR * value))
     return value, error, chi2, float(t.ppf(0.975, max(periods_that_tell - 1.0, 1.0)))
 
 
