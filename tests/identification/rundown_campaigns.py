@@ -1,4 +1,4 @@
-"""Synthetic campaigns of run-downs, assemblies, gears in mesh and threshold sweeps, seen by the encoders of three rigs."""
+"""Synthetic campaigns of run-downs, assemblies, gears in mesh and threshold sweeps, seen by three rigs' encoders."""
 
 from __future__ import annotations
 
