@@ -19,6 +19,7 @@ _HOME = {
     "simulate": "gears3d.simulation",
     "compare": "gears3d.comparison",
     "describe": "gears3d.recording",
+    "diagnose": "gears3d.diagnosis",
     "replay": "gears3d.views.replay",
     "gears": "gears3d.gears",
 }
@@ -26,12 +27,24 @@ _HOME = {
 if TYPE_CHECKING:
     from gears3d import gears
     from gears3d.comparison import compare
+    from gears3d.diagnosis import diagnose
     from gears3d.recording import Recording, describe
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import simulate
     from gears3d.views.replay import replay
 
-__all__ = ["Recording", "Scenario", "__version__", "compare", "describe", "gears", "load", "replay", "simulate"]
+__all__ = [
+    "Recording",
+    "Scenario",
+    "__version__",
+    "compare",
+    "describe",
+    "diagnose",
+    "gears",
+    "load",
+    "replay",
+    "simulate",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -35,6 +35,7 @@ VERBS = (
     "reveal",
     "measure",
     "identify",
+    "diagnose",
     "show",
     "excitation",
     "mesh",

@@ -1,0 +1,110 @@
+"""``gears3d diagnose``: what a rig gets wrong of measured records, why, the extended rig, and what it is worth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+
+
+def diagnose(
+    records: Annotated[
+        list[Path] | None, typer.Argument(help="Measured records of one rig, or a record.toml that names them.")
+    ] = None,
+    rig: Annotated[Path | None, typer.Option(help="Scenario of the rig as it is claimed to be.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for diagnosis.json and extended.toml.")] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
+    correct: Annotated[
+        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the diagnosis as JSON.")] = False,
+) -> None:
+    """Show what a rig gets wrong of measured records, name the cause, extend the rig, measure the gain.
+
+    Example: gears3d diagnose record.toml --rig rig.toml --out diagnosis
+
+    Several records at several speeds tell causes apart that one record cannot. To practise: gears3d challenge.
+    """
+    from gears3d.cli.progress import bars
+    from gears3d.diagnosis import diagnose as examine
+    from gears3d.errors import Fault, InputError, UsageError
+    from gears3d.gate import admit
+    from gears3d.readers import files_of
+    from gears3d.scenario import load
+
+    if rig is None:
+        raise InputError(Fault("--rig", "is missing", "name the scenario of the bench: --rig rig.toml"))
+    bench = load(rig)
+    pairs = files_of(records or [], map_file)
+    if not pairs:
+        raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out DIR")
+    admitted, faults = [], []
+    for file, chart in pairs:
+        try:
+            admitted.append(admit(file, bench, chart, correct or (), others=[one.channels for one in admitted]))
+        except InputError as error:
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
+    with bars() as track:
+        tick = track("diagnose", 1.0)
+        found = examine(admitted, bench, lambda doing, part: tick(part))
+    if out is not None:
+        _write(found, out)
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(found.to_dict())
+        return
+    _show(found)
+    typer.echo(f"written to {out}" if out is not None else "to keep it, with the extended scenario: --out DIR")
+
+
+def _write(found: Diagnosis, out: Path) -> None:
+    import json
+
+    from gears3d.files import replacing
+
+    out.mkdir(parents=True, exist_ok=True)
+    with replacing(out / "diagnosis.json") as unfinished:
+        unfinished.write_text(json.dumps(found.to_dict(), indent=2) + "\n", encoding="utf-8")
+    with replacing(out / "extended.toml") as unfinished:
+        unfinished.write_text(found.extended.document, encoding="utf-8")
+
+
+def _show(found: Diagnosis) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.units import show
+
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]")
+    for k, cause in enumerate(found.causes, 1):
+        fixed = ", ".join(f"{name} {value}" for name, value in cause.table.items()
+                          if name != "kind" and name not in cause.parameters)  # fmt: skip
+        console.print(f"{k}. [bold]{cause.kind}[/] ({cause.place})" + (f": {escape(fixed)}" if fixed else ""))
+        for name, one in cause.parameters.items():
+            family = cause.effect.params[name].family
+            text = [show(value, family, 5) for value in (one.value, one.low, one.high)]
+            console.print(f"     {name} {text[0]} (95 %: {text[1]} to {text[2]})")
+        console.print(f"     {escape(cause.evidence)}")
+        for rival in cause.alternatives:
+            console.print(f"     not excluded: {escape(rival['kind'])}: {escape(rival['why'])}")
+    told: dict[str, Any] = found.to_dict()
+    held, left = told["heldout"], told["remaining"]
+    if held["gain"] is not None:
+        low, high = held["gain_range"]
+        console.print(
+            f"on data held out the extension takes away {100 * held['gain']:.3g} % of the error beyond noise"
+            f" ({100 * low:.3g} to {100 * high:.3g} % over {len(held['splits'])} splits)"
+        )
+    if left["structure"] != "none":
+        console.print(f"remains: {left['structure']}, {left['size']:.3g} {left['unit']} at {left['where']:.4g}")
+    blind = [place for place, limit in found.power.items() if limit > 0.1]
+    if blind:
+        console.print(f"these records say little of: {', '.join(blind)} (effects of 10 % would not show)")

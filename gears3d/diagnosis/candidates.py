@@ -1,0 +1,158 @@
+"""Every cause that a rig may have: an effect with its shape fixed and its size free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.effects import Rig, catalogue
+
+Array = np.ndarray
+
+SHOWS = {
+    "geometry": ("contact", "loss"),
+    "torque": ("flight", "loss"),
+    "impact": ("impact",),
+    "motion": ("drive", "loss"),
+    "sensor": ("contact", "flight", "drive"),
+}
+"""Channels in which effects show, by their place."""
+
+
+class Bend(NamedTuple):
+    """A parameter of a shape that is refined once the cause is in.
+
+    Args:
+        low: smallest value.
+        high: largest value.
+        log: whether its logarithm is refined.
+    """
+
+    low: float
+    high: float
+    log: bool = True
+
+
+FREE: dict[str, dict[str, Bend]] = {
+    "drag_power": {"exponent": Bend(0.2, 4.0)},
+    "drag_drift": {"time_constant": Bend(0.1, 1e4)},
+    "drag_differential": {"shaft_speed": Bend(-1e5, 1e5, False)},
+    "drive_motion": {"frequency": Bend(1e-2, 1e5), "order": Bend(1e-3, 1e4)},
+}
+"""By kind and parameter."""
+EXPONENTS = (0.5, 1.5, 2.0, 2.5, 3.0)
+SHAFTS = (-1.0, 0.5, 2.0)
+"""Speeds of a shaft that are tried, in mean speeds of the loose gear."""
+TIMES = (0.03, 0.1, 0.3, 1.0, 3.0)
+"""Time constants of a drift that are tried, in durations of a record."""
+
+
+class Candidate(NamedTuple):
+    """One cause with its shape fixed and its size free.
+
+    Args:
+        kind: of the effect.
+        shape: parameters that are fixed.
+        size: name of the parameter that is free.
+        unit: size that changes its channel by 100 %.
+        phased: whether its phase is free, too; it then has two numbers, a cosine's and minus a sine's.
+        channels: that it shows in.
+    """
+
+    kind: str
+    shape: dict[str, Any]
+    size: str
+    unit: float
+    phased: bool
+    channels: tuple[str, ...]
+
+    def effect(self, numbers: Array) -> Any | None:
+        """Return the effect of given numbers; ``None`` where they are nothing.
+
+        Args:
+            numbers: size, or cosine and minus sine, [SI].
+        """
+        size = float(np.hypot(*numbers)) if self.phased else float(numbers[0])
+        if size == 0.0:
+            return None
+        phase = {"phase": float(np.arctan2(-numbers[1], numbers[0]))} if self.phased else {}
+        return catalogue()[self.kind](**self.shape, **phase, **{self.size: size})
+
+
+def candidates(
+    rig: Rig, duration: float, highest: int, frequencies: tuple[float, ...] = (), orders: tuple[float, ...] = ()
+) -> list[Candidate]:
+    """Return every cause that is looked for.
+
+    Args:
+        rig: constants of the bench.
+        duration: of a record [s].
+        highest: order that is looked for.
+        frequencies: of the drive's motion that are tried [Hz].
+        orders: of the drive's motion that are tried.
+    """
+    return [*_geometry(rig, highest), *_torques(rig, duration, highest), *_impacts(rig), *_sensors(rig, highest),
+            *_motions(rig, frequencies, orders)]  # fmt: skip
+
+
+def _geometry(rig: Rig, highest: int) -> Iterator[Candidate]:
+    shows, b = SHOWS["geometry"], rig.backlash
+    yield Candidate("backlash_offset", {}, "offset", b, False, shows)
+    for order in range(1, highest + 1):
+        yield Candidate("backlash_variation", {"order": order}, "amplitude", b, True, shows)
+    for gear, teeth in (("drive", rig.teeth_drive), ("loose", rig.teeth_loose)):
+        yield Candidate("eccentricity", {"gear": gear}, "offset", b, True, shows)
+        for order in range(1, highest + 1):
+            for flank in ("both", "active"):
+                shape = {"gear": gear, "order": order, "flank": flank}
+                yield Candidate("transmission_error", shape, "amplitude", b, True, shows)
+        for tooth in range(1, teeth + 1):
+            for flank in ("both", "active", "reverse"):
+                shape = {"gear": gear, "tooth": tooth, "flank": flank}
+                yield Candidate("pitch_error", shape, "offset", b, False, shows)
+
+
+def _torques(rig: Rig, duration: float, highest: int) -> Iterator[Candidate]:
+    shows, drag = SHOWS["torque"], rig.drag_torque or 1e-3 * rig.inertia
+    speed = max(rig.mean_speed_loose, 1e-9)
+    yield Candidate("drag_coulomb", {}, "torque", drag, False, shows)
+    yield Candidate("drag_viscous", {}, "coefficient", drag / speed, False, shows)
+    yield Candidate("mesh_drag", {}, "coefficient", drag / speed, False, ("loss",))
+    for exponent in EXPONENTS:
+        yield Candidate("drag_power", {"exponent": exponent}, "coefficient", drag / speed**exponent, False, shows)
+    for part in TIMES if rig.drag_torque else ():
+        yield Candidate("drag_drift", {"time_constant": part * duration}, "relative_change", 1.0, False, shows)
+    for part in SHAFTS:
+        shape = {"shaft_speed": part * speed}
+        yield Candidate("drag_differential", shape, "coefficient", drag / speed, False, shows)
+    for order in range(1, highest + 1):
+        yield Candidate("drag_position", {"order": order}, "amplitude", drag, True, shows)
+
+
+def _impacts(rig: Rig) -> Iterator[Candidate]:
+    shows, e = SHOWS["impact"], max(rig.restitution, 0.1)
+    fall = max((2.0 * rig.drag_torque * rig.base_radius_loose / rig.inertia * rig.backlash) ** 0.5, 1e-9)
+    yield Candidate("restitution_offset", {}, "offset", e, False, shows)
+    yield Candidate("restitution_speed", {}, "slope", e / fall, False, shows)
+    yield Candidate("restitution_asymmetry", {}, "asymmetry", e, False, shows)
+
+
+def _sensors(rig: Rig, highest: int) -> Iterator[Candidate]:
+    angle = rig.backlash / rig.base_radius_loose
+    for gear, shows in (("drive", ("contact", "drive")), ("loose", ("contact", "flight"))):
+        for order in range(1, highest + 1):
+            shape = {"gear": gear, "order": order}
+            yield Candidate("encoder_eccentricity", shape, "amplitude", angle, True, shows)
+    late = angle / max(rig.mean_speed_loose, 1e-9)
+    yield Candidate("encoder_skew", {"gear": "loose"}, "delay", late, False, ("contact",))
+
+
+def _motions(rig: Rig, frequencies: tuple[float, ...], orders: tuple[float, ...]) -> Iterator[Candidate]:
+    drag, ratio = max(rig.drag_torque, 1e-3 * rig.inertia), rig.base_radius_drive / rig.base_radius_loose
+    tried = [("frequency", x, x) for x in frequencies]
+    tried += [("order", x, x * abs(rig.mean_speed) / (2.0 * np.pi)) for x in orders if rig.mean_speed]
+    for name, value, frequency in tried:
+        unit = drag / (rig.inertia * ratio * 2.0 * np.pi * frequency)
+        yield Candidate("drive_motion", {name: value}, "amplitude", unit, True, SHOWS["motion"])

@@ -1,0 +1,221 @@
+"""What a measured record shows, in channels: flights, contact, impacts, losses of contact, the drive's motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from gears3d.measurement import Measurement
+    from gears3d.measurement.segments import Segments
+
+Array = np.ndarray
+
+BINS = 12
+"""Points of a flight."""
+CONTACT = 4000
+"""Points of contact of a record, about."""
+DRIVE = 4000
+"""Points of the drive's motion of a record, about."""
+CLEAR = 4.0
+"""Standard deviations of its ends that a flight's points keep away from them."""
+
+
+class Flights(NamedTuple):
+    """Angle of the loose gear in flight, each flight in bins of equal duration, (f, BINS).
+
+    Args:
+        time: [s].
+        loose: [rad].
+        sigma: standard deviation of ``loose`` [rad].
+    """
+
+    time: Array
+    loose: Array
+    sigma: Array
+
+
+class Contacts(NamedTuple):
+    """Displacement in contact, (c,).
+
+    Args:
+        time: [s].
+        drive: angle [rad].
+        loose: angle [rad].
+        flank: 0 active, 1 reverse.
+        place: displacement, zero anywhere [m].
+        sigma: standard deviation of ``place`` [m].
+    """
+
+    time: Array
+    drive: Array
+    loose: Array
+    flank: Array
+    place: Array
+    sigma: Array
+
+
+class Impacts(NamedTuple):
+    """Impacts with a rebound, (i,).
+
+    Args:
+        time: [s].
+        drive: angle [rad].
+        loose: angle [rad].
+        flank: 0 active, 1 reverse.
+        velocity: against the flank, before [m/s].
+        velocity_sigma: [m/s].
+        rebound: after [m/s].
+        rebound_sigma: [m/s].
+    """
+
+    time: Array
+    drive: Array
+    loose: Array
+    flank: Array
+    velocity: Array
+    velocity_sigma: Array
+    rebound: Array
+    rebound_sigma: Array
+
+
+class Losses(NamedTuple):
+    """Moments at which a flank is left without a blow, (l,).
+
+    Args:
+        time: [s].
+        sigma: of the time [s].
+        drive: angle [rad].
+        loose: angle [rad].
+        flank: that is left, 0 active, 1 reverse.
+    """
+
+    time: Array
+    sigma: Array
+    drive: Array
+    loose: Array
+    flank: Array
+
+
+class Drive(NamedTuple):
+    """Angle of the drive gear in means over equal times, (d,).
+
+    Args:
+        time: [s].
+        angle: [rad].
+        sigma: standard deviation of each [rad].
+        width: over which each is a mean [s].
+    """
+
+    time: Array
+    angle: Array
+    sigma: float
+    width: float
+
+
+class Channels(NamedTuple):
+    """One record in channels.
+
+    Args:
+        flights: angles in flight.
+        contacts: displacement in contact.
+        impacts: speeds before and after.
+        losses: of contact, without a blow.
+        drive: its motion.
+        left_out: how many points each channel does without, by name.
+    """
+
+    flights: Flights
+    contacts: Contacts
+    impacts: Impacts
+    losses: Losses
+    drive: Drive
+    left_out: dict[str, int]
+
+
+def channels(found: Measurement) -> Channels:
+    """Return the channels of a measured record.
+
+    Args:
+        found: of :func:`gears3d.measurement.measure`.
+
+    Returns:
+        The channels; what did not pass its own test of noise is left out and counted.
+    """
+    cut = found.segments
+    flights, few = _flights(cut)
+    losses, stray = _losses(cut)
+    impacts, silent = _impacts(cut)
+    left_out = {"flight": few, "loss": stray, "impact": silent}
+    return Channels(flights, _contacts(cut), impacts, losses, _drive(cut), left_out)
+
+
+def _flights(cut: Segments) -> tuple[Flights, int]:
+    known, table = cut.track, cut.flights
+    spacing = float(np.median(np.diff(known.time)))
+    first = table["start_s"] + CLEAR * np.minimum(table["start_sigma_s"], 1e-3) + spacing
+    last = table["end_s"] - CLEAR * np.minimum(table["end_sigma_s"], 1e-3) - spacing
+    begin, stop = np.searchsorted(known.time, first), np.searchsorted(known.time, last)
+    good = (table["testifies"] == 1) & (stop - begin >= 2 * BINS)
+    columns = []
+    for a, b in zip(begin[good], stop[good], strict=True):
+        edges = np.linspace(0, b - a, BINS + 1).astype(int)
+        size = np.diff(edges)
+        time, loose, square = (
+            np.add.reduceat(x[a:b], edges[:-1]) / size for x in (known.time, known.loose, known.sigma_loose**2)
+        )
+        columns.append((time, loose, np.sqrt(square / size)))
+    shape = (len(columns), BINS)
+    made = [np.array([row[k] for row in columns]).reshape(shape) for k in range(3)]
+    return Flights(*made), int(np.count_nonzero(~good))
+
+
+def _contacts(cut: Segments) -> Contacts:
+    """Return means over neighbouring blocks well within contacts."""
+    path, table = cut.path, cut.contacts
+    lasts = table["end_s"] - table["start_s"]
+    spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * path.width), 0.4 * lasts)
+    first = np.searchsorted(path.time, table["start_s"] + spare)
+    stop = np.searchsorted(path.time, table["end_s"] - spare)
+    total = int(np.sum(np.maximum(stop - first, 0)))
+    few = max(total // CONTACT, 1)
+    columns: tuple[list[Array], ...] = ([], [], [], [], [])
+    for a, b, flank in zip(first, stop, table["flank"].astype(int), strict=True):
+        count = max(b - a, 0) // few
+        for column, values in zip(columns, (path.time, path.drive, path.loose, path.place), strict=False):
+            column.append(values[a : a + count * few].reshape(count, few).mean(axis=1))
+        columns[4].append(np.full(count, flank))
+    time, drive, loose, place, side = (np.concatenate([*column, np.zeros(0)]) for column in columns)
+    sigma = max(path.noise / np.sqrt(few), path.slack, 1e-12)
+    return Contacts(time, drive, loose, side.astype(int), place, np.full(len(time), sigma))
+
+
+def _impacts(cut: Segments) -> tuple[Impacts, int]:
+    table = cut.impacts
+    good = np.isfinite(table["rebound_m_s"]) & np.isfinite(table["rebound_sigma_m_s"]) & (table["testifies"] == 1)
+    time = table["time_s"][good]
+    names = ("velocity_m_s", "velocity_sigma_m_s", "rebound_m_s", "rebound_sigma_m_s")
+    speeds = [table[name][good] for name in names]
+    return Impacts(time, *_angles(cut, time), table["flank"][good].astype(int), *speeds), int(np.sum(~good))
+
+
+def _losses(cut: Segments) -> tuple[Losses, int]:
+    table = cut.flights
+    good = (table["blow"] == 0) & (table["testifies"] == 1) & np.isfinite(table["start_sigma_s"])
+    time, sigma = table["start_s"][good], table["start_sigma_s"][good]
+    return Losses(time, sigma, *_angles(cut, time), table["left"][good].astype(int)), int(np.sum(~good))
+
+
+def _angles(cut: Segments, time: Array) -> tuple[Array, Array]:
+    known = cut.track
+    return np.interp(time, known.time, known.drive), np.interp(time, known.time, known.loose)
+
+
+def _drive(cut: Segments) -> Drive:
+    reading = cut.track.readings[0]
+    few = max(len(reading.time) // DRIVE, 1)
+    count = len(reading.time) // few
+    time, angle = (x[: count * few].reshape(count, few).mean(axis=1) for x in (reading.time, reading.angle))
+    sigma = float(np.median(reading.sigma)) / np.sqrt(few)
+    return Drive(time, angle, sigma, float(np.median(np.diff(time))) if count > 1 else 0.0)

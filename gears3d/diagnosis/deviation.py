@@ -1,0 +1,82 @@
+"""Where flanks stand off their nominal place, at measured angles, from the normal forms of effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+from math import pi
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from gears3d.effects import Code, Row
+from gears3d.gears import ToothDeviation, quasi_static
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
+
+Array = np.ndarray
+BENT = 1e-6
+"""Thickness with which the influence of one tooth is worked out [m]."""
+REACH, POINTS = 3.0, 385
+"""Pitches to either side that a tooth's influence is looked for, and points there."""
+
+
+def deviation(rows: Iterable[Row], pair: Pair, drive: Array, loose: Array, flank: Array) -> Array:
+    """Return by how much effects move the loose gear that lies on a flank [m].
+
+    An eccentric gear counts to first order in its offset; a tooth that stands out carries alone as long as it is in
+    mesh, one that stands back only where no other is.
+
+    Args:
+        rows: normal forms; those that are no flanks are passed over.
+        pair: nominal gears.
+        drive: angle [rad], (n,).
+        loose: angle [rad], (n,).
+        flank: 0 active, 1 reverse, (n,).
+
+    >>> from gears3d.effects.rows import flank_harmonic
+    >>> from gears3d.gears import Gear, Pair
+    >>> gear = Gear(3.5e-3, 30)
+    >>> row = flank_harmonic(0, 1, 0, -2e-5, 0.0)
+    >>> deviation([row], Pair.from_backlash(gear, gear, 1e-4), np.zeros(2), np.zeros(2), np.array([0, 1])).tolist()
+    [0.0, 2e-05]
+    """
+    total = np.zeros_like(drive)
+    out = np.where(flank == 0, 1.0, -1.0)
+    for row in rows:
+        p = row.p
+        if not 200 < row.code < 300:
+            continue
+        own = drive if p[0] == 0 else loose
+        if row.code == Code.FLANK_HARMONIC:
+            total = total + np.where(flank == p[1], out * p[3] * np.cos(p[2] * own + p[4]), 0.0)
+        elif row.code == Code.FLANK_ECCENTRIC:
+            lean = out * pair.working_pressure_angle
+            total = total + p[1] * (np.sin(own + p[2] + lean) if p[0] == 0 else -np.sin(own + p[2] - lean))
+        elif row.code == Code.FLANK_TOOTH:
+            total = total + np.where(flank == p[1], _tooth(row, pair, own), 0.0)
+    return total
+
+
+def _tooth(row: Row, pair: Pair, own: Array) -> Array:
+    gear: Literal["drive", "loose"] = "drive" if row.p[0] == 0 else "loose"
+    side: Literal["active", "reverse"] = "active" if row.p[1] == 0 else "reverse"
+    teeth = pair.gear(gear).teeth
+    since = np.mod(own - (row.p[2] - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
+    angle, moved = _influence(pair, gear, side, row.p[3] > 0.0)
+    return abs(row.p[3]) * np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
+
+
+@lru_cache(maxsize=64)
+def _influence(
+    pair: Pair, gear: Literal["drive", "loose"], side: Literal["active", "reverse"], out: bool
+) -> tuple[Array, Array]:
+    """Return what a tooth of unit thickness does to the displacement, over its gear's angle times its teeth."""
+    pitches = np.linspace(-REACH, REACH, POINTS)
+    theta = 2.0 * pi * pitches / pair.drive.teeth
+    size = BENT if out else -BENT
+    bent = quasi_static(pair.with_deviations(ToothDeviation(gear, side, 1, size)), theta)
+    true = quasi_static(pair, theta)
+    name = "phi_active" if side == "active" else "phi_reverse"
+    return 2.0 * pi * pitches, (getattr(bent, name) - getattr(true, name)) / BENT

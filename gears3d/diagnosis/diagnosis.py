@@ -1,0 +1,150 @@
+"""The whole way: records and a rig in; what is wrong, why, the extended rig, and what it is worth out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.heldout import Split, splits
+from gears3d.diagnosis.prediction import added, residuals
+from gears3d.diagnosis.remains import Structure, structures
+from gears3d.diagnosis.rivals import Rival, rivals
+from gears3d.diagnosis.scatter import Scatter, scatter
+from gears3d.diagnosis.search import ACCEPT, Search, nothing, search
+from gears3d.diagnosis.verdict import (
+    CHANCE,
+    Named,
+    evidence_of,
+    heldout,
+    judged,
+    name_causes,
+    power,
+    remaining,
+    unlike,
+)
+from gears3d.errors import Fault, InputError
+
+if TYPE_CHECKING:
+    from gears3d.gate import Admitted
+    from gears3d.scenario import Scenario
+
+FAINT = 0.05
+"""Scatter of restitution, in units of the coefficient, that the cutting of records makes by itself."""
+HIGHEST = 40
+"""Order that is looked for, unless the teeth make more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a rig gets wrong, why, and what mending it is worth.
+
+    Args:
+        verdict: ``nothing_to_add``, ``explained``, ``partly_explained``, ``unexplained`` or ``not_decidable``.
+        causes: those of greatest gain first.
+        left: structure that remains, strongest first.
+        held: worth on held-out records or stretches.
+        power: smallest size, in units of its channel, that would show, by place.
+        extended: the rig with the causes; the rig itself without any.
+        records: what each brought.
+        findings: of the sensor gate, by record.
+        found: by the search.
+        others: rivals of each cause of the search.
+    """
+
+    verdict: str
+    causes: tuple[Named, ...]
+    left: tuple[Structure, ...]
+    held: tuple[Split, ...]
+    power: dict[str, float]
+    extended: Scenario
+    records: tuple[dict[str, Any], ...]
+    findings: dict[str, list[dict[str, Any]]]
+    found: Search = field(repr=False)
+    others: list[list[Rival]] = field(repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold, as the contract has it."""
+        return {
+            "verdict": self.verdict,
+            "causes": [one.to_dict() for one in self.causes],
+            "heldout": heldout(self.held),
+            "remaining": remaining(self.left),
+            "power": {place: limit if np.isfinite(limit) else None for place, limit in self.power.items()},
+            "records": list(self.records),
+            "findings": self.findings,
+        }
+
+
+def diagnose(
+    admitted: Sequence[Admitted], rig: Scenario, progress: Callable[[str, float], None] | None = None
+) -> Diagnosis:
+    """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
+
+    Args:
+        admitted: records that passed the sensor gate, each with the rig of its own condition.
+        rig: scenario of the bench.
+        progress: called with what is being done and the part of the whole that is done.
+
+    Returns:
+        The diagnosis.
+
+    Raises:
+        InputError: a record cannot be measured, or there is none.
+    """
+    if not admitted:
+        raise InputError(Fault("", "no record is given", "name at least one"))
+    tell = progress or (lambda doing, part: None)
+    records = _measured(admitted, tell)
+    highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
+    tell("looking for causes", 0.6)
+    found = search(records, highest)
+    left = _left(found, highest)
+    if unlike(found, left):
+        found = nothing(found)
+        left = _left(found, highest)
+    tell("looking for rivals", 0.8)
+    others = rivals(found.records, found)
+    spread = _scatter(records, found)
+    unit = max(found.records[0].rig.restitution, 0.1)
+    spread = spread if spread is not None and spread.gain > ACCEPT and spread.value > FAINT * unit else None
+    causes = tuple(name_causes(found, others, spread))
+    tell("holding out records", 0.9)
+    held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
+    limits = power(found.known)
+    extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    tell("done", 1.0)
+    return Diagnosis(judged(causes, left, limits), causes, tuple(left), held, limits, extended,
+                     tuple(evidence_of(found.records)), findings, found, others)  # fmt: skip
+
+
+def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) -> list[Evidence]:
+    from gears3d.measurement import measure
+
+    records, faults = [], []
+    for k, one in enumerate(admitted):
+        tell(f"measuring {one.file}", 0.6 * k / len(admitted))
+        assert one.rig is not None
+        try:
+            records.append(evidence(measure(one.recording, one.rig, one.file), one.rig, one.file))
+        except InputError as error:
+            faults += error.faults
+    if not records:
+        raise InputError(faults)
+    return records
+
+
+def _scatter(records: list[Evidence], found: Search) -> Scatter | None:
+    """Return how restitution scatters about what the causes make of it, against the errors of the speeds alone."""
+    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
+    rest = [residuals(one)["impact"] - added(one, effects, "impact") for one in records]
+    return scatter(records, np.concatenate(rest))
+
+
+def _left(found: Search, highest: int) -> list[Structure]:
+    every = structures(found.records, found.fit.rest, highest)
+    return [one for one in every if one.chance < CHANCE]

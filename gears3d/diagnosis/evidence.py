@@ -1,0 +1,135 @@
+"""One record as evidence: its channels, the rig it was taken on, and the states at which predictions are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.diagnosis.channels import BINS, Channels, channels
+
+if TYPE_CHECKING:
+    from gears3d.effects import Rig, Row
+    from gears3d.gears import Pair
+    from gears3d.measurement import Measurement
+    from gears3d.scenario import Scenario
+
+Array = np.ndarray
+FINE = 4
+"""Steps of integration to a bin of a flight."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The drive's motion of a record: mean speed and harmonics as measured at the frequencies of the claim.
+
+    Args:
+        mean: [rad/s].
+        harmonics: cosine and sine part of the angle [rad], angular frequency [rad/s], each (h, 3).
+    """
+
+    mean: float
+    harmonics: Array
+
+    def acceleration(self, time: Array, extra: tuple[Row, ...] = ()) -> Array:
+        """Return the drive's acceleration [rad/s²].
+
+        Args:
+            time: [s], (n,).
+            extra: motions of effects, added.
+        """
+        total = np.zeros_like(time)
+        for cosine, sine, turn in self.harmonics:
+            total -= turn**2 * (cosine * np.cos(turn * time) + sine * np.sin(turn * time))
+        for row in extra:
+            turn = 2.0 * pi * row.p[1]
+            total += row.p[0] * turn * np.cos(turn * time + row.p[2])
+        return total
+
+    def speed(self, time: Array) -> Array:
+        """Return the drive's speed [rad/s] at times (n,) [s]."""
+        total = np.full_like(time, self.mean)
+        for cosine, sine, turn in self.harmonics:
+            total += turn * (sine * np.cos(turn * time) - cosine * np.sin(turn * time))
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """One record, ready to be held against predictions.
+
+    Args:
+        name: of the record.
+        scenario: of the bench under this record's conditions.
+        rig: its constants.
+        pair: its nominal gears.
+        rows: normal forms of the effects that the rig has already.
+        channels: of the record.
+        motion: of the drive.
+        fine: time [s], angle [rad] and speed [rad/s] of the loose gear in flight, each (f, FINE*(BINS-1)+1).
+        at: where the points of flights stand among the fine ones, (f, BINS).
+    """
+
+    name: str
+    scenario: Scenario
+    rig: Rig
+    pair: Pair
+    rows: tuple[Row, ...]
+    channels: Channels
+    motion: Motion
+    fine: tuple[Array, Array, Array]
+    at: Array
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Base radii of drive and loose gear [m]."""
+        return self.rig.base_radius_drive, self.rig.base_radius_loose
+
+
+def evidence(found: Measurement, scenario: Scenario, name: str = "") -> Evidence:
+    """Return a measured record as evidence.
+
+    Args:
+        found: of :func:`gears3d.measurement.measure`.
+        scenario: of the bench under this record's conditions.
+        name: of the record.
+    """
+    seen = channels(found)
+    fine, at = _fine(seen)
+    motion = _motion(seen, scenario)
+    return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at)
+
+
+def _motion(seen: Channels, scenario: Any) -> Motion:
+    drive = seen.drive
+    turns = sorted({2.0 * pi * one.frequency for one in scenario.motion.harmonics})
+    middle = float(drive.time.mean()) if len(drive.time) else 0.0
+    columns = [np.ones_like(drive.time), drive.time - middle]
+    for turn in turns:
+        shrunk = np.sinc(turn * drive.width / (2.0 * pi))  # a mean over time flattens a sine
+        columns += [shrunk * np.cos(turn * drive.time), shrunk * np.sin(turn * drive.time)]
+    found = np.linalg.lstsq(np.column_stack(columns), drive.angle, rcond=None)[0]
+    pairs = found[2:].reshape(-1, 2)
+    return Motion(float(found[1]), np.column_stack([pairs, turns]) if turns else np.zeros((0, 3)))
+
+
+def _fine(seen: Channels) -> tuple[tuple[Array, Array, Array], Array]:
+    """Return the paths of flights as parabolas on a fine grid."""
+    flights, count = seen.flights, FINE * (BINS - 1) + 1
+    if not len(flights.time):
+        none = np.zeros((0, count))
+        return (none, none, none), np.zeros((0, BINS))
+    middle = flights.time.mean(axis=1, keepdims=True)
+    half = np.abs(flights.time - middle).max(axis=1, keepdims=True)
+    x = (flights.time - middle) / half
+    powers = np.stack([np.ones_like(x), x, x * x], axis=-1)
+    normal = np.einsum("fka,fkb->fab", powers, powers)
+    numbers = np.linalg.solve(normal, np.einsum("fka,fk->fa", powers, flights.loose)[..., None])[..., 0]
+    first, last = flights.time[:, :1], flights.time[:, -1:]
+    time = first + np.linspace(0.0, 1.0, count) * (last - first)
+    y = (time - middle) / half
+    angle = numbers[:, :1] + y * (numbers[:, 1:2] + y * numbers[:, 2:])
+    speed = (numbers[:, 1:2] + 2.0 * y * numbers[:, 2:]) / half
+    return (time, angle, speed), (flights.time - first) / (last - first) * (count - 1)

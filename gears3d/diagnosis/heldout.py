@@ -1,0 +1,112 @@
+"""What an extension is worth on data that it was not fitted to: whole records, or whole stretches of one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.cause import Cause, contribution, fit
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import CHANNELS, impact_sigma, residuals
+
+Array = np.ndarray
+STRETCHES = 4
+"""Stretches that a lone record is cut into."""
+UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "rad/s^2", "drive": "rad"}
+"""Units of the channels."""
+
+
+class Split(NamedTuple):
+    """One split into training and held-out data.
+
+    Args:
+        held: names of the records, or stretches, that were held out.
+        base: mean squared standardised error of the rig as it is, over the channels.
+        extended: the same with the causes, fitted to the rest.
+        noise: the same of noise alone.
+        likelihood: gain in log-likelihood.
+        sizes: root mean square errors by channel, of base and extended.
+    """
+
+    held: tuple[str, ...]
+    base: float
+    extended: float
+    noise: float
+    likelihood: float
+    sizes: dict[str, tuple[float, float]]
+
+    @property
+    def gain(self) -> float:
+        """Part of the error beyond noise that the causes take away."""
+        return 1.0 - (self.extended - self.noise) / max(self.base - self.noise, 1e-12)
+
+
+def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
+    """Return the worth of causes for each held-out record, or stretch of the only two.
+
+    Args:
+        records: all.
+        causes: that were accepted; their numbers are fitted anew each time.
+    """
+    parts = list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
+    found = []
+    for k, held in enumerate(parts):
+        train = [one for i, one in enumerate(parts) if i != k]
+        base = np.concatenate([residuals(one)[name] for name in CHANNELS for one in train])
+        effects = [c.effect for c in fit(train, base, causes).causes if c.effect is not None]
+        found.append(_worth(held, effects))
+    return found
+
+
+def _worth(held: Evidence, effects: Sequence[object]) -> Split:
+    before = residuals(held)
+    after = {name: before[name] - contribution([held], effects, (name,)) for name in CHANNELS}
+    seen = [name for name in CHANNELS if len(before[name])]
+    level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
+    base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
+    likelihood = sum(0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen)
+    scale = {name: _scale(held, name) for name in seen}
+    sizes = {n: tuple(scale[n] * float(np.sqrt(np.mean(rest[n] ** 2))) for rest in (before, after)) for n in seen}
+    noise = float(np.mean([min(level[n], float(np.mean(after[n] ** 2))) for n in seen]))
+    return Split((held.name,), base, extended, noise, likelihood, sizes)  # type: ignore[arg-type]
+
+
+def _scale(one: Evidence, name: str) -> float:
+    """Return a typical standard deviation of a channel in its unit."""
+    from gears3d.diagnosis.prediction import loss_sigma
+
+    seen = one.channels
+    sigma = {
+        "flight": lambda: seen.flights.sigma,
+        "contact": lambda: seen.contacts.sigma,
+        "impact": lambda: impact_sigma(one),
+        "loss": lambda: loss_sigma(one),
+        "drive": lambda: np.array([seen.drive.sigma]),
+    }[name]()
+    return float(np.sqrt(np.mean(sigma**2))) if sigma.size else 0.0
+
+
+def _stretches(one: Evidence) -> list[Evidence]:
+    """Return a record cut into stretches of time."""
+    time = one.channels.drive.time
+    edges = np.linspace(time[0], time[-1], STRETCHES + 1)
+    found = []
+    for a, b in pairwise(edges):
+        seen, cut = one.channels, {}
+        for name in ("contacts", "impacts", "losses"):
+            table = getattr(seen, name)
+            keep = (table.time >= a) & (table.time < b)
+            cut[name] = type(table)(*(column[keep] for column in table))
+        middle = seen.flights.time.mean(axis=1) if len(seen.flights.time) else np.zeros(0)
+        keep = (middle >= a) & (middle < b)
+        cut["flights"] = type(seen.flights)(*(column[keep] for column in seen.flights))
+        inside = (time >= a) & (time < b)
+        cut["drive"] = seen.drive._replace(time=time[inside], angle=seen.drive.angle[inside])
+        fine = tuple(column[keep] for column in one.fine)
+        name = f"{one.name} {a:.4g} to {b:.4g} s"
+        found.append(replace(one, name=name, channels=seen._replace(**cut), fine=fine, at=one.at[keep]))
+    return found

@@ -1,0 +1,107 @@
+"""The columns of all candidates: how the predictions of all channels change with each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.candidates import Candidate
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import CHANNELS, added
+
+Array = np.ndarray
+SMALL = 0.01
+"""Size in units at which a column is taken."""
+
+
+ALIKE = 1e-5
+"""Part of a column's square that must be its own beside the causes that are in."""
+
+
+class Scored(NamedTuple):
+    """What one candidate would gain beside the causes that are in already.
+
+    Args:
+        candidate: which.
+        gain: fall of chi-square.
+        units: its numbers in units of its size, (k,).
+        sigma: their standard deviations, (k,).
+    """
+
+    candidate: Candidate
+    gain: float
+    units: Array
+    sigma: Array
+
+
+class Library(NamedTuple):
+    """Candidates and their columns.
+
+    Args:
+        candidates: all.
+        columns: by candidate and channel, per unit of size, float32 (k, n of the channel).
+        spans: where channels lie in the stacked residuals, by name.
+    """
+
+    candidates: list[Candidate]
+    columns: list[dict[str, Array]]
+    spans: dict[str, slice]
+
+
+def library(records: Sequence[Evidence], every: list[Candidate]) -> Library:
+    """Return the columns of candidates for some records.
+
+    Args:
+        records: all.
+        every: the candidates.
+    """
+    spans, at = {}, 0
+    for name in CHANNELS:
+        size = sum(len(added(one, (), name)) for one in records)
+        spans[name] = slice(at, at + size)
+        at += size
+    return Library(every, [_columns(records, one) for one in every], spans)
+
+
+def _columns(records: Sequence[Evidence], one: Candidate) -> dict[str, Array]:
+    sizes = np.eye(2) if one.phased else np.eye(1)
+    effects = [one.effect(SMALL * one.unit * row) for row in sizes]
+    return {
+        name: np.array([np.concatenate([added(r, [effect], name) for r in records]) / SMALL for effect in effects])
+        .astype(np.float32)
+        for name in one.channels
+    }  # fmt: skip
+
+
+def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scored]:
+    """Return what each candidate would gain, most first.
+
+    Args:
+        known: all candidates.
+        rest: residuals with the causes that are in, (n,).
+        slopes: of the numbers of these causes, orthonormal, (n, p).
+    """
+    found = []
+    for one, columns in zip(known.candidates, known.columns, strict=True):
+        size = 2 if one.phased else 1
+        normal, right = np.zeros((size, size)), np.zeros(size)
+        taken = np.zeros((size, 0 if slopes is None else slopes.shape[1]))
+        for name, column in columns.items():
+            own = column.astype(float)
+            normal = normal + own @ own.T
+            right = right + own @ rest[known.spans[name]]
+            if slopes is not None:
+                taken = taken + own @ slopes[known.spans[name]]
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-30))
+        if slopes is not None:
+            normal = normal - taken @ taken.T
+        value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
+        if not (value[-1] > ALIKE and scale.max() > 1e-9):
+            continue
+        vector = vector[:, value > ALIKE] / scale[:, None]
+        inverse = vector / value[value > ALIKE] @ vector.T
+        units = inverse @ right
+        found.append(Scored(one, float(right @ units), units, np.sqrt(np.maximum(np.diag(inverse), 0.0))))
+    return sorted(found, key=lambda each: -each.gain)

@@ -1,0 +1,44 @@
+"""Frequencies and orders at which the drive moves more, or less, than its claim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import residuals
+
+PEAKS = 3
+"""Lines of each record that are looked at."""
+CLEAR = 5.0
+"""Times the usual line that a line must rise to be looked at."""
+
+
+def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the strongest lines of what the drive does beyond its claim.
+
+    Args:
+        records: all.
+
+    Returns:
+        Frequencies [Hz], and the same lines as orders of the mean speed.
+    """
+    frequencies, orders = [], []
+    for one in records:
+        drive = one.channels.drive
+        if len(drive.time) < 64:
+            continue
+        spectrum = np.abs(np.fft.rfft(residuals(one)["drive"] * np.hanning(len(drive.time))))
+        at = np.fft.rfftfreq(len(drive.time), drive.width)
+        peak = np.flatnonzero((spectrum[1:-1] >= spectrum[:-2]) & (spectrum[1:-1] > spectrum[2:])) + 1
+        strong = peak[spectrum[peak] > CLEAR * np.median(spectrum)]
+        for k in strong[np.argsort(-spectrum[strong])][:PEAKS]:
+            left, here, right = np.log(spectrum[k - 1 : k + 2] + 1e-300)
+            shift = 0.5 * (left - right) / (left - 2.0 * here + right)
+            frequency = float((k + shift) * (at[1] - at[0]))
+            frequencies.append(frequency)
+            if one.motion.mean:
+                orders.append(2.0 * pi * frequency / abs(one.motion.mean))
+    return tuple(frequencies), tuple(orders)

@@ -1,0 +1,79 @@
+"""Causes in the words and units of a scenario: parameters with intervals, and the table for ``[[effect]]``."""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, fields
+from typing import Any
+
+import numpy as np
+
+from gears3d.diagnosis.candidates import FREE
+from gears3d.diagnosis.cause import Cause
+from gears3d.identification import Parameter
+from gears3d.units import FAMILIES, show
+
+Array = np.ndarray
+DIGITS = 8
+"""Of the numbers that go into a scenario."""
+
+
+def parameters(cause: Cause, covariance: Array) -> dict[str, Parameter]:
+    """Return the free parameters of a cause with 95 % intervals.
+
+    Args:
+        cause: with its numbers.
+        covariance: of its numbers [SI], (p, p).
+    """
+    effect: Any = cause.effect
+    found, sizes = {}, 2 if cause.candidate.phased else 1
+    numbers, units = cause.numbers, _units(effect)
+    name = cause.candidate.size
+    if cause.candidate.phased:
+        size = float(np.hypot(*numbers[:2]))
+        toward = numbers[:2] / max(size, 1e-300)
+        across = np.array([-toward[1], toward[0]])
+        own = covariance[:2, :2]
+        found[name] = _parameter(size, float(np.sqrt(toward @ own @ toward)), units[name])
+        turn = float(np.sqrt(across @ own @ across)) / max(size, 1e-300)
+        found["phase"] = _parameter(float(effect.phase), turn, units["phase"])
+    else:
+        found[name] = _parameter(float(numbers[0]), float(np.sqrt(covariance[0, 0])), units[name])
+    for k, free in enumerate(cause.free, start=sizes):
+        sigma = float(np.sqrt(covariance[k, k]))
+        value = float(getattr(effect, free))
+        log = FREE[cause.candidate.kind][free].log
+        found[free] = _parameter(value, sigma * abs(value) if log else sigma, units[free])
+    return found
+
+
+def _parameter(value: float, sigma: float, unit: str) -> Parameter:
+    return Parameter(value, unit, value - 1.96 * sigma, value + 1.96 * sigma)
+
+
+def _units(effect: Any) -> dict[str, str]:
+    """Return the SI unit of each parameter of an effect."""
+    return {name: FAMILIES[param.family].si if param.family in FAMILIES else ""
+            for name, param in effect.params.items()}  # fmt: skip
+
+
+def table(effect: Any) -> dict[str, Any]:
+    """Return an effect as the table that a scenario has under ``[[effect]]``.
+
+    Args:
+        effect: any.
+
+    >>> from gears3d.effects import catalogue
+    >>> table(catalogue()["transmission_error"](amplitude=2e-5, order=3))
+    {'kind': 'transmission_error', 'amplitude': '20 um', 'order': 3, 'phase': '0 deg', 'gear': 'drive', 'flank': 'both'}
+    """
+    written: dict[str, Any] = {"kind": effect.kind}
+    defaults = {one.name: one.default for one in fields(effect) if one.default is not MISSING}
+    for name, param in effect.params.items():
+        value = getattr(effect, name)
+        if name in defaults and value == defaults[name] and name in ("frequency", "order") and value == 0.0:
+            continue
+        if param.family in ("choice", "count", "ratio"):
+            written[name] = value
+        else:
+            written[name] = show(value, getattr(effect, f"{name}_family", param.family), DIGITS)
+    return written

@@ -1,0 +1,285 @@
+"""What the rig predicts of each channel at the measured states, and what effects add to it.
+
+One step, one flight, one impact at a time: nothing is integrated beyond a flight, for past the threshold the motion may
+be chaotic, and two right simulations part after a few impacts. Start angle and speed of each flight, the zero of the
+displacement, and the drive's mean speed and phase are nuisances of every record; they are taken out of data and
+predictions alike. Everything is in standard deviations of the data, and effects add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import atan2, pi
+from typing import Any
+
+import numpy as np
+
+from gears3d.diagnosis.deviation import deviation
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.torque import torque
+from gears3d.effects import Code, Row, SensorEffect
+
+Array = np.ndarray
+CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
+"""Names of the channels, in the order of everything that is stacked."""
+BESIDE = 1e-4
+"""Time to either side from which the acceleration of a flank is taken [s]."""
+SURE = 0.1
+"""Part of the drag's deceleration that the acceleration at a loss of contact is never known better than."""
+SWING = 0.02
+"""And part of the swing of the acceleration."""
+LATE = 1.5
+"""Times its stated sigma that the moment of a loss is known: the gap opens with the third power of time."""
+
+
+def residuals(one: Evidence) -> dict[str, Array]:
+    """Return the data less what the rig predicts, by channel.
+
+    Args:
+        one: the record.
+    """
+    return {name: _BASE[name](one) - added(one, one.scenario.effects, name) for name in CHANNELS}
+
+
+def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
+    """Return what effects add to the prediction of a channel.
+
+    Args:
+        one: the record.
+        effects: any.
+        name: of the channel.
+    """
+    effects = list(effects)
+    rows = [row for effect in effects for row in effect.rows(one.rig)]
+    sensors = [effect for effect in effects if isinstance(effect, SensorEffect)]
+    return _ADDED[name](one, rows, sensors)
+
+
+def reading_error(sensors: Iterable[Any], gear: str, angle: Array, speed: Array) -> Array:
+    """Return what sensor effects add to the reading of one gear [rad].
+
+    Args:
+        sensors: effects of the sensors.
+        gear: ``"drive"`` or ``"loose"``.
+        angle: of the gear [rad].
+        speed: of the gear [rad/s].
+    """
+    total = np.zeros_like(angle)
+    for one in sensors:
+        if one.gear == gear:
+            late = getattr(one, "delay", None)
+            total = total + (one.amplitude * np.cos(one.order * angle + one.phase) if late is None else -late * speed)
+    return total
+
+
+def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) -> Array:
+    """Return the coefficient of restitution of impacts.
+
+    Args:
+        rows: normal forms; those that are no impacts are passed over.
+        base: of the rig.
+        speed: before the impact [m/s].
+        flank: 0 active, 1 reverse.
+    """
+    e = np.full_like(speed, base)
+    for row in rows:
+        if row.code == Code.IMPACT_OFFSET:
+            e = e + row.p[0]
+        elif row.code == Code.IMPACT_SLOPE:
+            e = e + row.p[0] * np.abs(speed)
+        elif row.code == Code.IMPACT_FLANK:
+            e = e + np.where(flank == 0, 0.5, -0.5) * row.p[0]
+    return np.clip(e, 0.0, 1.0)
+
+
+def _flight_base(one: Evidence) -> Array:
+    flights = one.channels.flights
+    return _free_flight(one, flights.loose + _fallen(one, one.rig.drag_torque * np.sign(one.fine[2])))
+
+
+def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    time, angle, speed = one.fine
+    path = np.zeros_like(one.channels.flights.time)
+    if any(100 < row.code < 200 for row in rows):
+        path = path - _fallen(one, torque(rows, speed, angle, time))
+    if any(sensor.gear == "loose" for sensor in sensors):
+        fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
+        path = path + reading_error(sensors, "loose", one.channels.flights.loose, fast)
+    return _free_flight(one, path)
+
+
+def _fallen(one: Evidence, resisting: Array) -> Array:
+    """Return the angle by which a torque holds flights back at their points [rad], (f, BINS)."""
+    time = one.fine[0]
+    if not len(time):
+        return np.zeros_like(one.at)
+    values, step = resisting / one.rig.inertia, (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
+    rate, total = np.zeros_like(values), np.zeros_like(values)
+    rate[:, 1:] = np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]) * step, axis=1)
+    total[:, 1:] = np.cumsum(rate[:, :-1] * step + step**2 * (values[:, :-1] / 3.0 + values[:, 1:] / 6.0), axis=1)
+    below = np.clip(one.at.astype(int), 0, time.shape[1] - 2)
+    part, each = one.at - below, np.arange(len(time))[:, None]
+    return (1.0 - part) * total[each, below] + part * total[each, below + 1]
+
+
+def _free_flight(one: Evidence, path: Array) -> Array:
+    flights = one.channels.flights
+    if not len(path):
+        return np.zeros(0)
+    x = flights.time - flights.time.mean(axis=1, keepdims=True)
+    return without(path / flights.sigma, (1.0 / flights.sigma, x / flights.sigma)).ravel()
+
+
+def _contact_base(one: Evidence) -> Array:
+    seen = one.channels.contacts
+    return _free_contact(one, seen.place - seen.flank * one.rig.backlash)
+
+
+def _contact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    seen, (drive, loose) = one.channels.contacts, one.radii
+    place = deviation(rows, one.pair, seen.drive, seen.loose, seen.flank)
+    if sensors:
+        speed = one.motion.speed(seen.time)
+        place = place + loose * reading_error(sensors, "loose", seen.loose, speed * drive / loose)
+        place = place - drive * reading_error(sensors, "drive", seen.drive, speed)
+    return _free_contact(one, place)
+
+
+def _free_contact(one: Evidence, place: Array) -> Array:
+    sigma = one.channels.contacts.sigma
+    return without((place / sigma)[None], ((1.0 / sigma)[None],))[0] if len(place) else place
+
+
+def _impact_base(one: Evidence) -> Array:
+    seen = one.channels.impacts
+    return (seen.rebound + one.rig.restitution * seen.velocity) / impact_sigma(one)
+
+
+def _impact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    seen, base = one.channels.impacts, one.rig.restitution
+    e = restitution(rows, base, seen.velocity, seen.flank)
+    return (base - e) * seen.velocity / impact_sigma(one)
+
+
+def impact_sigma(one: Evidence) -> Array:
+    """Return the standard deviations of rebounds less what the rig predicts of them [m/s].
+
+    Args:
+        one: the record.
+    """
+    seen = one.channels.impacts
+    return np.hypot(seen.rebound_sigma, one.rig.restitution * seen.velocity_sigma)
+
+
+def _loss_base(one: Evidence) -> Array:
+    """A flank is left when the loose gear would have to be pulled: its acceleration there is that of free flight."""
+    seen, (drive, loose) = one.channels.losses, one.radii
+    own = one.motion.speed(seen.time) * drive / loose
+    free = one.rig.drag_torque * np.sign(own) / one.rig.inertia
+    return (drive / loose * one.motion.acceleration(seen.time) + free) / loss_sigma(one)
+
+
+def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    seen, (drive, loose) = one.channels.losses, one.radii
+    speed = one.motion.speed(seen.time)
+    total = np.zeros_like(seen.time)
+    if any(100 < row.code < 200 for row in rows):
+        held = torque(rows, speed * drive / loose, seen.loose, seen.time, seen.flank)
+        total = total - held / one.rig.inertia
+    if moves := tuple(row for row in rows if row.code == Code.MOTION_HARMONIC):
+        total = total - drive / loose * (one.motion.acceleration(seen.time, moves) - one.motion.acceleration(seen.time))
+    if any(200 < row.code < 300 for row in rows):
+        ahead = BESIDE * speed
+        low, here, high = (
+            deviation(rows, one.pair, seen.drive + k * ahead, seen.loose + k * ahead * drive / loose, seen.flank)
+            for k in (-1.0, 0.0, 1.0)
+        )
+        total = total - (low - 2.0 * here + high) / BESIDE**2 / loose
+    return total / loss_sigma(one)
+
+
+def loss_sigma(one: Evidence) -> Array:
+    """Return the standard deviations of the loose gear's acceleration at losses of contact [rad/s²].
+
+    Args:
+        one: the record.
+    """
+    seen, (drive, loose) = one.channels.losses, one.radii
+    later, sooner = (one.motion.acceleration(seen.time + k * BESIDE) for k in (5.0, -5.0))
+    rate = drive / loose * (later - sooner) / (10.0 * BESIDE)
+    swing = drive / loose * sum(turn**2 * np.hypot(cosine, sine) for cosine, sine, turn in one.motion.harmonics)
+    floor = SURE * one.rig.drag_torque / one.rig.inertia + SWING * swing + 1e-9
+    return np.hypot(LATE * rate * seen.sigma, floor)
+
+
+def _drive_base(one: Evidence) -> Array:
+    """The motion as claimed, from the moment on at which its first harmonic began."""
+    seen, claims = one.channels.drive, one.scenario.motion.harmonics
+    angle = one.motion.mean * seen.time
+    shift = _began(one)
+    for claim in claims:
+        turn = 2.0 * pi * claim.frequency
+        shrunk = np.sinc(claim.frequency * seen.width)
+        angle = angle - shrunk * claim.amplitude / turn * np.cos(turn * (seen.time + shift) + claim.phase)
+    return _free_drive(one, seen.angle - angle)
+
+
+def _began(one: Evidence) -> float:
+    """Return by how much the claimed motion must be moved forward [s]."""
+    if not len(one.motion.harmonics):
+        return 0.0
+    claim = one.scenario.motion.harmonics[0]
+    turn = 2.0 * pi * claim.frequency
+    cosine, sine, _ = min(one.motion.harmonics, key=lambda row: abs(row[2] - turn))
+    behind = atan2(sine, -cosine) - claim.phase
+    return float((behind + pi) % (2.0 * pi) - pi) / turn
+
+
+def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    seen = one.channels.drive
+    angle = reading_error(sensors, "drive", seen.angle, one.motion.speed(seen.time))
+    for row in rows:
+        if row.code == Code.MOTION_HARMONIC:
+            turn = 2.0 * pi * row.p[1]
+            shrunk = np.sinc(row.p[1] * seen.width)
+            angle = angle - shrunk * row.p[0] / turn * np.cos(turn * seen.time + row.p[2])
+    return _free_drive(one, angle)
+
+
+def _free_drive(one: Evidence, angle: Array) -> Array:
+    seen = one.channels.drive
+    swing = one.motion.speed(seen.time) - one.motion.mean
+    free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
+    return without((angle / seen.sigma)[None], tuple(column[None] for column in free))[0]
+
+
+def without(rest: Array, free: tuple[Array, ...]) -> Array:
+    """Return residuals, each row freed of columns by least squares.
+
+    Args:
+        rest: (m, n).
+        free: columns in the same weights, each (m, n); those that are nothing but the others are passed over.
+
+    >>> without(np.array([[1.0, 2.0, 4.0]]), (np.ones((1, 3)), np.array([[0.0, 1.0, 2.0]]))).round(6).tolist()
+    [[0.166667, -0.333333, 0.166667]]
+    """
+    left, taken = rest, []
+    for column in free:
+        whole, own = np.sum(column * column, axis=1, keepdims=True), column
+        for _ in range(2):  # twice is enough
+            for other in taken:
+                own = own - other * np.sum(other * own, axis=1, keepdims=True)
+        size = np.sum(own * own, axis=1, keepdims=True)
+        own = np.where(size > 1e-16 * whole, own / np.sqrt(np.where(size > 0.0, size, 1.0)), 0.0)
+        left = left - own * np.sum(own * left, axis=1, keepdims=True)
+        taken.append(own)
+    return left
+
+
+_BASE = {
+    "flight": _flight_base, "contact": _contact_base, "impact": _impact_base, "loss": _loss_base, "drive": _drive_base,
+}  # fmt: skip
+_ADDED = {
+    "flight": _flight_added, "contact": _contact_added, "impact": _impact_added, "loss": _loss_added,
+    "drive": _drive_added,
+}  # fmt: skip

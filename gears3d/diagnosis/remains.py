@@ -1,0 +1,237 @@
+"""What no cause explains: structure left in the residuals, and the coordinate it lives in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import CHANNELS, impact_sigma
+
+Array = np.ndarray
+FINEST = 0.125
+"""Step of the orders that are looked through; candidates have whole ones only."""
+PIECES = 8
+"""Bins over a coordinate that is no angle."""
+VAGUE = 1e3
+"""Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
+SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
+"""Size in units of the channel below which structure is the cutting's own: moments of losing contact, to name one, come
+late by part of their sigma."""
+FAR = 6.0
+"""Levels of noise from the middle at which values are held."""
+FEWEST = 24
+"""Points without which a channel has no structure to show."""
+
+
+class Structure(NamedTuple):
+    """Something left in a channel.
+
+    Args:
+        name: channel and coordinate, as the contract names them.
+        gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
+        chance: probability that as much comes by chance anywhere in the search.
+        size: root mean square of the curve in the channel's unit.
+        unit: of the size.
+        where: order, or where over the coordinate it is largest.
+    """
+
+    name: str
+    gain: float
+    chance: float
+    size: float
+    unit: str
+    where: float
+
+
+def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:
+    """Return what is left over each coordinate, those of the channel that is farthest off first.
+
+    Args:
+        records: all.
+        rest: residuals that the causes leave, stacked, (n,).
+        highest: order that is looked for.
+    """
+    parts = _parts(records, rest)
+    found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts),
+             *_loss(records, parts), *_drive(records, parts)]  # fmt: skip
+    looked, units = max(len(found), 1), _units(records)
+    found = [one._replace(chance=min(1.0, one.chance * looked)) for one in found]
+    found = [one for one in found if one.size > SMALL[channel_of(one.name)] * units[channel_of(one.name)]]
+    large: dict[str, float] = dict.fromkeys(CHANNELS, 0.0)
+    for one in found:
+        name = channel_of(one.name)
+        large[name] = max(large[name], one.size / units[name])
+    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -one.gain))
+
+
+def channel_of(name: str) -> str:
+    """Return the channel that a structure is seen in.
+
+    Args:
+        name: of the structure, as the contract has it.
+
+    >>> channel_of("contact.loss_phase"), channel_of("sensor.delay"), channel_of("flight.speed")
+    ('loss', 'contact', 'flight')
+    """
+    own = {"contact.loss_phase": "loss", "sensor.order_drive": "drive"}
+    own |= dict.fromkeys(("sensor.delay", "sensor.ratio"), "contact")
+    return own.get(name, name.split(".")[0])
+
+
+def _units(records: Sequence[Evidence]) -> dict[str, float]:
+    """Return the size of 100 % in each channel: drag, backlash, rebound, one sigma, and the angle of the backlash."""
+    rig = records[0].rig
+    speeds = np.concatenate([np.abs(one.channels.impacts.velocity) for one in records])
+    rebound = max(rig.restitution, 0.1) * float(np.median(speeds)) if len(speeds) else 1.0
+    slowing = max(rig.drag_torque / rig.inertia, 1e-6)
+    angle = rig.backlash / rig.base_radius_drive
+    return {"flight": slowing, "contact": rig.backlash, "impact": rebound, "loss": VAGUE, "drive": angle}
+
+
+def _parts(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
+    """Return the residuals by channel and record."""
+    sizes = {
+        "flight": [one.channels.flights.time.size for one in records],
+        "contact": [len(one.channels.contacts.time) for one in records],
+        "impact": [len(one.channels.impacts.time) for one in records],
+        "loss": [len(one.channels.losses.time) for one in records],
+        "drive": [len(one.channels.drive.time) for one in records],
+    }
+    found, at = {}, 0
+    for name in CHANNELS:
+        found[name] = []
+        for size in sizes[name]:
+            found[name].append(rest[at : at + size])
+            at += size
+    return found
+
+
+def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    """Deceleration that each flight has left, over its speed, angles, and time."""
+    slow, weight, columns = [], [], []
+    for one, rest in zip(records, parts["flight"], strict=True):
+        flights = one.channels.flights
+        if not len(flights.time):
+            continue
+        x = flights.time - flights.time.mean(axis=1, keepdims=True)
+        shape = _bend(x, flights.sigma)
+        square = np.sum(shape**2, axis=1)
+        slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
+        weight.append(np.sqrt(square))
+        time, angle, speed = (values.mean(axis=1) for values in one.fine)
+        drive = np.interp(time, one.channels.drive.time, one.channels.drive.angle)
+        columns.append(np.stack([time, angle, speed, drive]))
+    if not slow:
+        return
+    value, sure = np.concatenate(slow), np.concatenate(weight)
+    time, angle, speed, drive = np.concatenate(columns, axis=1)
+    for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
+        yield from _binned(name, value, sure, coordinate, "rad/s^2")
+    for name, coordinate in (("flight.angle_loose", angle), ("flight.angle_drive", drive)):
+        yield from _scanned(name, value, sure, coordinate, highest, "rad/s^2")
+
+
+def _bend(x: Array, sigma: Array) -> Array:
+    """Return what a unit deceleration does to the points of flights, free of start angle and speed."""
+    from gears3d.diagnosis.prediction import without
+
+    return without(-0.5 * x * x / sigma, (1.0 / sigma, x / sigma))
+
+
+def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    seen = [one.channels.contacts for one in records]
+    value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["contact"], strict=True)])
+    sure = np.concatenate([1.0 / one.sigma for one in seen])
+    for gear in ("drive", "loose"):
+        angle = np.concatenate([getattr(one, gear) for one in seen])
+        yield from _scanned(f"contact.order_{gear}", value, sure, angle, highest, "m")
+    speed = np.concatenate([one.motion.speed(one.channels.contacts.time) for one in records])
+    yield from _binned("sensor.delay", value, sure, speed, "m")
+    yield from _binned("sensor.ratio", value, sure, np.concatenate([one.time for one in seen]), "m")
+
+
+def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+    seen = [one.channels.impacts for one in records]
+    sigma = np.concatenate([impact_sigma(one) for one in records])
+    value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
+    speed, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("velocity", "flank"))
+    yield from _binned("impact.speed", value, sure, np.abs(speed), "m/s")
+    yield from _binned("impact.flank", value, sure, flank.astype(float), "m/s", 2)
+    for gear in ("drive", "loose"):
+        angle = np.concatenate([getattr(one, gear) for one in seen])
+        yield from _binned("impact.tooth", value, sure, np.mod(angle, 2.0 * np.pi), "m/s", 3 * PIECES)
+
+
+def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+    value = np.concatenate(parts["loss"])
+    speed = np.concatenate([one.motion.speed(one.channels.losses.time) for one in records])
+    yield from _binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma")
+
+
+def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+    seen = [one.channels.drive for one in records]
+    value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["drive"], strict=True)])
+    sure = np.concatenate([np.full(len(one.time), 1.0 / one.sigma) for one in seen])
+    angle = np.concatenate([one.angle for one in seen])
+    yield from _scanned("sensor.order_drive", value, sure, angle, 8, "rad")
+
+
+def _scanned(name: str, value: Array, sure: Array, angle: Array, highest: int, unit: str) -> Iterator[Structure]:
+    """The strongest order of an angle, whole or not."""
+    if len(value) < FEWEST:
+        return
+    level = _level(value * sure)
+    weight = sure / level
+    value = _held(value, weight)
+    orders = np.arange(1, int(highest / FINEST) + 1) * FINEST
+    gains = np.zeros(len(orders))
+    step = np.exp(1j * FINEST * angle)
+    turn = np.ones_like(step)
+    rest = value * weight**2
+    total = float(np.sum(weight**2))
+    for k in range(len(orders)):
+        turn = turn * step
+        gains[k] = 2.0 * abs(np.sum(rest * turn)) ** 2 / total
+    best = int(np.argmax(gains))
+    chance = -np.expm1(len(orders) * np.log1p(-np.exp(-0.5 * gains[best]))) if gains[best] < 60.0 else 0.0
+    size = float(np.sqrt(gains[best] / total))
+    yield Structure(name, float(gains[best]), float(np.clip(chance, 0.0, 1.0)), size, unit, float(orders[best]))
+
+
+def _binned(name: str, value: Array, sure: Array, over: Array, unit: str, pieces: int = PIECES) -> Iterator[Structure]:
+    """Means in bins over a coordinate, against one mean."""
+    from scipy.stats import chi2
+
+    if len(value) < max(FEWEST, 2 * pieces):
+        return
+    level = _level(value * sure)
+    value, weight = _held(value, sure / level), (sure / level) ** 2
+    edges = np.unique(np.quantile(over, np.linspace(0.0, 1.0, pieces + 1)))
+    if len(edges) < 3:
+        edges = np.unique([over.min(), 0.5 * (over.min() + over.max()), over.max()])
+        if len(edges) < 3:
+            return
+    at = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2)
+    heavy = np.bincount(at, weight, len(edges) - 1)
+    mean = np.bincount(at, weight * value, len(edges) - 1) / np.maximum(heavy, 1e-300)
+    mean = mean - np.sum(heavy * mean) / np.sum(heavy)
+    gain = float(np.sum(heavy * mean**2))
+    where = int(np.argmax(np.abs(mean)))
+    middle = 0.5 * (edges[where] + edges[where + 1])
+    size = float(np.sqrt(np.sum(heavy * mean**2) / np.sum(heavy)))
+    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle))
+
+
+def _held(value: Array, weight: Array) -> Array:
+    """Return values, those far from the others moved to where noise ends: a few of them make no structure."""
+    middle = np.median(value)
+    return middle + np.clip(value - middle, -FAR / weight, FAR / weight)
+
+
+def _level(rest: Array) -> float:
+    """Return the level of the noise in standard deviations, from the middle of the distribution."""
+    return max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3)

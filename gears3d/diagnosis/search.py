@@ -1,0 +1,137 @@
+"""Which causes, added one after the other, make the channels come true."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.candidates import FREE, candidates
+from gears3d.diagnosis.cause import Fit, begin, fit, slopes_of
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.library import Library, Scored, library, score
+from gears3d.diagnosis.motions import lines
+from gears3d.diagnosis.prediction import CHANNELS, residuals
+from gears3d.diagnosis.sifting import with_own_noise, without_outliers, without_strays
+
+Array = np.ndarray
+ACCEPT = 30.0
+"""Fall of chi-square that a cause must bring: by chance, among a thousand candidates of two numbers, in 0.03 %."""
+SMALLEST = 0.01
+"""Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
+MOST = 5
+"""Causes at most."""
+PRICE = 8.0
+"""Chi-square that a number must be worth against a rival with fewer."""
+TRIED = 12
+"""Candidates that are fitted in each round."""
+NEAR = 0.2
+"""Part of the best gain that a candidate needs to be fitted."""
+
+
+class Search(NamedTuple):
+    """What a search found.
+
+    Args:
+        fit: the causes.
+        base: residuals of the rig as it is, (n,).
+        left: what further candidates would still gain, most first.
+        known: the candidates.
+        records: without the points that do not belong to their channel.
+    """
+
+    fit: Fit
+    base: Array
+    left: list[Scored]
+    known: Library
+    records: list[Evidence]
+
+
+def search(records: Sequence[Evidence], highest: int = 40) -> Search:
+    """Return the causes that make the channels come true.
+
+    Args:
+        records: of one rig.
+        highest: order that is looked for.
+    """
+    records = with_own_noise([without_strays(one) for one in records])
+    strongest = _search(records, highest, 1)
+    better = without_outliers(records, strongest.fit.rest)
+    return _search(records if better is None else better, highest, MOST)
+
+
+def _search(records: Sequence[Evidence], highest: int, most: int) -> Search:
+    told = [residuals(one) for one in records]
+    base = np.concatenate([one[name] for name in CHANNELS for one in told])
+    duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
+    rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
+    known = library(records, candidates(rig, duration, highest, *lines(records)))
+    now, left = fit(records, base, ()), score(known, base)
+    while len(now.causes) < most and (able := _able(left)):
+        now = _best(records, base, now, able)
+        left = score(known, now.rest, directions(records, now))
+    now = _pruned(records, base, now)
+    left = score(known, now.rest, directions(records, now))
+    return Search(now, base, left, known, list(records))
+
+
+def _able(left: list[Scored]) -> list[Scored]:
+    """Return the candidates that would gain enough at a size that matters, most first."""
+    return [one for one in left if one.gain > ACCEPT and float(np.hypot.reduce(one.units)) > SMALLEST]
+
+
+def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]) -> Fit:
+    """Return the fit with one more cause, the best of several."""
+    tried, kinds = [], {}
+    for one in left:
+        if one.gain < NEAR * left[0].gain or len(tried) >= TRIED:
+            break
+        kind = one.candidate.kind
+        kinds[kind] = kinds.get(kind, 0) + 1
+        bends = kind in FREE
+        if kinds[kind] > (1 if bends else 2):
+            continue
+        tried.append(fit(records, base, [*now.causes, begin(one.candidate, one.units)], 8 if bends else 2))
+    return min(tried, key=_worth)
+
+
+def _worth(found: Fit) -> float:
+    return found.chi2 + PRICE * len(found.covariance)
+
+
+def _pruned(records: Sequence[Evidence], base: Array, now: Fit) -> Fit:
+    """Return the fit without causes that the others make needless."""
+    now = fit(records, base, now.causes)
+    k = 0
+    while k < len(now.causes) and len(now.causes) > 1:
+        less = fit(records, base, now.causes[:k] + now.causes[k + 1 :])
+        if less.chi2 - now.chi2 < ACCEPT:
+            now, k = less, 0
+        else:
+            k += 1
+    return now
+
+
+def directions(records: Sequence[Evidence], now: Fit) -> Array | None:
+    """Return the slopes of all numbers of a fit, orthonormal, (n, p); ``None`` without causes.
+
+    Args:
+        records: all.
+        now: the fit.
+    """
+    if not now.causes:
+        return None
+    slopes = np.column_stack([column for cause in now.causes for column in slopes_of(records, cause)])
+    return np.linalg.qr(slopes)[0]
+
+
+def nothing(found: Search) -> Search:
+    """Return a search whose causes were not accepted after all.
+
+    Args:
+        found: by the search.
+    """
+    now = fit(found.records, found.base, ())
+    return found._replace(fit=now, left=score(found.known, now.rest))

@@ -1,0 +1,93 @@
+"""What does not belong to a channel: points that cutting the record put on a wrong flank or at a wrong moment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import impact_sigma, residuals
+from gears3d.diagnosis.scatter import FEWEST, scatter
+
+Array = np.ndarray
+STRAY = 6.0
+"""Usual distances from the others of its flank beyond which a loss of contact is left out."""
+OFF = 7.0
+"""Standard deviations from what the causes leave beyond which a point of contact is left out."""
+SURE = 30.0
+"""Gain in chi-square from which on a scatter of restitution is believed."""
+MOST = 0.2
+"""Part of a channel of a record that may be left out: more are no mistakes of cutting."""
+
+
+def without_strays(one: Evidence) -> Evidence:
+    """Return a record without the losses of contact that stand apart from all others of their flank.
+
+    Args:
+        one: the record.
+    """
+    losses, rest = one.channels.losses, residuals(one)["loss"]
+    good = np.ones(len(rest), bool)
+    for flank in (0, 1):
+        own = losses.flank == flank
+        if np.any(own):
+            middle = np.median(rest[own])
+            usual = max(1.4826 * float(np.median(np.abs(rest[own] - middle))), 1.0)
+            good[own] = np.abs(rest[own] - middle) < STRAY * usual
+    kept = type(losses)(*(column[good] for column in losses))
+    left_out = {**one.channels.left_out, "loss": one.channels.left_out.get("loss", 0) + int(np.sum(~good))}
+    return replace(one, channels=one.channels._replace(losses=kept, left_out=left_out))
+
+
+def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
+    """Return records whose rebounds are known as well as they really scatter.
+
+    Restitution may scatter beyond the errors of the speeds; a cause of its mean must be held against that. What speed
+    and flank explain is taken out before.
+
+    Args:
+        records: all.
+    """
+    seen = [one.channels.impacts for one in records]
+    sigma = np.concatenate([impact_sigma(one) for one in records])
+    if len(sigma) < FEWEST:
+        return list(records)
+    speed = np.concatenate([one.velocity for one in seen])
+    side = np.where(np.concatenate([one.flank for one in seen]) == 0, 1.0, -1.0)
+    columns = np.column_stack([speed, speed * np.abs(speed), speed * side]) / sigma[:, None]
+    rest = np.concatenate([residuals(one)["impact"] for one in records])
+    spread = scatter(records, rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0])
+    if spread is None or spread.gain < SURE:
+        return list(records)
+    found = []
+    for one in records:
+        own = one.channels.impacts
+        wider = np.hypot(own.rebound_sigma, spread.value * own.velocity)
+        found.append(replace(one, channels=one.channels._replace(impacts=own._replace(rebound_sigma=wider))))
+    return found
+
+
+def without_outliers(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
+    """Return records without points of contact and impacts that a cause leaves far off; ``None`` where there are none.
+
+    Args:
+        records: all.
+        rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+    """
+    flights = sum(one.channels.flights.time.size for one in records)
+    contacts = sum(len(one.channels.contacts.time) for one in records)
+    at, behind, found = flights, flights + contacts, []
+    for one in records:
+        seen = one.channels
+        kept, left_out = {}, dict(seen.left_out)
+        for name, own, begin in (("contact", seen.contacts, at), ("impact", seen.impacts, behind)):
+            far = np.abs(rest[begin : begin + len(own.time)]) > OFF
+            if not np.any(far) or np.mean(far) > MOST:
+                continue
+            kept[name + "s"] = type(own)(*(column[~far] for column in own))
+            left_out[name] = left_out.get(name, 0) + int(np.sum(far))
+        at, behind = at + len(seen.contacts.time), behind + len(seen.impacts.time)
+        found.append(replace(one, channels=seen._replace(**kept, left_out=left_out)) if kept else one)
+    return found if any(a is not b for a, b in zip(found, records, strict=True)) else None

@@ -1,0 +1,227 @@
+"""What is said of a rig and its records: the verdict, its causes with their evidence, and what remains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gears3d.diagnosis.cause import Cause, fit
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.heldout import UNITS, Split
+from gears3d.diagnosis.library import Library
+from gears3d.diagnosis.named import parameters, table
+from gears3d.diagnosis.remains import Structure, channel_of
+from gears3d.diagnosis.rivals import Rival
+from gears3d.diagnosis.scatter import Scatter
+from gears3d.diagnosis.search import ACCEPT, Search
+from gears3d.identification import Parameter
+
+Array = np.ndarray
+CHANCE = 0.01
+"""Structure that would come by chance more often is none."""
+SHARE = 0.25
+"""Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""
+POWER = 0.1
+"""Size, in units of its channel, at which an effect must show for the data to have power."""
+PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
+"""Effect by which the power of each place is judged."""
+
+
+@dataclass(frozen=True)
+class Named:
+    """One cause as it is told.
+
+    Args:
+        kind: of the effect.
+        place: where it acts.
+        parameters: with 95 % intervals.
+        evidence: one sentence.
+        gain: fall of chi-square that it alone brings beside the others.
+        alternatives: ``kind`` and ``why`` of causes that the data do not exclude.
+        effect: of the scenario.
+        table: for the scenario's ``[[effect]]``.
+    """
+
+    kind: str
+    place: str
+    parameters: dict[str, Parameter]
+    evidence: str
+    gain: float
+    alternatives: tuple[dict[str, str], ...]
+    effect: Any = field(repr=False)
+    table: dict[str, Any] = field(repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        numbers = {name: one.to_dict() for name, one in self.parameters.items()}
+        fixed = {name: value for name, value in self.table.items() if name != "kind" and name not in numbers}
+        return {"kind": self.kind, "place": self.place, "parameters": {**numbers, **fixed}, "evidence": self.evidence,
+                "gain": self.gain, "alternatives": list(self.alternatives)}  # fmt: skip
+
+
+def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None) -> list[Named]:
+    """Return the causes of a search in words, those of greatest gain first.
+
+    Args:
+        found: by the search.
+        others: rivals of each cause.
+        spread: scatter of the restitution, where it was accepted.
+    """
+    now, at, told = found.fit, 0, []
+    level = max(now.chi2 / max(len(now.rest), 1), 1.0)
+    for k, cause in enumerate(now.causes):
+        covariance = level * now.covariance[at : at + len(cause.numbers), at : at + len(cause.numbers)]
+        at += len(cause.numbers)
+        less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
+        gain = less.chi2 - now.chi2
+        effect: Any = cause.effect
+        alternatives = tuple(_alternative(one) for one in others[k] if not one.excluded)
+        told.append(
+            Named(effect.kind, effect.place, parameters(cause, covariance), _evidence(found, cause, less.rest, gain),
+                  gain, alternatives, effect, table(effect))
+        )  # fmt: skip
+    if spread is not None:
+        told.append(_scattered(spread))
+    return sorted(told, key=lambda one: -one.gain)
+
+
+def _alternative(rival: Rival) -> dict[str, str]:
+    kinds = " + ".join(cause.candidate.kind for cause in rival.causes)
+    if rival.worse > 0.5:
+        why = f"fits worse by {rival.worse:.1f} in chi-square, which is not enough to exclude it"
+    else:
+        why = "predicts the same in all these records"
+    shapes = ", ".join(f"{name} = {value}" for one in rival.causes for name, value in table(one.effect).items()
+                       if name != "kind")  # fmt: skip
+    return {"kind": kinds, "why": f"{why} ({shapes})"}
+
+
+def _evidence(found: Search, cause: Cause, without: Array, gain: float) -> str:
+    """Return one sentence: where the cause shows, and what it mends there."""
+    best, text = 0.0, ""
+    for name in cause.candidate.channels:
+        span = found.known.spans[name]
+        before, after = without[span], found.fit.rest[span]
+        fall = float(before @ before - after @ after)
+        if fall > best and len(before):
+            best = fall
+            rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
+            text = f"in the channel {name} it takes the error of a point from {rms[0]:.3g} to {rms[1]:.3g} sigma"
+    return f"{text}, {np.sqrt(max(gain, 0.0)):.3g} sigma in all"
+
+
+def _scattered(spread: Scatter) -> Named:
+    from gears3d.effects import catalogue
+
+    effect = catalogue()["restitution_scatter"](standard_deviation=spread.value)
+    number = Parameter(spread.value, "", spread.value - 1.96 * spread.sigma, spread.value + 1.96 * spread.sigma)
+    text = f"rebounds scatter more than their errors, in proportion to the speed of approach (gain {spread.gain:.3g})"
+    return Named(
+        effect.kind, effect.place, {"standard_deviation": number}, text, spread.gain, (), effect, table(effect)
+    )
+
+
+def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
+    """Return the verdict.
+
+    Args:
+        causes: that were accepted.
+        left: structure that remains.
+        power: smallest size, in units, that shows in each place.
+    """
+    if causes:
+        return "partly_explained" if left else "explained"
+    if left:
+        return "unexplained"
+    return "not_decidable" if any(limit > POWER for limit in power.values()) else "nothing_to_add"
+
+
+def power(known: Library) -> dict[str, float]:
+    """Return the smallest size of an effect, in units of its channel, that would be accepted, by place.
+
+    Args:
+        known: the candidates with their columns.
+    """
+    found = dict.fromkeys(PLACES, float("inf"))
+    kinds = {kind: place for place, kind in PLACES.items()}
+    for one, columns in zip(known.candidates, known.columns, strict=True):
+        if one.kind in kinds:
+            square = sum(float(np.sum(column.astype(float) ** 2)) for column in columns.values())
+            if square > 0.0:
+                found[kinds[one.kind]] = float(np.sqrt(ACCEPT / square))
+    return found
+
+
+def heldout(found: Sequence[Split]) -> dict[str, Any]:
+    """Return what the splits came to, as the contract has it.
+
+    Args:
+        found: for each held-out record or stretch.
+    """
+    if not found:
+        return {"base": None, "extended": None, "gain": None}
+    gains = np.array([one.gain for one in found])
+    told: dict[str, Any] = {}
+    for k, name in enumerate(("base", "extended")):
+        sizes = {}
+        for channel, unit in UNITS.items():
+            rms = [one.sizes[channel][k] for one in found if channel in one.sizes]
+            if rms:
+                sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
+        told[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
+    held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
+    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": float(np.mean(gains)),
+            "gain_range": [float(gains.min()), float(gains.max())],
+            "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
+
+
+def remaining(left: Sequence[Structure]) -> dict[str, Any]:
+    """Return the strongest structure that remains, as the contract has it.
+
+    Args:
+        left: all of it, strongest first.
+    """
+    if not left:
+        return {"structure": "none", "size": 0.0}
+    first = left[0]
+    others = [{"structure": one.name, "size": one.size, "unit": one.unit, "where": one.where} for one in left[1:]]
+    return {"structure": first.name, "size": first.size, "unit": first.unit, "where": first.where, "others": others}
+
+
+def unlike(found: Search, left: Sequence[Structure]) -> bool:
+    """Whether structure that is left in the channels of the causes shows that they are not the causes.
+
+    Args:
+        found: by the search.
+        left: structure that remains.
+    """
+    for cause in found.fit.causes:
+        for name in cause.candidate.channels:
+            span = found.known.spans[name]
+            taken = float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
+            own = [one.gain for one in left if channel_of(one.name) == name]
+            if own and max(own) > SHARE * max(taken, 1e-9):
+                return True
+    return False
+
+
+def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:
+    """Return what each record brought, for the report.
+
+    Args:
+        records: all.
+    """
+    return [
+        {
+            "name": one.name,
+            "flights": len(one.channels.flights.time),
+            "contact_points": len(one.channels.contacts.time),
+            "impacts": len(one.channels.impacts.time),
+            "losses": len(one.channels.losses.time),
+            "left_out": one.channels.left_out,
+        }
+        for one in records
+    ]

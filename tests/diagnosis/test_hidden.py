@@ -1,0 +1,94 @@
+"""Effects that a generator with equations of its own hides are found, and nothing where nothing is hidden.
+
+The fast ones run the search on two short records; the slow ones go through the command's own door on whole challenges.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from gears3d import cli
+from gears3d.challenge import hide, plan, reveal
+from gears3d.diagnosis import diagnose
+from gears3d.gate import admit
+from gears3d.readers import files_of
+from gears3d.scenario import load
+
+SEPARABLE = (
+    "transmission_error", "eccentricity", "backlash_offset", "backlash_variation", "drag_coulomb", "drag_viscous",
+    "drag_power", "drag_position", "restitution_offset", "restitution_asymmetry", "restitution_scatter", "drive_motion",
+    "encoder_eccentricity",
+)  # fmt: skip
+
+
+def run(arguments):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(arguments)
+    return stop.value.code or 0
+
+
+def judged(folder: Path):
+    """Return diagnosis and score of a challenge."""
+    rig = load(folder / "rig.toml")
+    admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
+    found = diagnose(admitted, rig)
+    file = folder / "diagnosis.json"
+    file.write_text(json.dumps(found.to_dict()), encoding="utf-8")
+    return found, reveal(folder, file)
+
+
+def hidden(folder: Path, kinds, seed=1, **options):
+    hide(plan(seed, kinds, **options), folder)
+    return judged(folder)
+
+
+@pytest.mark.parametrize("kind", ["backlash_offset", "drag_viscous"])
+def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
+    found, score = hidden(tmp_path / "c", (kind,), size=0.3, records=3, duration=4.0)
+    assert score["kinds_first"], found.to_dict()
+    assert not score["wrong_names"]
+    assert all(abs(one["error"]) < 0.05 for one in score["parameters"] if one["error"] is not None)
+    assert found.to_dict()["heldout"]["gain"] > 0.9
+    assert found.extended.effects[-1].kind == kind
+
+
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
+    found, score = hidden(tmp_path / "c", (), records=3, duration=4.0)
+    assert not found.causes
+    assert score["verdict_right"], found.to_dict()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", SEPARABLE)
+def test_each_separable_kind_is_right_first(tmp_path, kind):
+    found, score = hidden(tmp_path / "c", (kind,), seed=5, size=0.3)
+    assert score["set_right"], found.to_dict()
+    assert not score["wrong_names"], found.to_dict()
+
+
+@pytest.mark.slow
+def test_a_fresh_seed_with_nothing_hidden_is_silent(tmp_path):
+    seed = int.from_bytes(os.urandom(2), "big")
+    print(f"seed {seed}")  # noqa: T201
+    found, _ = hidden(tmp_path / "c", (), seed=seed)
+    assert not found.causes, f"seed {seed}: {found.to_dict()}"
+
+
+def test_the_command_writes_what_it_says(tmp_path):
+    hide(plan(2, ("drag_coulomb",), size=0.4, records=2, duration=3.0), tmp_path / "c")
+    arguments = ["diagnose", str(tmp_path / "c/record.toml"), "--rig", str(tmp_path / "c/rig.toml"), "--out",
+                 str(tmp_path / "d"), "--json"]  # fmt: skip
+    assert run(arguments) == 0
+    told = json.loads((tmp_path / "d/diagnosis.json").read_text())
+    assert told["verdict"] in ("explained", "partly_explained")
+    assert told["causes"][0]["kind"] == "drag_coulomb"
+    assert load(tmp_path / "d/extended.toml").effects[-1].kind == "drag_coulomb"
+    score = reveal(tmp_path / "c", tmp_path / "d/diagnosis.json")
+    assert score["kinds_first"]
+
+
+def test_a_missing_rig_is_named(tmp_path, capsys):
+    assert run(["diagnose", str(tmp_path / "none.parquet")]) == 3
+    assert "--rig" in capsys.readouterr().err
