@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +26,7 @@ def measure(
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for signals, impacts, summary and picture; one a record if several.")
+        Path | None, typer.Option(help="Folder for report.html, signals, impacts, summary; one a record if several.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON; a list if several.")] = False,
 ) -> None:
@@ -67,18 +69,19 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     """Measure one record, write it and return its summary."""
     from gears3d import measurement
     from gears3d.cli.findings import show_findings
+    from gears3d.views.report.measured import durations, orders_told
 
     file = admitted.file
     if not as_json:
         show_findings(admitted.findings)
     found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
-    found.summary["file"] = file
+    found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
         _write(found, place)
     if not as_json:
         _show(found.summary, file)
-        typer.echo(f"written to {place}" if place is not None else "to keep it, with a picture: --out DIR")
+        typer.echo("to keep it, with a report: --out DIR" if place is None else f"report: {place / 'report.html'}")
     return found.summary
 
 
@@ -114,12 +117,17 @@ def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | N
 
 def _write(found: Any, out: Path) -> None:
     from gears3d.runs import RunFolder
+    from gears3d.version import __version__
     from gears3d.views.measured import write_picture
+    from gears3d.views.report.measured import write
 
+    found.summary.update(version=__version__, command=shlex.join(["gears3d", *sys.argv[1:]]))
     with RunFolder(out) as folder:
         folder.write_recording(found.recording)
         folder.write_summary(found.summary)
         write_picture(folder.path / "measured.png", found)
+        beside = sorted(file.name for file in folder.path.iterdir())
+        write(folder.path / "report.html", found, tuple(beside))
         folder.commit()
 
 

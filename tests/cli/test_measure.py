@@ -1,6 +1,7 @@
 """``gears3d measure``: a map proposed, several records by one map, each into a folder of its own."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -63,7 +64,13 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     assert code == 0
     assert [each["file"].rpartition("/")[2] for each in found] == ["plain.parquet", "bench.txt"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bench", "plain"]
-    assert (tmp_path / "bench" / "summary.json").is_file()
+    for place in ("bench", "plain"):
+        told = json.loads((tmp_path / place / "summary.json").read_text())
+        assert {"active", "reverse"} == told["contact_orders"].keys() == told["durations"].keys()
+        page = (tmp_path / place / "report.html").read_text(encoding="utf-8")
+        linked = set(re.findall('href="([^"#]+)"', page))
+        assert linked == {"impacts.parquet", "measured.png", "signals.parquet", "summary.json"}
+        assert all((tmp_path / place / name).is_file() for name in linked)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The report in a real browser, opened as a file: it draws, answers, prints, and asks for nothing."""
 
-import shutil
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,6 @@ from gears3d.views.report import write
 pytestmark = pytest.mark.browser
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios/rigaud-2020/fig5-20rpm.toml"
-ARGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
 PLOTS = ("displacement", "velocity", "speed", "section", "histogram", "errors")
 INKED = """(id) => {
   const canvas = document.querySelector(`#plot-${id} canvas`), c = canvas.getContext("2d");
@@ -21,21 +19,6 @@ INKED = """(id) => {
   for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200) seen.add(d[i] + "," + d[i + 1] + "," + d[i + 2]);
   return [...seen];
 }"""
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        pytest.skip("no Chromium: apt-get install chromium")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        pytest.skip("no playwright: pip install 'gears3d[browser]'")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=[*ARGS, "--disable-sync"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

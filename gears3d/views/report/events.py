@@ -24,11 +24,12 @@ QUANTA = {
 """Quantum of each column that is embedded."""
 
 
-def impact_table(recording: Recording) -> dict[str, Any]:
+def impact_table(recording: Recording, quanta: dict[str, float] = QUANTA) -> dict[str, Any]:
     """Return the impacts as integers of stated quanta.
 
     Args:
         recording: signals and impacts.
+        quanta: of each column that is wanted.
 
     Returns:
         ``{"tick", "time", "flank", "columns": {name: {"quantum", "values"}}}``; flank 0 is active, 1 reverse; what
@@ -39,11 +40,20 @@ def impact_table(recording: Recording) -> dict[str, Any]:
         "tick": TICK,
         "time": np.rint(impacts["time_s"] / TICK).astype(np.int64).tolist(),
         "flank": impacts["flank"].tolist(),
-        "columns": {name: _whole(impacts[name], quantum) for name, quantum in QUANTA.items()},
+        "columns": {name: whole(impacts[name], quantum) for name, quantum in quanta.items()},
     }
 
 
-def _whole(values: Any, quantum: float) -> dict[str, Any]:
+def whole(values: Any, quantum: float) -> dict[str, Any]:
+    """Return a column as whole multiples of a quantum; what is not finite is ``None``.
+
+    Args:
+        values: (n,).
+        quantum: in their unit.
+
+    >>> whole([0.25, float("nan")], 0.1)
+    {'quantum': 0.1, 'values': [2, None]}
+    """
     scaled = np.asarray(values, float) / quantum
     rounded = [int(value) if ok else None for value, ok in zip(np.rint(scaled), np.isfinite(scaled), strict=True)]
     return {"quantum": quantum, "values": rounded}

@@ -19,7 +19,7 @@ const DATA = (() => {
     drive: channel(table, "omega_drive_rad_s", 30 / Math.PI),
     loose: channel(table, "omega_loose_rad_s", 30 / Math.PI),
   };
-  const wall = (name) => walls.moving
+  const wall = (name) => walls[name] === null ? null : walls.moving
     ? running(walls[name], walls.quantum * 1e6)
     : new Float64Array(time.length).fill(walls[name][0] * walls.quantum * 1e6);
   const impacts = (name) => {
@@ -33,6 +33,7 @@ const DATA = (() => {
     time, run: signals(traces.run), twin: signals(traces.twin), active: wall("active"), reverse: wall("reverse"),
     impacts: impacts("impacts"), twinImpacts: impacts("twin_impacts"), errors: block("errors"),
     histogram: block("histogram"), about: block("about"), wallsComplete: walls.complete, tick: traces.tick,
+    states: traces.states ? Array.from(traces.states, Number) : null,
   };
 })();
 

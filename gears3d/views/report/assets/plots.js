@@ -14,6 +14,9 @@ function marker(square, size) {
       const x = u.valToPos(xs[i], "x", true), y = u.valToPos(ys[i], scale, true);
       if (square) path.rect(x - r * .9, y - r * .9, 1.8 * r, 1.8 * r);
       else { path.moveTo(x + r, y); path.arc(x, y, r, 0, 2 * Math.PI); }
+      const { tall, wide } = u.series[index], bar = 1.2 * ratio;
+      if (tall?.[i]) { const top = u.valToPos(ys[i] + tall[i], scale, true), end = u.valToPos(ys[i] - tall[i], scale, true); path.rect(x - bar / 2, top, bar, end - top); }
+      if (wide?.[i]) { const from = u.valToPos(xs[i] - wide[i], "x", true), to = u.valToPos(xs[i] + wide[i], "x", true); path.rect(from, y - bar / 2, to - from, bar); }
     }
     const clip = new Path2D(), b = u.bbox;
     clip.rect(b.left - r, b.top - r, b.width + 2 * r, b.height + 2 * r);
@@ -61,7 +64,7 @@ function build(id, options, series, data) {
 function betweenFlanks(u, low, high) {
   const { min, max } = u.scales.x, whole = min === DATA.time[0] && max === DATA.time[DATA.time.length - 1];
   const lowest = (values) => values.reduce((a, b) => Math.min(a, b)), highest = (values) => values.reduce((a, b) => Math.max(a, b));
-  return whole ? padded(.09)(u, Math.min(low, lowest(DATA.active)), Math.max(high, highest(DATA.reverse))) : padded(.09, .5)(u, low, high);
+  return whole ? padded(.09)(u, Math.min(low, lowest(DATA.active)), Math.max(high, DATA.reverse ? highest(DATA.reverse) : high)) : padded(.09, .5)(u, low, high);
 }
 
 // ---- plots over time
@@ -128,41 +131,52 @@ function pairOf(name, unit, digits) {
   return [series, columns];
 }
 
+// a measured path in the colours of what it was judged to be: stretch i reaches from point i to the next
+const STATES = [["active contact", "--active"], ["reverse contact", "--reverse"], ["flight", "--flight"]];
+function byState(value) {
+  const of = (k) => Array.from(DATA.run.displacement, (v, i) => DATA.states[i] === k || (i && DATA.states[i - 1] === k) ? v : null);
+  return [STATES.map(([name, colour], k) => line(name, colour, value, { spanGaps: false, width: k === 2 ? 1.6 : 2.6 })), STATES.map((_, k) => of(k))];
+}
+
 function drawTime() {
   time.plots = [];
   const um = (u, v) => show(v, 3, "µm"), rpm = (u, v) => show(v, 4, "rpm");
   if (DATA.run.displacement) {
     const [series, columns] = pairOf("displacement", "µm", 3), [marks, at] = impactSeries(1, (i) => DATA.run.displacement[i]);
     const wall = (label, flank, to) => line(label, "--" + flank, um, { width: 1.5, auto: false, fill: css(`--${flank}-soft`), fillTo: to });
+    const [lines, values] = DATA.states ? byState(um) : [series, columns], far = DATA.reverse ? 1 : 0;
     timePlot("plot-displacement", "displacement [µm]",
-      [wall("active flank", "active", (u) => u.scales.y.min), wall("reverse flank", "reverse", (u) => u.scales.y.max), ...series, ...marks],
-      [DATA.active, DATA.reverse, ...columns, ...at], betweenFlanks);
+      [wall("active flank", "active", (u) => u.scales.y.min), ...[wall("reverse flank", "reverse", (u) => u.scales.y.max)].slice(1 - far), ...lines, ...marks],
+      [DATA.active, ...[DATA.reverse].slice(1 - far), ...values, ...at], betweenFlanks);
   }
   if (DATA.run.velocity) {
     const [series, columns] = pairOf("velocity", "mm/s", 3), [marks, at] = impactSeries(-1, (i) => DATA.run.velocity[i]);
     timePlot("plot-velocity", "velocity [mm/s]", [...series, ...marks], [...columns, ...at]);
   }
   if (DATA.run.drive) timePlot("plot-speed", "speed [rpm]",
-    [line("drive gear", "--flight", rpm), line("loose gear", "--run", rpm), ...(DATA.twin ? [twinLine("loose gear, twin", rpm)] : [])],
-    [DATA.run.drive, DATA.run.loose, ...(DATA.twin ? [DATA.twin.loose] : [])]);
+    [line("drive gear", "--flight", rpm), ...(DATA.run.loose ? [line("loose gear", "--run", rpm)] : []), ...(DATA.twin ? [twinLine("loose gear, twin", rpm)] : [])],
+    [DATA.run.drive, ...(DATA.run.loose ? [DATA.run.loose] : []), ...(DATA.twin ? [DATA.twin.loose] : [])]);
 }
 
 // ---- plots of impacts
-const alone = [];
+const alone = [], more = [];
 
+// a set: x, y, maybe tall and wide (deviations drawn as bars), flank for a marker, or `stroke` for a line
 function scatter(id, xLabel, yLabel, xValue, sets, options = {}) {
   const points = [];
-  sets.forEach((set, s) => set.x.forEach((x, i) => points.push([x, s, set.y[i]])));
+  sets.forEach((set, s) => set.x.forEach((x, i) => points.push([x, s, i])));
   points.sort((a, b) => a[0] - b[0]);
-  const columns = sets.map(() => new Array(points.length).fill(null));
-  points.forEach(([, s, y], i) => { columns[s][i] = y; });
+  const spread = (key) => sets.map((set, s) => set[key] && points.map(([, of, i]) => of === s ? set[key][i] : null));
+  const [columns, tall, wide] = ["y", "tall", "wide"].map(spread);
   const look = axes(xLabel, yLabel);
   if (options.steps) look[0].incrs = options.steps;
+  if (options.powers) look[1].values = (u, ticks) => ticks.map((v) => Math.abs(Math.log10(v) % 1) < 1e-9 ? String(+v.toPrecision(1)) : "");
   const range = options.range || ((u, low, high) => [low, high]);
   const plot = build(id, { x: { label: options.xName, value: (u, v) => xValue(v) },
-    scales: { x: { time: false, range }, y: { range: padded(.08) } }, axes: look,
+    scales: { x: { time: false, range, ...options.x }, y: options.y || { range: padded(.08) } }, axes: look, hooks: options.hooks || {},
     cursor: { drag: { x: true, y: true, uni: 30, dist: 6 }, dataIdx: snap } },
-    sets.map((set) => spots(set.label, set.flank, set.open, set.value)), [points.map((p) => p[0]), ...columns]);
+    sets.map((set, s) => set.stroke ? line(set.label, set.stroke, set.value, { spanGaps: true, ...set.more })
+      : { ...spots(set.label, set.flank, set.open, set.value, set.size), tall: tall[s], wide: wide[s] }), [points.map((p) => p[0]), ...columns]);
   if (plot) alone.push(plot);
 }
 
@@ -171,7 +185,8 @@ function drawSection() {
   const set = (table, flank, label, open) => {
     const keep = table.time.map((t, k) => k).filter((k) => table.flank[k] === flank && table.time[k] >= settle && table.phase_rad[k] !== null);
     const wrap = (p) => ((p * 180 / Math.PI) % 360 + 360) % 360;
-    return { flank, label, open, value: mm, x: keep.map((k) => wrap(table.phase_rad[k])), y: keep.map((k) => table.velocity_m_s[k] * 1e3) };
+    return { flank, label, open, value: mm, x: keep.map((k) => wrap(table.phase_rad[k])), y: keep.map((k) => table.velocity_m_s[k] * 1e3),
+      tall: table.velocity_sigma_m_s && keep.map((k) => table.velocity_sigma_m_s[k] * 1e3) };
   };
   const sets = [set(DATA.impacts, 0, "active"), set(DATA.impacts, 1, "reverse")];
   if (DATA.twinImpacts) sets.push(set(DATA.twinImpacts, 0, "active, twin", true), set(DATA.twinImpacts, 1, "reverse, twin", true));
@@ -213,6 +228,6 @@ function drawAll() {
   for (const plot of [...time.plots, ...alone]) plot.destroy();
   alone.length = 0;
   if (DATA.time.length < 2) return;
-  drawTime(); drawSection(); drawHistogram(); drawErrors();
+  drawTime(); drawSection(); drawHistogram(); drawErrors(); more.forEach((draw) => draw());
   if (window_ && time.plots.length) time.plots[0].setScale("x", { min: window_.min, max: window_.max });
 }

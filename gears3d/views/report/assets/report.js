@@ -53,7 +53,7 @@ document.getElementById("theme").addEventListener("click", () => setTheme(root.d
 document.getElementById("print").addEventListener("click", () => print());
 document.getElementById("csv")?.addEventListener("click", () => save("impacts.csv", impactsCsv()));
 document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventListener("click", () => time.plots.length && ZOOMS[button.dataset.zoom]()));
-["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name).addEventListener("keydown", onKey));
+["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name)?.addEventListener("keydown", onKey));
 preferred.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
 
 if (!DATA.wallsComplete) document.getElementById("walls-note").textContent = " Deviations of single teeth are left out of the bands.";

@@ -1,0 +1,121 @@
+"""What the sensors of a measured record are worth, as rows and sentences of its report."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gears3d.views.report.figures import Figure, figure, kind_of, plain
+from gears3d.views.report.trust import Claim
+
+READ_AS = {
+    "edges": "counts last longer than samples: the moments at which the counter changes are the data",
+    "samples": "counts are shorter than samples: every sample is read, half a count moved up",
+    "smooth": "no counts are seen: every sample is read as it is",
+}
+"""What the ways of reading an encoder mean."""
+GEARS = {"theta_drive_rad": "drive gear", "theta_loose_rad": "loose gear", "time_s": "clock"}
+
+
+class Found(NamedTuple):
+    """A finding of the gate, as a row of a table.
+
+    Args:
+        kind: word that ``--correct`` takes.
+        where: channel in words.
+        size: how large.
+        evidence: what was seen.
+        remedy: what to do, or what was done.
+        tone: ``corrected``, ``open`` or ``fatal``.
+    """
+
+    kind: str
+    where: str
+    size: Figure
+    evidence: str
+    remedy: str
+    tone: str
+
+
+def findings(summary: dict[str, Any]) -> list[Found]:
+    """Return what the gate found, open findings first.
+
+    Args:
+        summary: of a measurement.
+    """
+    rows = []
+    for one in summary["quality"].get("findings", []):
+        remedy = one["remedy"]
+        if one["corrected"]:
+            tone, remedy = "corrected", "corrected on demand before anything was measured"
+        else:
+            tone = "fatal" if one["fatal"] else "open"
+            if one["correctable"]:
+                remedy = f"--correct {one['kind']}" + (f", {remedy}" if remedy else "")
+        channel = GEARS.get(one["channel"]) or str(one["channel"])
+        rows.append(Found(one["kind"], channel, sized(one["size"], one["unit"]), one["evidence"], remedy, tone))
+    return sorted(rows, key=lambda row: row.tone == "corrected")
+
+
+def sized(value: float, unit: str) -> Figure:
+    r"""Return a size with its SI unit as it is read.
+
+    Args:
+        value: in ``unit``.
+        unit: SI, or empty.
+
+    >>> sized(2.0049e-4, "s").text, sized(3.0, "rows").text
+    ('200.5\xa0µs', '3\xa0rows')
+    """
+    kind = {"s": "time", "m": "length", "m/s": "velocity"}.get(unit, "")
+    if kind:
+        return figure(value, kind)
+    return Figure(f"{plain(float(value))}\N{NO-BREAK SPACE}{unit}".strip(), float(value))
+
+
+def verdict(rows: list[Found]) -> str:
+    """Return in one sentence how the sensors fared.
+
+    Args:
+        rows: of :func:`findings`.
+    """
+    still = [row for row in rows if row.tone != "corrected"]
+    done = len(rows) - len(still)
+    mended = f"{done} {'fault was' if done == 1 else 'faults were'} corrected on demand" if done else ""
+    if not rows:
+        return "Sensors and clock were examined first: nothing was found to be wrong with them."
+    if not still:
+        return f"Sensors and clock were examined first: {mended}, nothing is left."
+    kinds = ", ".join(dict.fromkeys(row.kind for row in still))
+    text = f"Read the numbers with care: the sensors show {kinds}, which was not corrected"
+    return text + (f"; {mended}." if mended else ".")
+
+
+def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
+    """Return sampling, encoders and noise as lines of a table.
+
+    Args:
+        summary: of a measurement.
+    """
+    quality = summary["quality"]
+    rate = Figure(f"{plain(quality['sample_rate_Hz'])}\N{NO-BREAK SPACE}Hz", quality["sample_rate_Hz"])
+    lines = [
+        Claim("sample_rate_Hz", "sampling", rate, f"{quality['samples']} samples"),
+        Claim("jitter", "jitter of the clock", figure(quality["jitter"], "ratio", 2), "of a step, at worst"),
+    ]
+    for gear, one in quality["encoders"].items():
+        counts = one["counts_per_revolution"]
+        shown = Figure("no counts seen") if counts is None else Figure(f"{counts:.0f} counts", float(counts))
+        how = READ_AS.get(one["read_as"], f"read as {one['read_as']}")
+        spread = f"standard deviation of a reading {plain(1e6 * one['sigma_rad'], 3)} µrad; {how}"
+        lines.append(Claim(f"encoders.{gear}", f"encoder of the {gear} gear, a revolution", shown, spread))
+    meanings = {
+        "noise_m": ("noise of a reading", "displacement along the line of action"),
+        "noise_in_contact_m": (
+            "noise in contact",
+            "of means, about the flank they touch: flights must exceed it",
+        ),
+        "averaged_over_s": ("means over", "as many readings as the corners of the path allow"),
+    }
+    for key, (name, meaning) in meanings.items():
+        lines.append(Claim(key, name, figure(quality[key], kind_of(key), 3), meaning))
+    return lines

@@ -1,0 +1,115 @@
+"""Orders of both gears while they touch: what stands out, and what is left at every order as the floor of noise."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.measurement import contact_orders
+from gears3d.measurement.orders import GEARS, ROWS, resolved, within
+from gears3d.recording import FLANKS
+
+if TYPE_CHECKING:
+    from gears3d.measurement import Measurement
+
+HIGHEST = 400
+"""Order up to which the floor is drawn."""
+FINE = 32
+"""Bins of the angle in a wave of the highest order, at least."""
+RIDGE = 1e-4
+"""Part of the readings that steadies orders which contact at few angles cannot tell."""
+FEWEST = 50
+"""Places in contact below which nothing is said of orders."""
+
+
+def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
+    """Return the orders of both gears by flank, as ``contact_orders`` of ``summary.json`` has them.
+
+    Args:
+        found: of a record.
+    """
+    told = {}
+    for flank, name in enumerate(FLANKS):
+        if _enough(found, flank):
+            table = contact_orders(found, flank)
+            told[name] = [
+                {
+                    "gear": GEARS[int(table["gear"][k])],
+                    "order": int(table["order"][k]),
+                    **{key: float(table[key][k]) for key in ("amplitude_m", "sigma_m", "phase_rad", "share")},
+                }
+                for k in range(len(table["order"]))
+            ]
+        else:
+            told[name] = []
+    return told
+
+
+def spectra(found: Measurement) -> dict[str, Any]:
+    """Return what is left at every order once the orders that stand out are taken away.
+
+    Args:
+        found: of a record; its summary has ``contact_orders``.
+
+    Returns:
+        By gear and flank: amplitude [m] at orders 1, 2, ...; gears and flanks that tell nothing are left out.
+    """
+    left: dict[str, dict[str, list[float]]] = {}
+    for flank, name in enumerate(FLANKS):
+        if not _enough(found, flank):
+            continue
+        for gear, floor in _floors(found, flank, found.summary["contact_orders"][name]).items():
+            left.setdefault(gear, {})[name] = [float(f"{value:.3g}") for value in floor]
+    return left
+
+
+def _enough(found: Measurement, flank: int) -> bool:
+    return len(_near(found, flank)) >= FEWEST
+
+
+def _near(found: Measurement, flank: int) -> np.ndarray:
+    cut = found.segments
+    return within(cut.path.time, cut.contacts, cut.path.width, flank)
+
+
+def _floors(found: Measurement, flank: int, taken: list[dict[str, Any]]) -> dict[str, np.ndarray]:
+    """Return the amplitude of what is left at each order of each gear [m]."""
+    path = found.segments.path
+    near = _near(found, flank)
+    some = near[:: max(len(near) // ROWS, 1)]
+    angles = dict(zip(GEARS, (path.drive[some], path.loose[some]), strict=True))
+    x = np.linspace(-0.5, 0.5, len(some))
+    waves = [one["order"] * angles[one["gear"]] for one in taken]
+    columns = np.stack([np.ones_like(x), x, x * x, *(of(wave) for wave in waves for of in (np.cos, np.sin))], axis=1)
+    rest = path.place[some] - columns @ np.linalg.lstsq(columns, path.place[some], rcond=None)[0]
+    limit = 4.0 * 1.4826 * float(np.median(np.abs(rest)))
+    rest = np.clip(rest, -limit, limit)
+    highest = dict(zip(GEARS, resolved(path.drive, path.loose), strict=True))
+    return {gear: amplitudes(angles[gear], rest, min(top, HIGHEST)) for gear, top in highest.items() if top > 1}
+
+
+def amplitudes(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:
+    """Return the amplitude of each order by least squares, one order at a time.
+
+    Args:
+        angle: [rad], (n,).
+        rest: [m], (n,).
+        highest: order.
+
+    Returns:
+        [m], (highest,).
+
+    >>> turn = np.linspace(0.0, 20.0, 4001)
+    >>> float(amplitudes(turn, 2e-6 * np.cos(3 * turn + 0.4), 5)[2].round(8))
+    2e-06
+    """
+    bins = 1 << int(np.ceil(np.log2(FINE * highest + FINE)))
+    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
+    right = np.fft.fft(np.bincount(place, rest, minlength=bins))[1 : highest + 1]
+    twice = np.fft.fft(np.bincount(place, minlength=bins))[2 : 2 * highest + 1 : 2]
+    count = len(rest)
+    cc, ss, cs = 0.5 * (count + twice.real), 0.5 * (count - twice.real), -0.5 * twice.imag
+    cc, ss = cc + RIDGE * count, ss + RIDGE * count
+    c, s = right.real, -right.imag
+    return np.hypot(c * ss - s * cs, s * cc - c * cs) / (cc * ss - cs * cs)

@@ -1,0 +1,223 @@
+"""What a measured record came to, as numbers and sentences of its report."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.recording import FLANKS
+from gears3d.views.report.figures import Figure, figure, plain
+from gears3d.views.report.outcome import REGIMES, Tile
+from gears3d.views.report.trust import Claim
+
+if TYPE_CHECKING:
+    from gears3d.measurement import Measurement
+
+
+def tiles(summary: dict[str, Any]) -> list[Tile]:
+    """Return the key figures that head the page.
+
+    Args:
+        summary: of a measurement.
+    """
+    backlash = summary["flanks"]["backlash_m"]
+    speeds = {flank: summary[f"{flank}_velocity_mean_m_s"] for flank in FLANKS}
+    return [
+        Tile("regime", "regime", figure(summary["regime"])),
+        Tile("backlash_m", "backlash", figure(backlash and backlash["value"], "length")),
+        Tile("impacts", "impacts", figure(summary["impacts"])),
+        *(
+            Tile(
+                f"{flank}_velocity_mean_m_s",
+                f"mean impact speed, {flank} flank",
+                Figure(figure(None if speed is None else abs(speed), "velocity").text, speed),
+                flank,
+            )
+            for flank, speed in speeds.items()
+        ),
+        Tile("noise_m", "noise of a reading", figure(summary["quality"]["noise_m"], "length")),
+    ]
+
+
+def sentence(summary: dict[str, Any]) -> str:
+    """Return in a few sentences what was recorded and what it came to.
+
+    Args:
+        summary: of a measurement.
+    """
+    quality, cut = summary["quality"], summary["cut"]
+    text = f"{quality['samples']} samples over {figure(quality['duration_s'], 'time').text} of both gears' angles. "
+    text += REGIMES.get(str(summary["regime"]), "")
+    if cut["whole_flights"]:
+        text += f" {cut['whole_flights']} whole flights were found; {cut['testifying']} of them pass for flights "
+        text += "by their own chi-square and testify."
+    return text
+
+
+def impact_lines(found: Measurement) -> list[Claim]:
+    """Return the impacts of both flanks as lines of a table.
+
+    Args:
+        found: of a record.
+    """
+    summary, hits = found.summary, found.recording.impacts
+    lines = []
+    for code, flank in enumerate(FLANKS):
+        mine = hits["flank"] == code
+        if not mine.any():
+            continue
+        speed, spread = summary[f"{flank}_velocity_mean_m_s"], summary[f"{flank}_velocity_std_m_s"]
+        text = figure(None if speed is None else abs(speed), "velocity").text
+        scatter = "" if spread is None else f"standard deviation {figure(spread, 'velocity', 3).text}; "
+        lines.append(
+            Claim(
+                f"{flank}_impacts", f"impacts, {flank} flank", figure(int(mine.sum())), "every one that was told apart"
+            )
+        )
+        name = f"mean speed, {flank} flank"
+        meaning = f"{scatter}after flights high enough to be seen for certain"
+        lines.append(Claim(f"{flank}_mean", name, Figure(text, speed), meaning))
+        both = mine & np.isfinite(hits["rebound_m_s"]) & (hits["testifies"] == 1) & (hits["velocity_m_s"] != 0)
+        if both.any():
+            ratio = np.abs(hits["rebound_m_s"][both] / hits["velocity_m_s"][both])
+            low, high = np.quantile(ratio, (0.25, 0.75))
+            what = f"median of {both.sum()} with a rebound seen; half of them {plain(low, 3)} to {plain(high, 3)}"
+            name = f"speed after over speed before, {flank} flank"
+            lines.append(Claim(f"{flank}_ratio", name, figure(float(np.median(ratio)), digits=3), what))
+    return lines
+
+
+def duration_lines(summary: dict[str, Any]) -> list[Claim]:
+    """Return how long impacts last, as lines of a table.
+
+    Args:
+        summary: of a measurement, with ``durations``.
+    """
+    lines = []
+    for flank, one in summary["durations"].items():
+        if one["resolved"]:
+            what = f"median of {one['resolved']} that the record resolves, of {one['impacts']}"
+            shown = figure(one["median_s"], "time", 3)
+        elif one["max_median_s"] is not None:
+            shown = figure(one["max_median_s"], "time", 3)
+            shown = Figure(f"< {shown.text}", shown.value)
+            what = f"none of {one['impacts']} is resolved; median of their upper bounds (95 %)"
+        else:
+            continue
+        lines.append(Claim(f"durations.{flank}", f"duration, {flank} flank", shown, what))
+    return lines
+
+
+def durations(found: Measurement) -> dict[str, dict[str, Any]]:
+    """Return how long impacts last by flank, as ``durations`` of ``summary.json`` has it.
+
+    Args:
+        found: of a record.
+    """
+    hits, told = found.segments.impacts, {}
+    for code, flank in enumerate(FLANKS):
+        mine = hits["flank"] == code
+        lasted, most = hits["duration_s"][mine], hits["duration_max_s"][mine]
+        seen = np.isfinite(lasted)
+        told[flank] = {
+            "impacts": int(mine.sum()),
+            "resolved": int(seen.sum()),
+            "median_s": float(np.median(lasted[seen])) if seen.any() else None,
+            "quartiles_s": [float(q) for q in np.quantile(lasted[seen], (0.25, 0.75))] if seen.any() else None,
+            "max_median_s": float(np.median(most[np.isfinite(most)])) if np.isfinite(most).any() else None,
+        }
+    return told
+
+
+def flight_lines(found: Measurement) -> list[Claim]:
+    """Return the flights as lines of a table, discarded stretches among them.
+
+    Args:
+        found: of a record.
+    """
+    cut, table = found.summary["cut"], found.segments.flights
+    lines = [Claim("whole_flights", "whole flights", figure(cut["whole_flights"]), "from one touch to the next")]
+    if cut["whole_flights"]:
+        share = cut["testifying"] / cut["whole_flights"]
+        what = f"{plain(100 * share, 3)} %: their chi-square has a chance above 0.1 %; the others are left out of laws"
+        lines += [
+            Claim("testifying", "of these, testify", figure(cut["testifying"]), what),
+            Claim(
+                "chi2_median",
+                "chi-square, median",
+                figure(cut["chi2_median"], digits=3),
+                "a degree of freedom; right: 1",
+            ),
+            Claim("height", "highest", figure(float(table["height_m"].max()), "length"), "above the flank left"),
+            Claim(
+                "lasting",
+                "duration, median",
+                figure(float(np.median(table["end_s"] - table["start_s"])), "time"),
+                f"the longest {figure(float((table['end_s'] - table['start_s']).max()), 'time').text}",
+            ),
+        ]
+    slowing = cut["deceleration_median_rad_s2"]
+    if slowing is not None:
+        shown = Figure(f"{plain(slowing)}\N{NO-BREAK SPACE}rad/s²", slowing)
+        lines.append(Claim("deceleration", "deceleration in flight, median", shown, _torque(found, slowing)))
+    if cut["slope_1_s"]:
+        one = cut["slope_1_s"]
+        shown = Figure(f"{plain(one['value'], 3)} ± {plain(one['sigma'], 2)}\N{NO-BREAK SPACE}1/s", one["value"])
+        lines.append(Claim("slope_1_s", "its change with speed", shown, "within flights; above 0 for viscous drag"))
+    return lines
+
+
+def _torque(found: Measurement, slowing: float) -> str:
+    inertia = found.recording.meta.get("inertia_kg_m2")
+    if inertia is None:
+        return "of the loose gear; drag torque over its inertia"
+    torque = plain(slowing * inertia, 3)
+    return f"of the loose gear: a drag torque of {torque} N·m with the rig's inertia of {plain(inertia, 3)} kg·m²"
+
+
+WHY_NOT = {
+    "too_short": "too short: fewer readings than a parabola asks for",
+    "no_blow": "no flight: the stretch above the flank ends without a speed of approach",
+    "cut_off": "cut off by an end of the record",
+}
+"""Why a stretch above a flank is not among the flights."""
+
+
+def discarded(summary: dict[str, Any]) -> list[Claim]:
+    """Return what was left out, and how often, as lines of a table.
+
+    Args:
+        summary: of a measurement.
+    """
+    cut = summary["cut"]
+    every = cut["whole_flights"] + sum(cut["dropped"].values())
+    lines = []
+    for why, count in {**cut["dropped"], "no_testimony": cut["whole_flights"] - cut["testifying"]}.items():
+        meaning = WHY_NOT.get(why, "kept, but its chi-square is a wonder: it does not testify")
+        share = "" if not every else f" ({plain(100 * count / every, 2)} %)"
+        lines.append(Claim(f"dropped.{why}", why.replace("_", " "), Figure(f"{count}{share}", float(count)), meaning))
+    return lines
+
+
+def flank_lines(summary: dict[str, Any]) -> list[Claim]:
+    """Return backlash and strongest orders as lines of a table.
+
+    Args:
+        summary: of a measurement, with ``contact_orders``.
+    """
+    backlash = summary["flanks"]["backlash_m"]
+    lines = []
+    if backlash is None:
+        lines.append(Claim("backlash_m", "backlash", Figure("not seen"), "the reverse flank was never struck"))
+    else:
+        low, high = (figure(end, "length", 6).text for end in backlash["ci95"])
+        shown = figure(backlash["value"], "length", 5)
+        lines.append(Claim("backlash_m", "backlash", shown, f"mean over angles; 95 % interval {low} to {high}"))
+    for flank, orders in summary["contact_orders"].items():
+        for k, one in enumerate(orders[:6]):
+            meaning = f"± {figure(one['sigma_m'], 'length', 2).text} (standard deviation), phase "
+            meaning += f"{plain(np.degrees(one['phase_rad']), 3)}°"
+            name = f"order {one['order']} of the {one['gear']} gear, {flank} flank"
+            lines.append(Claim(f"contact_orders.{flank}.{k}", name, figure(one["amplitude_m"], "length"), meaning))
+    return lines
