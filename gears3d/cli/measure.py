@@ -69,17 +69,21 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     """Measure one record, write it and return its summary."""
     from gears3d import measurement
     from gears3d.cli.findings import show_findings
+    from gears3d.cli.progress import bars
     from gears3d.views.report.measured import durations, orders_told
 
     file = admitted.file
     if not as_json:
         show_findings(admitted.findings)
-    found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
+    with bars() as track:
+        found = measurement.measure(admitted.recording, admitted.rig, admitted.file, track("measure", 1.0))
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
         _write(found, place)
     if not as_json:
+        for warning in found.summary["warnings"]:
+            typer.echo(f"warning: {warning}", err=True)
         _show(found.summary, file)
         typer.echo("to keep it, with a report: --out DIR" if place is None else f"report: {place / 'report.html'}")
     return found.summary

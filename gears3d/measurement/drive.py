@@ -84,7 +84,9 @@ def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, int]:
     time, angle = (column[: count * size].reshape(count, size).mean(axis=1) for column in (reading.time, reading.angle))
     if count * size < len(reading.time):
         time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.angle[-1])
-    return np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.angle[0]), size
+    time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.angle[0])
+    rises = np.append(True, np.diff(time) > 0.0)
+    return time[rises], angle[rises], size
 
 
 def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:
@@ -94,9 +96,9 @@ def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:
     inner = time[step : len(time) - max(step // 2, 1) : step]
     knots = np.concatenate([np.repeat(time[0], 4), inner, np.repeat(time[-1], 4)])
     base = np.polynomial.Polynomial.fit(time, angle, 1)
-    curve = make_lsq_spline(time, angle - base(time), knots)
-    line = make_lsq_spline(time, base(time), knots)
-    return type(curve)(knots, curve.c + line.c, 3)
+    curve = make_lsq_spline(time, angle - base(time), knots, method="norm-eq")
+    line = base((knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3.0)  # a straight line's own coefficients
+    return type(curve)(knots, curve.c + line, 3)
 
 
 def _apart(fine: BSpline, coarse: BSpline, time: np.ndarray) -> tuple[float, float]:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.measurement.segments import Segments, segment
+from gears3d.measurement.segments import DOUBTFUL, doubtful, segment
 from gears3d.measurement.smoothing import track
+from gears3d.measurement.tables import Segments
 from gears3d.measurement.zones import clearance
 from gears3d.recording import FLANKS, Recording, describe
 
@@ -189,6 +190,8 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
     return {
         "format": 1,
         "status": "complete",
+        "warnings": _warnings(cut),
+        "flight_height_min_m": clearance(cut.path, cut.flanks),
         "quality": _quality(record, cut),
         "flanks": _flanks(cut),
         "cut": {
@@ -200,10 +203,20 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
             "durations_resolved": int(np.count_nonzero(np.isfinite(cut.impacts["duration_s"]))),
             "duration_max_median_s": _median(cut.impacts["duration_max_s"]),
             "dropped": cut.dropped,
+            "unexplained": doubtful(cut),
         },
         "contacts_seen": {name: int(np.sum(contacts["flank"] == code)) for code, name in enumerate(FLANKS)},
         **told,
     }
+
+
+def _warnings(cut: Segments) -> list[str]:
+    """Return what is to be said before anybody believes the cut."""
+    told = []
+    if (part := doubtful(cut)) > DOUBTFUL:
+        what = "is neither flight nor contact as the flanks have it: look at the picture, or record with more counts"
+        told.append(f"{part:.1%} of the time {what}")
+    return told
 
 
 def _median(values: np.ndarray) -> float | None:

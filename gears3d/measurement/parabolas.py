@@ -26,16 +26,18 @@ class Law(NamedTuple):
         slope: change with its speed, between flights [1/s].
         speed: of the loose gear [rad/s].
         varies: how much a flight may differ [rad/s²].
+        seen: least and greatest speed of the flights that told it [rad/s]; beyond them it is not extrapolated.
     """
 
     deceleration: float
     slope: float
     speed: float
     varies: float
+    seen: tuple[float, float]
 
     def at(self, speed: float) -> float:
         """Return the deceleration expected at a speed [rad/s²]."""
-        return self.deceleration + self.slope * (speed - self.speed)
+        return self.deceleration + self.slope * (min(max(speed, self.seen[0]), self.seen[1]) - self.speed)
 
 
 class Parabolas(NamedTuple):
@@ -229,7 +231,8 @@ def common_law(paths: Parabolas) -> Law | None:
     rest = slowing[best] - middle - slope * (speed - centre)
     varies = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
     varies = 2.0 * varies + LOOSE * abs(middle) + 2.0 * float(np.median(slack[best]))
-    return Law(middle + float(np.median(rest)), slope, centre, varies)
+    seen = (float(speed.min()), float(speed.max()))
+    return Law(middle + float(np.median(rest)), slope, centre, varies, seen)
 
 
 def _between(speed: np.ndarray, slowing: np.ndarray) -> float:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from gears3d.measurement.flanks import Flanks
 from gears3d.measurement.flights import Touches
 from gears3d.measurement.parabolas import Parabolas
-from gears3d.measurement.zones import Runs
+from gears3d.measurement.smoothing import Blocks, Track
+from gears3d.measurement.zones import FLIGHT, Runs
 
 RESOLVED = 4.0
 """Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
@@ -16,6 +20,49 @@ Columns = dict[str, np.ndarray]
 
 DOUBT = 1e-3
 """Chance of a chi-square as large, below which a flight may not testify."""
+
+
+class Segments(NamedTuple):
+    """A record cut into flights and contacts.
+
+    Args:
+        track: what was measured.
+        path: the same in blocks.
+        flanks: of the record.
+        flights: whole flights, in order of time: ``start_s``, ``end_s``, ``left``, ``struck`` (flanks),
+            ``start_sigma_s``, ``end_sigma_s``; against the flank ``velocity_m_s`` at the end and ``departure_m_s`` at
+            the start, with sigmas; ``blow`` (1 when it began with an impact), ``height_m``, ``deceleration_rad_s2``
+            with sigma, ``omega_loose_rad_s`` and ``theta_loose_rad`` at half time, ``slope_1_s`` (change of the
+            deceleration with the loose gear's speed, common to all, 0 where there is none to be seen), ``chi2`` (per
+            degree of freedom), ``readings``, ``testifies`` (1 when its chi-square is no wonder), each (k,).
+        contacts: ``flank``, ``start_s``, ``end_s``, ``duration_s`` with sigma, each (c,).
+        impacts: columns of the contract, and ``time_sigma_s``, ``velocity_sigma_m_s``, ``rebound_sigma_m_s``,
+            ``duration_s`` (NaN where not resolved) with sigma, ``duration_max_s``, ``testifies``, each (i,).
+        dropped: how many stretches above a flank were no flights, by reason.
+        slope: change of the deceleration with speed that flights ask for, and its standard deviation [1/s].
+    """
+
+    track: Track
+    path: Blocks
+    flanks: Flanks
+    flights: Columns
+    contacts: Columns
+    impacts: Columns
+    dropped: dict[str, int]
+    slope: tuple[float, float] = (0.0, np.inf)
+
+    def states(self, time: np.ndarray) -> np.ndarray:
+        """Return the state at given times: 0 active, 1 reverse contact, 2 flight, int8 (n,).
+
+        Args:
+            time: [s], (n,).
+        """
+        state = np.full(len(time), FLIGHT, dtype=np.int8)
+        begin = np.searchsorted(time, self.contacts["start_s"], "left")
+        end = np.searchsorted(time, self.contacts["end_s"], "right")
+        for flank, first, stop in zip(self.contacts["flank"].astype(int), begin, end, strict=True):
+            state[first:stop] = flank
+        return state
 
 
 def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, same: np.ndarray) -> Columns:
@@ -28,11 +75,11 @@ def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, sa
         end: where they end.
         same: whether each begins with the impact that ended the one before, (k,).
     """
-    from scipy.stats import chi2
+    from scipy.special import gammaincc
 
     slowing, slack = paths.deceleration
     freedom = np.maximum(paths.readings - 3.0, 1.0)
-    chance = chi2.sf(np.nan_to_num(paths.chi2) * freedom, freedom)
+    chance = gammaincc(0.5 * freedom, 0.5 * np.nan_to_num(paths.chi2) * freedom)  # of chi-square
     return {
         "start_s": start.time,
         "end_s": end.time,

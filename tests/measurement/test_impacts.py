@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.measurement import measure
+from gears3d.measurement.parabolas import Parabolas, common_law
 from gears3d.simulation import simulate
 from tests.measurement.truth import cut, happened, judged, seen
 
@@ -74,3 +75,16 @@ def test_flights_under_viscous_drag_testify_and_tell_its_slope():
     assert np.median(found.flights["chi2"]) == pytest.approx(1.0, abs=0.1)
     told = judged(truth, found, 30 * found.flanks.rough)
     assert told["found"] == told["flank"] == told["in_time"] == told["high"] >= 50
+
+
+def test_a_law_of_the_drag_is_not_extrapolated_beyond_the_speeds_that_told_it():
+    rng = np.random.default_rng(55)
+    speed = np.concatenate([5.2 + 2e-3 * rng.standard_normal(30), 1.0 + 2e-3 * rng.standard_normal(30)])
+    slowing = 3.2 + np.append(500.0 * (speed[:30] - 5.2), np.zeros(30)) + 0.1 * rng.standard_normal(60)
+    covariance = np.zeros((60, 3, 3))
+    covariance[:, 2, 2] = np.append(np.full(30, 1e-2), np.full(30, 1.0)) ** 2
+    numbers = np.stack([np.zeros(60), speed, -0.5 * slowing], axis=1)
+    one = np.ones(60)
+    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one))
+    assert law.slope > 100.0  # told by the fast half alone, whose speeds hardly differ
+    assert abs(law.at(1.0) - 3.2) < 5.0

@@ -23,7 +23,7 @@ def wavy(waves, swing, duration="4 s"):
 
 
 @pytest.mark.parametrize("waves", WAVES)
-@pytest.mark.parametrize("noise", [0.001, 0.015])
+@pytest.mark.parametrize("noise", [pytest.param(0.001, marks=pytest.mark.slow), 0.015])
 def test_flanks_have_the_orders_that_the_record_asks_for(waves, noise):
     scenario = wavy(waves, "20 rpm")
     truth = simulate(scenario, "rigid")

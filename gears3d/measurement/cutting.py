@@ -1,0 +1,173 @@
+"""A record cut along known flanks: runs in the dead band, the flights among them, where these touch."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measurement.flanks import Flanks
+from gears3d.measurement.flights import Shafts, Touches, meet, shafts
+from gears3d.measurement.kinks import Kinks
+from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within
+from gears3d.measurement.smoothing import Blocks, Track
+from gears3d.measurement.tables import Segments, contacts_between, flight_table, impacts_of
+from gears3d.measurement.zones import ACTIVE, CUT, REVERSE, Runs, clearance, readings_of, runs, touches_missed, zones
+
+BLOW = 5.0
+"""Deviations by which the speed of an approach must differ from rest; a bump of the flank has none."""
+DROPPED = ("too_short", "no_blow", "cut_off")
+"""Why a stretch above a flank is no flight: too few readings, no speed at its end, cut by an end of the record."""
+SAME = 4.0
+"""Deviations within which the end of a flight and the start of the next are one touch."""
+HELD = 5e-3
+"""Longest impact of yielding teeth [s]; what stays longer on a flank is in contact."""
+THROWN = 0.15
+"""Part of the speed of approach with which a gear must leave a flank that held it."""
+WRONG = 5.0
+"""Median chi-square of flights from which on the flanks are not believed."""
+
+
+class Cut(NamedTuple):
+    """A record cut along flanks, with what the cut rests on.
+
+    Args:
+        segments: the record.
+        paths: parabolas of its flights.
+        where: both shafts and the flanks.
+    """
+
+    segments: Segments
+    paths: Parabolas
+    where: Shafts
+
+
+def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) -> Cut:
+    """Cut a record along given flanks.
+
+    Args:
+        known: displacement and angles.
+        path: the same in blocks.
+        flanks: of the record.
+        seeds: its sure kinks.
+        file: named in faults.
+
+    Raises:
+        InputError: the noise fills the dead band.
+    """
+    zone, above, below = zones(path, flanks, seeds, file)
+    every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
+    rough = fit(known, first, last)
+    if len(wrong := np.flatnonzero(rough.chi2 > WRONG)):
+        zone = touches_missed(zone, above, below, every, wrong, clearance(path, flanks))
+        every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
+        rough = fit(known, first, last)
+    where = shafts(known, path, flanks)
+    start, end = _touches(known, path, every, fit(known, first, last, law=common_law(rough)), where)
+    first, last = _between(known, start, end, first, last)
+    slope = slope_within(known, first, last)
+    curved = slope[0] if abs(slope[0]) > SURE * slope[1] else 0.0
+    free = fit(known, first, last, curved)
+    tied = fit(known, first, last, curved, common_law(free))
+    start, end = _touches(known, path, every, tied, where)
+    real = end.met & (np.abs(end.velocity) > BLOW * end.velocity_sigma) & (end.time > start.time)
+    dropped["no_blow"] = int(np.count_nonzero(~real))
+    every = Runs(*(column[real] for column in every))
+    start, end = (Touches(*(column[real] for column in one)) for one in (start, end))
+    free, tied = free.some(real), tied.some(real)
+    same = _one_touch(known, every, start, end)
+    start = _tangents(tied, where, every, start, end, same)
+    flights = flight_table(every, free, start, end, same)
+    contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same)
+    found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)
+    return Cut(found, tied, where)
+
+
+def _candidates(
+    known: Track, path: Blocks, zone: np.ndarray, above: np.ndarray, below: np.ndarray
+) -> tuple[Runs, np.ndarray, np.ndarray, dict[str, int], tuple[float, float, int]]:
+    """Return runs that may be flights, their first and last readings, what was dropped, and what is known in all."""
+    every = runs(zone, above, below)
+    first, last = readings_of(every, path.size, len(known.time))
+    enough = last - first + 1 >= FEWEST
+    whole = (every.left != CUT) & (every.struck != CUT)
+    dropped: dict[str, int] = dict.fromkeys(DROPPED, 0)
+    dropped["too_short"] = int(np.count_nonzero(~enough & whole))
+    dropped["cut_off"] = int(np.count_nonzero(~whole))
+    keep = enough & whole
+    edges = _ends_beyond(known, path, every, whole)
+    return Runs(*(column[keep] for column in every)), first[keep], last[keep], dropped, edges
+
+
+def _ends_beyond(known: Track, path: Blocks, every: Runs, whole: np.ndarray) -> tuple[float, float, int]:
+    """Return where what is known begins and ends, flights that are cut off left out, and the flank it begins on."""
+    begin, end = float(known.time[0]), float(known.time[-1])
+    if len(whole) and not whole[0] and every.left[0] == CUT:
+        begin = float(path.time[every.last[0]])
+    if len(whole) and not whole[-1] and every.struck[-1] == CUT:
+        end = float(path.time[every.first[-1]])
+    flank = ACTIVE
+    if len(whole):
+        flank = int(every.left[0]) if every.left[0] != CUT else int(max(every.struck[0], 0))
+    return begin, end, flank
+
+
+def _touches(known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts) -> tuple[Touches, Touches]:
+    """Return where flights begin and end, as if all began with a blow."""
+    size = path.size
+    inner = known.time[every.first * size], known.time[np.minimum((every.last + 1) * size, len(known.time)) - 1]
+    lasted = inner[1] - inner[0]
+    reach = np.maximum(0.5 * lasted, 6.0 * path.width)
+    after = np.append(inner[0][1:], known.time[-1])
+    before = np.insert(inner[1][:-1], 0, known.time[0])
+    inside = 0.4 * lasted
+    late = np.maximum(np.minimum(reach, after - inner[1]), path.width)
+    early = np.maximum(np.minimum(reach, inner[0] - before), path.width)
+    never = np.zeros(len(lasted), bool)
+    end = meet(paths, where, every.struck, inner[1] - inside, late + inside, never)
+    start = meet(paths, where, every.left, inner[0] + inside, -(early + inside), never)
+    return start, end
+
+
+def _between(
+    known: Track, start: Touches, end: Touches, first: np.ndarray, last: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the readings that surely lie between the touches; those of before where there are too few."""
+    spacing = float(np.median(np.diff(known.time)))
+    lasted = np.maximum(end.time - start.time, 0.0)
+    after = start.time + np.minimum(SAME * start.sigma, 0.25 * lasted) + spacing
+    before = end.time - np.minimum(SAME * end.sigma, 0.25 * lasted) - spacing
+    begin = np.searchsorted(known.time, after, "left")
+    stop = np.searchsorted(known.time, before, "right") - 1
+    good = end.met & start.met & (stop - begin + 1 >= np.maximum(FEWEST, (last - first + 1) // 2))
+    return np.where(good, begin, first), np.where(good, stop, last)
+
+
+def _one_touch(known: Track, every: Runs, start: Touches, end: Touches) -> np.ndarray:
+    """Return whether each flight begins with the very impact that ended the one before, (k,)."""
+    same = np.zeros(len(start.time), bool)
+    apart = start.time[1:] - end.time[:-1]
+    slack = SAME * np.hypot(start.sigma[1:], end.sigma[:-1]) + 2.0 * float(np.median(np.diff(known.time)))
+    leaves = start.velocity[1:] * np.where(every.left[1:] == REVERSE, -1.0, 1.0)
+    thrown = (leaves > BLOW * start.velocity_sigma[1:]) & (leaves > THROWN * np.abs(end.velocity[:-1]))
+    touch = ((apart < slack) & (leaves > 0.0)) | ((apart < HELD) & thrown)
+    same[1:] = (every.left[1:] == every.struck[:-1]) & touch
+    return same
+
+
+def _tangents(paths: Parabolas, where: Shafts, every: Runs, start: Touches, end: Touches, same: np.ndarray) -> Touches:
+    """Return the starts, those without a blow moved to where the flank is left tangentially."""
+    glide = np.flatnonzero(~same)
+    if not len(glide):
+        return start
+    some = paths.some(glide)
+    lasted = end.time[glide] - start.time[glide]
+    before = np.insert(end.time[:-1], 0, -np.inf)[glide]
+    inner = start.time[glide] + 0.3 * lasted
+    back = np.maximum(inner - before, 0.3 * lasted)
+    span = -np.minimum(back, 0.8 * lasted)
+    found = meet(some, where, every.left[glide], inner, span, np.ones(len(glide), bool))
+    mended = [column.copy() for column in start]
+    for column, values in zip(mended, found, strict=True):
+        column[glide] = values
+    return Touches(*mended)

@@ -1,0 +1,241 @@
+"""Where the flanks are, from the path alone: through sure kinks first, then through all that dwells beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.measurement.flanks import NARROWEST, Flanks, through
+from gears3d.measurement.kinks import Kinks
+from gears3d.measurement.orders import Contact, resolved, strongest
+from gears3d.measurement.smoothing import Blocks
+from gears3d.measurement.terms import Terms, make_terms
+
+ROUNDS = 8
+GROWS = (0, 2, 4)
+"""Rounds before which orders are looked for that stand out."""
+MOST_ORDERS = 16
+"""Orders that a record may ask for."""
+QUIET = 1.5
+"""Times its noise that contact may scatter without being asked for orders: the tips of bounces lie in it."""
+SMOOTH = 1.5
+"""Times its noise that a path may be off its flank without being asked for orders."""
+WIDEST = 0.05
+"""Part of the dead band that blocks of contact may be off their flank at first."""
+REACH = 4.0
+"""Deviations from the flank that still make a dwelling block one of contact."""
+STILL = 6.0
+"""Deviations by which a dwelling block may move against the flank while its neighbours pass."""
+MOST = 5_000
+"""Blocks of contact that are fitted at most; every so manieth is taken."""
+
+
+def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True) -> Flanks:
+    """Return the flanks of a record.
+
+    Sure kinks say where the path bounced and on which side; the flanks through them are then drawn through all blocks
+    that stay beside them without moving, round by round, closer each time.
+
+    Args:
+        path: displacement in blocks.
+        found: its sure kinks; without any the whole record is contact with the active flank.
+        teeth: of drive and loose gear where known, for mesh orders.
+        both: whether the reverse flank is looked for too.
+    """
+    terms = make_terms(path, teeth)
+    columns = terms.columns(path.time, path.drive, path.loose)
+    up = found.jump > 0.0
+    if len(found.at) < 2 or not (both or np.count_nonzero(up) >= 2):
+        return one_flank(path, teeth)
+    at, side = found.at, (~up).astype(int)
+    place = found.place
+    both = both and int(np.count_nonzero(side)) >= 2
+    if not both:
+        at, side, place = at[up], side[up], place[up]
+    gap = _first_gap(place, side, path)
+    flanks, scale = _through_seeds(path, terms, columns, (at, side, place), gap, both)
+    for turn in range(ROUNDS):
+        if turn in GROWS:
+            near, sides, _ = dwelling(path, columns, flanks, scale, gap)
+            more = grown(path, flanks, near, sides, columns, gap)
+            if more:
+                size = 2.0 * scale / gap
+                terms = terms.with_orders(more, size)
+                flanks = flanks._replace(terms=terms)
+                columns = terms.columns(path.time, path.drive, path.loose)
+                flanks = _padded(flanks, 2 * len(more))
+        flanks, scale = _closer(path, terms, columns, flanks, (at, side, place), scale, gap)
+    return flanks
+
+
+def _padded(flanks: Flanks, more: int) -> Flanks:
+    """Return flanks with further columns, nothing in them yet."""
+    active = np.append(flanks.active, np.zeros(more))
+    gap = None if flanks.gap is None else np.append(flanks.gap, np.zeros(more))
+    return flanks._replace(active=active, gap=gap)
+
+
+def grown(
+    path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, columns: np.ndarray, gap: float
+) -> list[tuple[str, int]]:
+    """Return orders that stand out of the contact beside both flanks.
+
+    Args:
+        path: displacement in blocks.
+        flanks: so far.
+        near: blocks in contact, (k,).
+        side: flank of each, (k,).
+        columns: of the flanks' terms at all blocks, (m, p).
+        gap: width of the dead band [m].
+    """
+    room = MOST_ORDERS - flanks.terms.grown
+    touched = []
+    for flank in (0, 1) if flanks.gap is not None else (0,):
+        mine = near[side == flank]
+        mine = mine[:: max(len(mine) // MOST, 1)]
+        if len(mine) > 20 * columns.shape[1]:
+            line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
+            rest = path.place[mine] - columns[mine] @ line
+            touched.append(Contact(columns[mine], np.stack([path.drive[mine], path.loose[mine]]), rest, path.noise))
+    if not touched or room < 1:
+        return []
+    highest = resolved(path.drive, path.loose)
+    known = tuple((kind, order) for kind, order in flanks.terms.kinds if kind in ("drive", "loose"))
+    return strongest(touched, highest, room, known, QUIET)[0]
+
+
+def _through_seeds(
+    path: Blocks,
+    terms: Terms,
+    columns: np.ndarray,
+    seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
+    gap: float,
+    both: bool,
+) -> tuple[Flanks, float]:
+    """Return the flanks through the kinks alone, and how far half of these are off."""
+    at, side, place = seeds
+    weight, scale = np.ones(len(at)), 0.2 * gap
+    flanks = through(terms, columns[at], side, place, scale, gap, both)
+    for _ in range(4):
+        low, high = flanks.places(path.time[at], path.drive[at], path.loose[at])
+        off = np.abs(place - np.where(side == 1, high, low))
+        scale = float(np.clip(1.4826 * np.median(off), max(0.01 * gap, path.noise), 0.2 * gap))
+        weight = np.square(np.clip(1.0 - (off / (6.0 * scale)) ** 2, 0.0, None))
+        flanks = through(terms, columns[at], side, place, scale, gap, both, robust=False, weight=weight)
+    return flanks, max(min(scale, WIDEST * gap), path.noise)
+
+
+def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
+    """Return the size of the dead band, or of what the path swings through when there is one flank only."""
+    if side.any() and not side.all():
+        return max(float(np.median(place[side == 1]) - np.median(place[side == 0])), 10.0 * path.noise)
+    return max(float(np.ptp(path.place)), 10.0 * path.noise)
+
+
+def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False) -> Flanks:
+    """Return the active flank of a record that never leaves it.
+
+    Args:
+        path: displacement in blocks.
+        teeth: of drive and loose gear where known, for mesh orders.
+        grow: whether orders that stand out are looked for; of a rattling gear they are those of its swing.
+    """
+    terms = make_terms(path, teeth)
+    size = max(float(np.ptp(path.place)), path.noise)
+    some = np.arange(0, len(path.time), max(len(path.time) // MOST, 1))
+    side = np.zeros(len(some), int)
+    flanks = None
+    for _ in range(2):
+        columns = terms.columns(path.time, path.drive, path.loose)
+        flanks = through(terms, columns[some], side, path.place[some], path.noise, size, False, robust=False)
+        rough = float(np.std(path.place - columns @ flanks.active))
+        flanks = flanks._replace(rough=max(rough, path.noise), contact=1.0)
+        more = grown(path, flanks, some, side, columns, size) if grow and rough > SMOOTH * path.noise else []
+        if not more:
+            break
+        terms = terms.with_orders(more, 1.0)
+    assert flanks is not None
+    return flanks
+
+
+def _closer(
+    path: Blocks,
+    terms: Terms,
+    columns: np.ndarray,
+    flanks: Flanks,
+    seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
+    scale: float,
+    gap: float,
+) -> tuple[Flanks, float]:
+    """Return the flanks through all blocks that dwell beside them, and how far these are off."""
+    near, side, off = dwelling(path, columns, flanks, scale, gap)
+    both = flanks.gap is not None
+    rough = scale
+    if len(near) >= 3 * columns.shape[1]:
+        rough = 1.4826 * float(np.median(np.abs(off - np.median(off))))
+    scale = max(min(rough, 0.7 * scale), path.noise)
+    some = slice(None, None, max(len(near) // MOST, 1))
+    at = np.concatenate([near[some], seeds[0]])
+    sides = np.concatenate([side[some], seeds[1]])
+    places = np.concatenate([path.place[near[some]], seeds[2]])
+    weight = np.concatenate([np.ones(len(near[some])), np.full(len(seeds[0]), 0.01)])
+    made = through(terms, columns[at], sides, places, scale, gap, both, weight=weight)
+    return made._replace(rough=scale, contact=len(near) / len(path.time)), scale
+
+
+def refined(
+    path: Blocks, flanks: Flanks, still: tuple[np.ndarray, np.ndarray], touches: tuple[np.ndarray, ...]
+) -> Flanks:
+    """Return the flanks through what is known to be contact and through the moments at which bounces touch.
+
+    Blocks that dwell include the rounded tips of bounces, which lie inside the dead band; these do not.
+
+    Args:
+        path: displacement in blocks.
+        flanks: so far.
+        still: indices of blocks in contact, and their flanks, each (k,).
+        touches: time [s], angles of drive and loose gear [rad], flank, displacement and its deviation [m], each (i,).
+    """
+    near, side = still
+    some = slice(None, None, max(len(near) // MOST, 1))
+    near, side = near[some], side[some]
+    time, drive, loose, struck, place, sigma = touches
+    both = flanks.gap is not None
+    if len(near) + len(time) < 3 * len(flanks.active):
+        return flanks
+    columns = flanks.terms.columns(
+        np.append(path.time[near], time), np.append(path.drive[near], drive), np.append(path.loose[near], loose)
+    )
+    sides = np.append(side, struck).astype(int)
+    places = np.append(path.place[near], place)
+    weight = np.append(np.ones(len(near)), (flanks.rough / np.maximum(sigma, 0.3 * flanks.rough)) ** 2)
+    gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
+    made = through(flanks.terms, columns, sides, places, flanks.rough, gap, both, weight=weight)
+    return made._replace(rough=flanks.rough, contact=flanks.contact)
+
+
+def dwelling(
+    path: Blocks, columns: np.ndarray, flanks: Flanks, scale: float, gap: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the blocks that stay beside a flank: index, flank, and distance from it [m], each (k,).
+
+    Args:
+        path: displacement in blocks.
+        columns: of the flanks' terms at the blocks, (m, p).
+        flanks: so far.
+        scale: standard deviation of blocks about their flank [m].
+        gap: width of the dead band as the kinks have it [m].
+    """
+    above = path.place - columns @ flanks.active
+    width = np.full(len(above), np.inf) if flanks.gap is None else columns @ flanks.gap
+    moved = np.zeros(len(above))
+    moved[1:-1] = above[2:] - above[:-2]
+    moved = np.minimum(np.abs(moved), np.abs(moved - np.gradient(width) * 2.0) if flanks.gap is not None else np.inf)
+    still = moved < STILL * path.noise
+    low, high = np.abs(above) < REACH * scale, np.abs(above - width) < REACH * scale
+    if flanks.gap is not None:
+        high &= width > NARROWEST * gap
+    low &= ~high | (np.abs(above) < np.abs(above - width))
+    high &= ~low
+    near = np.flatnonzero(still & (low | high))
+    side = high[near].astype(int)
+    return near, side, np.where(side == 1, above[near] - width[near], above[near])
