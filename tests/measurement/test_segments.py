@@ -157,7 +157,7 @@ def test_a_measured_folder_is_a_recording_like_any_other(tmp_path, capsys):
     assert told["regime"] == "double_sided"
     assert json.loads((out / "summary.json").read_text()) == told
     assert {path.name for path in out.iterdir()} == {
-        "signals.parquet", "impacts.parquet", "summary.json", "measured.png"
+        "signals.parquet", "impacts.parquet", "summary.json", "measured.png", "report.html"
     }  # fmt: skip
     high = {name: values[truth.impacts["flight_height_m"] > 3e-6] for name, values in truth.impacts.items()}
     reference = Recording(truth.signals, high, truth.meta)
