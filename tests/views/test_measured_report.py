@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -137,6 +138,8 @@ def test_a_record_without_rattle_says_so(tmp_path):
     assert "It did not: no impact was found." in text
     assert "nothing was found" in text
     assert "the reverse flank was never struck" in text
+    assert "Left out" not in text
+    assert "A stretch, reading by reading" in text
     assert "The period of the drive's fluctuation is not known" in text
 
 
@@ -192,4 +195,11 @@ def test_every_plot_is_drawn_in_the_reader_s_theme(chromium, found, tmp_path, sc
     assert tab.evaluate("document.documentElement.scrollWidth") <= 1100
     assert said == []
     assert asked == [path.as_uri()]
+    with tab.expect_download() as waiting:
+        tab.click("#csv-flights")
+    head, *lines = Path(waiting.value.path()).read_text(encoding="utf-8").splitlines()
+    told = dict(zip(head.split(","), lines[0].split(","), strict=True))
+    assert len(lines) == len(found.segments.flights["start_s"])
+    assert told["struck"] == ("active", "reverse")[int(found.segments.flights["struck"][0])]
+    assert float(told["end_s"]) == pytest.approx(found.segments.flights["end_s"][0], abs=2e-7)
     tab.close()

@@ -94,4 +94,10 @@ function drawOrders() {
   }
 }
 
+function flightsCsv() {
+  const names = Object.keys(FLIGHTS), cell = (name, v) => v === null ? "" : ["left", "struck"].includes(name) ? FLANK[v] : Number(v.toPrecision(9));
+  return [names.join(","), ...numbers(FLIGHTS.start_s.length).map((i) => names.map((name) => cell(name, FLIGHTS[name][i])).join(","))].join("\n") + "\n";
+}
+document.getElementById("csv-flights")?.addEventListener("click", () => save("flights.csv", flightsCsv()));
+
 more.push(drawClose, drawImpacts, drawFlights, drawOrders);

@@ -64,7 +64,7 @@ function build(id, options, series, data) {
 function betweenFlanks(u, low, high) {
   const { min, max } = u.scales.x, whole = min === DATA.time[0] && max === DATA.time[DATA.time.length - 1];
   const lowest = (values) => values.reduce((a, b) => Math.min(a, b)), highest = (values) => values.reduce((a, b) => Math.max(a, b));
-  return whole ? padded(.09)(u, Math.min(low, lowest(DATA.active)), Math.max(high, DATA.reverse ? highest(DATA.reverse) : high)) : padded(.09, .5)(u, low, high);
+  return whole ? padded(.09, DATA.reverse ? 1e-5 : .5)(u, Math.min(low, lowest(DATA.active)), Math.max(high, DATA.reverse ? highest(DATA.reverse) : high)) : padded(.09, .5)(u, low, high);
 }
 
 // ---- plots over time

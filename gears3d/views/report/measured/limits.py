@@ -41,10 +41,11 @@ def limits(found: Measurement) -> list[str]:
             "correction of a delay too, lengthens them as much."
         )
     if found.recording.meta.get("teeth_from") == "record" and "tooth_drive" in hits:
-        told.append("Teeth are numbered from the record's first angle (no index mark): records differ.")
+        told.append("Teeth are numbered from the record's first angle (no index mark): in another record they differ.")
     if not found.recording.meta.get("period_s"):
         told.append("The period of the drive's fluctuation is not known (no --rig with harmonics): no phases.")
-    quiet = [flank for flank, orders in summary["contact_orders"].items() if not orders]
+    touched = summary["contacts_seen"]
+    quiet = [flank for flank, orders in summary["contact_orders"].items() if touched[flank] and not orders]
     if quiet:
         told.append(f"On the {' and the '.join(quiet)} flank no order stands out, or contact is too short.")
     told.append(

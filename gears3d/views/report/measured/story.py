@@ -185,17 +185,19 @@ WHY_NOT = {
 
 
 def discarded(summary: dict[str, Any]) -> list[Claim]:
-    """Return what was left out, and how often, as lines of a table.
+    """Return what was left out, and how often, as lines of a table; none where nothing rose above a flank.
 
     Args:
         summary: of a measurement.
     """
     cut = summary["cut"]
     every = cut["whole_flights"] + sum(cut["dropped"].values())
-    lines = []
+    lines: list[Claim] = []
+    if not every:
+        return lines
     for why, count in {**cut["dropped"], "no_testimony": cut["whole_flights"] - cut["testifying"]}.items():
         meaning = WHY_NOT.get(why, "kept, but its chi-square is a wonder: it does not testify")
-        share = "" if not every else f" ({plain(100 * count / every, 2)} %)"
+        share = f" ({plain(100 * count / every, 2)} %)"
         lines.append(Claim(f"dropped.{why}", why.replace("_", " "), Figure(f"{count}{share}", float(count)), meaning))
     return lines
 
