@@ -131,7 +131,8 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
     known = cut.track
     radii, shift = known.radii, float(cut.flanks.active[0])
     drive, loose = record.signals["theta_drive_rad"], record.signals["theta_loose_rad"]
-    place = np.interp(record.time, known.time, known.place) - shift
+    same = known.time is record.time or np.array_equal(known.time, record.time)
+    place = (known.place if same else np.interp(record.time, known.time, known.place)) - shift
     speed = np.interp(record.time, cut.path.time, np.gradient(cut.path.place, cut.path.time))
     index = "index" in record.meta.get("zero", {}).get("drive", "")
     begin = 0.0 if index else float(drive[0])
@@ -238,7 +239,7 @@ def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
         "samples": len(record.time),
         "duration_s": float(record.time[-1] - record.time[0]),
         "sample_rate_Hz": 1.0 / spacing,
-        "jitter": float(np.max(np.abs(steps - spacing)) / spacing),
+        "jitter": float(max(steps.max() - spacing, spacing - steps.min()) / spacing),
         "encoders": encoders,
         "noise_m": cut.track.noise,
         "noise_in_contact_m": cut.flanks.rough,

@@ -57,13 +57,13 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     count = quantum(angle)
     if count is None or np.ptp(np.diff(angle)) < 0.5 * count:  # even steps: counts and samples keep step throughout
         floor = max(noise_of(time, angle, clip=4.0), 1e-14 * float(np.abs(angle).max(initial=1.0)))
-        return Reading(time, angle, np.full(len(time), floor), None, "smooth")
+        return Reading(time, angle, np.broadcast_to(floor, len(time)), None, "smooth")
     if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < CHANGES:
         found = passages(time, angle, count)
         if found is not None and len(found.time) >= FEWEST:
             return found
     floor = max(noise_of(time, angle, clip=4.0), 0.2 * count)
-    return Reading(time, angle + 0.5 * count, np.full(len(time), floor), count, "counts")
+    return Reading(time, angle + 0.5 * count, np.broadcast_to(floor, len(time)), count, "counts")
 
 
 def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | None:

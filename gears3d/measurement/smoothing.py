@@ -93,14 +93,17 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         if len(reading.time) < FEWEST:
             what = f"is read {len(reading.time)} times only"
             raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
-    inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
+    inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
+    if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
+        inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
     at, angle, sigma = other.time[inside], other.angle[inside], other.sigma[inside]
     curve = steady(one)
     if follows := curve.rest < FOLLOWS:
         driven = curve.curve(at)
     else:
         driven = one.angle if one.time is at or np.array_equal(one.time, at) else np.interp(at, one.time, one.angle)
-    place = radii[1] * (angle - angle[0]) - radii[0] * (driven - driven[0])
+    place = radii[1] * (angle - angle[0])
+    place -= radii[0] * (driven - driven[0])
     theirs = curve.sigma if follows else float(np.median(one.sigma))
     noise = float(np.hypot(radii[1] * np.median(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
