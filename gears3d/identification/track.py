@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.readers import Channels, read
+from gears3d.gate import Finding, admit
+from gears3d.readers import Channels
 from gears3d.signals import edges, local_slope, noise_of, quantum
 
 SLOWEST = 0.03
@@ -34,6 +36,7 @@ class Track(NamedTuple):
         quantum: angle of a count [rad], ``None`` for a smooth record.
         file: where it came from.
         temperature: mean of the record's own [°C], ``None`` where it has none.
+        findings: of the sensor gate.
     """
 
     time: np.ndarray
@@ -44,15 +47,19 @@ class Track(NamedTuple):
     quantum: float | None
     file: str
     temperature: float | None = None
+    findings: tuple[Finding, ...] = ()
 
 
-def read_track(path: str | Path, gear: str = "loose", map_file: str | Path | None = None) -> Track:
+def read_track(
+    path: str | Path, gear: str = "loose", map_file: str | Path | None = None, correct: Sequence[str] = ()
+) -> Track:
     """Read a run-down from a file.
 
     Args:
         path: a file with ``time_s`` and ``theta_loose_rad`` (or ``omega_rad_s``), maybe ``temperature_degC``.
         gear: ``"loose"`` or ``"drive"``, whose angle counts.
         map_file: ``record.toml``.
+        correct: kinds of findings of the sensor gate to correct.
 
     Returns:
         The track.
@@ -60,19 +67,18 @@ def read_track(path: str | Path, gear: str = "loose", map_file: str | Path | Non
     Raises:
         InputError: columns are missing, not finite or not in order of time, or nothing runs down freely.
     """
-    channels = read(path, map_file)
-    columns, file, wanted = channels.columns, channels.file or str(path), f"theta_{gear}_rad"
-    if "time_s" not in columns:
-        raise InputError(Fault("time_s", "is missing", f"a run-down has time_s and {wanted}", file))
+    wanted = f"theta_{gear}_rad"
     names = (wanted, "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
-    name = next((name for name in names if name in columns), None)
-    if name is None:
-        raise InputError(Fault(wanted, "is missing", "or give omega_rad_s", file))
+    admitted = admit(path, None, map_file, correct, needs=(names,))
+    channels = admitted.channels
+    columns, file = channels.columns, channels.file or str(path)
+    name = next(name for name in names if name in columns)
     time, values = columns["time_s"], columns[name]
     _refuse_bad({"time_s": time, name: values}, file)
     if name.startswith("omega"):
         values = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
-    return make_track(time, values, file)._replace(temperature=_temperature(channels, file))
+    track = make_track(time, values, file)
+    return track._replace(temperature=_temperature(channels, file), findings=admitted.findings)
 
 
 def _temperature(channels: Channels, file: str) -> float | None:

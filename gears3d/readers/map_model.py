@@ -38,7 +38,7 @@ class TimeMap(_Part):
     channel: str | None = None
     unit: str = ""
     sample_rate: str | None = None
-    axis: Literal["loose", "drive", "union"] = "loose"
+    axis: Literal["counters", "loose", "drive", "union"] = "counters"
 
 
 class IndexMap(_Part):

@@ -109,12 +109,15 @@ def test_what_cannot_be_used_is_told(tmp_path):
         make_track(t, 3.0 * t - t**2 - 0.05 * np.cos(20.0 * t))
     with pytest.raises(InputError, match="changes 12 times only"):
         make_track(t, shafts.counted(3.0 * t - 1.5 * t**2, 50, 1))
-    for text, told in (
-        ("time_s,theta_loose_rad\n0,0\n0,1\n", r"time_s, row 2: does not rise"),
-        ("time_s,theta_loose_rad\n0,0\n1,\n", r"theta_loose_rad, row 2: is no finite number"),
-        ("time_s,speed\n0,0\n1,1\n", "theta_loose_rad: is missing"),
-        ("angle\n0\n1\n", "time_s: is missing"),
+    rows = [f"{time:.4f},{3.0 * time - time**2:.6f}" for time in np.linspace(0.0, 1.0, 101)]
+    back, hole = [*rows[:50], rows[48], *rows[50:]], [*rows[:50], "0.495,", *rows[50:]]
+    for head, lines, told in (
+        ("time_s,theta_loose_rad", back, r"time_s: stamps.*fall back.*row 50"),
+        ("time_s,theta_loose_rad", hole, r"theta_loose_rad.*not-finite"),
+        ("time_s,speed", rows, "theta_loose_rad: there is no"),
+        ("time_s,theta_loose_rad", rows[:2], "time_s: has 2 rows"),
     ):
+        text = "\n".join([head, *lines]) + "\n"
         file = tmp_path / "bad.csv"
         file.write_text(text)
         with pytest.raises(InputError, match=told):

@@ -126,7 +126,7 @@ def test_toothed_wheels_and_stamps_meet_on_one_axis(tmp_path):
     edges = np.arange(0.0, LOOSE[-1], 2 * np.pi / 360)
     stamps = np.round(np.interp(edges, LOOSE, TIME) * 20e6)
     chart = """
-    time.sample_rate = "10 kHz"
+    time = { sample_rate = "10 kHz", axis = "loose" }
     drive = { channel = "tacho", decode = { kind = "tacho", positions = 60 } }
     loose = { channel = "ticks", counts_per_revolution = 360, decode = { kind = "stamps", clock = "20 MHz" } }
     """

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.identify.shared import AsJson, Files, MapFile, Out, Rig, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, answer
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gears3d.identification import Identified, Inertia
+    from gears3d.identification.track import Track
 
 
 def rundown(
@@ -22,6 +26,7 @@ def rundown(
     drive_alone: Annotated[list[Path] | None, typer.Option(help="Run-down of the drive alone; repeatable.")] = None,
     rig: Rig = None,
     map_file: MapFile = None,
+    correct: Correct = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -37,18 +42,33 @@ def rundown(
     if [file for file in files if file.suffix == ".toml"]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
             raise UsageError("a campaign file stands alone: inertias and laws are in it")
-        campaign = ident.read_campaign(files[0], lambda file, gear: ident.read_track(file, gear, map_file))
+        campaign = ident.read_campaign(files[0], partial(_track, map_file=map_file, correct=correct))
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
-        found = _mesh(files, drive_alone or [], meshed or [], rig, map_file)
+        read = partial(_track, map_file=map_file, correct=correct)
+        found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
-        tracks = [ident.read_track(file, map_file=map_file) for file in files]
+        tracks = [_track(file, "loose", map_file, correct) for file in files]
         found = ident.identify_rundown(tracks, *_inertia(inertia, inertia_uncertainty, rig), law=law)
     answer(found, ident.write_picture, out, as_json)
 
 
+def _track(file: str | Path, gear: str, map_file: Path | None, correct: list[str] | None) -> Track:
+    """Return a run-down that passed the sensor gate; what it found is told."""
+    from gears3d.cli.findings import show_findings
+    from gears3d.identification import read_track
+
+    track = read_track(file, gear, map_file, correct or ())
+    show_findings(track.findings, track.file, quiet=True)
+    return track
+
+
 def _mesh(
-    loose: list[Path], drive: list[Path], meshed: list[Path], rig: Path | None, map_file: Path | None
+    loose: list[Path],
+    drive: list[Path],
+    meshed: list[Path],
+    rig: Path | None,
+    read: Callable[[Path, str], Track],
 ) -> Identified:
     from gears3d import identification as ident
     from gears3d.errors import Fault, InputError
@@ -67,9 +87,9 @@ def _mesh(
         return ident.Inertia(value, scenario.uncertainty.get(f"gears.{gear}.inertia", 0.0))
 
     return ident.identify_mesh_drag(
-        [ident.read_track(file, "loose", map_file) for file in loose],
-        [ident.read_track(file, "drive", map_file) for file in drive],
-        [ident.read_track(file, "loose", map_file) for file in meshed],
+        [read(file, "loose") for file in loose],
+        [read(file, "drive") for file in drive],
+        [read(file, "loose") for file in meshed],
         (inertia("loose"), inertia("drive")),
         constants.base_radius_loose / constants.base_radius_drive,
     )
