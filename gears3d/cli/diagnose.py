@@ -16,7 +16,7 @@ def diagnose(
         list[Path] | None, typer.Argument(help="Measured records of one rig, or a record.toml that names them.")
     ] = None,
     rig: Annotated[Path | None, typer.Option(help="Scenario of the rig as it is claimed to be.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for diagnosis.json and extended.toml.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, diagnosis.json and extended.toml.")] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
     correct: Annotated[
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
@@ -61,19 +61,23 @@ def diagnose(
         print_json(found.to_dict())
         return
     _show(found)
-    typer.echo(f"written to {out}" if out is not None else "to keep it, with the extended scenario: --out DIR")
+    typer.echo(f"report: {out / 'report.html'}" if out is not None else "to keep it, with a report: --out DIR")
 
 
 def _write(found: Diagnosis, out: Path) -> None:
     import json
+    import shlex
+    import sys
 
     from gears3d.files import replacing
+    from gears3d.views.report.diagnosed import write
 
     out.mkdir(parents=True, exist_ok=True)
     with replacing(out / "diagnosis.json") as unfinished:
         unfinished.write_text(json.dumps(found.to_dict(), indent=2) + "\n", encoding="utf-8")
     with replacing(out / "extended.toml") as unfinished:
         unfinished.write_text(found.extended.document, encoding="utf-8")
+    write(out / "report.html", found, shlex.join(["gears3d", *sys.argv[1:]]), ("diagnosis.json", "extended.toml"))
 
 
 def _show(found: Diagnosis) -> None:

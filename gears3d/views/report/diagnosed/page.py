@@ -1,0 +1,112 @@
+"""The page of a diagnosis: everything that is shown, put into the template."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gears3d.files import write_text
+from gears3d.version import __version__
+from gears3d.views.report.diagnosed import pictures, story
+from gears3d.views.report.figures import figure
+from gears3d.views.report.measured import sensors
+from gears3d.views.report.page import asset, environment
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+
+SHOWN = 2
+"""Structures that remain of which a picture is drawn."""
+
+
+def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) -> str:
+    """Return the report of a diagnosis as one self-contained HTML page.
+
+    Args:
+        found: by the diagnosis.
+        command: line that made it.
+        beside: names of files in the same folder to link to.
+
+    Returns:
+        HTML that opens without a network.
+    """
+    told = found.to_dict()
+    left = story.remains(told)
+    for row in left[:SHOWN]:
+        row["picture"] = pictures.of_remains(found, row["raw"], row["at"])
+    names = story.short([one["name"] for one in found.records])
+    context: dict[str, Any] = {
+        "title": found.extended.title or "Untitled rig",
+        "source": found.extended.source,
+        "version": __version__,
+        "verdict": found.verdict,
+        "tone": "reverse" if found.verdict in ("unexplained", "not_decidable") else "active",
+        "sentence": story.sentence(found, told),
+        "channels": story.channels(found, told),
+        "causes": [_cause(found, one) for one in found.causes],
+        "held": told["heldout"],
+        "splits": [_split(one, names) for one in found.held],
+        "gain": story.percent(told["heldout"]["gain"]),
+        "gain_range": [story.percent(one).text for one in told["heldout"].get("gain_range", ())],
+        "left": left,
+        "astray": story.astray(found),
+        "worse": story.worse(told),
+        "power": story.power(found),
+        "snippet": story.snippet(found.causes),
+        "records": [{**one, "name": names[one["name"]]} for one in found.records],
+        "findings": {
+            names.get(name, name): sensors.findings({"quality": {"findings": rows}})
+            for name, rows in found.findings.items()
+        },
+        "command": command,
+        "beside": beside,
+        "blocks": {},
+        "asset": asset,
+    }
+    return environment().get_template("diagnosed.html.j2").render(context)
+
+
+def write(path: str | Path, found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) -> Path:
+    """Write the report under a temporary name and rename it.
+
+    Args:
+        path: the file, e.g. ``report.html``.
+        found: as for :func:`render`.
+        command: as for :func:`render`.
+        beside: as for :func:`render`.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    return write_text(path, render(found, command, beside))
+
+
+def _cause(found: Diagnosis, one: Any) -> dict[str, Any]:
+    meaning = (type(one.effect).__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
+    return {
+        "kind": one.kind,
+        "place": one.place,
+        "meaning": " ".join(meaning.split()),
+        "numbers": story.numbers(one),
+        "evidence": one.evidence,
+        "gain": figure(one.gain, digits=3),
+        "alternatives": one.alternatives,
+        "picture": pictures.of_cause(found, one.effect),
+    }
+
+
+def _split(one: Any, names: dict[str, str]) -> dict[str, Any]:
+    held = ", ".join(one.held)
+    for name, brief in names.items():
+        held = held.replace(name, brief)
+    return {
+        "held": held,
+        "base": figure(one.base, digits=3),
+        "extended": figure(one.extended, digits=3),
+        "noise": figure(one.noise, digits=3),
+        "gain": story.percent(one.gain),
+        "likelihood": figure(one.likelihood if abs(one.likelihood) > 1e-3 else 0.0, digits=3),
+    }

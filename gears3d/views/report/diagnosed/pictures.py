@@ -1,0 +1,269 @@
+"""The picture of a cause where it lives: coordinate on x, what is off before and after on y."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from markupsafe import Markup
+
+from gears3d.diagnosis.cause import contribution
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import impact_sigma, loss_sigma, without
+from gears3d.diagnosis.remains import channel_of
+from gears3d.views.report.diagnosed.chart import Frame, Series, chart, limits
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+
+Array = np.ndarray
+VALUES = {
+    "flight": ("extra deceleration of flights [rad/s²]", 1.0),
+    "contact": ("displacement off [µm]", 1e6),
+    "impact": ("rebound off [mm/s]", 1e3),
+    "loss": ("acceleration off at losing contact [rad/s²]", 1.0),
+    "drive": ("drive angle off [µrad]", 1e6),
+}
+"""What is off in each channel, and its scale."""
+PLACES = {"torque": "flight", "geometry": "contact", "impact": "impact", "motion": "drive", "sensor": "contact"}
+"""Channel in which causes of each place are shown."""
+RPM = 30.0 / pi
+TEETH = 3.0
+"""To either side of a tooth that are shown of its pitch error."""
+
+
+class Samples(NamedTuple):
+    """Points of a channel of all records.
+
+    Args:
+        value: what is off [SI], (n,).
+        sure: one over its standard deviation, (n,).
+        time: [s].
+        drive: angle of the drive gear [rad].
+        loose: angle of the loose gear [rad].
+        speed: of the loose gear in flights, else of the drive gear; of approach at impacts [rad/s or m/s].
+        flank: 0 active, 1 reverse, 2 neither.
+        record: index of the record.
+    """
+
+    value: Array
+    sure: Array
+    time: Array
+    drive: Array
+    loose: Array
+    speed: Array
+    flank: Array
+    record: Array
+
+
+class Coordinate(NamedTuple):
+    """What a picture has on x.
+
+    Args:
+        name: with its unit.
+        x: (n,).
+        turn: whether it is an angle from 0 to 360 degrees.
+    """
+
+    name: str
+    x: Array
+    turn: bool = False
+
+
+class Picture(NamedTuple):
+    """Two charts of one thing, or one where there is no after.
+
+    Args:
+        channel: that is shown.
+        coordinate: in words.
+        before: chart.
+        after: chart, or ``None``.
+        legend: looks and names.
+        caption: of ``before``.
+    """
+
+    channel: str
+    coordinate: str
+    before: Markup
+    after: Markup | None
+    legend: list[tuple[str, str]]
+    caption: str
+
+
+def samples(records: Sequence[Evidence], name: str, rest: Array) -> Samples:
+    """Return the points of a channel with their coordinates.
+
+    Args:
+        records: all.
+        name: of the channel.
+        rest: residuals of the channel in standard deviations, records in their order, (n,).
+    """
+    parts, at = [], 0
+    for k, one in enumerate(records):
+        part, size = _SAMPLES[name](one, rest[at:])
+        parts.append([*part, np.full(len(part[0]), k)])
+        at += size
+    return Samples(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _flights(one: Evidence, rest: Array) -> tuple[list[Array], int]:
+    seen, size = one.channels.flights, one.channels.flights.time.size
+    if not size:
+        return [np.zeros(0)] * 7, 0
+    x = seen.time - seen.time.mean(axis=1, keepdims=True)
+    shape = without(-0.5 * x * x / seen.sigma, (1.0 / seen.sigma, x / seen.sigma))
+    square = np.sum(shape**2, axis=1)
+    slow = np.sum(shape * rest[:size].reshape(-1, BINS), axis=1) / square
+    time, angle, speed = (values.mean(axis=1) for values in one.fine)
+    drive = np.interp(time, one.channels.drive.time, one.channels.drive.angle)
+    return [slow, np.sqrt(square), time, drive, angle, speed, np.full(len(time), 2)], size
+
+
+def _contacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
+    seen = one.channels.contacts
+    size, speed = len(seen.time), one.motion.speed(seen.time)
+    return [rest[:size] * seen.sigma, 1.0 / seen.sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
+
+
+def _impacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
+    seen, sigma = one.channels.impacts, impact_sigma(one)
+    size, speed = len(seen.time), np.abs(seen.velocity)
+    toward = np.where(seen.rebound < 0.0, -1.0, 1.0)  # more rebound is more on either flank
+    return [toward * rest[:size] * sigma, 1.0 / sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
+
+
+def _losses(one: Evidence, rest: Array) -> tuple[list[Array], int]:
+    seen, sigma = one.channels.losses, loss_sigma(one)
+    size, speed = len(seen.time), one.motion.speed(seen.time)
+    return [rest[:size] * sigma, 1.0 / sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
+
+
+def _drives(one: Evidence, rest: Array) -> tuple[list[Array], int]:
+    seen = one.channels.drive
+    size, speed = len(seen.time), one.motion.speed(seen.time)
+    loose = seen.angle * one.radii[0] / one.radii[1]
+    sure = np.full(size, 1.0 / seen.sigma)
+    return [rest[:size] * seen.sigma, sure, seen.time, seen.angle, loose, speed, np.full(size, 2)], size
+
+
+_SAMPLES = {"flight": _flights, "contact": _contacts, "impact": _impacts, "loss": _losses, "drive": _drives}
+
+
+def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
+    """Return the picture of a cause; ``None`` where its channel has no points.
+
+    Before is what is off with all other causes in, after with this one, too; the curve is what it adds by itself.
+
+    Args:
+        found: by the diagnosis.
+        effect: of the cause.
+    """
+    records, name = found.found.records, "loss" if effect.kind == "mesh_drag" else PLACES.get(effect.place, "flight")
+    rest = found.found.fit.rest[found.found.known.spans[name]]
+    own = contribution(records, [effect], (name,))
+    before, after, curve = (samples(records, name, values) for values in (rest + own, rest, own))
+    if effect.kind == "pitch_error":
+        near = np.abs(_teeth(records, effect, before)) <= TEETH
+        before, after, curve = (Samples(*(column[near] for column in one)) for one in (before, after, curve))
+    if len(before.value) < 2:
+        return None
+    along = _coordinate(records, name, effect, before)
+    if effect.kind == "restitution_scatter":
+        edge = 1.96e3 * effect.standard_deviation * before.speed
+        flown = [one._replace(edge=edge[before.flank == k]) for k, one in _by_flank(before, along, name)]
+        return _picture(name, along, [flown], effect.kind, "Lines: 95 % of rebounds that scatter so lie between them.")
+    charts = [_series(before, along, name, curve), _series(after, along, name)]
+    words = "Before: without this cause, all others in. Curve: what this cause adds."
+    return _picture(name, along, charts, effect.kind, words)
+
+
+def of_remains(found: Diagnosis, structure: str, where: float) -> Picture | None:
+    """Return the picture of structure that remains; ``None`` where its channel has no points.
+
+    Args:
+        found: by the diagnosis.
+        structure: channel and coordinate, as the contract names them.
+        where: order, where the coordinate is an angle.
+    """
+    records, name = found.found.records, channel_of(structure)
+    seen = samples(records, name, found.found.fit.rest[found.found.known.spans[name]])
+    if len(seen.value) < 2:
+        return None
+    if structure in ("impact.tooth", "impact.flank"):
+        along = _folded(seen.drive, 1.0, "drive")
+    elif structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
+        gear = "loose" if structure.endswith("loose") else "drive"
+        along = _folded(getattr(seen, gear), where, gear)
+    elif structure in ("flight.time", "sensor.ratio"):
+        along = Coordinate("time [s]", seen.time)
+    else:
+        along = _speed(name, seen)
+    return _picture(name, along, [_series(seen, along, name)], structure, "What is left.")
+
+
+def _picture(name: str, along: Coordinate, charts: list[list[Series]], what: str, words: str) -> Picture:
+    low, high = float(along.x.min()), float(along.x.max())
+    pad = 0.02 * max(high - low, 1e-9)
+    across = (0.0, 360.0) if along.turn else (low - pad, high + pad)
+    frame = Frame(along.name, VALUES[name][0], across, limits(charts), along.turn)
+    titles = (f"{frame.y} over {along.name}, {what}: before", f"{frame.y} over {along.name}, {what}: after")
+    drawn = [chart(group, frame, says) for group, says in zip(charts, titles, strict=False)]
+    legend = [(one.look, one.name) for one in charts[0]]
+    return Picture(name, along.name, drawn[0], drawn[1] if len(drawn) > 1 else None, legend, words)
+
+
+def _series(seen: Samples, along: Coordinate, name: str, curve: Samples | None = None) -> list[Series]:
+    return [one for _, one in _by_flank(seen, along, name, curve)]
+
+
+def _by_flank(seen: Samples, along: Coordinate, name: str, curve: Samples | None = None) -> list[tuple[int, Series]]:
+    """Return the points of each flank that has any."""
+    scale, found = VALUES[name][1], []
+    looks = ((0, "active", "active flank"), (1, "reverse", "reverse flank"), (2, "flight", "all records"))
+    for code, look, words in looks:
+        own = seen.flank == code
+        if np.any(own):
+            drawn = None if curve is None else scale * curve.value[own]
+            one = Series(words, look, along.x[own], scale * seen.value[own], seen.sure[own] / scale, drawn)
+            found.append((code, one))
+    return found
+
+
+def _coordinate(records: Sequence[Evidence], name: str, effect: Any, seen: Samples) -> Coordinate:
+    """Return the coordinate that a cause lives in."""
+    kind, gear, order = effect.kind, getattr(effect, "gear", "drive"), float(getattr(effect, "order", 1.0))
+    if kind == "pitch_error":
+        words = f"{gear} gear, teeth past tooth {effect.tooth} at the pitch point"
+        return Coordinate(words, _teeth(records, effect, seen))
+    if kind == "drag_drift":
+        return Coordinate("time [s]", seen.time)
+    if kind == "drag_position":
+        return _folded(seen.loose, order, "loose")
+    if kind == "drive_motion":
+        cycles = np.array([effect.rows(one.rig)[0].p[1] for one in records])[seen.record] * seen.time
+        return Coordinate("phase of this motion [°]", 360.0 * np.mod(cycles, 1.0), True)
+    if name in ("flight", "impact", "loss") or kind == "encoder_skew":
+        return _speed(name, seen)
+    return _folded(getattr(seen, gear), order, gear)
+
+
+def _teeth(records: Sequence[Evidence], effect: Any, seen: Samples) -> Array:
+    """Return by how many teeth a gear has turned past the tooth of a pitch error."""
+    teeth = records[0].rig.teeth_drive if effect.gear == "drive" else records[0].rig.teeth_loose
+    since = getattr(seen, effect.gear) - (effect.tooth - 1.0) * 2.0 * pi / teeth
+    return (np.mod(since + pi, 2.0 * pi) - pi) * teeth / (2.0 * pi)
+
+
+def _folded(angle: Array, order: float, gear: str) -> Coordinate:
+    times = "" if order == 1.0 else f"{order:.4g} × "
+    return Coordinate(f"{times}angle of the {gear} gear [°]", np.degrees(np.mod(order * angle, 2.0 * pi)), True)
+
+
+def _speed(name: str, seen: Samples) -> Coordinate:
+    if name == "impact":
+        return Coordinate("speed of approach [mm/s]", 1e3 * seen.speed)
+    gear = "loose" if name == "flight" else "drive"
+    return Coordinate(f"speed of the {gear} gear [rpm]", RPM * seen.speed)

@@ -1,0 +1,321 @@
+"""A diagnosis in words and tables, from the verdict to what could not be decided."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.heldout import UNITS
+from gears3d.diagnosis.prediction import CHANNELS
+from gears3d.diagnosis.verdict import POWER
+from gears3d.units import show
+from gears3d.views.report.diagnosed.pictures import samples
+from gears3d.views.report.figures import Figure, figure, plain
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis.verdict import Named
+
+CHANNEL_WORDS = {
+    "flight": ("flight", "angle of the loose gear in flight against free fall under its drag"),
+    "contact": ("contact", "place of the loose gear on a flank against the nominal flank"),
+    "impact": ("impact", "speed after an impact against e times the speed before"),
+    "loss": ("loss of contact", "deceleration at which a flank is left against that of free flight"),
+    "drive": ("drive", "angle of the drive gear against the claimed motion"),
+}
+"""Name of each channel and what is compared there."""
+STRUCTURES = {
+    "sensor.ratio": "a displacement in contact that drifts with time",
+    "sensor.delay": "a displacement in contact that follows the drive's speed",
+    "sensor.order_drive": "an order of the drive gear's angle",
+    "flight.speed": "a deceleration in flight that depends on speed",
+    "flight.time": "a deceleration in flight that changes with time",
+    "flight.angle_loose": "a deceleration in flight with an order of the loose gear",
+    "flight.angle_drive": "a deceleration in flight with an order of the drive gear",
+    "impact.speed": "rebounds that depend on the speed of approach",
+    "impact.flank": "rebounds that differ by flank",
+    "impact.tooth": "rebounds that depend on the angle at which the gears strike",
+    "contact.order_drive": "a displacement in contact with an order of the drive gear",
+    "contact.order_loose": "a displacement in contact with an order of the loose gear",
+    "contact.loss_phase": "moments of losing contact that depend on speed",
+}
+"""What is left, in words, by its name in the contract."""
+PLACES = {
+    "geometry": "flanks and backlash",
+    "torque": "torques on the loose gear",
+    "impact": "restitution",
+}
+"""What the power of each place is about."""
+OFF = 3.0
+"""Standard deviations beyond which a channel is still off, whatever the verdict."""
+ORDERED = ("order", "angle")
+
+
+class ChannelRow(NamedTuple):
+    """One channel: how far the rig is off, and the extended rig.
+
+    Args:
+        name: in words.
+        what: is compared.
+        points: of all records.
+        base: root mean square, rig as claimed.
+        extended: the same with the causes; a dash where there are none.
+        sigma: what noise alone would make.
+        times: base in standard deviations.
+        times_extended: extended in standard deviations.
+    """
+
+    name: str
+    what: str
+    points: int
+    base: Figure
+    extended: Figure
+    sigma: Figure
+    times: Figure
+    times_extended: Figure
+
+
+class NumberRow(NamedTuple):
+    """One parameter of a cause.
+
+    Args:
+        name: of the parameter.
+        value: as a scenario has it.
+        low: end of the 95 % interval, or empty for what is chosen.
+        high: other end.
+        si: bare SI value, or ``None``.
+    """
+
+    name: str
+    value: str
+    low: str
+    high: str
+    si: float | None
+
+
+def sized(value: float | None, unit: str) -> Figure:
+    r"""Return a size with its SI unit as it is read.
+
+    Args:
+        value: in ``unit``; ``None`` for none.
+        unit: SI, or empty.
+
+    >>> sized(2.5e-6, "rad").text, sized(3e-6, "m").text, sized(0.5, "sigma").text
+    ('2.5\xa0µrad', '3\xa0µm', '0.5\xa0σ')
+    """
+    if value is None or not np.isfinite(value):
+        return Figure("–")
+    kind = {"s": "time", "m": "length", "m/s": "velocity"}.get(unit)
+    if kind:
+        return figure(float(value), kind, 3)
+    scale, name = {"rad": (1e6, "µrad"), "rad/s^2": (1.0, "rad/s²"), "sigma": (1.0, "σ")}.get(unit, (1.0, unit))
+    return Figure(f"{plain(float(value) * scale, 3)}\N{NO-BREAK SPACE}{name}".strip(), float(value))
+
+
+def percent(value: float | None) -> Figure:
+    r"""Return a part of a whole as it is read.
+
+    Args:
+        value: part; ``None`` for none.
+
+    >>> percent(0.12345).text, percent(0.99987).text, percent(None).text
+    ('12.3\xa0%', '> 99.9\xa0%', '–')
+    """
+    if value is None:
+        return Figure("–")
+    value = 0.0 if abs(value) < 1e-6 else value
+    text = "> 99.9" if 0.999 < value < 1.0 else plain(100.0 * value, 3)
+    return Figure(f"{text}\N{NO-BREAK SPACE}%", float(value))
+
+
+def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
+    """Return the verdict in one sentence.
+
+    Args:
+        found: by the diagnosis.
+        told: its content for JSON.
+    """
+    many, explains = len(found.records), "explains" if len(found.causes) == 1 else "explain"
+    off = " and ".join(name for name, _ in astray(found))
+    though = f", though {off} stays further off than noise" if off else ""
+    records = "The record parts" if many == 1 else f"The {many} records part"
+    named = " and ".join(f"{one.kind} ({_leading(one)})" for one in found.causes)
+    left = told["remaining"]
+    over = STRUCTURES.get(left["structure"], left["structure"])
+    if found.verdict == "nothing_to_add":
+        shown = percent(max(found.power.values())).text
+        return f"Rig and records agree: nothing is to be added, and effects of {shown} would have shown{though}."
+    if found.verdict == "not_decidable":
+        blind = " and ".join(PLACES[place] for place, limit in found.power.items() if limit > POWER)
+        return f"Nothing was found, but it cannot be decided: these records say too little of {blind}."
+    if found.verdict == "unexplained":
+        size = sized(left["size"], left["unit"]).text
+        return f"{records} from the rig by {over} ({size}), and no cause of the catalogue explains it."
+    gain = told["heldout"]["gain"]
+    worth = "" if gain is None else f"; on data held out this takes away {percent(gain).text} of the error beyond noise"
+    if found.verdict == "partly_explained":
+        return f"{records} from the rig; {named} {explains} part of it, but {over} remains{worth}."
+    return f"{records} from the rig as claimed, and {named} {explains} it{worth}{though}."
+
+
+def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
+    """Return the channels that are off by more than noise all the same, with their root mean square.
+
+    Args:
+        found: by the diagnosis.
+    """
+    told = []
+    for name in CHANNELS:
+        rest = found.found.fit.rest[found.found.known.spans[name]]
+        if len(rest) and (rms := float(np.sqrt(np.mean(rest**2)))) > OFF:
+            told.append((CHANNEL_WORDS[name][0], sized(rms, "sigma")))
+    return told
+
+
+def worse(told: dict[str, Any]) -> list[str]:
+    """Return the channels in which the extension is further off than the rig on data held out.
+
+    Args:
+        told: a diagnosis for JSON.
+    """
+    base, extended = (told["heldout"][key] or {} for key in ("base", "extended"))
+    return [CHANNEL_WORDS[name][0] for name in CHANNELS
+            if name in base and extended[name]["value"] > 1.02 * base[name]["value"]]  # fmt: skip
+
+
+def _leading(one: Named) -> str:
+    row = next(iter(numbers(one)))
+    return f"{row.name} {row.value}"
+
+
+def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
+    """Return how far rig and extended rig are off in each channel.
+
+    Held-out data where there are any, else all points.
+
+    Args:
+        found: by the diagnosis.
+        told: its content for JSON.
+    """
+    rows, known, held = [], found.found.known, told["heldout"]
+    for name in CHANNELS:
+        span = known.spans[name]
+        base, rest = found.found.base[span], found.found.fit.rest[span]
+        if not len(base):
+            continue
+        sigma = _typical(found, name, base)
+        times = [float(np.sqrt(np.mean(part**2))) for part in (base, rest)]
+        sizes = [times[0] * sigma, times[1] * sigma]
+        if held["base"] and name in held["base"]:
+            sizes = [held[key][name]["value"] for key in ("base", "extended")]
+        unit, some = UNITS[name], bool(found.causes)
+        rows.append(
+            ChannelRow(*CHANNEL_WORDS[name], len(base), sized(sizes[0], unit), sized(sizes[1] if some else None, unit),
+                       sized(sigma, unit), sized(times[0], "sigma"), sized(times[1] if some else None, "sigma"))
+        )  # fmt: skip
+    return rows
+
+
+def _typical(found: Diagnosis, name: str, base: np.ndarray) -> float:
+    """Return a typical standard deviation of a channel [its unit]."""
+    if name == "flight":
+        sigma = np.concatenate([one.channels.flights.sigma.ravel() for one in found.found.records])
+    else:
+        sigma = 1.0 / samples(found.found.records, name, base).sure
+    return float(np.sqrt(np.mean(sigma**2)))
+
+
+def numbers(one: Named) -> list[NumberRow]:
+    """Return the parameters of a cause, those with intervals first.
+
+    Args:
+        one: the cause.
+    """
+    rows = []
+    for name, number in one.parameters.items():
+        family = one.effect.params[name].family
+        digits = _digits(number.value, 0.5 * (number.high - number.low))
+        value, low, high = (show(each, family, digits) for each in (number.value, number.low, number.high))
+        rows.append(NumberRow(name, value, low, high, float(number.value)))
+    fixed = {name: value for name, value in one.table.items() if name != "kind" and name not in one.parameters}
+    return rows + [NumberRow(name, str(value), "", "", None) for name, value in fixed.items()]
+
+
+def _digits(value: float, sigma: float) -> int:
+    """Return how many digits of a number its interval is worth."""
+    if not (value and sigma > 0.0 and np.isfinite(sigma)):
+        return 4
+    return int(np.clip(np.ceil(np.log10(abs(value) / sigma)) + 2, 3, 8))
+
+
+def short(names: Sequence[str]) -> dict[str, str]:
+    """Return names of records without the folder that all have in common.
+
+    Args:
+        names: paths.
+
+    >>> short(["a/b/x.csv", "a/b/y.csv"])
+    {'a/b/x.csv': 'x.csv', 'a/b/y.csv': 'y.csv'}
+    """
+    folders = {str(Path(name).parent) for name in names}
+    return {name: Path(name).name if len(folders) == 1 else name for name in names}
+
+
+def snippet(causes: Sequence[Named]) -> str:
+    """Return the causes as the tables that a scenario has under ``[[effect]]``.
+
+    Args:
+        causes: of a diagnosis.
+    """
+    tables = []
+    for one in causes:
+        lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in one.table.items()]
+        tables.append("\n".join(["[[effect]]", *lines]))
+    return "\n\n".join(tables)
+
+
+def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return what no cause explains, strongest first: ``name``, ``size``, ``where``, ``raw`` and ``at``.
+
+    Args:
+        told: a diagnosis for JSON.
+    """
+    left = told["remaining"]
+    if left["structure"] == "none":
+        return []
+    rows = []
+    for one in (left, *left["others"]):
+        order = any(word in one["structure"] for word in ORDERED)
+        where = f"order {one['where']:.4g}" if order else f"largest at {plain(one['where'])} {_unit(one['structure'])}"
+        rows.append({"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
+                     "size": sized(one["size"], one["unit"]), "where": where.strip(), "at": one["where"]})  # fmt: skip
+    return rows
+
+
+def _unit(structure: str) -> str:
+    over = structure.split(".")[1]
+    if structure == "impact.speed":
+        return "m/s"
+    return {"speed": "rad/s", "delay": "rad/s", "loss_phase": "rad/s", "time": "s", "ratio": "s", "tooth": "rad"}.get(
+        over, "")  # fmt: skip
+
+
+def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
+    """Return by place the smallest effect that would have shown, and what that means.
+
+    Args:
+        found: by the diagnosis.
+    """
+    rows = []
+    for place, limit in found.power.items():
+        if not np.isfinite(limit):
+            rows.append((PLACES[place], Figure("–"), "these records say nothing of it"))
+        elif limit > POWER:
+            rows.append((PLACES[place], percent(limit), "smaller ones may be there unseen: not decided"))
+        else:
+            rows.append((PLACES[place], percent(limit), "larger ones would have been named"))
+    return rows

@@ -1,0 +1,203 @@
+"""The report of a diagnosis tells what the diagnosis says, draws every cause where it lives, and needs nothing else."""
+
+import dataclasses
+import html
+import re
+import tomllib
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import hide, plan
+from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.candidates import candidates
+from gears3d.diagnosis.cause import contribution, fit
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import FINE
+from gears3d.diagnosis.remains import Structure
+from gears3d.effects import catalogue
+from gears3d.gate import Finding, admit
+from gears3d.readers import files_of
+from gears3d.scenario import load
+from gears3d.views.report.diagnosed import render, story, write
+from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
+from tests.views.test_report import Reader
+
+SECTIONS = ("wrong", "causes", "gain", "left", "add", "records")
+PLACED = {
+    "drag_coulomb": ({"torque": 1e-3}, "flight", "speed of the loose gear [rpm]"),
+    "drag_position": ({"amplitude": 1e-3, "order": 2}, "flight", "2 × angle of the loose gear [°]"),
+    "drag_drift": ({"relative_change": 0.2, "time_constant": 2.0}, "flight", "time [s]"),
+    "mesh_drag": ({"coefficient": 1e-3}, "loss", "speed of the drive gear [rpm]"),
+    "transmission_error": ({"amplitude": 2e-5, "order": 3}, "contact", "3 × angle of the drive gear [°]"),
+    "backlash_offset": ({"offset": 1e-5}, "contact", "angle of the drive gear [°]"),
+    "pitch_error": ({"offset": 1e-5, "tooth": 4}, "contact", "drive gear, teeth past tooth 4 at the pitch point"),
+    "restitution_offset": ({"offset": 0.1}, "impact", "speed of approach [mm/s]"),
+    "drive_motion": ({"amplitude": 0.05, "frequency": 7.0}, "drive", "phase of this motion [°]"),
+    "encoder_eccentricity": ({"amplitude": 1e-4, "gear": "drive"}, "contact", "angle of the drive gear [°]"),
+    "encoder_skew": ({"delay": 1e-5, "gear": "loose"}, "contact", "speed of the drive gear [rpm]"),
+}  # fmt: skip
+LOOKED_FOR = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset")
+
+
+def few(*about):
+    return [one for one in candidates(*about) if one.kind in LOOKED_FOR]
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("diagnosed")
+    hide(plan(1, ("drag_viscous",), size=0.3, records=2, duration=3.0), folder)
+    rig = load(folder / "rig.toml")
+    with pytest.MonkeyPatch.context() as patch:  # a few candidates do for a report
+        patch.setattr("gears3d.diagnosis.search.candidates", few)
+        return diagnose([admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])], rig)
+
+
+@pytest.fixture(scope="module")
+def page(found):
+    return render(found, "gears3d diagnose record.toml --rig <rig>", ("diagnosis.json", "extended.toml"))
+
+
+def silent(found, **changes):
+    """A diagnosis that names nothing."""
+    bare = found.found._replace(fit=fit(found.found.records, found.found.base, ()))
+    return dataclasses.replace(found, causes=(), held=(), found=bare, **changes)
+
+
+def shown(effect):
+    kind = catalogue()[effect]
+    return kind(**PLACED[effect][0])
+
+
+def test_the_page_needs_nothing_else_and_has_every_section(page):
+    reader = Reader(page)
+    assert set(SECTIONS) <= set(re.findall(r'<section id="(\w+)"', page))
+    assert not re.findall(r'(?:src|href)="(?!#|diagnosis\.json|extended\.toml)[^"]*"', page)
+    assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org)", page)
+    assert "--rig &lt;rig&gt;" in page
+    assert reader is not None
+    assert 'data-theme="dark"' in page  # both themes are styled
+
+
+def test_it_says_what_the_diagnosis_says(found, page):
+    text = html.unescape(re.sub(r"<[^>]+>", " ", page))
+    cause = found.causes[0]
+    assert cause.kind == "drag_viscous"
+    assert story.sentence(found, found.to_dict()) in text
+    values = [float(value) for value in re.findall(r'<data value="([^"]+)"', page)]
+    for number in (cause.parameters["coefficient"].value, *found.power.values(), *(one.gain for one in found.held)):
+        assert min(abs(value - number) for value in values) <= 1e-9 * abs(number)
+    for channel, (base, _) in found.held[0].sizes.items():
+        assert base >= 0.0
+        assert story.CHANNEL_WORDS[channel][1] in text
+    held = found.to_dict()["heldout"]
+    for row, channel in zip(story.channels(found, found.to_dict()), held["base"], strict=False):
+        assert (row.base.value, row.extended.value) == (
+            held["base"][channel]["value"],
+            held["extended"][channel]["value"],
+        )
+
+
+def test_the_snippet_is_the_effect_of_the_extended_rig(found, page):
+    shown = html.unescape(re.search(r'<pre class="snippet"><code>(.*?)</code>', page, re.S)[1])
+    tables = tomllib.loads(shown)["effect"]
+    assert tables == [one.table for one in found.causes]
+    assert tables == [dict(one) for one in tomllib.loads(found.extended.document)["effect"]][-len(tables) :]
+
+
+@pytest.mark.parametrize("kind", PLACED)
+def test_a_cause_is_drawn_where_it_lives(found, kind):
+    _, channel, coordinate = PLACED[kind]
+    picture = of_cause(found, shown(kind))
+    assert (picture.channel, picture.coordinate) == (channel, coordinate)
+    for drawn in (picture.before, picture.after):
+        assert drawn.count("<circle") + drawn.count("<rect") >= 4
+        assert coordinate in html.unescape(str(drawn))
+        assert "nan" not in drawn
+    assert 'class="curve' in picture.before
+    assert 'class="curve' not in picture.after
+
+
+def test_what_is_drawn_has_the_size_that_the_law_gives(found):
+    """A torque T slows every flight by T/J, restitution gives δe·v, flanks of a wider gap stand δ apart."""
+    records = found.found.records
+    rig = records[0].rig
+
+    def drawn(kind, channel):
+        return samples(records, channel, contribution(records, [shown(kind)], (channel,)))
+
+    slowed = drawn("drag_coulomb", "flight").value
+    step = 1.0 / (FINE * (BINS - 1))  # predictions are read off straight lines over so much of a flight
+    np.testing.assert_allclose(slowed, 1e-3 / rig.inertia, rtol=step**2)
+    struck = drawn("restitution_offset", "impact")
+    np.testing.assert_allclose(struck.value, 0.1 * struck.speed, rtol=1e-9)
+    apart = drawn("backlash_offset", "contact")
+    both = [k for k in range(len(records)) if {0, 1} <= set(apart.flank[apart.record == k])]
+    assert both
+    for k in both:
+        sides = [apart.value[(apart.record == k) & (apart.flank == side)].mean() for side in (0, 1)]
+        assert sides[1] - sides[0] == pytest.approx(1e-5, rel=1e-9)
+
+
+def test_before_and_after_differ_by_the_cause(found):
+    """What the named cause leaves is noise; before, flights are slowed by C·ω/J."""
+    records, search = found.found.records, found.found
+    span, cause = search.known.spans["flight"], found.causes[0]
+    base, rest = (samples(records, "flight", values[span]) for values in (search.base, search.fit.rest))
+    assert np.sqrt(np.mean((rest.value * rest.sure) ** 2)) < 1.5
+    law = cause.parameters["coefficient"].value * base.speed / records[0].rig.inertia
+    slack = 5.0 / base.sure + 0.02 * np.abs(law)
+    assert np.all(np.abs(base.value - law) < slack)
+
+
+def test_what_remains_is_drawn_and_told(found):
+    left = Structure("flight.speed", 1e6, 0.0, 1.0, "rad/s^2", 5.0)
+    page = render(silent(found, verdict="unexplained", left=(left,)))
+    text = html.unescape(re.sub(r"<[^>]+>", " ", page))
+    assert "no cause of the catalogue explains it" in text
+    assert story.STRUCTURES["flight.speed"] in text
+    assert 'data-channel="flight"' in page
+    assert "flight is off by" in text
+    assert "Nothing was added" in text
+    for name in story.STRUCTURES:
+        assert of_remains(found, name, 2.0) is not None, name
+
+
+@pytest.mark.parametrize(("verdict", "power"), [("not_decidable", float("inf")), ("nothing_to_add", 0.05)])
+def test_silence_is_told_with_what_would_have_shown(found, verdict, power):
+    page = render(silent(found, verdict=verdict, left=(), power={"geometry": 0.01, "torque": power, "impact": 0.02}))
+    text = html.unescape(re.sub(r"<[^>]+>", " ", page))
+    assert ("too little of torques on the loose gear" in text) == (verdict == "not_decidable")
+    assert ("effects of 5\xa0% would have shown" in text) == (verdict == "nothing_to_add")
+    assert 'class="snippet"' not in page
+
+
+def test_findings_of_the_gate_and_foreign_text_are_escaped(found):
+    one = Finding("skew", "theta_loose_rad", 2e-4, "s", "read later <b>", correctable=True, corrected=True)
+    page = render(dataclasses.replace(found, findings={found.records[0]["name"]: [one.to_dict()]}))
+    assert "read later &lt;b&gt;" in page
+    assert "✓ skew" in page
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_follows_the_reader_s_theme(chromium, found, tmp_path, scheme):
+    path = write(tmp_path / "report.html", found)
+    tab = chromium.new_page(viewport={"width": 1100, "height": 900}, color_scheme=scheme)
+    said, asked = [], []
+    tab.on("console", lambda message: said.append(message.text))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda sent: asked.append(sent.url))
+    tab.goto(path.as_uri())
+    assert tab.evaluate("document.documentElement.dataset.theme") == scheme
+    ink = tab.evaluate("getComputedStyle(document.querySelector('.means')).fill")
+    assert ink == {"light": "rgb(28, 31, 36)", "dark": "rgb(231, 233, 236)"}[scheme]
+    tab.click("#theme")
+    assert tab.evaluate("document.documentElement.dataset.theme") != scheme
+    for width in (1100, 420):
+        tab.set_viewport_size({"width": width, "height": 900})
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    assert said == []
+    assert asked == [path.as_uri()]
+    tab.close()
