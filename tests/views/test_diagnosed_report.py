@@ -21,6 +21,7 @@ from gears3d.readers import files_of
 from gears3d.scenario import load
 from gears3d.views.report.diagnosed import render, story, write
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
+from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, STRUCTURES
 from tests.views.test_report import Reader
 
 SECTIONS = ("wrong", "causes", "gain", "left", "add", "records")
@@ -90,7 +91,7 @@ def test_it_says_what_the_diagnosis_says(found, page):
         assert min(abs(value - number) for value in values) <= 1e-9 * abs(number)
     for channel, (base, _) in found.held[0].sizes.items():
         assert base >= 0.0
-        assert story.CHANNEL_WORDS[channel][1] in text
+        assert CHANNEL_WORDS[channel][1] in text
     held = found.to_dict()["heldout"]
     for row, channel in zip(story.channels(found, found.to_dict()), held["base"], strict=False):
         assert (row.base.value, row.extended.value) == (
@@ -156,11 +157,11 @@ def test_what_remains_is_drawn_and_told(found):
     page = render(silent(found, verdict="unexplained", left=(left,)))
     text = html.unescape(re.sub(r"<[^>]+>", " ", page))
     assert "no cause of the catalogue explains it" in text
-    assert story.STRUCTURES["flight.speed"] in text
+    assert STRUCTURES["flight.speed"] in text
     assert 'data-channel="flight"' in page
     assert "flight is off by" in text
     assert "Nothing was added" in text
-    for name in story.STRUCTURES:
+    for name in STRUCTURES:
         assert of_remains(found, name, 2.0) is not None, name
 
 

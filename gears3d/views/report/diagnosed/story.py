@@ -14,42 +14,13 @@ from gears3d.diagnosis.prediction import CHANNELS
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
 from gears3d.views.report.diagnosed.pictures import samples
+from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, STRUCTURES, joined
 from gears3d.views.report.figures import Figure, figure, plain
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
     from gears3d.diagnosis.verdict import Named
 
-CHANNEL_WORDS = {
-    "flight": ("flight", "angle of the loose gear in flight against free fall under its drag"),
-    "contact": ("contact", "place of the loose gear on a flank against the nominal flank"),
-    "impact": ("impact", "speed after an impact against e times the speed before"),
-    "loss": ("loss of contact", "deceleration at which a flank is left against that of free flight"),
-    "drive": ("drive", "angle of the drive gear against the claimed motion"),
-}
-"""Name of each channel and what is compared there."""
-STRUCTURES = {
-    "sensor.ratio": "a displacement in contact that drifts with time",
-    "sensor.delay": "a displacement in contact that follows the drive's speed",
-    "sensor.order_drive": "an order of the drive gear's angle",
-    "flight.speed": "a deceleration in flight that depends on speed",
-    "flight.time": "a deceleration in flight that changes with time",
-    "flight.angle_loose": "a deceleration in flight with an order of the loose gear",
-    "flight.angle_drive": "a deceleration in flight with an order of the drive gear",
-    "impact.speed": "rebounds that depend on the speed of approach",
-    "impact.flank": "rebounds that differ by flank",
-    "impact.tooth": "rebounds that depend on the angle at which the gears strike",
-    "contact.order_drive": "a displacement in contact with an order of the drive gear",
-    "contact.order_loose": "a displacement in contact with an order of the loose gear",
-    "contact.loss_phase": "moments of losing contact that depend on speed",
-}
-"""What is left, in words, by its name in the contract."""
-PLACES = {
-    "geometry": "flanks and backlash",
-    "torque": "torques on the loose gear",
-    "impact": "restitution",
-}
-"""What the power of each place is about."""
 OFF = 3.0
 """Standard deviations beyond which a channel is still off, whatever the verdict."""
 ORDERED = ("order", "angle")
@@ -140,17 +111,17 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
         told: its content for JSON.
     """
     many, explains = len(found.records), "explains" if len(found.causes) == 1 else "explain"
-    off = " and ".join(name for name, _ in astray(found))
-    though = f", though {off} stays further off than noise" if off else ""
+    off = [name for name, _ in astray(found)]
+    though = f", though {joined(off)} {'stays' if len(off) == 1 else 'stay'} further off than noise" if off else ""
     records = "The record parts" if many == 1 else f"The {many} records part"
-    named = " and ".join(f"{one.kind} ({_leading(one)})" for one in found.causes)
+    named = joined([f"{one.kind} ({_leading(one)})" for one in found.causes])
     left = told["remaining"]
     over = STRUCTURES.get(left["structure"], left["structure"])
     if found.verdict == "nothing_to_add":
         shown = percent(max(found.power.values())).text
         return f"Rig and records agree: nothing is to be added, and effects of {shown} would have shown{though}."
     if found.verdict == "not_decidable":
-        blind = " and ".join(PLACES[place] for place, limit in found.power.items() if limit > POWER)
+        blind = joined([PLACES[place] for place, limit in found.power.items() if limit > POWER])
         return f"Nothing was found, but it cannot be decided: these records say too little of {blind}."
     if found.verdict == "unexplained":
         size = sized(left["size"], left["unit"]).text

@@ -1,0 +1,48 @@
+"""What channels, places and structures are called in the report of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+CHANNEL_WORDS = {
+    "flight": ("flight", "angle of the loose gear in flight against free fall under its drag"),
+    "contact": ("contact", "place of the loose gear on a flank against the nominal flank"),
+    "impact": ("impact", "speed after an impact against e times the speed before"),
+    "loss": ("loss of contact", "deceleration at which a flank is left against that of free flight"),
+    "drive": ("drive", "angle of the drive gear against the claimed motion"),
+}
+"""Name of each channel and what is compared there."""
+STRUCTURES = {
+    "sensor.ratio": "a displacement in contact that drifts with time",
+    "sensor.delay": "a displacement in contact that follows the drive's speed",
+    "sensor.order_drive": "an order of the drive gear's angle",
+    "flight.speed": "a deceleration in flight that depends on speed",
+    "flight.time": "a deceleration in flight that changes with time",
+    "flight.angle_loose": "a deceleration in flight with an order of the loose gear",
+    "flight.angle_drive": "a deceleration in flight with an order of the drive gear",
+    "impact.speed": "rebounds that depend on the speed of approach",
+    "impact.flank": "rebounds that differ by flank",
+    "impact.tooth": "rebounds that depend on the angle at which the gears strike",
+    "contact.order_drive": "a displacement in contact with an order of the drive gear",
+    "contact.order_loose": "a displacement in contact with an order of the loose gear",
+    "contact.loss_phase": "moments of losing contact that depend on speed",
+}
+"""What is left, in words, by its name in the contract."""
+PLACES = {
+    "geometry": "flanks and backlash",
+    "torque": "torques on the loose gear",
+    "impact": "restitution",
+}
+"""What the power of each place is about."""
+
+
+def joined(names: Sequence[str]) -> str:
+    """Return names in a row, as they are written in a sentence.
+
+    Args:
+        names: any.
+
+    >>> joined(["a"]), joined(["a", "b", "c"])
+    ('a', 'a, b and c')
+    """
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
