@@ -22,6 +22,7 @@ from gears3d.diagnosis.verdict import (
     heldout,
     judged,
     name_causes,
+    off,
     power,
     remaining,
     unlike,
@@ -118,7 +119,7 @@ def diagnose(
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     tell("done", 1.0)
-    return Diagnosis(judged(causes, left, limits), causes, tuple(left), held, limits, extended,
+    return Diagnosis(judged(causes, [*left, *off(found)], limits), causes, tuple(left), held, limits, extended,
                      tuple(evidence_of(found.records)), findings, found, others)  # fmt: skip
 
 

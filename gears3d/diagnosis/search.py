@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.candidates import FREE, candidates
-from gears3d.diagnosis.cause import Fit, begin, fit, slopes_of
+from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library, Scored, library, score
 from gears3d.diagnosis.motions import lines
-from gears3d.diagnosis.prediction import CHANNELS, residuals
+from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.sifting import with_own_noise, without_outliers, without_strays
 
 Array = np.ndarray
@@ -21,6 +21,10 @@ ACCEPT = 30.0
 """Fall of chi-square that a cause must bring: by chance, among a thousand candidates of two numbers, in 0.03 %."""
 SMALLEST = 0.01
 """Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
+LARGEST = 3.0
+"""Size in units above which a cause is none: it makes up for what is hardly its own."""
+OWN = 10.0
+"""Chi-square that a cause must be expected to gain in a record, for its absence there to count."""
 MOST = 5
 """Causes at most."""
 PRICE = 8.0
@@ -79,7 +83,7 @@ def _search(records: Sequence[Evidence], highest: int, most: int) -> Search:
 
 def _able(left: list[Scored]) -> list[Scored]:
     """Return the candidates that would gain enough at a size that matters, most first."""
-    return [one for one in left if one.gain > ACCEPT and float(np.hypot.reduce(one.units)) > SMALLEST]
+    return [one for one in left if one.gain > ACCEPT and SMALLEST < float(np.hypot.reduce(one.units)) < LARGEST]
 
 
 def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]) -> Fit:
@@ -105,13 +109,39 @@ def _pruned(records: Sequence[Evidence], base: Array, now: Fit) -> Fit:
     """Return the fit without causes that the others make needless."""
     now = fit(records, base, now.causes)
     k = 0
-    while k < len(now.causes) and len(now.causes) > 1:
+    while k < len(now.causes):
         less = fit(records, base, now.causes[:k] + now.causes[k + 1 :])
-        if less.chi2 - now.chi2 < ACCEPT:
+        if less.chi2 - now.chi2 < ACCEPT or not _everywhere(records, now.causes[k], less.rest, now.rest):
             now, k = less, 0
         else:
             k += 1
     return now
+
+
+def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest: Array) -> bool:
+    """Whether a cause gains in most of the records in which it should show, not in a single one that was cut badly.
+
+    Args:
+        records: all.
+        cause: that is asked about.
+        without: residuals without it, (n,).
+        rest: residuals with it, (n,).
+    """
+    effect = cause.effect
+    if effect is None or not _within(cause):
+        return False
+    owner = [np.full(len(added(one, (), name)), k) for name in CHANNELS for k, one in enumerate(records)]
+    expected = np.bincount(np.concatenate(owner), contribution(records, [effect]) ** 2, len(records))
+    gained = np.bincount(np.concatenate(owner), without**2 - rest**2, len(records))
+    asked = expected > OWN
+    return bool(np.sum(gained[asked] > 0.25 * expected[asked]) > 0.5 * np.sum(asked)) or not np.any(asked)
+
+
+def _within(cause: Cause) -> bool:
+    """Whether the size of a cause is one that a rig may have."""
+    sizes = 2 if cause.candidate.phased else 1
+    size = float(np.hypot.reduce(cause.numbers[:sizes])) / cause.candidate.unit
+    return SMALLEST / 2.0 < size < LARGEST
 
 
 def directions(records: Sequence[Evidence], now: Fit) -> Array | None:

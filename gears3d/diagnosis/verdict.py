@@ -24,8 +24,12 @@ CHANCE = 0.01
 """Structure that would come by chance more often is none."""
 SHARE = 0.25
 """Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""
+FAR = 5.0
+"""Standard deviations: a channel whose points are farther off on average is not explained."""
 POWER = 0.1
 """Size, in units of its channel, at which an effect must show for the data to have power."""
+SHOWS = 0.01
+"""Part of all error beyond noise that a split must hold for its own gain to say anything."""
 PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
 """Effect by which the power of each place is judged."""
 
@@ -124,12 +128,24 @@ def _scattered(spread: Scatter) -> Named:
     )
 
 
-def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
+def off(found: Search) -> list[str]:
+    """Return the channels whose errors stay far above their noise, whatever the causes.
+
+    Args:
+        found: by the search.
+    """
+    names = [
+        name for name, span in found.known.spans.items() if name in ("flight", "contact") and found.fit.rest[span].size
+    ]
+    return [name for name in names if float(np.mean(found.fit.rest[found.known.spans[name]] ** 2)) > FAR**2]
+
+
+def judged(causes: Sequence[Named], left: Sequence[object], power: dict[str, float]) -> str:
     """Return the verdict.
 
     Args:
         causes: that were accepted.
-        left: structure that remains.
+        left: structure that remains, or channels that stay off.
         power: smallest size, in units, that shows in each place.
     """
     if causes:
@@ -163,7 +179,9 @@ def heldout(found: Sequence[Split]) -> dict[str, Any]:
     """
     if not found:
         return {"base": None, "extended": None, "gain": None}
-    gains = np.array([one.gain for one in found])
+    excess = [one.base - one.noise for one in found]
+    gain = 1.0 - sum(one.extended - one.noise for one in found) / max(sum(excess), 1e-12)
+    shows = [one.gain for one, own in zip(found, excess, strict=True) if own > SHOWS * sum(excess)] or [gain]
     told: dict[str, Any] = {}
     for k, name in enumerate(("base", "extended")):
         sizes = {}
@@ -173,8 +191,8 @@ def heldout(found: Sequence[Split]) -> dict[str, Any]:
                 sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
         told[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
     held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
-    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": float(np.mean(gains)),
-            "gain_range": [float(gains.min()), float(gains.max())],
+    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": float(gain),
+            "gain_range": [float(min(shows)), float(max(shows))],
             "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
 
 
