@@ -150,7 +150,7 @@ def film(scenario: Scenario, e: dict[str, Any]) -> tuple[float, float, float, fl
     >>> e |= {"radius": 0.0, "contact_length": 0.0}
     >>> numbers = film(load("scenarios/base/helical-17-43.toml"), e)
     >>> round(157.08 * (numbers[2] + numbers[3] * 17 / 43), 2)  # m/s at 1500 rpm
-    3.12
+    3.16
     """
     pair, gears = scenario.pair(), scenario.gears
     rb1, rb2 = pair.drive.base_radius, pair.loose.base_radius
