@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-NODES = 400
+NODES = 600
 """Intervals of the speed between start and end."""
 _GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
@@ -46,7 +46,8 @@ def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: flo
     """Return the angle of a shaft that runs down freely.
 
     Time and angle are integrals over the speed, dt = dω/a(ω) and dθ = ω·dω/a(ω), by Gauss quadrature between nodes that
-    crowd at the end; between the nodes the angle is the cubic that has their speeds.
+    crowd at the end; between the nodes the angle is the quintic that has their speeds and decelerations. Means over
+    a long record know the angle to a thousandth of a count, which the cubic of the speeds alone would miss.
 
     Args:
         law: of the deceleration.
@@ -76,7 +77,10 @@ def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: flo
     k = np.clip(np.searchsorted(time, since, "right") - 1, 0, NODES - 1)
     span = time[k + 1] - time[k]
     u = np.clip((since - time[k]) / np.maximum(span, 1e-300), 0.0, 1.0)
-    bend = (1.0 - u) ** 2
-    cubic = way[k] * (1.0 + 2.0 * u) * bend + way[k + 1] * u**2 * (3.0 - 2.0 * u)
-    cubic += span * (nodes[k] * u * bend - nodes[k + 1] * u**2 * (1.0 - u))
-    return angle + cubic
+    turned = way[k] + (way[k + 1] - way[k]) * u**3 * (10.0 - u * (15.0 - 6.0 * u))
+    turned += span * nodes[k] * u * (1.0 - u**2 * (6.0 - u * (8.0 - 3.0 * u)))
+    turned -= span * nodes[k + 1] * u**3 * (4.0 - u * (7.0 - 3.0 * u))
+    at_nodes = np.where(np.isfinite(at_nodes), at_nodes, 0.0)
+    turned -= 0.5 * span**2 * at_nodes[k] * u**2 * (1.0 - u) ** 3
+    turned -= 0.5 * span**2 * at_nodes[k + 1] * u**3 * (1.0 - u) ** 2
+    return angle + turned

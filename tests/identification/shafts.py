@@ -51,7 +51,7 @@ def counted(angle, counts, seed):
 
 
 def solved(inertia, torque, coefficient, power, exponent, speed, rate, last=0.02):
-    """Return time and angle under a whole law, solved to 1e-11, down to a part of the speed."""
+    """Return time and angle under a whole law, solved to 1e-13, down to a part of the speed."""
 
     def slowing(_, y):
         w = max(y[1], 0.0)
@@ -62,7 +62,7 @@ def solved(inertia, torque, coefficient, power, exponent, speed, rate, last=0.02
 
     slow.terminal = True
     found = solve_ivp(
-        slowing, (0.0, 1e4), [0.0, speed], method="DOP853", rtol=1e-11, atol=1e-11, events=slow, dense_output=True
+        slowing, (0.0, 1e4), [0.0, speed], method="DOP853", rtol=1e-13, atol=1e-13, events=slow, dense_output=True
     )
     time = np.arange(0.0, found.t[-1], 1.0 / rate)
     return time, found.sol(time)[0]
