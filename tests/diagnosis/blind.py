@@ -1,0 +1,201 @@
+"""Blind tests of the diagnosis: what is hidden in which records, and what a diagnosis made of it."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gears3d.challenge import hide, plan, reveal
+from gears3d.challenge.causes import KINDS
+from gears3d.challenge.foreign import UNKNOWN
+from gears3d.challenge.hiding import Plan
+from gears3d.challenge.protocol import bench, excite
+from gears3d.diagnosis import diagnose
+from gears3d.errors import InputError
+from gears3d.gate import admit
+from gears3d.readers import files_of
+from gears3d.scenario import Scenario, load
+
+FINE, NOISY = 0.003, 0.015
+"""Noise of both encoders together, as shares of the gap: what is asked of good benches, and of ordinary ones."""
+COARSE = 8192
+"""Counts of an encoder of 2048 lines (Kadmiri et al. 2012)."""
+LIMITS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
+"""Sizes, as shares of the unit size, over which the limit of detection is looked for."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One blind test.
+
+    Args:
+        part: which sort of tests it belongs to.
+        seed: of the challenge.
+        hidden: kinds; none hides nothing, None lets the seed decide.
+        options: of :func:`gears3d.challenge.plan`.
+        bench: name of what is done to the bench; one of ``BENCHES`` or nothing.
+    """
+
+    part: str
+    seed: int
+    hidden: tuple[str, ...] | None = ()
+    options: tuple[tuple[str, float], ...] = ()
+    bench: str = ""
+
+    @property
+    def name(self) -> str:
+        """Return what tells it from others."""
+        hidden = "seed" if self.hidden is None else "+".join(self.hidden) or "nothing"
+        return " ".join([self.part, hidden, str(self.seed), *(f"{k}={v}" for k, v in self.options)])
+
+    def plan(self) -> Plan:
+        """Return the plan of the challenge."""
+        options: dict[str, Any] = dict(self.options)
+        return BENCHES[self.bench](self.seed, self.hidden, options)
+
+
+def _chaotic(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """Gears of bright steel: what rebounds so hard never settles."""
+    return plan(seed, hidden, rig=_rig(seed, {"impact.restitution": 0.75}), **options)
+
+
+def _coarse(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    return plan(seed, hidden, rig=_rig(seed, {"sensors.counts_per_revolution": COARSE}), **options)
+
+
+def _below(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """Fluctuation too small for contact ever to be lost."""
+    return _swung(plan(seed, hidden, **options), lambda sine: [{**sine, "amplitude": _times(sine["amplitude"], 0.1)}])
+
+
+def _harmonic(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """A drive that the rig says to swing at twice and three times its frequency, too."""
+
+    def richer(sine: dict[str, str]) -> list[dict[str, str]]:
+        more = [(2, 0.3, "40 deg"), (3, 0.15, "-70 deg")]
+        return [sine] + [
+            {"amplitude": _times(sine["amplitude"], size), "frequency": _times(sine["frequency"], n), "phase": phase}
+            for n, size, phase in more
+        ]
+
+    return _swung(plan(seed, hidden, **options), richer)
+
+
+def _rig(seed: int, change: dict[str, Any]) -> Scenario:
+    """Return the bench of a seed with a change."""
+    streams = [np.random.default_rng([seed, stream]) for stream in range(1, 3)]
+    rig = load(bench(streams[0])).with_(change)
+    return rig.with_(excite(rig, streams[1]))
+
+
+def _swung(made: Plan, change: Callable[[dict[str, str]], list[dict[str, str]]]) -> Plan:
+    """Return a plan with other harmonics of the drive in every record."""
+    each = tuple({**c, "motion.harmonics": change(c["motion.harmonics"][0])} for c in made.conditions)
+    return replace(made, conditions=each)
+
+
+def _times(text: str, factor: float) -> str:
+    number, unit = text.split(" ", 1)
+    return f"{float(number) * factor!r} {unit}"
+
+
+BENCHES: dict[str, Callable[[int, Any, dict[str, Any]], Plan]] = {
+    "": lambda seed, hidden, options: plan(seed, hidden, **options),
+    "chaotic": _chaotic, "coarse": _coarse, "below": _below, "harmonic": _harmonic,
+}  # fmt: skip
+"""What may be done to a bench before anything is hidden: from seed, kinds and options to the plan."""
+
+
+def cases(part: str, first: int, count: int) -> Iterator[Case]:
+    """Return the blind tests of a part.
+
+    Args:
+        part: one of ``PARTS``.
+        first: seed of the first.
+        count: of each sort.
+
+    >>> [case.name for case in cases("short", 100, 2)]
+    ['short nothing 100 duration=3.0 noise=0.003', 'short nothing 101 duration=3.0 noise=0.015']
+    """
+    for k in range(count):
+        yield from PARTS[part](part, first + k, ("noise", NOISY if k % 2 else FINE))
+
+
+def _kinds(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    yield from (Case(part, seed, (kind,), (noise,)) for kind in KINDS)
+
+
+def _unknown(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    yield from (Case(part, seed, (kind,), (noise,)) for kind in UNKNOWN)
+
+
+def _limits(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    yield from (Case(part, seed, (kind,), (("size", size), ("noise", FINE))) for kind in KINDS for size in LIMITS)
+
+
+TWO = tuple(
+    pair
+    for pair in combinations(
+        ("eccentricity", "backlash_offset", "drag_viscous", "drag_coulomb", "restitution_offset", "encoder_skew",
+         "drag_position", "encoder_eccentricity"), 2
+    )
+    if pair not in {("drag_viscous", "drag_coulomb")}
+)  # fmt: skip
+"""Pairs of causes that can be told apart in these records."""
+
+
+def _pairs(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    yield Case(part, seed, TWO[seed % len(TWO)], (("size", 0.15), noise))
+
+
+def _null(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    length = (("duration", 3.0),) if part == "short" else ()
+    yield Case(part, seed, (), (*length, noise), part if part in BENCHES else "")
+
+
+PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
+    "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits,
+    **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short"), _null),
+}  # fmt: skip
+"""Sorts of blind tests."""
+NULLS = ("nothing", "chaotic", "coarse", "below", "harmonic", "short")
+"""Those in which nothing is hidden."""
+
+
+def play(case: Case) -> dict[str, Any]:
+    """Hide, diagnose, open the answer, and return what came of it as JSON can hold it.
+
+    Args:
+        case: the test.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        made = case.plan()
+        hide(made, folder)
+        rig, began = load(folder / "rig.toml"), time.process_time()
+        try:
+            admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
+            told = diagnose(admitted, rig).to_dict()
+        except InputError as error:
+            told = {"verdict": "not_decidable", "causes": [], "remaining": {"structure": "none"}, "refused": str(error)}
+        took = time.process_time() - began
+        (folder / "diagnosis.json").write_text(json.dumps(told), encoding="utf-8")
+        score = reveal(folder, folder / "diagnosis.json")
+    answer = score.pop("answer")
+    return {
+        "name": case.name, "part": case.part, "seed": case.seed, "records": len(made.conditions),
+        "hidden": [one["kind"] for one in answer["effects"]] + [one["name"] for one in answer["unknown"]],
+        "size": answer["size"], "noise": answer["noise"], "visible": answer["visible"],
+        "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])]}
+                   for one in told["causes"]],
+        "structure": told["remaining"]["structure"], "refused": told.get("refused"),
+        "gain": (told.get("heldout") or {}).get("gain"), "seconds": took, **score,
+    }  # fmt: skip

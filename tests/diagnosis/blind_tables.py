@@ -1,0 +1,153 @@
+"""What blind tests came to, as tables in Markdown: every rate with its count and its 95 % interval (Wilson)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.stats import binomtest
+
+from gears3d.challenge.causes import KINDS
+from tests.diagnosis.blind import FINE, NULLS
+
+WITHIN = {FINE: 0.03, 0.015: 0.10}
+"""Part by which parameters may be off, by noise."""
+
+
+def rate(hits: int, count: int) -> str:
+    """Return a rate with count and interval.
+
+    >>> rate(19, 20)
+    '19/20 = 95 % (76.4 to 99.1)'
+    """
+    if not count:
+        return "–"
+    low, high = binomtest(hits, count).proportion_ci(method="wilson")
+    return f"{hits}/{count} = {100 * hits / count:.3g} % ({100 * low:.3g} to {100 * high:.3g})"
+
+
+def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return the lines of all tables for which there are tests."""
+    known = [row for row in rows if _part(row) == "kinds"]
+    if known:
+        yield from _known(known)
+        yield from ["", *_confusion(known)]
+    if nulls := [row for row in rows if _part(row) in NULLS]:
+        yield from ["", *_nulls(nulls)]
+    if strange := [row for row in rows if _part(row) == "unknown"]:
+        yield from ["", *_strange(strange)]
+    if two := [row for row in rows if row["part"] == "two"]:
+        yield from ["", "two causes at once, both named: " + _count(two, _both)]
+    if limits := [row for row in rows if row["part"] == "limits"]:
+        yield from ["", *_limits(limits)]
+    gains = [row["gain"] for row in rows if row["causes"] and row["gain"] is not None]
+    yield from ["", "held-out gain of extensions above 0: " + rate(sum(gain > 0.0 for gain in gains), len(gains))]
+    yield f"{np.mean([row['seconds'] for row in rows]):.1f} s of one core a diagnosis, with reading its records"
+
+
+def _part(row: dict[str, Any]) -> str:
+    """Return the sort of a test; where the seed decided, by what it hid."""
+    if row["part"] != "drawn":
+        return row["part"]
+    return "nothing" if not row["hidden"] else "kinds" if row["hidden"][0] in KINDS else "unknown"
+
+
+def _count(rows: list[dict[str, Any]], what: Any) -> str:
+    return rate(sum(bool(what(row)) for row in rows), len(rows))
+
+
+def _both(row: dict[str, Any]) -> bool:
+    return set(row["hidden"]) <= {one["kind"] for one in row["causes"]}
+
+
+def _right(row: dict[str, Any]) -> bool:
+    return bool(row["set_right"]) if row["visible"] else not row["causes"]
+
+
+def _close(row: dict[str, Any]) -> bool:
+    """Whether order and teeth are exact and sizes near."""
+    bound = WITHIN.get(row["noise"], 0.10)
+    return all(one["right"] is not False and (one["error"] is None or abs(one["error"]) <= bound)
+               for one in row["parameters"])  # fmt: skip
+
+
+def _known(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "Near: order and teeth exact, sizes within 3 % at 0.3 % noise and within 10 % at 1.5 %.\n"
+    yield "| hidden | right first, or its set | with a wrong name beside | near, where right | intervals that cover |"
+    yield "|---|---|---|---|---|"
+    groups = [("all, 0.3 % noise", [r for r in rows if r["noise"] <= FINE])]
+    groups += [("all, 1.5 % noise", [r for r in rows if r["noise"] > FINE])]
+    groups += [(kind, [r for r in rows if r["hidden"] == [kind]]) for kind in sorted({r["hidden"][0] for r in rows})]
+    for name, own in groups:
+        right = [row for row in own if row["set_right"]]
+        sure = [one["covered"] for row in right for one in row["parameters"] if one["covered"] is not None]
+        cells = (name, _count(own, _right), _count(own, lambda r: r["wrong_names"]), _count(right, _close))
+        yield "| " + " | ".join([*cells, rate(sum(sure), len(sure))]) + " |"
+
+
+def _confusion(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "| hidden | named first, or verdict without a name |"
+    yield "|---|---|"
+    for kind in sorted({row["hidden"][0] for row in rows}):
+        told = Counter(row["causes"][0]["kind"] if row["causes"] else f"*{row['verdict']}*"
+                       for row in rows if row["hidden"] == [kind])  # fmt: skip
+        yield f"| {kind} | " + ", ".join(f"{name} {n}" for name, n in told.most_common()) + " |"
+
+
+def _nulls(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "| nothing hidden | diagnoses (records) | something named | unexplained | not decidable |"
+    yield "|---|---|---|---|---|"
+    for part in [name for name in NULLS if any(_part(row) == name for row in rows)]:
+        own = [row for row in rows if _part(row) == part]
+        cells = [part, f"{len(own)} ({sum(row['records'] for row in own)})", _count(own, lambda r: r["causes"])]
+        cells += [_count(own, lambda r, v=v: r["verdict"] == v) for v in ("unexplained", "not_decidable")]
+        yield "| " + " | ".join(cells) + " |"
+
+
+def _strange(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "| outside the catalogue | unexplained or partly | right coordinate | explained by a wrong name |"
+    yield "|---|---|---|---|"
+    hedged = ("unexplained", "partly_explained")
+    for name in ["all", *sorted({row["hidden"][0] for row in rows})]:
+        own = [row for row in rows if name in ("all", row["hidden"][0])]
+        cells = [name, _count(own, lambda r: r["verdict"] in hedged), _count(own, lambda r: r["coordinate_right"])]
+        yield "| " + " | ".join([*cells, _count(own, lambda r: r["verdict"] == "explained")]) + " |"
+
+
+def _limits(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "| hidden | right first by size (shares of unit_size) | 50 % limit | 90 % limit |"
+    yield "|---|---|---|---|"
+    for kind in sorted({row["hidden"][0] for row in rows}):
+        own = [row for row in rows if row["hidden"] == [kind]]
+        sizes = sorted({row["size"] for row in own})
+        told = [f"{size:g}: {sum(_right(r) for r in own if r['size'] == size)}/{sum(r['size'] == size for r in own)}"
+                for size in sizes]  # fmt: skip
+        half, most = limits(np.array([r["size"] for r in own]), np.array([_right(r) for r in own]))
+        yield f"| {kind} | {', '.join(told)} | {half:.2g} | {most:.2g} |"
+
+
+def limits(size: np.ndarray, right: np.ndarray) -> tuple[float, float]:
+    """Return the sizes at which 50 and 90 % are right, by a logistic curve over the logarithm of the size.
+
+    Args:
+        size: of the hidden effects, (n,).
+        right: whether each was named, (n,).
+
+    >>> size = np.repeat([0.01, 0.02, 0.04], 50)
+    >>> half, most = limits(size, np.r_[np.zeros(50), np.tile([0, 1], 25), np.ones(50)] > 0)
+    >>> round(half, 3), 0.02 < most < 0.04
+    (0.02, True)
+    """
+    if not right.any():
+        return float("nan"), float("nan")
+    x = np.log(size)
+
+    def cost(p: np.ndarray) -> float:
+        z = (x - p[0]) * np.exp(p[1])
+        return float(np.sum(np.logaddexp(0.0, np.where(right, -z, z)))) + 0.02 * float(p[1] - 1.0) ** 2
+
+    found = minimize(cost, [x.mean(), 1.0], method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-6}).x
+    return float(np.exp(found[0])), float(np.exp(found[0] + np.log(9.0) * np.exp(-found[1])))

@@ -1,0 +1,66 @@
+"""The door of blind tests: every part draws what it says, and the tables count what the rows say."""
+
+import numpy as np
+import pytest
+
+from gears3d.challenge.causes import KINDS
+from tests.diagnosis.blind import NULLS, PARTS, Case, cases
+from tests.diagnosis.blind_tables import limits, rate, tables
+
+
+def test_every_kind_is_hidden_once_a_seed():
+    assert [case.hidden for case in cases("kinds", 3, 1)] == [(kind,) for kind in KINDS]
+
+
+def test_names_of_tests_are_their_own():
+    names = [case.name for part in PARTS for case in cases(part, 0, 3)]
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("part", NULLS)
+def test_nothing_is_hidden_where_it_is_said(part):
+    made = next(cases(part, 5, 1)).plan()
+    assert made.effects == ()
+    assert made.unknown == ()
+
+
+def test_benches_are_what_their_names_say():
+    plain, chaotic, coarse, below, harmonic = (
+        Case("nothing", 5, (), (), bench).plan() for bench in ("", "chaotic", "coarse", "below", "harmonic")
+    )
+    assert chaotic.rig.impact.restitution == 0.75
+    assert coarse.rig.sensors.drive.counts_per_revolution == 8192
+    for made in (chaotic, coarse):  # the rest of the bench is that of the seed
+        assert made.rig.pair().backlash == plain.rig.pair().backlash
+        assert made.rig.motion.mean == plain.rig.motion.mean
+        assert made.conditions == plain.conditions
+    for quiet, usual in zip(below.conditions, plain.conditions, strict=True):
+        rig = below.rig.with_(quiet)
+        swing = rig.motion.harmonics[0]
+        force = float(rig.gears.loose.inertia or 0.0) * 2.0 * np.pi * swing.frequency * swing.amplitude
+        force *= rig.gears.drive.teeth / rig.gears.loose.teeth
+        assert force < 0.95 * rig.drag.torque
+        assert swing.amplitude == pytest.approx(0.1 * plain.rig.with_(usual).motion.harmonics[0].amplitude)
+    assert all(len(condition["motion.harmonics"]) == 3 for condition in harmonic.conditions)
+
+
+def test_limit_of_a_logistic_chance_is_found():
+    random = np.random.default_rng(1)
+    size = np.repeat(np.geomspace(0.005, 0.3, 12), 400)
+    chance = 1.0 / (1.0 + np.exp(-3.0 * np.log(size / 0.04)))
+    half, most = limits(size, random.uniform(size=len(size)) < chance)
+    assert half == pytest.approx(0.04, rel=0.05)
+    assert most == pytest.approx(0.04 * 9.0 ** (1.0 / 3.0), rel=0.08)
+
+
+def test_tables_count_what_rows_say():
+    row = {"part": "kinds", "seed": 1, "records": 5, "hidden": ["drag_viscous"], "size": 0.2, "noise": 0.003,
+           "visible": True, "causes": [{"kind": "drag_viscous", "or": []}], "structure": "none", "gain": 0.9,
+           "seconds": 2.0, "verdict": "explained", "set_right": True, "wrong_names": [], "coordinate_right": None,
+           "parameters": [{"error": 0.04, "right": None, "covered": False}]}  # fmt: skip
+    missed = {**row, "causes": [], "set_right": False, "verdict": "unexplained", "parameters": [], "gain": None}
+    alarm = {**row, "part": "short", "hidden": []}
+    lines = list(tables([row, missed, alarm]))
+    assert f"| drag_viscous | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 1)} | {rate(0, 1)} |" in lines
+    assert "| drag_viscous | drag_viscous 1, *unexplained* 1 |" in lines
+    assert any(line.startswith(f"| short | 1 (5) | {rate(1, 1)}") for line in lines)
