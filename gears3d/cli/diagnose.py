@@ -88,6 +88,12 @@ def _show(found: Diagnosis) -> None:
 
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]")
+    for note in found.notes:
+        place = f" {escape(note.record)}:" if note.record else ""
+        console.print(f"{note.kind}:{place} {escape(note.text)} ({escape(note.remedy)})")
+    if found.suspects:
+        kinds = ", ".join(one.kind for one in found.suspects)
+        console.print(f"found, but not carried by these records: {kinds}")
     for k, cause in enumerate(found.causes, 1):
         fixed = ", ".join(f"{name} {value}" for name, value in cause.table.items()
                           if name != "kind" and name not in cause.parameters)  # fmt: skip

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.prediction import added, residuals
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.scatter import Scatter, scatter
 from gears3d.diagnosis.search import ACCEPT, Search, nothing, search
+from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
     evidence_of,
     heldout,
     judged,
-    name_causes,
     off,
     power,
     remaining,
@@ -54,6 +55,8 @@ class Diagnosis:
         findings: of the sensor gate, by record.
         found: by the search.
         others: rivals of each cause of the search.
+        notes: what makes the diagnosis weaker, or impossible.
+        suspects: causes that the search found, but records and rig do not carry.
     """
 
     verdict: str
@@ -66,6 +69,8 @@ class Diagnosis:
     findings: dict[str, list[dict[str, Any]]]
     found: Search = field(repr=False)
     others: list[list[Rival]] = field(repr=False)
+    notes: tuple[Note, ...] = ()
+    suspects: tuple[Named, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
@@ -77,6 +82,8 @@ class Diagnosis:
             "power": {place: limit if np.isfinite(limit) else None for place, limit in self.power.items()},
             "records": list(self.records),
             "findings": self.findings,
+            "notes": [one.to_dict() for one in self.notes],
+            "suspects": [one.to_dict() for one in self.suspects],
         }
 
 
@@ -99,7 +106,7 @@ def diagnose(
     if not admitted:
         raise InputError(Fault("", "no record is given", "name at least one"))
     tell = progress or (lambda doing, part: None)
-    records = _measured(admitted, tell)
+    records, notes = _measured(admitted, tell)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     found = search(records, highest)
@@ -112,21 +119,33 @@ def diagnose(
     spread = _scatter(records, found)
     unit = max(found.records[0].rig.restitution, 0.1)
     spread = spread if spread is not None and spread.gain > ACCEPT and spread.value > FAINT * unit else None
-    causes = tuple(name_causes(found, others, spread))
+    parted = part(found, others, spread, rig, notes)
+    found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
     limits = power(found.known)
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     tell("done", 1.0)
-    return Diagnosis(judged(causes, [*left, *off(found)], limits), causes, tuple(left), held, limits, extended,
-                     tuple(evidence_of(found.records)), findings, found, others)  # fmt: skip
+    verdict = judged(causes, [*left, *off(found)], limits) if parted.decides else "not_decidable"
+    return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
+                     found, others, parted.notes, parted.suspects)  # fmt: skip
 
 
-def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) -> list[Evidence]:
+def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) -> tuple[list[Evidence], list[Note]]:
+    """Return the records that can be measured, and what is to be said of them and of the others.
+
+    A record whose motion is not that of the rig is left out as long as there is another.
+    """
     from gears3d.measurement import measure
 
-    records, faults = [], []
+    records, faults, notes = [], [], of_channels(admitted)
+    bad = {note.record for note in notes if note.blocks}
+    if len(bad) < len({one.file for one in admitted}):
+        admitted = [one for one in admitted if one.file not in bad]
+        notes = [
+            note._replace(blocks=False, remedy=f"left out: {note.remedy}") if note.blocks else note for note in notes
+        ]
     for k, one in enumerate(admitted):
         tell(f"measuring {one.file}", 0.6 * k / len(admitted))
         assert one.rig is not None
@@ -135,8 +154,9 @@ def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) 
         except InputError as error:
             faults += error.faults
     if not records:
-        raise InputError(faults)
-    return records
+        raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
+    notes += [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
+    return records, notes
 
 
 def _scatter(records: list[Evidence], found: Search) -> Scatter | None:

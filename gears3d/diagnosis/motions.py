@@ -14,6 +14,8 @@ PEAKS = 3
 """Lines of each record that are looked at."""
 CLEAR = 5.0
 """Times the usual line that a line must rise to be looked at."""
+COUNTED = 0.35
+"""Counts of the encoder: samples that beat with its counts make lines up to 1/pi of one."""
 
 
 def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -33,7 +35,7 @@ def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, 
         spectrum = np.abs(np.fft.rfft(residuals(one)["drive"] * np.hanning(len(drive.time))))
         at = np.fft.rfftfreq(len(drive.time), drive.width)
         peak = np.flatnonzero((spectrum[1:-1] >= spectrum[:-2]) & (spectrum[1:-1] > spectrum[2:])) + 1
-        strong = peak[spectrum[peak] > CLEAR * np.median(spectrum)]
+        strong = peak[spectrum[peak] > max(CLEAR * np.median(spectrum), _counted(one))]
         for k in strong[np.argsort(-spectrum[strong])][:PEAKS]:
             left, here, right = np.log(spectrum[k - 1 : k + 2] + 1e-300)
             shift = 0.5 * (left - right) / (left - 2.0 * here + right)
@@ -42,3 +44,11 @@ def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, 
             if one.motion.mean:
                 orders.append(2.0 * pi * frequency / abs(one.motion.mean))
     return tuple(frequencies), tuple(orders)
+
+
+def _counted(one: Evidence) -> float:
+    """Return the height of a line that the counts of the drive's encoder may make by themselves."""
+    drive, counts = one.channels.drive, one.scenario.sensors.drive.counts_per_revolution
+    if not counts:
+        return 0.0
+    return COUNTED * 2.0 * pi / counts * 0.25 * len(drive.time) / drive.sigma  # half of the mean of a Hann window

@@ -42,6 +42,8 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
         "verdict": found.verdict,
         "tone": "reverse" if found.verdict in ("unexplained", "not_decidable") else "active",
         "sentence": story.sentence(found, told),
+        "notes": [one._replace(record=names.get(one.record, one.record)) for one in found.notes],
+        "suspects": [one.kind for one in found.suspects],
         "channels": story.channels(found, told),
         "causes": [_cause(found, one) for one in found.causes],
         "held": told["heldout"],

@@ -120,9 +120,14 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     if found.verdict == "nothing_to_add":
         shown = percent(max(found.power.values())).text
         return f"Rig and records agree: nothing is to be added, and effects of {shown} would have shown{though}."
+    if found.verdict == "not_decidable" and (found.suspects or any(note.blocks for note in found.notes)):
+        why = [note.text for note in found.notes if note.blocks] or [found.notes[-1].text]
+        return f"It cannot be decided: {joined(why)}."
     if found.verdict == "not_decidable":
         blind = joined([PLACES[place] for place, limit in found.power.items() if limit > POWER])
         return f"Nothing was found, but it cannot be decided: these records say too little of {blind}."
+    if found.verdict == "unexplained" and left["structure"] == "none":
+        return f"{records} from the rig in what is seen of {joined(off)}, and no cause of the catalogue explains it."
     if found.verdict == "unexplained":
         size = sized(left["size"], left["unit"]).text
         return f"{records} from the rig by {over} ({size}), and no cause of the catalogue explains it."

@@ -1,0 +1,212 @@
+"""Whether records and rig are grounds for a diagnosis at all, before and after causes are looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.cause import Cause
+    from gears3d.diagnosis.evidence import Evidence
+    from gears3d.gate import Admitted
+    from gears3d.scenario import Scenario
+
+Array = np.ndarray
+PERIODS = 3.0
+"""Periods of the drive's fluctuation below which no record repeats enough to blame anything."""
+EVENTS = 8
+"""Flights, or impacts, below which torques, or restitution, are not blamed."""
+TURNS = 2.0
+"""Times that an order, or a tooth, must come by in one record."""
+ALIKE = 1.25
+"""Ratio of mean speeds below which they count as one."""
+SWING = 0.5
+"""Part of the claimed fluctuation: where less of it is there, the motion is another."""
+OTHER_SPEED = 0.05
+"""Part by which the mean speed may differ from the claim before that is told."""
+OTHER_RIG = 0.5
+"""Part of what the rig claims by which two of its numbers must be off to doubt that it is this bench."""
+SIZED = 0.1
+"""Part of the backlash from which on a deviation is told to be one of the gears' size as well."""
+POINTS = 20_000
+NEEDS = {"torque": "flights", "impact": "impacts"}
+
+
+class Note(NamedTuple):
+    """What makes a diagnosis weaker, or impossible.
+
+    Args:
+        kind: one word with hyphens.
+        text: what was seen, with its size.
+        remedy: what to do about it.
+        record: that it was seen in; empty for all together.
+        blocks: whether nothing may be blamed as long as it stands.
+    """
+
+    kind: str
+    text: str
+    remedy: str
+    record: str = ""
+    blocks: bool = False
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return self._asdict()
+
+
+def of_channels(admitted: Iterable[Admitted]) -> list[Note]:
+    """Return what is wrong with the motion of records as they came in.
+
+    Args:
+        admitted: through the gate, each with the rig of its condition.
+    """
+    return [note for one in admitted for note in _of_channels(one)]
+
+
+def _of_channels(one: Admitted) -> list[Note]:
+    from math import degrees
+
+    rig, time = one.rig, one.recording.time
+    if rig is None or len(time) < 16:
+        return []
+    turned = [each for each in one.findings if each.kind == "sense" and not each.corrected]
+    if turned:
+        text = "both gears turn against the claimed sense, so that active and reverse flank change places"
+        remedy = "--correct sense, or give the true motion under [condition]"
+        return [Note("turned-round", text, remedy, one.file, True)]
+    harmonics = rig.motion.harmonics
+    if rig.motion.record is not None:
+        return []
+    few = slice(None, None, max(len(time) // POINTS, 1))
+    angles = [np.asarray(one.recording.signals[f"theta_{gear}_rad"])[few] for gear in ("drive", "loose")]
+    radii = rig.rig().base_radius_drive, rig.rig().base_radius_loose
+    turns = [2.0 * pi * each.frequency for each in harmonics]
+    if turns and (time[-1] - time[0]) * min(turns) < 2.0 * pi:
+        return []
+    (rest, size, mean), (far, _, _) = (_apart(time[few], angle, turns) for angle in angles)
+    claimed = float(
+        np.hypot.reduce([0.0, *(each.amplitude / turn for each, turn in zip(harmonics, turns, strict=True))])
+    )
+    if turns and far * radii[1] < rest * radii[0] / 3.0 and rest * radii[0] > 0.05 * rig.rig().backlash:
+        text = "the loose gear moves as the drive is claimed to move, and the drive as a gear that rattles: "
+        text += f"they are off a steady fluctuation by {1e6 * far * radii[1]:.3g} um and {1e6 * rest * radii[0]:.3g} um"
+        return [Note("channels-swapped", text, "change the channels' names in record.toml", one.file, True)]
+    if size < SWING * claimed or (not turns and rest * radii[0] > rig.rig().backlash):
+        text = (
+            f"the drive swings by {degrees(size):.3g} deg at the claimed frequencies, {degrees(claimed):.3g} deg are "
+        )
+        text += f"claimed, and moves otherwise by {degrees(rest):.3g} deg rms"
+        return [Note("other-motion", text, "give this record's motion under [condition]", one.file, True)]
+    if abs(mean - rig.motion.mean) > OTHER_SPEED * abs(rig.motion.mean):
+        text = (
+            f"the drive turns at {show(mean, 'speed', 4)} on the mean, {show(rig.motion.mean, 'speed', 4)} are claimed"
+        )
+        return [Note("other-speed", text, "give this record's motion under [condition]; the measured one is used",
+                     one.file)]  # fmt: skip
+    return []
+
+
+def _apart(time: Array, angle: Array, turns: Sequence[float]) -> tuple[float, float, float]:
+    """Return how far an angle is off steady fluctuations [rad rms], their size [rad], and the mean speed [rad/s]."""
+    x = time - time.mean()
+    columns = [np.ones_like(x), x]
+    for turn in turns:
+        columns += [np.cos(turn * x), np.sin(turn * x)]
+    table = np.column_stack(columns)
+    found = np.linalg.lstsq(table, angle, rcond=None)[0]
+    return float(np.std(angle - table @ found)), float(np.hypot.reduce([0.0, *found[2:]])), float(found[1])
+
+
+def of_records(records: Sequence[Evidence]) -> list[Note]:
+    """Return what measured records cannot tell.
+
+    Args:
+        records: as they were cut.
+    """
+    notes = []
+    spans = [float(np.ptp(one.channels.drive.time)) for one in records]
+    periods = [span / one.scenario.period for span, one in zip(spans, records, strict=True)]
+    if max(periods) < PERIODS:
+        text = f"the longest record has {max(periods):.3g} periods of {show(records[0].scenario.period, 'time', 4)}"
+        remedy = f"record {PERIODS:.0f} periods at least, better 30"
+        notes.append(Note("too-short", text, remedy, "", True))
+    still = [one for one in records if not len(one.channels.flights.time) and not len(one.channels.impacts.time)]
+    told = "without a flight neither drag nor restitution nor backlash shows"
+    remedy = "let the drive fluctuate more: `gears3d excitation` tells the threshold"
+    if len(still) == len(records):
+        notes.append(Note("no-rattle", f"the gears stay in contact throughout: {told}", remedy))
+    else:
+        notes += [Note("no-rattle", "the gears stay in contact throughout", remedy, one.name) for one in still]
+    speeds = [abs(one.motion.mean) for one in records]
+    if max(speeds) < ALIKE * min(speeds) and len(still) < len(records):
+        text = f"all records have one mean speed ({show(speeds[0], 'speed', 4)} of the drive): how a torque depends on "
+        text += "speed rests on the fluctuation about it"
+        notes.append(Note("one-speed", text, "add records at mean speeds over a factor of four or more"))
+    return notes
+
+
+def carried(records: Sequence[Evidence], cause: Cause) -> Note | None:
+    """Return why records are too few or too short to blame a cause; ``None`` where they carry it.
+
+    Args:
+        records: all.
+        cause: that the search accepted.
+    """
+    effect: Any = cause.effect
+    if effect is None:
+        return None
+    word = NEEDS.get(effect.place)
+    count = sum(len(getattr(one.channels, word).time) for one in records) if word else EVENTS
+    if count < EVENTS:
+        text = f"{effect.kind} rests on {count} {word} only"
+        return Note("few-events", text, f"record {EVENTS} {word} at least, better 100")
+    order = getattr(effect, "order", 0) or (1 if hasattr(effect, "tooth") or effect.kind == "eccentricity" else 0)
+    if not order or effect.place == "motion":
+        return None
+    gear = getattr(effect, "gear", "loose" if effect.place == "torque" else "drive")
+    passes = order * max((_turns(one, gear) for one in records), default=0.0)
+    if passes < TURNS:
+        text = f"{effect.kind} comes by {passes:.2g} times in the longest record: it does not repeat"
+        return Note("few-turns", text, f"record {TURNS / order:.2g} revolutions of the {gear} gear at least")
+    return None
+
+
+def _turns(one: Evidence, gear: str) -> float:
+    angle = one.channels.drive.angle
+    turns = float(np.ptp(angle)) / (2.0 * pi) if len(angle) else 0.0
+    return turns if gear == "drive" else turns * one.radii[0] / one.radii[1]
+
+
+def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
+    """Return doubts that the causes themselves raise.
+
+    Args:
+        rig: scenario of the bench.
+        effects: that were accepted.
+    """
+    claims = {
+        "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length"),
+        "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque"),
+        "restitution": (rig.rig().restitution, "restitution_offset", "offset", "ratio"),
+    }
+    notes, off = [], []
+    for name, (claim, kind, parameter, family) in claims.items():
+        change = sum(getattr(one, parameter) for one in effects if one.kind == kind)
+        if claim > 0.0 and abs(change) > OTHER_RIG * claim:
+            now, was = (
+                (f"{each:.3g}" if family == "ratio" else show(each, family, 3)) for each in (claim + change, claim)
+            )
+            off.append(f"{name} {now} where {was} is claimed")
+        if kind == "backlash_offset" and abs(change) > SIZED * claim:
+            text = "backlash is an angle times a base radius: gears of another module, or of other teeth in the same "
+            text += f"ratio, larger by {100.0 * -change / (claim + change):.3g} %, would show the same"
+            notes.append(Note("gear-size", text, "check module and teeth of the rig"))
+    if len(off) > 1:
+        text = f"the rig is hardly that of these records: {', '.join(off)}"
+        notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
+    return notes

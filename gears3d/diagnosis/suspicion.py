@@ -1,0 +1,77 @@
+"""Causes that the search found, but that records and rig do not carry: told as suspects, not as causes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records
+from gears3d.diagnosis.library import score
+from gears3d.diagnosis.search import directions
+from gears3d.diagnosis.verdict import Named, name_causes
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.rivals import Rival
+    from gears3d.diagnosis.scatter import Scatter
+    from gears3d.diagnosis.search import Search
+    from gears3d.scenario import Scenario
+
+
+class Parted(NamedTuple):
+    """Causes parted from suspects.
+
+    Args:
+        found: the search with the causes that stay.
+        others: their rivals.
+        causes: in words.
+        suspects: in words.
+        notes: all of them.
+        decides: whether a verdict may be given.
+    """
+
+    found: Search
+    others: list[list[Rival]]
+    causes: tuple[Named, ...]
+    suspects: tuple[Named, ...]
+    notes: tuple[Note, ...]
+    decides: bool
+
+
+def part(
+    found: Search, others: list[list[Rival]], spread: Scatter | None, rig: Scenario, notes: Sequence[Note]
+) -> Parted:
+    """Part the causes that records and rig carry from those that they do not.
+
+    Args:
+        found: by the search.
+        others: rivals of each cause.
+        spread: scatter of the restitution, where it was accepted.
+        rig: scenario of the bench.
+        notes: of the records as they came in.
+    """
+    named = name_causes(found, others, spread)
+    weak = [carried(found.records, cause) for cause in found.fit.causes]
+    own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
+    told = [*notes, *of_records(found.records), *of_causes(rig, own), *(why for why in weak if why is not None)]
+    blocked = any(one.blocks for one in told)
+    stays = [why is None and not blocked for why in weak]
+    kept = [cause.effect for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
+    causes = tuple(one for one in named if not blocked and (one.effect in kept or _scatters(one, found)))
+    suspects = tuple(one for one in named if one not in causes)
+    if not all(stays):
+        found = _only(found, stays)
+        others = [each for each, stay in zip(others, stays, strict=True) if stay]
+    return Parted(found, others, causes, suspects, tuple(told), not blocked and (bool(causes) or not suspects))
+
+
+def _scatters(one: Named, found: Search) -> bool:
+    """Whether this is no cause of the search, but the scatter beside it."""
+    return all(one.effect != cause.effect for cause in found.fit.causes)
+
+
+def _only(found: Search, stays: Sequence[bool]) -> Search:
+    """Return a search with some of its causes, fitted anew."""
+    causes = [cause for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
+    now = fit(found.records, found.base, causes)
+    return found._replace(fit=now, left=score(found.known, now.rest, directions(found.records, now)))

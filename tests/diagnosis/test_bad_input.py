@@ -1,0 +1,193 @@
+"""What is no ground for a diagnosis is told with its remedy, and nothing is blamed then."""
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from gears3d import cli
+from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.candidates import candidates
+from gears3d.errors import InputError
+from gears3d.gate import admit
+from gears3d.scenario import load
+from gears3d.simulation import record
+
+BENCH = "scenarios/rigaud-2020/fig5-20rpm.toml"
+PLAIN = {"run.duration": "3 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "drag.torque": "0.3 N m",
+         "gears.loose.teeth": 60}  # fmt: skip
+FEW = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset", "transmission_error", "drive_motion")
+
+
+@pytest.fixture(autouse=True)
+def _few_candidates(monkeypatch):
+    """A few kinds do: what is tested comes before the search and after it."""
+
+    def few(*about):
+        return [one for one in candidates(*about) if one.kind in FEW and one.shape.get("order", 1) == 1]
+
+    monkeypatch.setattr("gears3d.diagnosis.search.candidates", few)
+
+
+def written(path, truth=None, change=None):
+    made = record(load(BENCH, {**PLAIN, **(truth or {})}))
+    made.write(path)
+    if change is not None:
+        pq.write_table(pa.table(change(dict(made.signals)), metadata=pq.read_schema(path).metadata), path)
+    return path
+
+
+def judged(path, rig=None):
+    bench = load(BENCH, {**PLAIN, **(rig or {})})
+    return diagnose([admit(path, bench)], bench)
+
+
+def kinds(found):
+    return [note.kind for note in found.notes]
+
+
+def blamed_nothing(found, kind):
+    """Check that nothing is blamed, that the kind blocks, and that the note says what to do."""
+    assert found.verdict == "not_decidable"
+    assert not found.causes
+    assert not found.extended.effects
+    note = next(one for one in found.notes if one.kind == kind)
+    assert note.blocks
+    assert note.remedy
+    return note
+
+
+def changed_places(signals):
+    names = ("theta_drive_rad", "theta_loose_rad")
+    return {**signals, names[0]: signals[names[1]], names[1]: signals[names[0]]}
+
+
+def test_what_is_found_is_blamed_where_nothing_is_amiss(tmp_path):
+    found = judged(written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m"}))
+    assert found.causes[0].kind == "drag_coulomb"
+    assert kinds(found) == ["one-speed"]
+    assert not found.suspects
+
+
+def test_a_record_of_one_period_leaves_suspects(tmp_path):
+    path = written(tmp_path / "r.parquet", {"drag.torque": "0.4 N m", "run.duration": "0.6 s"})
+    found = judged(path)
+    assert "1.8 periods" in blamed_nothing(found, "too-short").text
+    assert [one.kind for one in found.suspects] == ["drag_coulomb"]
+    assert found.to_dict()["suspects"][0]["parameters"]["torque"]["value"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_wrong_number_of_teeth_is_named_with_those_that_would_fit(tmp_path):
+    with pytest.raises(InputError, match=r"90:60.* teeth would fit, 90:61 are declared"):
+        judged(written(tmp_path / "r.parquet"), {"gears.loose.teeth": 61})
+
+
+@pytest.mark.parametrize("ratio", [60, 90])
+def test_changed_places_are_named_at_any_ratio(tmp_path, ratio):
+    path = written(tmp_path / "r.parquet", {"gears.loose.teeth": ratio}, changed_places)
+    with pytest.raises(InputError, match=r"channels changed places|moves as the drive is claimed to move"):
+        judged(path, {"gears.loose.teeth": ratio})
+
+
+def test_one_gear_turned_round_is_refused_and_both_block(tmp_path):
+    def one(s):
+        return {**s, "theta_loose_rad": -s["theta_loose_rad"]}
+
+    def both(s):
+        return {**one(s), "theta_drive_rad": -s["theta_drive_rad"]}
+
+    with pytest.raises(InputError, match=r"turn against each other.*--correct sense"):
+        judged(written(tmp_path / "one.parquet", change=one))
+    note = blamed_nothing(judged(written(tmp_path / "both.parquet", change=both)), "turned-round")
+    assert "--correct sense" in note.remedy
+
+
+@pytest.mark.parametrize(
+    ("truth", "rig"),
+    [
+        ({"motion.harmonics": [{"amplitude": "20 rpm", "frequency": "5 Hz"}]}, {}),
+        ({"motion.harmonics": []}, {}),
+        ({}, {"motion.harmonics": []}),
+    ],
+)
+def test_another_motion_than_the_claimed_one_blocks(tmp_path, truth, rig):
+    note = blamed_nothing(judged(written(tmp_path / "r.parquet", truth), rig), "other-motion")
+    assert "[condition]" in note.remedy
+
+
+def test_another_mean_speed_is_told_and_the_measured_one_used(tmp_path):
+    found = judged(written(tmp_path / "r.parquet", {"motion.mean": "60 rpm", "drag.torque": "0.33 N m"}))
+    assert "60 rpm" in next(one.text for one in found.notes if one.kind == "other-speed")
+    assert found.causes[0].kind == "drag_coulomb"
+
+
+def test_another_bench_of_the_same_ratio_is_doubted(tmp_path):
+    rig = {"mount.backlash": "600 um", "drag.torque": "0.9 N m", "impact.restitution": 0.7}
+    found = judged(written(tmp_path / "r.parquet"), rig)
+    note = blamed_nothing(found, "other-rig")
+    assert "backlash 250 um where 600 um is claimed" in note.text
+    assert {one.kind for one in found.suspects} >= {"backlash_offset", "drag_coulomb"}
+
+
+def test_gears_of_another_size_in_the_same_ratio_look_like_backlash_and_are_told(tmp_path):
+    found = judged(written(tmp_path / "r.parquet"), {"gears.drive.teeth": 60, "gears.loose.teeth": 40})
+    assert found.causes[0].kind == "backlash_offset"
+    assert "larger by 50 %" in next(one.text for one in found.notes if one.kind == "gear-size")
+
+
+@pytest.mark.parametrize("amplitude", ["0.5 rpm", "0.2 rpm"])
+def test_below_the_threshold_only_contact_is_judged(tmp_path, amplitude):
+    motion = {"motion.harmonics": [{"amplitude": amplitude, "frequency": "3 Hz"}]}
+    found = judged(written(tmp_path / "r.parquet", motion), motion)
+    assert found.verdict == "not_decidable"
+    assert kinds(found) == ["no-rattle"]
+    assert found.to_dict()["power"] == {"geometry": None, "torque": None, "impact": None}
+
+
+def test_an_order_that_does_not_come_round_is_a_suspect(tmp_path):
+    eccentric = [{"kind": "transmission_error", "order": 1, "amplitude": "30 um"}]
+    path = written(tmp_path / "r.parquet", {"effect": eccentric})
+    found = judged(path)
+    assert found.verdict == "not_decidable"
+    assert "comes by 1.5 times" in next(one.text for one in found.notes if one.kind == "few-turns")
+
+
+def test_rows_that_are_no_numbers_are_told_with_the_way_to_leave_them_out(tmp_path):
+    def holes(s):
+        return {**s, "theta_loose_rad": np.where(np.arange(len(s["time_s"])) % 1000 == 7, np.nan, s["theta_loose_rad"])}
+
+    path = written(tmp_path / "r.parquet", change=holes)
+    with pytest.raises(InputError, match=r"60 of 60001 rows are no finite number.*--correct not-finite"):
+        judged(path)
+    bench = load(BENCH, PLAIN)
+    found = diagnose([admit(path, bench, correct=["not-finite"])], bench)
+    assert not found.causes
+
+
+def test_a_record_that_is_off_is_left_out_where_there_are_others(tmp_path):
+    good = written(tmp_path / "good.parquet", {"drag.torque": "0.33 N m"})
+    other = written(tmp_path / "other.parquet", {"motion.harmonics": []})
+    bench = load(BENCH, PLAIN)
+    found = diagnose([admit(good, bench), admit(other, bench)], bench)
+    assert found.causes[0].kind == "drag_coulomb"
+    note = next(one for one in found.notes if one.kind == "other-motion")
+    assert note.record == str(other)
+    assert note.remedy.startswith("left out")
+
+
+@pytest.mark.parametrize("rows", [5, 300])
+def test_the_command_ends_without_a_traceback(tmp_path, rows, capsys):
+    path = written(tmp_path / "r.parquet", change=lambda s: {name: values[:rows] for name, values in s.items()})
+    rig = tmp_path / "rig.toml"
+    rig.write_text(load(BENCH, PLAIN).document)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["diagnose", str(path), "--rig", str(rig), "--out", str(tmp_path / "out")])
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    if rows == 5:
+        assert stop.value.code == 3
+        assert "at least 200 readings" in said.err
+    else:
+        assert not stop.value.code
+        assert "too-short" in said.out
+        assert 'data-note="too-short"' in (tmp_path / "out/report.html").read_text()
