@@ -56,7 +56,7 @@ def steady(reading: Reading) -> Steady:
     >>> bool(np.std(off) < 1e-3), bool(0.3 < motion.speed_sigma / np.std(off) < 3.0)
     (True, True)
     """
-    time, angle, size = _means(reading)
+    time, angle, within, size = _means(reading)
     tried, between = KNOT, []
     curves = []
     while len(time) // tried >= AT_LEAST and len(curves) < RUNGS:
@@ -71,22 +71,28 @@ def steady(reading: Reading) -> Steady:
         return Steady(curve, float(np.median(reading.sigma)), float(np.median(reading.sigma)) / SHORTEST, 1.0)
     best = int(np.argmin([speed for _, speed in between]))
     sigma, speed = between[best]
-    off = float(np.std(angle - curves[best](time)))
+    angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
+    curve = _spline(time, angle, KNOT * 2**best)
+    off = float(np.std(angle - curve(time)))
     expected = float(np.median(reading.sigma)) / np.sqrt(size)
-    return Steady(curves[best], sigma, speed, max(off / max(expected, 1e-300), 0.0))
+    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0))
 
 
-def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return means over times short enough for any motion, and the readings in each."""
+def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Return means over times short enough for any motion, the variance of time in each [s²], and their readings."""
     spacing = float(np.median(np.diff(reading.time)))
     size = max(int(SHORTEST / spacing), 1)
     count = len(reading.time) // size
-    time, angle = (column[: count * size].reshape(count, size).mean(axis=1) for column in (reading.time, reading.angle))
+    rows = reading.time[: count * size].reshape(count, size)
+    time, angle = rows.mean(axis=1), reading.angle[: count * size].reshape(count, size).mean(axis=1)
+    within = rows.var(axis=1)
     if count * size < len(reading.time):
         time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.angle[-1])
+        within = np.append(within, 0.0)
     time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.angle[0])
+    within = np.insert(within, 0, 0.0)
     rises = np.append(True, np.diff(time) > 0.0)
-    return time[rises], angle[rises], size
+    return time[rises], angle[rises], within[rises], size
 
 
 def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq
 from scipy.stats import chi2, t
 
+from gears3d.identification.restitution.descent import bend, least
 from gears3d.identification.restitution.likelihood import TRUST, Errors, Terms, log_density, noise_of_ratio
 from gears3d.identification.restitution.pairs import Pairs
 
@@ -106,9 +107,10 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
         return expected + 0.5 * freedom - float(told.sum())
 
     held = _steep(terms, numbers, columns @ numbers, pairs, middle)
+    unit = np.append(_typical(columns, pairs, held, start[-3]), [max(0.2 * start[-3], 1e-4), 0.2, 0.2])
     value = np.inf
     for _ in range(ROUNDS if first is None else 1):
-        found = minimize(cost, start, (held,), method="L-BFGS-B", bounds=bounds, options={"maxiter": 60})
+        found = least(lambda x, steep=held: cost(x, steep), start, unit, bounds)
         start, value = found.x, float(found.fun)
         fresh = _steep(terms, start[:count], columns @ start[:count], pairs, middle)
         if np.max(np.abs(fresh - held)) < 1e-4:
@@ -118,28 +120,22 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
     free = [*range(count), *spread, count + 1] + ([count + 2] if start[count + 2] > 0.05 else [])
     covariance = np.full((count, count), np.nan)
     if first is None:
-        covariance = np.linalg.pinv(_bend(lambda x: cost(x, held), start, free))[:count, :count]
+        covariance = _inverse(bend(lambda x: cost(x, held), start, 0.3 * unit, free), count)
     errors = Errors(float(np.exp(start[count + 1])), float(start[count + 2]))
     return Fit(terms, start[:count], covariance, float(start[count]), errors, middle, -value, len(pairs.time))
 
 
-def _bend(cost: Callable[[np.ndarray], float], at: np.ndarray, free: list[int]) -> np.ndarray:
-    """Return the second derivatives of a cost in its free numbers."""
-    step = np.full(len(at), 1e-4)
-    step[-3:] = max(1e-2 * abs(at[-3]), 1e-5), 1e-2, 1e-2
-    size = len(free)
-    bend = np.zeros((size, size))
-    for i in range(size):
-        for j in range(i, size):
-            total = 0.0
-            for a in (1.0, -1.0):
-                for b in (1.0, -1.0):
-                    x = at.copy()
-                    x[free[i]] += a * step[free[i]]
-                    x[free[j]] += b * step[free[j]]
-                    total += a * b * cost(x)
-            bend[i, j] = bend[j, i] = total / (4.0 * step[free[i]] * step[free[j]])
-    return bend
+def _typical(columns: np.ndarray, pairs: Pairs, steep: np.ndarray, deviation: float) -> np.ndarray:
+    """Return about how well each number of a law is known, (p,)."""
+    wide = np.hypot(deviation, noise_of_ratio(pairs, steep, Errors()))
+    return np.sqrt(np.diag(np.linalg.pinv(columns.T @ (columns / wide[:, None] ** 2))))
+
+
+def _inverse(bent: np.ndarray, count: int) -> np.ndarray:
+    """Return the covariance of the law's numbers; where variances are not told, that at given variances."""
+    if np.linalg.eigvalsh(bent)[0] > 0.0:
+        return np.linalg.inv(bent)[:count, :count]
+    return np.linalg.pinv(bent[:count, :count], hermitian=True)
 
 
 def scatter_interval(pairs: Pairs, best: Fit) -> tuple[float, float]:
