@@ -22,24 +22,31 @@ def examine(view: View) -> list[Finding]:
     Args:
         view: the record; its time rises.
     """
-    still = {name: np.flatnonzero(change == 0.0) for name, change in view.changes.items()}
-    frozen = [finding for name in still for finding in _frozen(view, name)] if view.declared.meshed else []
+    still = {name: _standing(view, name) for name in view.angles}
+    frozen = [one for name, rows in still.items() for one in _frozen(view, name, rows)] if view.declared.meshed else []
     return frozen or _repeated(view, still)
 
 
-def _frozen(view: View, name: str) -> list[Finding]:
+def _standing(view: View, name: str) -> np.ndarray:
+    """Return the rows after which an angle stands."""
+    return np.concatenate([first + np.flatnonzero(step == 0.0) for first, step in view.changes(name)])
+
+
+def _frozen(view: View, name: str, still: np.ndarray) -> list[Finding]:
     """Find the longest stretch in which a channel does not change although the other one moves far."""
     if view.declared.radii is None or view.declared.backlash is None or len(view.angles) < 2:
         return []
     other = next(one for one in view.angles if one != name)
     own, far = view.declared.radii if "drive" in other else view.declared.radii[::-1]
-    moves = np.flatnonzero(view.changes[name] != 0.0)
-    ends = np.concatenate([[0], moves + 1, [len(view.time)]])
-    lasts = np.diff(ends)
+    begins = np.flatnonzero(np.diff(still, prepend=-2) > 1)
+    lasts = np.diff(begins, append=len(still))
+    if not len(lasts):
+        return []
     reach = BANDS * view.declared.backlash + 10.0 * (own * view.noise[other] + far * view.noise[name])
     longest = np.argpartition(lasts, -min(5, len(lasts)))[-5:]
     for k in longest[np.argsort(-lasts[longest])]:
-        first, last = int(ends[k]), int(ends[k + 1]) - 1
+        first = int(still[begins[k]])
+        last = first + int(lasts[k])
         moved = own * float(np.ptp(view.angles[other][first : last + 1])) if last > first else 0.0
         if moved > reach:
             return [_told(view, name, first, last, moved)]

@@ -22,6 +22,8 @@ TORN = 0.1
 FITTED = 40
 """Rows to either side by which a jump is measured."""
 MOST = 50_000
+AT_ONCE = 1 << 18
+"""Rows that are looked at at a time."""
 
 
 class Jumps(NamedTuple):
@@ -83,18 +85,21 @@ def find(view: View, name: str) -> Jumps:
         view: the record.
         name: of the channel.
     """
-    change = view.changes[name]
+    angle, count = view.angles[name], len(view.time) - 1
     least = SURE * np.sqrt(2.0) * view.noise[name]
-    bent = np.abs(np.diff(change)) > 0.7 * least
-    at = np.flatnonzero(np.append(bent, False) | np.append(False, bent))
-    at = at[(at >= REACH + 2) & (at < len(change) - REACH - 2)]
+    bent = np.zeros(count + 1, bool)
+    for first in range(0, count - 1, AT_ONCE):
+        bend = np.diff(angle[first : first + AT_ONCE + 2], 2)
+        bent[first + 1 : first + 1 + len(bend)] = np.abs(bend) > 0.7 * least
+    at = np.flatnonzero(bent[1:] | bent[:-1])
+    at = at[(at >= REACH + 2) & (at < count - REACH - 2)]
     around = np.concatenate([np.arange(-REACH - 1, -1), np.arange(2, REACH + 2)])
     rows, excess, usual = [], [], []
     for some in np.array_split(at, max(len(at) // MOST, 1)):
-        near = change[some[:, None] + around]
+        near = angle[some[:, None] + around + 1] - angle[some[:, None] + around]
         low, high = near.min(axis=1), near.max(axis=1)
         middle = 0.5 * (np.median(near[:, :REACH], axis=1) + np.median(near[:, REACH:], axis=1))
-        off = change[some] - middle
+        off = angle[some + 1] - angle[some] - middle
         gap = view.time[some + 1] - view.time[some] > 1.6 * view.spacing
         sure = (np.abs(off) > np.maximum(least, WIDE * (high - low))) & ~gap
         rows.append(some[sure])

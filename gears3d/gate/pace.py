@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.gate.finding import Finding
-from gears3d.gate.view import View, typical, when
+from gears3d.gate.view import View, when
+from gears3d.signals import changes, some_steps
 
 EVEN = 0.9
 """Part of the steps that must be alike for rows to be samples and not events."""
@@ -21,21 +22,21 @@ def examine(view: View) -> list[Finding]:
     Args:
         view: the record; its time rises.
     """
-    steps = np.diff(view.time)
-    step = view.spacing
-    if np.mean(np.abs(typical(steps) - step) < 0.4 * step) < EVEN:
+    steps, step = some_steps(view.time), view.spacing
+    if np.mean(np.abs(steps - step) < 0.4 * step) < EVEN:
         return []
-    spread = 1.4826 * float(np.median(np.abs(typical(steps) - step)))
+    spread = 1.4826 * float(np.median(np.abs(steps - step)))
     widest = max(WIDE * step, step + SURE * spread)
-    return [*_gaps(view, steps, step, widest), *_jitter(view, steps, step, widest)]
+    return [*_gaps(view, step, widest), *_jitter(view, steps, step, widest)]
 
 
-def _gaps(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
-    wide = np.flatnonzero(steps > widest)
+def _gaps(view: View, step: float, widest: float) -> list[Finding]:
+    wide = np.concatenate([first + np.flatnonzero(steps > widest) for first, steps in changes(view.time)])
     if not wide.size:
         return []
-    lost = np.round(steps[wide] / step - 1.0)
-    longest = float(steps[wide].max())
+    length = view.time[wide + 1] - view.time[wide]
+    lost = np.round(length / step - 1.0)
+    longest = float(length.max())
     told = f"{lost.sum():.0f} rows of {len(view.time) + lost.sum():.0f} are missing in {len(wide)} gaps, "
     told += f"{longest:.6g} s the longest, at {when(view.time, wide)}"
     rows = tuple(map(int, wide[:20] + 1))
@@ -43,8 +44,7 @@ def _gaps(view: View, steps: np.ndarray, step: float, widest: float) -> list[Fin
 
 
 def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
-    some = typical(steps)
-    off = some[some < widest] - step
+    off = steps[steps < widest] - step
     rms = float(np.sqrt(np.mean(off**2) / 2.0))
     if rms < TREMBLE * step:
         return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.gate.finding import Finding
-from gears3d.gate.view import View, typical, when
+from gears3d.gate.view import View, when
 
 FASTER = 20.0
 """A wrap is so many times larger than what the gear does in a row."""
@@ -20,12 +20,13 @@ def examine(view: View) -> list[Finding]:
         view: the record; its time rises.
     """
     found = []
-    for name, change in view.changes.items():
-        usual = float(np.quantile(np.abs(typical(change)), 0.99))
-        far = np.flatnonzero(np.abs(change) > FASTER * max(usual, 1e-12))
+    for name in view.angles:
+        usual = float(np.quantile(np.abs(view.some_changes(name)), 0.99))
+        least = FASTER * max(usual, 1e-12)
+        far = np.concatenate([first + np.flatnonzero(np.abs(change) > least) for first, change in view.changes(name)])
         if not far.size:
             continue
-        wide = np.abs(change[far]) + usual * 0.5
+        wide = np.abs(view.angles[name][far + 1] - view.angles[name][far]) + usual * 0.5
         width, what = _width(float(np.median(wide)), usual, view.quanta[name])
         angle = view.angles[name]
         if not what or np.ptp(wide) > 3.0 * usual or float(np.ptp(angle)) > width + 3.0 * usual:

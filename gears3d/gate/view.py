@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.gate.declared import MESH as MESH
 from gears3d.gate.declared import Declared
-from gears3d.signals import quantum
+from gears3d.signals import changes, quantum, some_steps
 
 if TYPE_CHECKING:
     from gears3d.gate.band import Band
@@ -54,12 +54,28 @@ class View:
     @cached_property
     def spacing(self) -> float:
         """Median distance of the rows [s]."""
-        return float(np.median(typical(np.diff(self.time)))) if len(self.time) > 1 else 0.0
+        return float(np.median(some_steps(self.time))) if len(self.time) > 1 else 0.0
 
-    @cached_property
-    def changes(self) -> dict[str, np.ndarray]:
-        """Change of each angle from row to row [rad], (n - 1,)."""
-        return {name: np.diff(angle) for name, angle in self.angles.items()}
+    def changes(self, name: str) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
+
+        Args:
+            name: of the column.
+        """
+        return changes(self.angles[name])
+
+    def some_changes(self, name: str, run: int = 1) -> np.ndarray:
+        """Return some changes of an angle from row to row, spread evenly [rad].
+
+        Args:
+            name: of the column.
+            run: length of the runs of neighbours that stay together.
+        """
+        angle = self.angles[name]
+        if len(angle) - 1 <= SOME:
+            return np.diff(angle)
+        row = typical(np.arange(len(angle) - 1), run)
+        return angle[row + 1] - angle[row]
 
     @cached_property
     def quanta(self) -> dict[str, float | None]:
@@ -69,7 +85,7 @@ class View:
     def _quantum(self, name: str, angle: np.ndarray) -> float | None:
         """Return the declared count where the angles keep to it, else the one that shows by itself, if any does."""
         counts = self.declared.counts.get(name)
-        some = typical(self.changes[name])
+        some = self.some_changes(name)
         rounding = 1e-13 * float(np.abs(angle[:: max(len(angle) // 1000, 1)]).max(initial=0.0))
         if counts is not None:
             step = 2 * np.pi / counts
@@ -100,7 +116,7 @@ class View:
         return {name: self._noise(name) for name in self.angles}
 
     def _noise(self, name: str) -> float:
-        bend = np.abs(np.diff(typical(self.changes[name], run=64)))
+        bend = np.abs(np.diff(self.some_changes(name, run=64)))
         usual = 1.4826 * max(float(np.median(bend)) if len(bend) else 0.0, 0.5 * (self.quanta[name] or 0.0))
         bend = bend[bend <= 4.0 * usual]  # not the median itself: of counts it takes few values
         seen = float(np.sqrt(np.mean(bend**2) / 6.0)) if len(bend) else 0.0

@@ -9,16 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.arrays import (
-    ACTIVE_PROFILE,
-    FLOOR,
-    FORM_ROLL,
-    LEAST_TURN,
-    PROFILE_REACH,
-    Flanks,
-    compile_pair,
-    steepness,
-)
 from gears3d.gears.deviation import (
     FLANKS,
     GEARS,
@@ -29,9 +19,9 @@ from gears3d.gears.deviation import (
     ProfileWave,
     ToothDeviation,
 )
-from gears3d.gears.support import relieved
 
 if TYPE_CHECKING:
+    from gears3d.gears.arrays import Flanks
     from gears3d.gears.pair import Pair
 
 
@@ -148,9 +138,11 @@ def _check_steepness(pair: Pair, which: str, flank: str, steep: float) -> None:
 
 def _check_profiles(pair: Pair, steep: dict[tuple[str, str], float]) -> None:
     """Refuse deviations of profiles with which a flank would fold between the start of its active profile and tip."""
-    flanks = compile_pair(pair)
-    if not flanks.slopes.size:
+    if not any(isinstance(each, ProfileSlope | ProfileWave) for each in pair.deviations):
         return
+    from gears3d.gears.arrays import LEAST_TURN, compile_pair  # compiled kernels: most rigs are checked without them
+
+    flanks = compile_pair(pair)
     for gear, which in enumerate(GEARS):
         for side, flank in enumerate(FLANKS):
             bent = steep.get((which, flank), 0.0)
@@ -181,6 +173,9 @@ def _least_turn(flanks: Flanks, gear: int, flank: int, sizes: tuple[float, float
         flank: 0 active, 1 reverse.
         sizes: share of the deviations, and by how much harmonics may shorten the radius of curvature [m].
     """
+    from gears3d.gears.arrays import ACTIVE_PROFILE, FLOOR, FORM_ROLL, PROFILE_REACH, steepness
+    from gears3d.gears.support import relieved
+
     share, bent = sizes
     row, base = flanks.gears[gear], flanks.gears[gear, 0]
     rise, bend, most = (

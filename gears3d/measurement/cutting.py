@@ -133,7 +133,7 @@ def _between(
     known: Track, start: Touches, end: Touches, first: np.ndarray, last: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the readings that surely lie between the touches; those of before where there are too few."""
-    spacing = float(np.median(np.diff(known.time)))
+    spacing = known.spacing
     lasted = np.maximum(end.time - start.time, 0.0)
     after = start.time + np.minimum(SAME * start.sigma, 0.25 * lasted) + spacing
     before = end.time - np.minimum(SAME * end.sigma, 0.25 * lasted) - spacing
@@ -147,7 +147,7 @@ def _one_touch(known: Track, every: Runs, start: Touches, end: Touches) -> np.nd
     """Return whether each flight begins with the very impact that ended the one before, (k,)."""
     same = np.zeros(len(start.time), bool)
     apart = start.time[1:] - end.time[:-1]
-    slack = SAME * np.hypot(start.sigma[1:], end.sigma[:-1]) + 2.0 * float(np.median(np.diff(known.time)))
+    slack = SAME * np.hypot(start.sigma[1:], end.sigma[:-1]) + 2.0 * known.spacing
     leaves = start.velocity[1:] * np.where(every.left[1:] == REVERSE, -1.0, 1.0)
     thrown = (leaves > BLOW * start.velocity_sigma[1:]) & (leaves > THROWN * np.abs(end.velocity[:-1]))
     touch = ((apart < slack) & (leaves > 0.0)) | ((apart < HELD) & thrown)

@@ -6,6 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.measurement.readings import usual
+from gears3d.signals import some_steps
+
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
@@ -13,6 +16,8 @@ if TYPE_CHECKING:
 
 SHORTEST = 0.4e-3
 """Time over which the angle is averaged before it is smoothed [s]."""
+AT_ONCE = 1 << 14
+"""Means that are worked out at a time."""
 KNOT = 4
 """Means between the knots of the finest curve."""
 RUNGS = 14
@@ -68,31 +73,34 @@ def steady(reading: Reading) -> Steady:
         tried *= 2
     if not between:
         curve = curves[0] if curves else _spline(time, angle, max(len(time) // 4, 1))
-        return Steady(curve, float(np.median(reading.sigma)), float(np.median(reading.sigma)) / SHORTEST, 1.0)
+        return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0)
     best = int(np.argmin([speed for _, speed in between]))
     sigma, speed = between[best]
     angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
-    expected = float(np.median(reading.sigma)) / np.sqrt(size)
+    expected = usual(reading.sigma) / np.sqrt(size)
     return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0))
 
 
 def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Return means over times short enough for any motion, the variance of time in each [s²], and their readings."""
-    spacing = float(np.median(np.diff(reading.time)))
+    spacing = float(np.median(some_steps(reading.time)))
     size = max(int(SHORTEST / spacing), 1)
     count = len(reading.time) // size
-    rows = reading.time[: count * size].reshape(count, size)
-    time, angle = rows.mean(axis=1), reading.angle[: count * size].reshape(count, size).mean(axis=1)
-    within = rows.var(axis=1)
+    time, angle, within = np.zeros(count), np.zeros(count), np.zeros(count)
+    for first in range(0, count, AT_ONCE):
+        last = min(first + AT_ONCE, count)
+        rows = reading.time[first * size : last * size].reshape(last - first, size)
+        time[first:last], within[first:last] = rows.mean(axis=1), rows.var(axis=1)
+        angle[first:last] = reading.shown[first * size : last * size].reshape(last - first, size).mean(axis=1)
     if count * size < len(reading.time):
-        time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.angle[-1])
+        time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.shown[-1])
         within = np.append(within, 0.0)
-    time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.angle[0])
+    time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.shown[0])
     within = np.insert(within, 0, 0.0)
     rises = np.append(True, np.diff(time) > 0.0)
-    return time[rises], angle[rises], within[rises], size
+    return time[rises], angle[rises] + reading.lift, within[rises], size
 
 
 def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:

@@ -12,6 +12,8 @@ NARROWEST = 0.4
 """Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Parts of the expected sizes that are tried."""
+AT_ONCE = 1 << 14
+"""Places that are worked out at a time."""
 EVIDENCE = 300
 """Places that speak for a size at most."""
 
@@ -43,11 +45,14 @@ class Flanks(NamedTuple):
             drive: [rad], (n,).
             loose: [rad], (n,).
         """
-        columns = self.terms.columns(time, drive, loose)
-        low = columns @ self.active
-        if self.gap is None:
-            return low, np.full_like(low, np.inf)
-        return low, low + np.maximum(columns @ self.gap, NARROWEST * self.gap[0])
+        low, high = np.zeros(len(time)), np.full(len(time), np.inf)
+        for first in range(0, len(time), AT_ONCE):
+            rows = slice(first, first + AT_ONCE)
+            columns = self.terms.columns(time[rows], drive[rows], loose[rows])
+            low[rows] = columns @ self.active
+            if self.gap is not None:
+                high[rows] = low[rows] + np.maximum(columns @ self.gap, NARROWEST * self.gap[0])
+        return low, high
 
     def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
         """Return how well the place of a flank is known [m], (n,).

@@ -57,8 +57,7 @@ def shafts(known: Track, path: Blocks, flanks: Flanks) -> Shafts:
         path: the same in blocks.
         flanks: of the record.
     """
-    origin = (float(known.drive[0]), float(known.loose[0]))
-    return Shafts(known.steady, np.stack([path.time, path.loose]), flanks, origin, known.radii)
+    return Shafts(known.steady, np.stack([path.time, path.loose]), flanks, known.origin, known.radii)
 
 
 def crossings(paths: Parabolas, where: Shafts, of: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, ...]:

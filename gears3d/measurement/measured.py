@@ -10,16 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.measurement.readings import usual
 from gears3d.measurement.segments import DOUBTFUL, doubtful, segment
 from gears3d.measurement.smoothing import track
 from gears3d.measurement.tables import Segments
 from gears3d.measurement.zones import clearance
-from gears3d.recording import FLANKS, Recording, describe
+from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
+from gears3d.recording.derived import Derived, part_of
+from gears3d.signals import changes, some_steps
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
+LONG = 1 << 20
+"""Rows from which on columns of the recording are worked out when they are asked for."""
 MOVES = 0.1
 """Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
 
@@ -131,18 +136,21 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
     known = cut.track
     radii, shift = known.radii, float(cut.flanks.active[0])
     drive, loose = record.signals["theta_drive_rad"], record.signals["theta_loose_rad"]
-    same = known.time is record.time or np.array_equal(known.time, record.time)
-    place = (known.place if same else np.interp(record.time, known.time, known.place)) - shift
-    speed = np.interp(record.time, cut.path.time, np.gradient(cut.path.place, cut.path.time))
     index = "index" in record.meta.get("zero", {}).get("drive", "")
     begin = 0.0 if index else float(drive[0])
-    zero = known.loose[0] + (shift - radii[0] * (known.drive[0] - begin)) / radii[1]
-    shown = {
-        "theta_drive_rad": drive - begin,
-        "theta_loose_rad": loose - zero,
+    zero = known.origin[1] + (shift - radii[0] * (known.origin[0] - begin)) / radii[1]
+    same = len(known.time) == len(record.time) and np.array_equal(known.time, record.time)
+    slope = np.gradient(cut.path.place, cut.path.time)
+
+    def place(rows: slice) -> np.ndarray:
+        return (known.part(rows)[2] if same else np.interp(record.time[rows], known.time, known.place)) - shift
+
+    shown: dict[str, Callable[[slice], np.ndarray]] = {
+        "theta_drive_rad": lambda rows: drive[rows] - begin,
+        "theta_loose_rad": lambda rows: loose[rows] - zero,
         "displacement_m": place,
-        "velocity_m_s": speed,
-        "state": cut.states(record.time).astype(float),
+        "velocity_m_s": lambda rows: np.interp(record.time[rows], cut.path.time, slope),
+        "state": lambda rows: cut.states(record.time[rows]).astype(float),
     }
     impacts = dict(cut.impacts)
     mass = about["inertia_kg_m2"] / radii[1] ** 2 if "inertia_kg_m2" in about else np.nan
@@ -150,7 +158,7 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
     impacts["phase_rad"] = _phase(record, about.get("period_s"), impacts["time_s"])
     if teeth is not None:
         turned = known.steady.curve(impacts["time_s"]) - begin
-        follows = np.interp(impacts["time_s"], known.time, known.loose) - zero
+        follows = known.angles(impacts["time_s"])[1] - zero
         impacts |= {"tooth_drive": _tooth(turned, teeth[0]), "tooth_loose": _tooth(follows, teeth[1])}
     contacts = np.column_stack([cut.contacts[name] for name in ("flank", "start_s", "end_s")])
     meta = {**about, "contacts": contacts.tolist(), "duration_s": float(record.time[-1] - record.time[0])}
@@ -158,7 +166,20 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
     meta["teeth_from"] = "index" if index else "record"
     if (found := cut.flanks.backlash) is not None:
         meta["backlash_m"] = found[0]
-    return Recording({**record.signals, **shown}, _in_order(impacts), meta)
+    order = [*(name for name in SIGNAL_UNITS if name in {*record.signals, *shown})]
+    order += [name for name in {**record.signals, **shown} if name not in order]
+    signals = Derived(record.signals, shown, order)
+    if len(record.time) <= LONG:
+        signals = {name: signals[name] for name in order}
+    return Recording(signals, _in_order(impacts), meta)
+
+
+def _thinned(made: Recording) -> Recording:
+    """Return a record with some of its rows where it is long: to say how a motion repeats, these do."""
+    if len(made.time) <= LONG:
+        return made
+    rows = slice(None, None, -(-len(made.time) // (LONG // 2)))
+    return Recording({name: part_of(made.signals, name, rows) for name in made.signals}, made.impacts, made.meta)
 
 
 def _tooth(angle: np.ndarray, teeth: int) -> np.ndarray:
@@ -186,7 +207,7 @@ def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.nda
 def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any]:
     flights, contacts = cut.flights, cut.contacts
     sane = flights["testifies"] == 1
-    told = describe(made)
+    told = describe(_thinned(made))
     slowing = flights["deceleration_rad_s2"][sane]
     return {
         "format": 1,
@@ -226,20 +247,20 @@ def _median(values: np.ndarray) -> float | None:
 
 
 def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
-    steps = np.diff(record.time)
-    spacing = float(np.median(steps))
+    spacing = float(np.median(some_steps(record.time)))
+    steps = [step for _, change in changes(record.time) for step in (float(change.min()), float(change.max()))]
     encoders = {}
     for gear, reading in zip(("drive", "loose"), cut.track.readings, strict=True):
         encoders[gear] = {
             "read_as": reading.kind,
             "counts_per_revolution": 2 * pi / reading.quantum if reading.quantum else None,
-            "sigma_rad": float(np.median(reading.sigma)),
+            "sigma_rad": usual(reading.sigma),
         }
     return {
         "samples": len(record.time),
         "duration_s": float(record.time[-1] - record.time[0]),
         "sample_rate_Hz": 1.0 / spacing,
-        "jitter": float(max(steps.max() - spacing, spacing - steps.min()) / spacing),
+        "jitter": float(max(max(steps) - spacing, spacing - min(steps)) / spacing),
         "encoders": encoders,
         "noise_m": cut.track.noise,
         "noise_in_contact_m": cut.flanks.rough,

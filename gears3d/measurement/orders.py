@@ -20,6 +20,8 @@ STRETCHES = 37
 """Parts of a record of few revolutions, every other one held out; else every other revolution is."""
 QUIET = 1.15
 """Times its noise that a place may scatter without being asked for orders."""
+HOPE = 2.0
+"""Times the power of the strongest order that a further one may take at most: they are not quite independent."""
 CANDIDATES = 8
 """Orders that are fitted before one of them is taken."""
 TRIED = 0.3
@@ -143,6 +145,7 @@ def strongest(
     most: int = MOST,
     known: tuple[tuple[str, int], ...] = (),
     quiet: float = QUIET,
+    goal: float = 0.0,
 ) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
     """Return orders that stand out, one after the other, each with numbers of its own on every flank.
 
@@ -152,6 +155,7 @@ def strongest(
         most: orders taken at most.
         known: orders among the base columns, not to be taken again.
         quiet: times its noise that a place may scatter without being asked for orders.
+        goal: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
 
     Returns:
         Gear and order of each, and by flank the numbers of base and cosines and sines, and their covariance.
@@ -166,13 +170,20 @@ def strongest(
         if all(_middle(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
             break
         best = _best(touched, fits, highest, {*taken, *known})
-        if not best or best[0][1] < least:
+        if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
             break
         chosen = _exact(touched, taken, [name for name, power in best if power > max(least, TRIED * best[0][1])])
         if not _foretells(touched, taken, chosen):
             break
         taken.append(chosen)
     return taken, np.array([one[0] for one in fits]), np.array([one[1] for one in fits])
+
+
+def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
+    """Return whether so many orders as strong as the strongest would leave more than the goal."""
+    if goal <= 0.0:
+        return False
+    return all(float(rest @ rest) - HOPE * room * power * var > len(rest) * goal**2 for _, _, rest, var in fits)
 
 
 def _columns(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:

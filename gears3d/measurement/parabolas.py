@@ -124,12 +124,12 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (13); Ottewill et al. 2010, eq. (4).
     """
-    count = len(first)
+    count, shown = len(first), known.shown
     middle, half = np.zeros(count), np.ones(count)
     numbers, covariance = np.zeros((count, 3)), np.zeros((count, 3, 3))
     chi2, readings = np.full(count, np.nan), (last - first + 1).astype(float)
     for k, (begin, end) in enumerate(zip(first, last, strict=True)):
-        time, angle = known.time[begin : end + 1], known.loose[begin : end + 1]
+        time, angle = known.time[begin : end + 1], shown[begin : end + 1]
         middle[k], half[k] = 0.5 * (time[0] + time[-1]), 0.5 * (time[-1] - time[0])
         x = (time - middle[k]) / half[k]
         base = angle[len(angle) // 2]
@@ -145,7 +145,7 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
         covariance[k] = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
         numbers[k] = covariance[k] @ right
         rest = weight * (angle - base) - numbers[k] @ rows
-        numbers[k, 0] += base
+        numbers[k, 0] += base + known.lift
         if len(time) > 3:
             chi2[k] = float(rest @ rest) / (len(time) - 3)
     return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope))
@@ -189,7 +189,7 @@ def _third_powers(known: Track, first: np.ndarray, last: np.ndarray, slope: floa
         half, few = paths.half[k], max((end - begin) // 2000, 1)
         x = (known.time[begin : end + 1 : few] - paths.middle[k]) / half
         weight = 1.0 / (known.sigma_loose[begin : end + 1 : few] / np.sqrt(few))
-        angle = known.loose[begin : end + 1]
+        angle = known.shown[begin : end + 1] + known.lift
         if few > 1:
             count = len(angle) // few
             x, angle = (

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.signals import local_slope, noise_of, quantum
+from gears3d.signals import changes, local_slope, noise_of, quantum, some_steps
 
 FEWEST = 200
 """So few readings tell nothing of a rattle."""
@@ -25,17 +25,24 @@ class Reading(NamedTuple):
 
     Args:
         time: of each reading [s], (n,).
-        angle: [rad], (n,).
+        shown: angle as the encoder shows it [rad], (n,).
         sigma: standard deviation of the angle [rad], (n,).
         quantum: angle of a count [rad], ``None`` for a smooth record.
         kind: ``"edges"`` (moments at which the counter changed), ``"counts"`` or ``"smooth"`` (samples).
+        lift: what the angle is above what is shown: half a count where a counter rounds down [rad].
     """
 
     time: np.ndarray
-    angle: np.ndarray
+    shown: np.ndarray
     sigma: np.ndarray
     quantum: float | None
     kind: str
+    lift: float = 0.0
+
+    @property
+    def angle(self) -> np.ndarray:
+        """The angle [rad], (n,); a copy where it is lifted."""
+        return self.shown + self.lift if self.lift else self.shown
 
 
 def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
@@ -55,15 +62,26 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     ('edges', 'smooth')
     """
     count = quantum(angle)
-    if count is None or np.ptp(np.diff(angle)) < 0.5 * count:  # even steps: counts and samples keep step throughout
-        floor = max(noise_of(time, angle, clip=4.0), 1e-14 * float(np.abs(angle).max(initial=1.0)))
+    if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
+        floor = max(noise_of(time, angle, clip=4.0), 1e-14 * max(float(angle.max()), -float(angle.min()), 1.0))
         return Reading(time, angle, np.broadcast_to(floor, len(time)), None, "smooth")
-    if np.mean(np.abs(np.diff(angle)) > 0.5 * count) < CHANGES:
+    changed = sum(int(np.count_nonzero(np.abs(change) > 0.5 * count)) for _, change in changes(angle))
+    if changed < CHANGES * (len(angle) - 1):
         found = passages(time, angle, count)
         if found is not None and len(found.time) >= FEWEST:
             return found
     floor = max(noise_of(time, angle, clip=4.0), 0.2 * count)
-    return Reading(time, angle + 0.5 * count, np.broadcast_to(floor, len(time)), count, "counts")
+    return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
+
+
+def _even(angle: np.ndarray, count: float) -> bool:
+    """Return whether all steps are alike to half a count."""
+    low, high = np.inf, -np.inf
+    for _, change in changes(angle):
+        low, high = min(low, float(change.min())), max(high, float(change.max()))
+        if high - low >= 0.5 * count:
+            return False
+    return True
 
 
 def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | None:
@@ -103,7 +121,7 @@ def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | Non
     passed = way * (low + 1 + place + 0.5 * (times - 1)) * count  # several counts in a sample: their middle
     moment = time[0] + before[place]
     speed = np.abs(local_slope(moment, passed, _REACH))
-    spacing = float(np.median(np.diff(time)))
+    spacing = float(np.median(some_steps(time)))
     tremble = float(np.mean(astray[place] * speed)) * spacing / 0.3989  # mean of the half of a normal distribution
     if tremble > WHITE * count:
         return None
@@ -172,7 +190,19 @@ def stuck(reading: Reading) -> float:
     """
     if reading.quantum is None:
         return 0.0
-    sigma = float(np.median(reading.sigma))
+    sigma = usual(reading.sigma)
     if reading.kind == "edges":
         return np.sqrt(3.0) * sigma
     return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum else 0.0
+
+
+def usual(sigma: np.ndarray) -> float:
+    """Return the median of standard deviations, which may all be one.
+
+    Args:
+        sigma: (n,).
+
+    >>> usual(np.broadcast_to(2.0, 10)), usual(np.array([1.0, 2.0, 4.0]))
+    (2.0, 2.0)
+    """
+    return float(sigma[0] if sigma.strides == (0,) and len(sigma) else np.median(sigma))

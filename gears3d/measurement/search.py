@@ -25,6 +25,8 @@ REACH = 4.0
 """Deviations from the flank that still make a dwelling block one of contact."""
 STILL = 6.0
 """Deviations by which a dwelling block may move against the flank while its neighbours pass."""
+LOOKED_AT, TOGETHER = 100_000, 50
+"""Blocks that are looked at at most for contact, and how many neighbours of these stay together."""
 MOST = 5_000
 """Blocks of contact that are fitted at most; every so manieth is taken."""
 
@@ -42,7 +44,8 @@ def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None
         both: whether the reverse flank is looked for too.
     """
     terms = make_terms(path, teeth)
-    columns = terms.columns(path.time, path.drive, path.loose)
+    looked = _looked_at(len(path.time))
+    columns = _columns(path, terms, looked)
     up = found.jump > 0.0
     if len(found.at) < 2 or not (both or np.count_nonzero(up) >= 2):
         return one_flank(path, teeth)
@@ -52,19 +55,32 @@ def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None
     if not both:
         at, side, place = at[up], side[up], place[up]
     gap = _first_gap(place, side, path)
-    flanks, scale = _through_seeds(path, terms, columns, (at, side, place), gap, both)
+    flanks, scale = _through_seeds(path, terms, (at, side, place), gap, both)
     for turn in range(ROUNDS):
         if turn in GROWS:
-            near, sides, _ = dwelling(path, columns, flanks, scale, gap)
-            more = grown(path, flanks, near, sides, columns, gap)
+            near, sides, _ = dwelling(path, looked, columns, flanks, scale, gap)
+            more = grown(path, flanks, near, sides)
             if more:
                 size = 2.0 * scale / gap
                 terms = terms.with_orders(more, size)
                 flanks = flanks._replace(terms=terms)
-                columns = terms.columns(path.time, path.drive, path.loose)
+                columns = _columns(path, terms, looked)
                 flanks = _padded(flanks, 2 * len(more))
-        flanks, scale = _closer(path, terms, columns, flanks, (at, side, place), scale, gap)
+        flanks, scale = _closer(path, (looked, columns), flanks, (at, side, place), scale, gap)
     return flanks
+
+
+def _looked_at(count: int) -> np.ndarray:
+    """Return the blocks that are looked at: all, or of many blocks runs of neighbours spread evenly."""
+    if count <= LOOKED_AT:
+        return np.arange(count)
+    first = np.linspace(0, count - TOGETHER, LOOKED_AT // TOGETHER).astype(np.intp)
+    return (first[:, None] + np.arange(TOGETHER)).ravel()
+
+
+def _columns(path: Blocks, terms: Terms, at: np.ndarray) -> np.ndarray:
+    """Return the columns of the terms at some blocks, (k, p)."""
+    return terms.columns(path.time[at], path.drive[at], path.loose[at])
 
 
 def _padded(flanks: Flanks, more: int) -> Flanks:
@@ -74,9 +90,7 @@ def _padded(flanks: Flanks, more: int) -> Flanks:
     return flanks._replace(active=active, gap=gap)
 
 
-def grown(
-    path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, columns: np.ndarray, gap: float
-) -> list[tuple[str, int]]:
+def grown(path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, goal: float = 0.0) -> list[tuple[str, int]]:
     """Return orders that stand out of the contact beside both flanks.
 
     Args:
@@ -84,43 +98,42 @@ def grown(
         flanks: so far.
         near: blocks in contact, (k,).
         side: flank of each, (k,).
-        columns: of the flanks' terms at all blocks, (m, p).
-        gap: width of the dead band [m].
+        goal: what may be left, as a standard deviation [m]: orders that cannot come to it are not gone through.
     """
     room = MOST_ORDERS - flanks.terms.grown
     touched = []
     for flank in (0, 1) if flanks.gap is not None else (0,):
         mine = near[side == flank]
         mine = mine[:: max(len(mine) // MOST, 1)]
-        if len(mine) > 20 * columns.shape[1]:
+        if len(mine) > 20 * len(flanks.active):
+            columns = _columns(path, flanks.terms, mine)
             line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
-            rest = path.place[mine] - columns[mine] @ line
-            touched.append(Contact(columns[mine], np.stack([path.drive[mine], path.loose[mine]]), rest, path.noise))
+            rest = path.place[mine] - columns @ line
+            touched.append(Contact(columns, np.stack([path.drive[mine], path.loose[mine]]), rest, path.noise))
     if not touched or room < 1:
         return []
     highest = resolved(path.drive, path.loose)
     known = tuple((kind, order) for kind, order in flanks.terms.kinds if kind in ("drive", "loose"))
-    return strongest(touched, highest, room, known, QUIET)[0]
+    return strongest(touched, highest, room, known, QUIET, goal)[0]
 
 
 def _through_seeds(
     path: Blocks,
     terms: Terms,
-    columns: np.ndarray,
     seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
     gap: float,
     both: bool,
 ) -> tuple[Flanks, float]:
     """Return the flanks through the kinks alone, and how far half of these are off."""
     at, side, place = seeds
-    weight, scale = np.ones(len(at)), 0.2 * gap
-    flanks = through(terms, columns[at], side, place, scale, gap, both)
+    weight, scale, columns = np.ones(len(at)), 0.2 * gap, _columns(path, terms, at)
+    flanks = through(terms, columns, side, place, scale, gap, both)
     for _ in range(4):
         low, high = flanks.places(path.time[at], path.drive[at], path.loose[at])
         off = np.abs(place - np.where(side == 1, high, low))
         scale = float(np.clip(1.4826 * np.median(off), max(0.01 * gap, path.noise), 0.2 * gap))
         weight = np.square(np.clip(1.0 - (off / (6.0 * scale)) ** 2, 0.0, None))
-        flanks = through(terms, columns[at], side, place, scale, gap, both, robust=False, weight=weight)
+        flanks = through(terms, columns, side, place, scale, gap, both, robust=False, weight=weight)
     return flanks, max(min(scale, WIDEST * gap), path.noise)
 
 
@@ -131,13 +144,14 @@ def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
     return max(float(np.ptp(path.place)), 10.0 * path.noise)
 
 
-def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False) -> Flanks:
+def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False, goal: float = 0.0) -> Flanks:
     """Return the active flank of a record that never leaves it.
 
     Args:
         path: displacement in blocks.
         teeth: of drive and loose gear where known, for mesh orders.
         grow: whether orders that stand out are looked for; of a rattling gear they are those of its swing.
+        goal: how far the path may be off [m]: where no orders can come to that, none are gone through.
     """
     terms = make_terms(path, teeth)
     size = max(float(np.ptp(path.place)), path.noise)
@@ -145,11 +159,11 @@ def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = F
     side = np.zeros(len(some), int)
     flanks = None
     for _ in range(2):
-        columns = terms.columns(path.time, path.drive, path.loose)
-        flanks = through(terms, columns[some], side, path.place[some], path.noise, size, False, robust=False)
-        rough = float(np.std(path.place - columns @ flanks.active))
+        columns = _columns(path, terms, some)
+        flanks = through(terms, columns, side, path.place[some], path.noise, size, False, robust=False)
+        rough = float(np.std(path.place - flanks.places(path.time, path.drive, path.loose)[0]))
         flanks = flanks._replace(rough=max(rough, path.noise), contact=1.0)
-        more = grown(path, flanks, some, side, columns, size) if grow and rough > SMOOTH * path.noise else []
+        more = grown(path, flanks, some, side, goal) if grow and rough > SMOOTH * path.noise else []
         if not more:
             break
         terms = terms.with_orders(more, 1.0)
@@ -159,15 +173,15 @@ def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = F
 
 def _closer(
     path: Blocks,
-    terms: Terms,
-    columns: np.ndarray,
+    looked: tuple[np.ndarray, np.ndarray],
     flanks: Flanks,
     seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
     scale: float,
     gap: float,
 ) -> tuple[Flanks, float]:
     """Return the flanks through all blocks that dwell beside them, and how far these are off."""
-    near, side, off = dwelling(path, columns, flanks, scale, gap)
+    near, side, off = dwelling(path, *looked, flanks, scale, gap)
+    terms, columns = flanks.terms, looked[1]
     both = flanks.gap is not None
     rough = scale
     if len(near) >= 3 * columns.shape[1]:
@@ -178,8 +192,8 @@ def _closer(
     sides = np.concatenate([side[some], seeds[1]])
     places = np.concatenate([path.place[near[some]], seeds[2]])
     weight = np.concatenate([np.ones(len(near[some])), np.full(len(seeds[0]), 0.01)])
-    made = through(terms, columns[at], sides, places, scale, gap, both, weight=weight)
-    return made._replace(rough=scale, contact=len(near) / len(path.time)), scale
+    made = through(terms, _columns(path, terms, at), sides, places, scale, gap, both, weight=weight)
+    return made._replace(rough=scale, contact=len(near) / len(columns)), scale
 
 
 def refined(
@@ -214,21 +228,22 @@ def refined(
 
 
 def dwelling(
-    path: Blocks, columns: np.ndarray, flanks: Flanks, scale: float, gap: float
+    path: Blocks, looked: np.ndarray, columns: np.ndarray, flanks: Flanks, scale: float, gap: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the blocks that stay beside a flank: index, flank, and distance from it [m], each (k,).
 
     Args:
         path: displacement in blocks.
-        columns: of the flanks' terms at the blocks, (m, p).
+        looked: blocks that are looked at, runs of neighbours, (l,).
+        columns: of the flanks' terms at these, (l, p).
         flanks: so far.
         scale: standard deviation of blocks about their flank [m].
         gap: width of the dead band as the kinks have it [m].
     """
-    above = path.place - columns @ flanks.active
+    above = path.place[looked] - columns @ flanks.active
     width = np.full(len(above), np.inf) if flanks.gap is None else columns @ flanks.gap
     moved = np.zeros(len(above))
-    moved[1:-1] = above[2:] - above[:-2]
+    moved[1:-1] = np.where(looked[2:] - looked[:-2] == 2, above[2:] - above[:-2], np.inf)  # ends of runs do not tell
     moved = np.minimum(np.abs(moved), np.abs(moved - np.gradient(width) * 2.0) if flanks.gap is not None else np.inf)
     still = moved < STILL * path.noise
     low, high = np.abs(above) < REACH * scale, np.abs(above - width) < REACH * scale
@@ -238,4 +253,4 @@ def dwelling(
     high &= ~low
     near = np.flatnonzero(still & (low | high))
     side = high[near].astype(int)
-    return near, side, np.where(side == 1, above[near] - width[near], above[near])
+    return looked[near], side, np.where(side == 1, above[near] - width[near], above[near])

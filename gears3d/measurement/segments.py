@@ -105,7 +105,7 @@ def _resting(path: Blocks, teeth: tuple[int, int] | None) -> tuple[Flanks, bool]
     least = max(3.0 * path.noise, path.slack)
     if plain.rough < least:
         return plain, True
-    wavy = one_flank(path, teeth, grow=True)
+    wavy = one_flank(path, teeth, True, least)
     if wavy.rough < least:
         off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
         if len(kinks(path._replace(place=off), SCALES_TRIED[0]).at) < 2:

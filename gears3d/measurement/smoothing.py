@@ -2,33 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measurement.drive import Steady, steady
-from gears3d.measurement.readings import FEWEST, Reading, read_encoder, stuck
-from gears3d.signals import noise_of
+from gears3d.measurement.readings import FEWEST, Reading, read_encoder, stuck, usual
+from gears3d.signals import noise_of, some_steps
 
 LONGEST = 1e-3
 """Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
 FOLLOWS = 2.0
 """Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
+AT_ONCE = 1 << 18
+"""Readings that are worked out at a time."""
 CORNER = 16.0
 """Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
 
 
-class Track(NamedTuple):
-    """Both gears at the readings of the loose gear.
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Both gears at the readings of the loose gear: :meth:`part` works out what a stretch of a long record needs.
 
     Args:
         time: [s], rising, (n,).
-        drive: angle of the drive gear [rad], (n,).
-        loose: angle of the loose gear [rad], (n,).
+        shown: angle of the loose gear as its encoder shows it [rad], (n,).
         steady: the drive's motion as a curve.
-        sigma_loose: standard deviation of ``loose`` [rad], (n,).
-        place: displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,).
+        follows: whether that curve stands for the drive; else its readings do.
+        sigma_loose: standard deviation of the loose gear's angle [rad], (n,).
         noise: standard deviation of one reading of ``place`` [m].
         slack: what counting may put ``place`` off by for many readings in a row [m]; 0 where noise dithers the counts.
         radii: base radii of drive and loose gear [m].
@@ -36,15 +41,76 @@ class Track(NamedTuple):
     """
 
     time: np.ndarray
-    drive: np.ndarray
-    loose: np.ndarray
+    shown: np.ndarray
     steady: Steady
+    follows: bool
     sigma_loose: np.ndarray
-    place: np.ndarray
     noise: float
     slack: float
     radii: tuple[float, float]
     readings: tuple[Reading, Reading]
+
+    @cached_property
+    def drive(self) -> np.ndarray:
+        """Angle of the drive gear [rad], (n,)."""
+        return self.driven(slice(None))
+
+    @cached_property
+    def loose(self) -> np.ndarray:
+        """Angle of the loose gear [rad], (n,)."""
+        return self.shown + self.lift if self.lift else self.shown
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,)."""
+        return self.part(slice(None))[2]
+
+    @cached_property
+    def spacing(self) -> float:
+        """Median distance of the readings [s]."""
+        return float(np.median(some_steps(self.time)))
+
+    @cached_property
+    def origin(self) -> tuple[float, float]:
+        """Angles of drive and loose gear at the first reading [rad]."""
+        return float(self.driven(slice(0, 1))[0]), float(self.shown[0]) + self.lift
+
+    @property
+    def lift(self) -> float:
+        """What the loose gear's angle is above what its encoder shows [rad]."""
+        return self.readings[1].lift
+
+    def driven(self, rows: slice | np.ndarray) -> np.ndarray:
+        """Return the angle of the drive gear at some readings [rad].
+
+        Args:
+            rows: which.
+        """
+        at, one = self.time[rows], self.readings[0]
+        return self.steady.curve(at) if self.follows else np.interp(at, one.time, one.shown) + one.lift
+
+    def part(self, rows: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the angles of drive and loose gear [rad] and the displacement [m] at some readings.
+
+        Args:
+            rows: which.
+        """
+        driven, loose = self.driven(rows), self.shown[rows] + self.lift
+        place = self.radii[1] * (loose - self.origin[1])
+        place -= self.radii[0] * (driven - self.origin[0])
+        return driven, loose, place
+
+    def angles(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the angles of drive and loose gear at times, straight lines between the readings [rad], each (k,).
+
+        Args:
+            time: [s], (k,).
+        """
+        after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
+        begin, length = self.time[after - 1], self.time[after] - self.time[after - 1]
+        share = np.clip((time - begin) / length, 0.0, 1.0)
+        (drive, loose, _), (driven, turned, _) = self.part(after - 1), self.part(after)
+        return drive + share * (driven - drive), loose + share * (turned - loose)
 
 
 class Blocks(NamedTuple):
@@ -96,18 +162,13 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
-    at, angle, sigma = other.time[inside], other.angle[inside], other.sigma[inside]
+    at, shown, sigma = other.time[inside], other.shown[inside], other.sigma[inside]
     curve = steady(one)
-    if follows := curve.rest < FOLLOWS:
-        driven = curve.curve(at)
-    else:
-        driven = one.angle if one.time is at or np.array_equal(one.time, at) else np.interp(at, one.time, one.angle)
-    place = radii[1] * (angle - angle[0])
-    place -= radii[0] * (driven - driven[0])
-    theirs = curve.sigma if follows else float(np.median(one.sigma))
-    noise = float(np.hypot(radii[1] * np.median(sigma), radii[0] * theirs))
+    follows = curve.rest < FOLLOWS
+    theirs = curve.sigma if follows else usual(one.sigma)
+    noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
-    return Track(at, driven, angle, curve, sigma, place, noise, slack, radii, (one, other))
+    return Track(at, shown, curve, follows, sigma, noise, slack, radii, (one, other))
 
 
 def blocks(known: Track) -> Blocks:
@@ -119,29 +180,44 @@ def blocks(known: Track) -> Blocks:
     Args:
         known: the displacement.
     """
-    spacing = float(np.median(np.diff(known.time)))
-    longest = max(int(LONGEST / float(np.quantile(np.diff(known.time), 0.9))), 1)
+    spacing = known.spacing
+    longest = max(int(LONGEST / float(np.quantile(some_steps(known.time), 0.9))), 1)
     floor = max(known.noise, 1e-12)
     speed = _speed(known, floor)
     size = int(np.cbrt(CORNER * floor**2 / (spacing**2 * speed**2))) if speed > 0.0 else longest
     size = int(np.clip(size, 1, longest))
-    count = len(known.time) // size
-    time, drive, loose, place = (
-        column[: count * size].reshape(count, size).mean(axis=1) if size > 1 else column
-        for column in (known.time, known.drive, known.loose, known.place)
-    )
+    time, drive, loose, place = _means(known, size)
     quiet = max(noise_of(time, place, clip=4.0), 0.2 * floor / np.sqrt(size), 1e-12)
     return Blocks(time, drive, loose, place, quiet, known.slack, size, size * spacing)
 
 
 def _speed(known: Track, noise: float) -> float:
     """Return how fast the displacement changes at its liveliest tenth [m/s], between the shortest means to show it."""
-    total = np.concatenate([[0.0], np.cumsum(known.place)])
+    means = _means(known, 1, (3,))[0]
     for size in 2 ** np.arange(0, 16):
-        if size > len(known.place) // 16:
+        if size > len(known.time) // 16:
             break
-        means = np.diff(total[:: max(size, 1)]) / size
-        high = float(np.quantile(np.abs(np.diff(means)), 0.9))
+        longer = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
+        moved = np.subtract(means[1:], means[:-1], out=means[:-1])  # in place: a long record has no room for two
+        high = float(np.quantile(np.abs(moved, out=moved), 0.9, overwrite_input=True))
+        means = longer
         if high > 4.0 * noise * np.sqrt(2.0 / size):
-            return high / (size * float(np.median(np.diff(known.time))))
+            return high / (size * known.spacing)
     return 0.0
+
+
+def _means(known: Track, size: int, wanted: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[np.ndarray, ...]:
+    """Return time [s], angles of drive and loose gear [rad] and displacement [m], means over so many readings each."""
+    count = len(known.time) // size
+    made = tuple(np.zeros(count) for _ in wanted)
+    for first, last in _pieces(count, max(AT_ONCE // size, 1)):
+        rows = slice(first * size, last * size)
+        columns = (known.time[rows], *known.part(rows))
+        for column, values in zip(made, (columns[one] for one in wanted), strict=True):
+            column[first:last] = values.reshape(last - first, size).mean(axis=1) if size > 1 else values
+    return made
+
+
+def _pieces(count: int, most: int) -> Iterator[tuple[int, int]]:
+    for first in range(0, count, most):
+        yield first, min(first + most, count)

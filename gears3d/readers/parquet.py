@@ -10,6 +10,7 @@ import numpy as np
 
 from gears3d.readers.foreign import reading
 from gears3d.readers.source import Signal, Source, seconds
+from gears3d.recording.arrow import floats_of
 
 ROWS = 1 << 16
 """Rows of a batch."""
@@ -26,6 +27,7 @@ def open_parquet(path: Path) -> Source:
     Raises:
         InputError: it is damaged, or two columns have one name.
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     from gears3d.recording.files import KEY
@@ -51,6 +53,7 @@ def open_parquet(path: Path) -> Source:
                 done += size
                 if done == count:
                     break
+        pa.default_memory_pool().release_unused()
         return arrays
 
     return Source(str(path), "Parquet", tuple(signals), load, meta)
@@ -83,4 +86,4 @@ def _floats(column: Any, stamps: dict[str, Any], name: str) -> np.ndarray:
         times = column.cast(pa.timestamp("ns")).to_numpy(zero_copy_only=False)
         first = stamps.setdefault(name, times[:1])
         return seconds(np.concatenate([first, times]))[1:]
-    return column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+    return floats_of(column.cast(pa.float64(), safe=False))

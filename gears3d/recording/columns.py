@@ -210,8 +210,7 @@ def _refuse_holes(columns: Table, names: Any, table: str, file: str) -> None:
 
 
 def _refuse_disorder(time: np.ndarray, strictly: bool, table: str, file: str) -> None:
-    step = np.diff(time)
-    bad = np.flatnonzero(step <= 0.0 if strictly else step < 0.0)
+    bad = np.flatnonzero(time[1:] <= time[:-1] if strictly else time[1:] < time[:-1])
     if bad.size:
         row = int(bad[0]) + 1
         what = f"is {float(time[row])!r} s after {float(time[row - 1])!r} s"

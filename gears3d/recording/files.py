@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.files import replacing
-from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table, unit_of
+from gears3d.recording.columns import FLANKS, impact_table, signal_table, unit_of
+from gears3d.recording.derived import part_of
 from gears3d.recording.meta import from_json, to_json
 from gears3d.recording.record import Recording
 from gears3d.recording.text import read_csv, refuse_twins
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
 
 KEY = b"gears3d"
 """Key of the metadata in the Parquet schema."""
+ROWS = 1 << 18
+"""Rows of a group."""
 SIGNALS, IMPACTS = "signals.parquet", "impacts.parquet"
 
 
@@ -50,8 +54,8 @@ def write(recording: Recording, path: Path) -> Path:
     return path
 
 
-def write_parquet(table: Table, meta: dict[str, Any], path: Path) -> None:
-    """Write one table; floats keep every bit, each field carries its unit.
+def write_parquet(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: Path) -> None:
+    """Write one table, so many rows at a time; floats keep every bit, each field carries its unit.
 
     Args:
         table: columns of equal length.
@@ -61,25 +65,30 @@ def write_parquet(table: Table, meta: dict[str, Any], path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    arrays, fields = [], []
-    for name, values in table.items():
-        array = pa.array(values)
-        if name == "flank":
-            array = pa.DictionaryArray.from_arrays(array, pa.array(FLANKS))
-        arrays.append(array)
-        fields.append(pa.field(name, array.type, nullable=False, metadata={"unit": unit_of(name)}))
+    def arrays(rows: slice) -> list[Any]:
+        made = [pa.array(part_of(table, name, rows)) for name in table]
+        return [
+            pa.DictionaryArray.from_arrays(array, pa.array(FLANKS)) if name == "flank" else array
+            for name, array in zip(table, made, strict=True)
+        ]
+
+    none = dict(zip(table, arrays(slice(0, 0)), strict=True))
+    fields = [pa.field(name, own.type, nullable=False, metadata={"unit": unit_of(name)}) for name, own in none.items()]
     schema = pa.schema(fields, metadata={KEY: to_json(meta)})
-    floats = [name for name, values in table.items() if values.dtype.kind == "f"]
-    pq.write_table(
-        pa.Table.from_arrays(arrays, schema=schema),
+    floats = [name for name, own in none.items() if pa.types.is_floating(own.type)]
+    count = len(part_of(table, "time_s", slice(None))) if table else 0
+    with pq.ParquetWriter(
         path,
+        schema,
         compression="zstd",
         use_dictionary=["flank"] if "flank" in table else False,  # type: ignore[arg-type]
         use_byte_stream_split=floats,  # type: ignore[arg-type]
-    )
+    ) as file:
+        for first in range(0, max(count, 1), ROWS):
+            file.write_table(pa.Table.from_arrays(arrays(slice(first, first + ROWS)), schema=schema))
 
 
-def write_csv(table: Table, meta: dict[str, Any], path: Path) -> None:
+def write_csv(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: Path) -> None:
     """Write one table as CSV; the metadata stays behind.
 
     Args:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import UsageError
-from gears3d.recording.columns import FLANKS, Table, unit_of
+from gears3d.recording.columns import FLANKS, unit_of
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas
     import xarray
 
@@ -26,7 +28,7 @@ def to_pandas(recording: Recording) -> tuple[pandas.DataFrame, pandas.DataFrame]
     """
     pandas = _optional("pandas")
 
-    def frame(table: Table) -> Any:
+    def frame(table: Mapping[str, np.ndarray]) -> Any:
         columns: dict[str, Any] = dict(table)
         if "flank" in columns:
             columns["flank"] = pandas.Categorical.from_codes(columns["flank"], categories=list(FLANKS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from gears3d.errors import UsageError
 from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table
+from gears3d.recording.derived import Derived
 from gears3d.recording.meta import plain
 
 if TYPE_CHECKING:
@@ -39,13 +41,15 @@ class Recording:
     Recording(2 samples of 0..1 s, 0 impacts)
     """
 
-    signals: Table
+    signals: Mapping[str, np.ndarray]
     impacts: Table = field(default_factory=dict)
     meta: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         meta = plain(dict(self.meta))
-        signals = signal_table(self.signals)
+        signals: Mapping[str, np.ndarray] = self.signals
+        if not isinstance(signals, Derived):
+            signals = signal_table(signals)
         radii = [meta.get(f"base_radius_{gear}_m") for gear in ("drive", "loose")]
         if "displacement_m" not in signals and all(isinstance(radius, float) for radius in radii):
             drive, loose = (signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
@@ -92,7 +96,7 @@ class Recording:
         if not start <= end:
             raise UsageError(f"between({start!r}, {end!r}): the end lies before the start")
 
-        def cut(table: Table) -> Table:
+        def cut(table: Mapping[str, np.ndarray]) -> Table:
             first = np.searchsorted(table["time_s"], start, "left")
             last = np.searchsorted(table["time_s"], end, "right")
             return {name: values[first:last] for name, values in table.items()}
@@ -152,7 +156,7 @@ class Recording:
         return frames.to_xarray(self)
 
 
-def _same(one: Table, other: Table) -> bool:
+def _same(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) -> bool:
     return one.keys() == other.keys() and all(
         np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f") for name, values in one.items()
     )

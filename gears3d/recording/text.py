@@ -13,10 +13,11 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.recording.arrow import floats_of
 from gears3d.recording.columns import SIGNAL_UNITS
 from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split
 
-BLOCK = 1 << 20
+BLOCK = 1 << 18
 """Bytes read at a time."""
 REMEDY = "a line of column names, then numbers, separated by commas"
 _SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
@@ -186,10 +187,11 @@ def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.
                 count = min(batch.num_rows, capacity - done)
                 for name, values in arrays.items():
                     column = batch.column(batch.schema.get_field_index(name))
-                    values[done : done + count] = column.to_numpy(zero_copy_only=False)[:count]
+                    values[done : done + count] = floats_of(column)[:count]
                 done += count
                 if done == capacity:
                     break
+        pa.default_memory_pool().release_unused()
     except (OSError, ValueError, pa.ArrowException) as error:
         raise _located(table, places, error) from error
     except MemoryError as error:

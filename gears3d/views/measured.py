@@ -78,10 +78,11 @@ def _path(axes: Axes, cut: Segments, begin: float, end: float) -> None:
     some = np.flatnonzero((known.time >= begin) & (known.time <= end))
     some = some[:: max(len(some) // POINTS, 1)]
     time, state = known.time[some], cut.states(known.time[some])
+    drive, loose, place = known.part(some)
     for code, colour, name in STATES:
         mine = state == code
-        axes.plot(time[mine], 1e6 * (known.place[some][mine] - shift), ".", color=colour, markersize=2, label=name)
-    low, high = cut.flanks.places(time, known.drive[some], known.loose[some])
+        axes.plot(time[mine], 1e6 * (place[mine] - shift), ".", color=colour, markersize=2, label=name)
+    low, high = cut.flanks.places(time, drive, loose)
     axes.plot(time, 1e6 * (low - shift), color=COLOURS[0], linewidth=0.8)
     if np.isfinite(high).all():
         axes.plot(time, 1e6 * (high - shift), color=COLOURS[1], linewidth=0.8)

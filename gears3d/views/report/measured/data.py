@@ -130,8 +130,7 @@ def _corners(cut: Segments) -> tuple[np.ndarray, np.ndarray]:
 
 def _flanks_at(cut: Segments, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     known = cut.track
-    drive, loose = (np.interp(time, known.time, angle) for angle in (known.drive, known.loose))
-    return cut.flanks.places(time, drive, loose)
+    return cut.flanks.places(time, *known.angles(time))
 
 
 def _steps(values: np.ndarray, quantum: float) -> dict[str, Any]:
@@ -168,7 +167,8 @@ def close_up(found: Measurement) -> dict[str, Any]:
     every = -(-len(all_of) // READINGS) or 1
     some = all_of[::every]
     time = known.time[some]
-    low, high = cut.flanks.places(time, known.drive[some], known.loose[some])
+    drive, loose, place = known.part(some)
+    low, high = cut.flanks.places(time, drive, loose)
 
     def micrometres(values: np.ndarray) -> list[float]:
         return (1e6 * (values - shift)).round(3).tolist()
@@ -177,7 +177,7 @@ def close_up(found: Measurement) -> dict[str, Any]:
         "start": start,
         "end": end,
         "time": (time - start).round(7).tolist(),
-        "place": micrometres(known.place[some]),
+        "place": micrometres(place),
         "low": micrometres(low),
         "high": micrometres(high) if np.isfinite(high).all() else None,
         "state": "".join(str(int(state)) for state in cut.states(time)),
