@@ -12,13 +12,18 @@ from gears3d.effects import Rig, catalogue
 Array = np.ndarray
 
 SHOWS = {
-    "geometry": ("contact", "loss"),
-    "torque": ("flight", "loss"),
+    "geometry": ("contact",),
+    "torque": ("flight",),
     "impact": ("impact",),
-    "motion": ("drive", "loss"),
+    "motion": ("drive",),
     "sensor": ("contact", "flight", "drive"),
 }
 """Channels in which effects show, by their place."""
+
+
+SMALL, LATE = 0.01, 0.2
+"""Sizes in units at which columns are taken: of most, and of what makes a flank be left later, which is felt with its
+square."""
 
 
 class Bend(NamedTuple):
@@ -39,9 +44,10 @@ FREE: dict[str, dict[str, Bend]] = {
     "drag_power": {"exponent": Bend(0.2, 4.0)},
     "drag_drift": {"time_constant": Bend(0.1, 1e4)},
     "drag_differential": {"shaft_speed": Bend(-1e5, 1e5, False)},
+    "mesh_drag": {},
     "drive_motion": {"frequency": Bend(1e-2, 1e5), "order": Bend(1e-3, 1e4)},
 }
-"""By kind and parameter."""
+"""By kind and parameter; ``mesh_drag`` has none, but is felt with its square and needs as many rounds."""
 EXPONENTS = (0.5, 1.5, 2.0, 2.5, 3.0)
 SHAFTS = (-1.0, 0.5, 2.0)
 """Speeds of a shaft that are tried, in mean speeds of the loose gear."""
@@ -59,6 +65,7 @@ class Candidate(NamedTuple):
         unit: size that changes its channel by 100 %.
         phased: whether its phase is free, too; it then has two numbers, a cosine's and minus a sine's.
         channels: that it shows in.
+        tried: size in units at which its column is taken.
     """
 
     kind: str
@@ -67,6 +74,7 @@ class Candidate(NamedTuple):
     unit: float
     phased: bool
     channels: tuple[str, ...]
+    tried: float = SMALL
 
     def effect(self, numbers: Array) -> Any | None:
         """Return the effect of given numbers; ``None`` where they are nothing.
@@ -119,7 +127,7 @@ def _torques(rig: Rig, duration: float, highest: int) -> Iterator[Candidate]:
     speed = max(rig.mean_speed_loose, 1e-9)
     yield Candidate("drag_coulomb", {}, "torque", drag, False, shows)
     yield Candidate("drag_viscous", {}, "coefficient", drag / speed, False, shows)
-    yield Candidate("mesh_drag", {}, "coefficient", drag / speed, False, ("loss",))
+    yield Candidate("mesh_drag", {}, "coefficient", drag / speed, False, ("loss",), LATE)
     for exponent in EXPONENTS:
         yield Candidate("drag_power", {"exponent": exponent}, "coefficient", drag / speed**exponent, False, shows)
     for part in TIMES if rig.drag_torque else ():

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.leaving import leaving
+
 if TYPE_CHECKING:
     from gears3d.measurement import Measurement
     from gears3d.measurement.segments import Segments
@@ -18,6 +20,8 @@ CONTACT = 4000
 """Points of contact of a record, about."""
 DRIVE = 4000
 """Points of the drive's motion of a record, about."""
+COMMON = 0.3
+"""Part of its standard deviation by which the rate at leaving a flank is off in common to a record."""
 CLEAR = 4.0
 """Standard deviations of its ends that a flight's points keep away from them."""
 
@@ -81,21 +85,27 @@ class Impacts(NamedTuple):
 
 
 class Losses(NamedTuple):
-    """Moments at which a flank is left without a blow, (l,).
+    """Flanks left without a blow, (l,), by the flights that follow (:mod:`gears3d.diagnosis.leaving`).
 
     Args:
-        time: [s].
-        sigma: of the time [s].
+        time: at which the gap that the flight would have had opens slowest [s].
         drive: angle [rad].
         loose: angle [rad].
         flank: that is left, 0 active, 1 reverse.
+        rate: of the gap at that time, 0 where contact and flight have the same torques [m/s].
+        sigma: of the rate [m/s].
+        growth: of the gap's acceleration after that time, by powers of time [m/s³, ...], (l, 3).
+        span: time after that until which that holds [s].
     """
 
     time: Array
-    sigma: Array
     drive: Array
     loose: Array
     flank: Array
+    rate: Array
+    sigma: Array
+    growth: Array
+    span: Array
 
 
 class Drive(NamedTuple):
@@ -202,9 +212,23 @@ def _impacts(cut: Segments) -> tuple[Impacts, int]:
 
 def _losses(cut: Segments) -> tuple[Losses, int]:
     table = cut.flights
-    good = (table["blow"] == 0) & (table["testifies"] == 1) & np.isfinite(table["start_sigma_s"])
-    time, sigma = table["start_s"][good], table["start_sigma_s"][good]
-    return Losses(time, sigma, *_angles(cut, time), table["left"][good].astype(int)), int(np.sum(~good))
+    some = np.flatnonzero(table["blow"] == 0)
+    found = leaving(cut, some)
+    flank = table["left"][found.flight].astype(int)
+    sigma = _scattered(found.rate, found.sigma, flank)
+    losses = Losses(found.time, *_angles(cut, found.time), flank, found.rate, sigma, found.growth, found.span)
+    return losses, len(some) - len(found.time)
+
+
+def _scattered(value: Array, sigma: Array, flank: Array) -> Array:
+    """Return standard deviations that hold the scatter, and a common error that all losses of a flank share."""
+    wider = sigma.copy()
+    for side in (0, 1):
+        own = np.flatnonzero(flank == side)
+        if len(own):
+            usual = 1.4826 * float(np.median(np.abs(value[own] - np.median(value[own]))))
+            wider[own] = np.maximum(sigma[own], usual) * np.sqrt(1.0 + COMMON**2 * len(own))
+    return wider
 
 
 def _angles(cut: Segments, time: Array) -> tuple[Array, Array]:

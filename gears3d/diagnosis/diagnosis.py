@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.prediction import added, residuals
+from gears3d.diagnosis.readied import delay_of, ready
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.scatter import Scatter, scatter
@@ -137,8 +138,6 @@ def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) 
 
     A record whose motion is not that of the rig is left out as long as there is another.
     """
-    from gears3d.measurement import measure
-
     records, faults, notes = [], [], of_channels(admitted)
     bad = {note.record for note in notes if note.blocks}
     if len(bad) < len({one.file for one in admitted}):
@@ -146,11 +145,11 @@ def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) 
         notes = [
             note._replace(blocks=False, remedy=f"left out: {note.remedy}") if note.blocks else note for note in notes
         ]
+    delay = delay_of(admitted)
     for k, one in enumerate(admitted):
         tell(f"measuring {one.file}", 0.6 * k / len(admitted))
-        assert one.rig is not None
         try:
-            records.append(evidence(measure(one.recording, one.rig, one.file), one.rig, one.file))
+            records.append(ready(one, delay))
         except InputError as error:
             faults += error.faults
     if not records:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.channels import BINS, Channels, channels
+from gears3d.diagnosis.channels import BINS, Channels, Losses, channels
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+STEEP = 4.0
+"""Times the largest rate at which the drive's acceleration changes that a gap's may, where a flank is left."""
 FINE = 4
 """Steps of integration to a bin of a flight."""
 
@@ -70,6 +72,8 @@ class Evidence:
         motion: of the drive.
         fine: time [s], angle [rad] and speed [rad/s] of the loose gear in flight, each (f, FINE*(BINS-1)+1).
         at: where the points of flights stand among the fine ones, (f, BINS).
+        spared: sensor effects that were taken out of the readings before the record was cut; predictions without them
+            miss them, as they would have missed the readings as they came.
     """
 
     name: str
@@ -81,6 +85,7 @@ class Evidence:
     motion: Motion
     fine: tuple[Array, Array, Array]
     at: Array
+    spared: tuple[Any, ...] = ()
 
     @property
     def radii(self) -> tuple[float, float]:
@@ -88,18 +93,31 @@ class Evidence:
         return self.rig.base_radius_drive, self.rig.base_radius_loose
 
 
-def evidence(found: Measurement, scenario: Scenario, name: str = "") -> Evidence:
+def evidence(found: Measurement, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = ()) -> Evidence:
     """Return a measured record as evidence.
 
     Args:
         found: of :func:`gears3d.measurement.measure`.
         scenario: of the bench under this record's conditions.
         name: of the record.
+        spared: sensor effects that were taken out of the readings before the record was cut.
     """
     seen = channels(found)
     fine, at = _fine(seen)
     motion = _motion(seen, scenario)
-    return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at)
+    seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)
+    return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at,
+                    spared)  # fmt: skip
+
+
+def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:
+    """Return channels without losses whose gap opens faster than the drive's motion makes it: tips of bounces."""
+    if not len(motion.harmonics):
+        return seen
+    cosine, sine, turn = motion.harmonics.T
+    good = seen.losses.growth[:, 0] < STEEP * radius * float(np.sum(turn**3 * np.hypot(cosine, sine)))
+    left_out = {**seen.left_out, "loss": seen.left_out["loss"] + int(np.sum(~good))}
+    return seen._replace(losses=Losses(*(column[good] for column in seen.losses)), left_out=left_out)
 
 
 def _motion(seen: Channels, scenario: Any) -> Motion:

@@ -16,7 +16,7 @@ from gears3d.diagnosis.prediction import CHANNELS, impact_sigma, residuals
 Array = np.ndarray
 STRETCHES = 4
 """Stretches that a lone record is cut into."""
-UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "rad/s^2", "drive": "rad"}
+UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad"}
 """Units of the channels."""
 
 

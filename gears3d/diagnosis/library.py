@@ -12,10 +12,6 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added
 
 Array = np.ndarray
-SMALL = 0.01
-"""Size in units at which a column is taken."""
-
-
 ALIKE = 1e-5
 """Part of a column's square that must be its own beside the causes that are in."""
 
@@ -67,9 +63,9 @@ def library(records: Sequence[Evidence], every: list[Candidate]) -> Library:
 
 def _columns(records: Sequence[Evidence], one: Candidate) -> dict[str, Array]:
     sizes = np.eye(2) if one.phased else np.eye(1)
-    effects = [one.effect(SMALL * one.unit * row) for row in sizes]
+    effects = [one.effect(one.tried * one.unit * row) for row in sizes]
     return {
-        name: np.array([np.concatenate([added(r, [effect], name) for r in records]) / SMALL for effect in effects])
+        name: np.array([np.concatenate([added(r, [effect], name) for r in records]) / one.tried for effect in effects])
         .astype(np.float32)
         for name in one.channels
     }  # fmt: skip

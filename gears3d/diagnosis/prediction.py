@@ -14,22 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.torque import torque
-from gears3d.effects import Code, Row, SensorEffect
+from gears3d.effects import Code, Gate, Row, SensorEffect
 
 Array = np.ndarray
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
 """Names of the channels, in the order of everything that is stacked."""
-BESIDE = 1e-4
-"""Time to either side from which the acceleration of a flank is taken [s]."""
-SURE = 0.1
-"""Part of the drag's deceleration that the acceleration at a loss of contact is never known better than."""
-SWING = 0.02
-"""And part of the swing of the acceleration."""
-LATE = 1.5
-"""Times its stated sigma that the moment of a loss is known: the gap opens with the third power of time."""
 
 
 def residuals(one: Evidence) -> dict[str, Array]:
@@ -38,7 +31,8 @@ def residuals(one: Evidence) -> dict[str, Array]:
     Args:
         one: the record.
     """
-    return {name: _BASE[name](one) - added(one, one.scenario.effects, name) for name in CHANNELS}
+    found = {name: _BASE[name](one) - added(one, one.scenario.effects, name) for name in CHANNELS}
+    return {name: found[name] + added(one, one.spared, name) if one.spared else found[name] for name in CHANNELS}
 
 
 def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
@@ -172,44 +166,47 @@ def impact_sigma(one: Evidence) -> Array:
 
 
 def _loss_base(one: Evidence) -> Array:
-    """A flank is left when the loose gear would have to be pulled: its acceleration there is that of free flight."""
-    seen, (drive, loose) = one.channels.losses, one.radii
-    own = one.motion.speed(seen.time) * drive / loose
-    free = one.rig.drag_torque * np.sign(own) / one.rig.inertia
-    return (drive / loose * one.motion.acceleration(seen.time) + free) / loss_sigma(one)
+    """Rate at which the gap closes where the flight after a loss, followed back, has it open slowest."""
+    return one.channels.losses.rate / loss_sigma(one)
 
 
 def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
+    """What torques that act in contact only do: the active flank is left later, the reverse one is not."""
     seen, (drive, loose) = one.channels.losses, one.radii
-    speed = one.motion.speed(seen.time)
-    total = np.zeros_like(seen.time)
-    if any(100 < row.code < 200 for row in rows):
-        held = torque(rows, speed * drive / loose, seen.loose, seen.time, seen.flank)
-        total = total - held / one.rig.inertia
-    if moves := tuple(row for row in rows if row.code == Code.MOTION_HARMONIC):
-        total = total - drive / loose * (one.motion.acceleration(seen.time, moves) - one.motion.acceleration(seen.time))
-    if any(200 < row.code < 300 for row in rows):
-        ahead = BESIDE * speed
-        low, here, high = (
-            deviation(rows, one.pair, seen.drive + k * ahead, seen.loose + k * ahead * drive / loose, seen.flank)
-            for k in (-1.0, 0.0, 1.0)
-        )
-        total = total - (low - 2.0 * here + high) / BESIDE**2 / loose
-    return total / loss_sigma(one)
+    if not len(seen.time) or not any(100 < row.code < 200 and row.gate != Gate.ALWAYS for row in rows):
+        return np.zeros_like(seen.time)
+    late, hold = np.zeros_like(seen.time), np.zeros_like(seen.time)
+    for _ in range(4):  # the torque changes little while the loss comes later
+        time = seen.time + late
+        speed = one.motion.speed(time) * drive / loose
+        more = torque(rows, speed, seen.loose, time, seen.flank) - torque(rows, speed, seen.loose, time)
+        hold = np.maximum(np.where(seen.flank == 0, 1.0, -1.0) * more, 0.0) * loose / one.rig.inertia
+        late = _when(seen, hold)
+    g1, g2, g3 = seen.growth.T
+    opened = late**2 * (g1 / 2.0 + late * (g2 / 3.0 + late * g3 / 4.0))
+    held = late >= seen.span  # never let go of within what is known
+    opened = np.where(held, opened + (hold - late * (g1 + late * (g2 + late * g3))) * seen.span, opened)
+    return -opened / loss_sigma(one)
+
+
+def _when(seen: Losses, hold: Array) -> Array:
+    """Return how long after the gap opens slowest its acceleration would have reached a value [s], (l,)."""
+    low, high = np.zeros_like(hold), seen.span.copy()
+    g1, g2, g3 = seen.growth.T
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        below = middle * (g1 + middle * (g2 + middle * g3)) < hold
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.where(hold > 0.0, high, 0.0)
 
 
 def loss_sigma(one: Evidence) -> Array:
-    """Return the standard deviations of the loose gear's acceleration at losses of contact [rad/s²].
+    """Return the standard deviations of the rates at losses of contact [m/s].
 
     Args:
         one: the record.
     """
-    seen, (drive, loose) = one.channels.losses, one.radii
-    later, sooner = (one.motion.acceleration(seen.time + k * BESIDE) for k in (5.0, -5.0))
-    rate = drive / loose * (later - sooner) / (10.0 * BESIDE)
-    swing = drive / loose * sum(turn**2 * np.hypot(cosine, sine) for cosine, sine, turn in one.motion.harmonics)
-    floor = SURE * one.rig.drag_torque / one.rig.inertia + SWING * swing + 1e-9
-    return np.hypot(LATE * rate * seen.sigma, floor)
+    return np.maximum(one.channels.losses.sigma, 1e-9)
 
 
 def _drive_base(one: Evidence) -> Array:

@@ -169,7 +169,7 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Itera
 def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
     value = np.concatenate(parts["loss"])
     speed = np.concatenate([one.motion.speed(one.channels.losses.time) for one in records])
-    yield from _binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma")
+    yield from _binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0)
 
 
 def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
@@ -202,13 +202,15 @@ def _scanned(name: str, value: Array, sure: Array, angle: Array, highest: int, u
     yield Structure(name, float(gains[best]), float(np.clip(chance, 0.0, 1.0)), size, unit, float(orders[best]))
 
 
-def _binned(name: str, value: Array, sure: Array, over: Array, unit: str, pieces: int = PIECES) -> Iterator[Structure]:
-    """Means in bins over a coordinate, against one mean."""
+def _binned(
+    name: str, value: Array, sure: Array, over: Array, unit: str, pieces: int = PIECES, least: float = 0.0
+) -> Iterator[Structure]:
+    """Means in bins over a coordinate, against one mean; errors are no smaller than ``least`` standard deviations."""
     from scipy.stats import chi2
 
     if len(value) < max(FEWEST, 2 * pieces):
         return
-    level = _level(value * sure)
+    level = max(_level(value * sure), least)
     value, weight = _held(value, sure / level), (sure / level) ** 2
     edges = np.unique(np.quantile(over, np.linspace(0.0, 1.0, pieces + 1)))
     if len(edges) < 3:

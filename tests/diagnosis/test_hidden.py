@@ -19,7 +19,7 @@ from gears3d.scenario import load
 SEPARABLE = (
     "transmission_error", "eccentricity", "backlash_offset", "backlash_variation", "drag_coulomb", "drag_viscous",
     "drag_power", "drag_position", "restitution_offset", "restitution_asymmetry", "restitution_scatter", "drive_motion",
-    "encoder_eccentricity",
+    "encoder_eccentricity", "encoder_skew", "mesh_drag",
 )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ VALUES = {
     "flight": ("extra deceleration of flights [rad/s²]", 1.0),
     "contact": ("displacement off [µm]", 1e6),
     "impact": ("rebound off [mm/s]", 1e3),
-    "loss": ("acceleration off at losing contact [rad/s²]", 1.0),
+    "loss": ("speed at leaving the flank, followed back [µm/s]", 1e6),
     "drive": ("drive angle off [µrad]", 1e6),
 }
 """What is off in each channel, and its scale."""

@@ -8,7 +8,10 @@ CHANNEL_WORDS = {
     "flight": ("flight", "angle of the loose gear in flight against free fall under its drag"),
     "contact": ("contact", "place of the loose gear on a flank against the nominal flank"),
     "impact": ("impact", "speed after an impact against e times the speed before"),
-    "loss": ("loss of contact", "deceleration at which a flank is left against that of free flight"),
+    "loss": (
+        "loss of contact",
+        "speed at which the flight, followed back to where the gap opens slowest, meets the flank it left",
+    ),
     "drive": ("drive", "angle of the drive gear against the claimed motion"),
 }
 """Name of each channel and what is compared there."""

@@ -1,0 +1,74 @@
+"""Losses of contact and readings in time: against the twin's own records and closed forms."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gears3d.diagnosis.evidence import evidence
+from gears3d.diagnosis.prediction import added, residuals
+from gears3d.diagnosis.readied import _read_in_time, delay_of
+from gears3d.effects import catalogue
+from gears3d.measurement import measure
+from gears3d.recording import Recording
+from gears3d.scenario import load
+from gears3d.simulation import record
+
+BENCH = {"run.duration": "3 s", "sensors.sample_rate": "20 kHz", "sensors.loose.noise": "5e-6 rad",
+         "sensors.drive.noise": "5e-6 rad"}  # fmt: skip
+
+
+def left(effects):
+    """Return the losses of a record of the twin as evidence about the rig without the effects."""
+    plain = load("scenarios/rigaud-2020/fig5-20rpm.toml", BENCH)
+    rig = plain.with_({"effect": effects}) if effects else plain
+    return evidence(measure(record(rig), plain), plain)
+
+
+def test_flanks_are_left_at_rest_where_contact_has_no_torque_of_its_own():
+    seen = left([])
+    rest = residuals(seen)["loss"]
+    assert len(rest) > 12
+    assert set(seen.channels.losses.flank) == {0, 1}
+    assert abs(np.mean(rest)) < 1.0
+    assert np.std(rest) < 2.0
+
+
+@pytest.mark.parametrize("coefficient", [0.04, 0.1])
+def test_drag_of_the_mesh_leaves_the_active_flank_late_by_what_is_predicted(coefficient):
+    seen = left([{"kind": "mesh_drag", "coefficient": f"{coefficient} N m s/rad"}])
+    before, flank = residuals(seen)["loss"], seen.channels.losses.flank
+    predicted = added(seen, [catalogue()["mesh_drag"](coefficient=coefficient)], "loss")
+    assert np.all(predicted[flank == 1] == 0.0)
+    assert abs(np.mean(before[flank == 1])) < 1.0
+    found, told = np.median(before[flank == 0]), np.median(predicted[flank == 0])
+    assert found < -5.0
+    assert told == pytest.approx(found, rel=0.05)
+
+
+def test_drag_that_acts_in_flight_too_makes_no_loss_late():
+    seen = left([])
+    effect = catalogue()["drag_viscous"](coefficient=0.05)
+    assert not added(seen, [effect], "loss").any()
+
+
+@pytest.mark.parametrize("delay", [7.3e-5, -4.1e-5, 1e-6])
+def test_a_gear_that_is_read_late_is_read_in_time(delay):
+    time = np.arange(4000) * 2e-5
+    drive = 5.0 * time + 0.01 * np.sin(30.0 * time)
+    late = 3.0 * (time - delay) + 0.02 * np.sin(50.0 * (time - delay))
+    made = _read_in_time(Recording({"time_s": time, "theta_drive_rad": drive, "theta_loose_rad": late}), delay)
+    rows = round(delay / 2e-5) * 2e-5
+    then = made.time - (delay - rows)  # of which both gears are told
+    assert made.signals["theta_loose_rad"] == pytest.approx(3.0 * then + 0.02 * np.sin(50.0 * then), abs=1e-12)
+    assert made.signals["theta_drive_rad"] == pytest.approx(5.0 * then + 0.01 * np.sin(30.0 * then), abs=1e-8)
+
+
+def test_a_delay_is_one_that_most_records_have_and_that_nobody_corrected():
+    def seen(*sizes, corrected=False):
+        found = [SimpleNamespace(kind="skew", size=size, corrected=corrected) for size in sizes]
+        return SimpleNamespace(findings=found)
+
+    assert delay_of([seen(1e-5), seen(3e-5), seen()]) == pytest.approx(2e-5)
+    assert delay_of([seen(1e-5), seen()]) == 0.0
+    assert delay_of([seen(1e-5, corrected=True)] * 3) == 0.0
