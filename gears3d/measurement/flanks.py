@@ -12,8 +12,6 @@ NARROWEST = 0.4
 """Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Parts of the expected sizes that are tried."""
-AT_ONCE = 1 << 14
-"""Places that are worked out at a time."""
 EVIDENCE = 300
 """Places that speak for a size at most."""
 
@@ -45,14 +43,11 @@ class Flanks(NamedTuple):
             drive: [rad], (n,).
             loose: [rad], (n,).
         """
-        low, high = np.zeros(len(time)), np.full(len(time), np.inf)
-        for first in range(0, len(time), AT_ONCE):
-            rows = slice(first, first + AT_ONCE)
-            columns = self.terms.columns(time[rows], drive[rows], loose[rows])
-            low[rows] = columns @ self.active
-            if self.gap is not None:
-                high[rows] = low[rows] + np.maximum(columns @ self.gap, NARROWEST * self.gap[0])
-        return low, high
+        if self.gap is None:
+            low = self.terms.sums(self.active[None], time, drive, loose)[0]
+            return low, np.full_like(low, np.inf)
+        low, width = self.terms.sums(np.stack([self.active, self.gap]), time, drive, loose)
+        return low, low + np.maximum(width, NARROWEST * self.gap[0])
 
     def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
         """Return how well the place of a flank is known [m], (n,).

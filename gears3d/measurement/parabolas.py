@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measurement.kernels import paths
+from gears3d.measurement.kernels.paths import SLIGHT
 from gears3d.measurement.smoothing import Track
 
 FEWEST = 5
@@ -14,8 +16,8 @@ LOOSE = 0.2
 """Part by which the deceleration of a short flight may always differ from that of the others."""
 SURE = 4.0
 """Deviations by which a change of the drag within flights must be known to be taken."""
-SLIGHT = 1e-4
-"""Change of the drag over half a flight below which a parabola is exact to rounding."""
+MOST = 2000
+"""Readings of a flight beyond which neighbours are averaged before its third power is looked for."""
 
 
 class Law(NamedTuple):
@@ -35,9 +37,9 @@ class Law(NamedTuple):
     varies: float
     seen: tuple[float, float]
 
-    def at(self, speed: float) -> float:
-        """Return the deceleration expected at a speed [rad/s²]."""
-        return self.deceleration + self.slope * (min(max(speed, self.seen[0]), self.seen[1]) - self.speed)
+    def at(self, speed: np.ndarray) -> np.ndarray:
+        """Return the deceleration expected at speeds [rad/s²]."""
+        return self.deceleration + self.slope * (np.clip(speed, *self.seen) - self.speed)
 
 
 class Parabolas(NamedTuple):
@@ -70,12 +72,8 @@ class Parabolas(NamedTuple):
     def spread(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the standard deviations of angle [rad] and speed [rad/s] at times (k, g)."""
         x = (time - self.middle[:, None]) / self.half[:, None]
-        bent, rate = bend(x, (self.slope * self.half)[:, None])
-        one, zero = np.ones_like(x), np.zeros_like(x)
-        place = np.stack([one, x, bent], axis=-1)
-        speed = np.stack([zero, one, rate], axis=-1) / self.half[:, None, None]
-        found = (np.einsum("kga,kab,kgb->kg", row, self.covariance, row) for row in (place, speed))
-        angle, turning = (np.sqrt(np.maximum(values, 0.0)) for values in found)
+        angle, turning = np.zeros_like(x), np.zeros_like(x)
+        paths.spread(x, self.half, self.slope, np.ascontiguousarray(self.covariance), angle, turning)
         return angle, turning
 
     @property
@@ -124,30 +122,18 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (13); Ottewill et al. 2010, eq. (4).
     """
-    count, shown = len(first), known.shown
+    count = len(first)
     middle, half = np.zeros(count), np.ones(count)
     numbers, covariance = np.zeros((count, 3)), np.zeros((count, 3, 3))
     chi2, readings = np.full(count, np.nan), (last - first + 1).astype(float)
-    for k, (begin, end) in enumerate(zip(first, last, strict=True)):
-        time, angle = known.time[begin : end + 1], shown[begin : end + 1]
-        middle[k], half[k] = 0.5 * (time[0] + time[-1]), 0.5 * (time[-1] - time[0])
-        x = (time - middle[k]) / half[k]
-        base = angle[len(angle) // 2]
-        weight = 1.0 / known.sigma_loose[begin : end + 1]
-        rows = np.stack([weight, weight * x, weight * (bend(x, slope * half[k])[0] if slope else x * x)])
-        normal, right = rows @ rows.T, rows @ (weight * (angle - base))
-        if law is not None:
-            strength = (0.5 * half[k] ** 2 * law.varies) ** -2
-            speed = (angle[-1] - angle[0]) / (2.0 * half[k])
-            normal[2, 2] += strength
-            right[2] -= strength * 0.5 * half[k] ** 2 * law.at(speed)
-        size = 1.0 / np.sqrt(np.diag(normal))
-        covariance[k] = np.linalg.inv(normal * np.outer(size, size)) * np.outer(size, size)
-        numbers[k] = covariance[k] @ right
-        rest = weight * (angle - base) - numbers[k] @ rows
-        numbers[k, 0] += base + known.lift
-        if len(time) > 3:
-            chi2[k] = float(rest @ rest) / (len(time) - 3)
+    strength, expected = np.zeros(count), np.zeros(count)
+    if law is not None:
+        lasted, turned = (column[last] - column[first] for column in (known.time, known.shown))
+        expected = -0.125 * lasted**2 * law.at(turned / lasted)
+        strength = (0.125 * lasted**2 * law.varies) ** -2
+    given = (known.time, known.shown, known.sigma_loose, first, last, slope, strength, expected)
+    paths.fit_each(*given, middle, half, numbers, covariance, chi2)
+    numbers[:, 0] += known.lift
     return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope))
 
 
@@ -183,28 +169,11 @@ def slope_within(known: Track, first: np.ndarray, last: np.ndarray) -> tuple[flo
 
 def _third_powers(known: Track, first: np.ndarray, last: np.ndarray, slope: float) -> tuple[np.ndarray, np.ndarray]:
     """Return by how much each flight asks for another slope, and the standard deviation of that [1/s], each (k,)."""
-    paths = fit(known, first, last, slope)
+    made = fit(known, first, last, slope)
     own, slack = np.full(len(first), np.nan), np.full(len(first), np.nan)
-    for k, (begin, end) in enumerate(zip(first, last, strict=True)):
-        half, few = paths.half[k], max((end - begin) // 2000, 1)
-        x = (known.time[begin : end + 1 : few] - paths.middle[k]) / half
-        weight = 1.0 / (known.sigma_loose[begin : end + 1 : few] / np.sqrt(few))
-        angle = known.shown[begin : end + 1] + known.lift
-        if few > 1:
-            count = len(angle) // few
-            x, angle = (
-                col[: count * few].reshape(count, few).mean(axis=1)
-                for col in ((known.time[begin : end + 1] - paths.middle[k]) / half, angle)
-            )
-            weight = weight[:count]
-        change = slope * half
-        bent = bend(x, change)[0]
-        further = (bend(x, change + 0.01)[0] - bent) / 0.01 * half * paths.numbers[k, 2]
-        rows = weight * np.stack([np.ones_like(x), x, bent, further])
-        rest = weight * (angle - paths.numbers[k, 0] - x * paths.numbers[k, 1] - bent * paths.numbers[k, 2])
-        q, r = np.linalg.qr(rows.T)
-        if abs(r[3, 3]) > 1e-12 * abs(r[2, 2]):
-            own[k], slack[k] = float(q[:, 3] @ rest) / r[3, 3], 1.0 / abs(r[3, 3])
+    numbers = made.numbers - np.array([known.lift, 0.0, 0.0])
+    given = (known.time, known.shown, known.sigma_loose, first, last, slope, made.middle, made.half, numbers)
+    paths.third_powers(*given, MOST, own, slack)
     return own, slack
 
 
@@ -214,18 +183,18 @@ def _weighted_median(values: np.ndarray, weight: np.ndarray) -> float:
     return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
 
 
-def common_law(paths: Parabolas) -> Law | None:
+def common_law(flights: Parabolas) -> Law | None:
     """Return the deceleration that flights have in common; ``None`` without any.
 
     Args:
-        paths: of all flights; the better known half that pass for parabolas are asked.
+        flights: of all flights; the better known half that pass for parabolas are asked.
     """
-    slowing, slack = paths.deceleration
-    sane = np.flatnonzero(paths.chi2 < 3.0)
+    slowing, slack = flights.deceleration
+    sane = np.flatnonzero(flights.chi2 < 3.0)
     if not len(sane):
         return None
     best = sane[np.argsort(slack[sane])][: max(len(sane) // 2, 1)]
-    speed = (paths.numbers[:, 1] / paths.half)[best]
+    speed = (flights.numbers[:, 1] / flights.half)[best]
     middle, centre = float(np.median(slowing[best])), float(np.median(speed))
     slope = _between(speed - centre, slowing[best] - middle)
     rest = slowing[best] - middle - slope * (speed - centre)

@@ -6,7 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measurement.kernels import orders
 from gears3d.measurement.smoothing import Blocks
+
+SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE}
+"""Numbers that the kernels have for the kinds of terms."""
 
 LOW_ORDERS = (1, 2, 3)
 """Of either gear, once per revolution and its multiples, that flanks may have."""
@@ -51,17 +55,31 @@ class Terms(NamedTuple):
             drive: [rad], (n,).
             loose: [rad], (n,).
         """
+        made = np.zeros((len(time), len(self.prior)))
+        orders.columns(*self._coded(), *self._at(time, drive, loose), made)
+        return made
+
+    def sums(self, numbers: np.ndarray, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return sums of the columns, without making these, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(time)))
+        orders.sums(*self._coded(), *self._at(time, drive, loose), numbers, made)
+        return made
+
+    def _coded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return sort and order of the terms as numbers."""
+        return np.array([SORTS[kind] for kind, _ in self.kinds]), np.array([order for _, order in self.kinds])
+
+    def _at(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return time from -1 to 1 over the record, and the angles, as the kernels take them."""
         x = 2.0 * (time - self.begin) / self.span - 1.0
-        made: list[np.ndarray] = []
-        for kind, order in self.kinds:
-            if kind == "offset":
-                made.append(np.ones_like(time))
-            elif kind == "drift":
-                made.append(x if order == 1 else 1.5 * x * x - 0.5)
-            else:
-                angle = order * (drive if kind == "drive" else loose)
-                made += [np.cos(angle), np.sin(angle)]
-        return np.column_stack(made)
+        return x, np.ascontiguousarray(drive), np.ascontiguousarray(loose)
 
 
 def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:

@@ -1,0 +1,189 @@
+"""Least squares for the path of every flight, flight by flight over its readings."""
+
+from __future__ import annotations
+
+from math import expm1, sqrt
+
+import numpy as np
+
+from gears3d.kernels import njit
+
+SLIGHT = 1e-4
+"""Change of the drag over half a flight below which a parabola is exact to rounding."""
+
+
+@njit(cache=True)
+def bent(x: float, change: float) -> float:
+    """Return how a deceleration of 2 about x = 0, proportional to speed apart from that, bends a path.
+
+    Args:
+        x: time in half flights.
+        change: of the deceleration over speed, times half the flight.
+    """
+    if abs(change) < SLIGHT:
+        return x * x * (1.0 - change * x / 3.0)
+    return 2.0 * (change * x + expm1(-change * x)) / change**2
+
+
+@njit(cache=True)
+def fit_each(
+    time: np.ndarray,
+    angle: np.ndarray,
+    sigma: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    slope: float,
+    strength: np.ndarray,
+    expected: np.ndarray,
+    middle: np.ndarray,
+    half: np.ndarray,
+    numbers: np.ndarray,
+    covariance: np.ndarray,
+    chi2: np.ndarray,
+) -> None:
+    """Fit offset, speed and bend of each flight, and write what came of it.
+
+    Args:
+        time: of the readings [s], (n,).
+        angle: of the loose gear [rad], (n,).
+        sigma: of the angle [rad], (n,).
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        slope: change of the deceleration with the speed [1/s].
+        strength: weight of what is expected of the third number [1/rad²], (k,).
+        expected: of the third number [rad], (k,).
+        middle: written, [s], (k,).
+        half: written, [s], (k,).
+        numbers: written, [rad], (k, 3).
+        covariance: written, [rad²], (k, 3, 3).
+        chi2: written where there are degrees of freedom, (k,).
+    """
+    for k in range(len(first)):
+        begin, end = first[k], last[k]
+        middle[k], half[k] = 0.5 * (time[begin] + time[end]), 0.5 * (time[end] - time[begin])
+        base, change = angle[begin + (end - begin + 1) // 2], slope * half[k]
+        a00 = a01 = a02 = a11 = a12 = 0.0
+        a22, b0, b1, b2 = strength[k], 0.0, 0.0, strength[k] * expected[k]
+        for i in range(begin, end + 1):
+            x = (time[i] - middle[k]) / half[k]
+            b, w, y = bent(x, change), 1.0 / sigma[i] ** 2, angle[i] - base
+            a00 += w
+            a01 += w * x
+            a02 += w * b
+            a11 += w * x * x
+            a12 += w * x * b
+            a22 += w * b * b
+            b0 += w * y
+            b1 += w * x * y
+            b2 += w * b * y
+        s0, s1, s2 = 1.0 / sqrt(a00), 1.0 / sqrt(a11), 1.0 / sqrt(a22)
+        p, q, r = a01 * s0 * s1, a02 * s0 * s2, a12 * s1 * s2
+        det = 1.0 + 2.0 * p * q * r - p * p - q * q - r * r
+        c = covariance[k]
+        c[0, 0], c[1, 1], c[2, 2] = (
+            (1.0 - r * r) / det * s0 * s0,
+            (1.0 - q * q) / det * s1 * s1,
+            (1.0 - p * p) / det * s2 * s2,
+        )
+        c[0, 1] = c[1, 0] = (q * r - p) / det * s0 * s1
+        c[0, 2] = c[2, 0] = (p * r - q) / det * s0 * s2
+        c[1, 2] = c[2, 1] = (p * q - r) / det * s1 * s2
+        n0 = c[0, 0] * b0 + c[0, 1] * b1 + c[0, 2] * b2
+        n1 = c[1, 0] * b0 + c[1, 1] * b1 + c[1, 2] * b2
+        n2 = c[2, 0] * b0 + c[2, 1] * b1 + c[2, 2] * b2
+        if end - begin + 1 > 3:
+            total = 0.0
+            for i in range(begin, end + 1):
+                x = (time[i] - middle[k]) / half[k]
+                total += ((angle[i] - base - n0 - x * n1 - bent(x, change) * n2) / sigma[i]) ** 2
+            chi2[k] = total / (end - begin - 2)
+        numbers[k, 0], numbers[k, 1], numbers[k, 2] = n0 + base, n1, n2
+
+
+@njit(cache=True)
+def third_powers(
+    time: np.ndarray,
+    angle: np.ndarray,
+    sigma: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    slope: float,
+    middle: np.ndarray,
+    half: np.ndarray,
+    numbers: np.ndarray,
+    most: int,
+    own: np.ndarray,
+    slack: np.ndarray,
+) -> None:
+    """Write by how much each flight asks for another slope, and the standard deviation of that.
+
+    What the third power of time adds is freed of the three numbers of the flight by Gram and Schmidt.
+
+    Args:
+        time: of the readings [s], (n,).
+        angle: of the loose gear [rad], (n,).
+        sigma: of the angle [rad], (n,).
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        slope: with which the flights were fitted [1/s].
+        middle: of the flights [s], (k,).
+        half: [s], (k,).
+        numbers: of their paths [rad], (k, 3).
+        most: readings of a flight beyond which neighbours are averaged.
+        own: written, [1/s], (k,).
+        slack: written, [1/s], (k,).
+    """
+    for k in range(len(first)):
+        begin, end = first[k], last[k]
+        few = max((end - begin) // most, 1)
+        count = (end - begin + 1) // few
+        rows, rest = np.zeros((4, count)), np.zeros(count)
+        change = slope * half[k]
+        for i in range(count):
+            x = y = 0.0
+            for j in range(begin + i * few, begin + (i + 1) * few):
+                x += (time[j] - middle[k]) / half[k]
+                y += angle[j] - numbers[k, 0]
+            x, y = x / few, y / few
+            w = sqrt(few) / sigma[begin + i * few]
+            b = bent(x, change)
+            further = (bent(x, change + 0.01) - b) / 0.01 * half[k] * numbers[k, 2]
+            rows[0, i], rows[1, i], rows[2, i], rows[3, i] = w, w * x, w * b, w * further
+            rest[i] = w * (y - x * numbers[k, 1] - b * numbers[k, 2])
+        scale = 0.0
+        for m in range(4):
+            for _ in range(2):  # twice is enough
+                for n in range(m):
+                    rows[m] -= np.sum(rows[m] * rows[n]) * rows[n]
+            size = sqrt(np.sum(rows[m] * rows[m]))
+            if m == 2:
+                scale = size
+            if m < 3:
+                rows[m] /= size
+            elif size > 1e-12 * scale:
+                own[k], slack[k] = np.sum(rows[3] * rest) / size**2, 1.0 / size
+
+
+@njit(cache=True)
+def spread(
+    x: np.ndarray, half: np.ndarray, slope: np.ndarray, covariance: np.ndarray, angle: np.ndarray, speed: np.ndarray
+) -> None:
+    """Write the standard deviations of angle [rad] and speed [rad/s] of flights.
+
+    Args:
+        x: times in half flights, (k, g).
+        half: of the flights [s], (k,).
+        slope: of the deceleration over speed in each [1/s], (k,).
+        covariance: of the numbers of their paths [rad²], (k, 3, 3).
+        angle: written, (k, g).
+        speed: written, (k, g).
+    """
+    for k in range(x.shape[0]):
+        c, change = covariance[k], slope[k] * half[k]
+        for g in range(x.shape[1]):
+            t = x[k, g]
+            b = bent(t, change)
+            rate = t * (2.0 - change * t) if abs(change) < SLIGHT else -2.0 * expm1(-change * t) / change
+            place = c[0, 0] + t * t * c[1, 1] + b * b * c[2, 2] + 2.0 * (t * c[0, 1] + b * c[0, 2] + t * b * c[1, 2])
+            turn = c[1, 1] + rate * rate * c[2, 2] + 2.0 * rate * c[1, 2]
+            angle[k, g], speed[k, g] = sqrt(max(place, 0.0)), sqrt(max(turn, 0.0)) / half[k]
