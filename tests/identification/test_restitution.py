@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -111,7 +112,12 @@ def test_a_flank_that_its_own_blows_contradict_is_left_out():
         "end_sigma_s": sigma,
         "velocity_m_s": hits["velocity_m_s"],
         "departure_m_s": departure,
+        "deceleration_rad_s2": np.full(len(v), 3.2),
+        "deceleration_sigma_rad_s2": np.zeros(len(v)),
     }
+    still = SimpleNamespace(curve=lambda time, order: np.zeros(len(time)))
+    record.segments.track = SimpleNamespace(steady=still, radii=(RIG.base_radius_drive, RIG.base_radius_loose))
+    hits["duration_s"] = np.full(len(v), np.nan)
     found = identify_restitution([record], RIG)
     assert list(found.goodness["flanks"]) == ["active"]
     assert "reverse flank is misplaced by 20 um" in found.warnings[0]

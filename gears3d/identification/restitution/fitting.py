@@ -12,6 +12,7 @@ from scipy.stats import chi2, t
 from gears3d.identification.restitution.descent import bend, least
 from gears3d.identification.restitution.likelihood import TRUST, Errors, Terms, log_density, noise_of_ratio
 from gears3d.identification.restitution.pairs import Pairs
+from gears3d.identification.restitution.repeated import repeated
 
 ROUNDS = 3
 """Times that variances are told the law anew."""
@@ -29,6 +30,7 @@ class Fit(NamedTuple):
         middle: typical approach and sliding speed [m/s], in which slopes are counted.
         score: logarithm of the likelihood.
         count: pairs.
+        repeats: share of the errors that impacts of one kind have in common.
     """
 
     terms: Terms
@@ -39,6 +41,7 @@ class Fit(NamedTuple):
     middle: tuple[float, float]
     score: float
     count: int
+    repeats: float
 
     def mean(self, pairs: Pairs) -> np.ndarray:
         """Return the coefficient that the law gives impacts, (n,).
@@ -122,7 +125,14 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
     if first is None:
         covariance = _inverse(bend(lambda x: cost(x, held), start, 0.3 * unit, free), count)
     errors = Errors(float(np.exp(start[count + 1])), float(start[count + 2]))
-    return Fit(terms, start[:count], covariance, float(start[count]), errors, middle, -value, len(pairs.time))
+    share = np.nan
+    if first is None:
+        mean = columns @ start[:count]
+        noise = noise_of_ratio(pairs, _steep(terms, start[:count], mean, pairs, middle), errors)
+        common, share = repeated(pairs, columns, pairs.rebound / pairs.approach - mean, float(start[count]), noise)
+        covariance = covariance + common
+    deviation = float(start[count])
+    return Fit(terms, start[:count], covariance, deviation, errors, middle, -value, len(pairs.time), share)
 
 
 def _typical(columns: np.ndarray, pairs: Pairs, steep: np.ndarray, deviation: float) -> np.ndarray:

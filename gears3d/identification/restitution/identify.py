@@ -69,6 +69,7 @@ def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
         "approach_m_s": [float(np.min(pairs.approach)), float(np.max(pairs.approach))],
         "unseen": _unseen(chosen, best),
         "errors_over_stated": float(np.hypot(*best.errors)),
+        "errors_repeated": best.repeats,
         "tested": _tested(pairs, best, fits),
         "sliding": sliding_test(pairs, best),
         "impact_duration": impact_durations(measured),

@@ -110,7 +110,7 @@ def noise_of_ratio(pairs: Pairs, steep: np.ndarray, errors: Errors) -> np.ndarra
         errors: how far the stated ones are off.
     """
     speeds = np.hypot(pairs.rebound_sigma, steep * pairs.approach_sigma)
-    more = np.hypot(float(np.median(speeds)), FLOOR * pairs.rebound)
+    more = np.hypot(np.sort(speeds)[len(speeds) // 2], FLOOR * pairs.rebound)
     return np.hypot(errors.factor * speeds, errors.more * more) / pairs.approach
 
 

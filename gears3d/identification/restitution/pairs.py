@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gears3d.identification.restitution.places import speeds_set_right
 from gears3d.signals import noise_of
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ class Pairs(NamedTuple):
         rebound_sigma: [m/s], NaN without rebound, (n,).
         lowest: rebound above which none is overlooked [m/s], (n,).
         sliding: typical sliding speed of the teeth [m/s], (n,).
+        kind: of the motion: 2 where the approach came across the gap, plus 1 where the rebound goes there, (n,).
     """
 
     record: np.ndarray
@@ -64,6 +66,7 @@ class Pairs(NamedTuple):
     rebound_sigma: np.ndarray
     lowest: np.ndarray
     sliding: np.ndarray
+    kind: np.ndarray
 
     def only(self, chosen: np.ndarray) -> Pairs:
         """Return some of the impacts.
@@ -91,17 +94,25 @@ def pairs_of(measured: Sequence[Measured], rig: Rig) -> Pairs:
         measured: records.
         rig: gears, for the sliding of their teeth.
     """
-    return _joined([_of_one(index, one.recording, one.summary, rig) for index, one in enumerate(measured)])
+    return _joined([_of_one(index, one, rig) for index, one in enumerate(measured)])
 
 
 def _joined(parts: list[Pairs]) -> Pairs:
     return Pairs(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def _of_one(index: int, recording: Recording, summary: Mapping[str, Any], rig: Rig) -> Pairs:
+def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
+    recording, summary, flights = one.recording, one.summary, one.segments.flights
     hits, quality = recording.impacts, summary["quality"]
     time, flank = hits["time_s"], np.asarray(hits["flank"], dtype=int)
     approach, rebound = np.abs(hits["velocity_m_s"]), np.abs(hits["rebound_m_s"])
+    if len(flights["blow"]) == len(time) > 1:
+        track = one.segments.track
+        more = speeds_set_right(flights, lambda at: track.steady.curve(at, 2), track.radii)
+        short = ~np.isfinite(hits["duration_s"])  # blows that last have no one moment
+        approach, rebound = (
+            speed + np.where(short, add, 0.0) for speed, add in zip((approach, rebound), more, strict=True)
+        )
     height, width = float(quality["flight_height_min_m"]), float(quality["averaged_over_s"])
     most = greatest_fall(recording, float(summary["cut"]["deceleration_median_rad_s2"] or 0.0), rig)
     lowest = lowest_rebound(time, flank, approach, rebound, height, width, most)
@@ -120,6 +131,7 @@ def _of_one(index: int, recording: Recording, summary: Mapping[str, Any], rig: R
         hits["rebound_sigma_m_s"],
         lowest,
         sliding,
+        2 * (np.insert(flank[:-1], 0, 1 - flank[:1]) != flank) + (np.append(flank[1:], 1 - flank[-1:]) != flank),
     )
     return whole.only(good)
 
