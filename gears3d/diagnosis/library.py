@@ -12,6 +12,8 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added
 
 Array = np.ndarray
+TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
+"""Where the points of a channel stand in the evidence."""
 ALIKE = 1e-5
 """Part of a column's square that must be its own beside the causes that are in."""
 
@@ -39,36 +41,65 @@ class Library(NamedTuple):
         candidates: all.
         columns: by candidate and channel, per unit of size, float32 (k, n of the channel).
         spans: where channels lie in the stacked residuals, by name.
+        records: that the columns are of.
+        parts: where each record lies in the columns of a channel, by name.
     """
 
     candidates: list[Candidate]
     columns: list[dict[str, Array]]
     spans: dict[str, slice]
+    records: tuple[Evidence, ...]
+    parts: dict[str, list[slice]]
 
 
-def library(records: Sequence[Evidence], every: list[Candidate]) -> Library:
+def library(records: Sequence[Evidence], every: list[Candidate], before: Library | None = None) -> Library:
     """Return the columns of candidates for some records.
 
     Args:
         records: all.
         every: the candidates.
+        before: of the same records, some of whose channels may have had other points; the others need no work again.
     """
-    spans, at = {}, 0
+    spans, parts, at = {}, {}, 0
     for name in CHANNELS:
-        size = sum(len(added(one, (), name)) for one in records)
+        parts[name] = _behind([len(added(one, (), name)) for one in records])
+        size = parts[name][-1].stop
         spans[name] = slice(at, at + size)
         at += size
-    return Library(every, [_columns(records, one) for one in every], spans)
+    there = (
+        {} if before is None else {_key(one): own for one, own in zip(before.candidates, before.columns, strict=True)}
+    )
+    columns = [_columns(records, one, before, there.get(_key(one), {})) for one in every]
+    return Library(every, columns, spans, tuple(records), parts)
 
 
-def _columns(records: Sequence[Evidence], one: Candidate) -> dict[str, Array]:
+def _behind(sizes: Sequence[int]) -> list[slice]:
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
+
+
+def _columns(
+    records: Sequence[Evidence], one: Candidate, before: Library | None, there: dict[str, Array]
+) -> dict[str, Array]:
+    """Return the columns of a candidate by channel; where a record's points are as before they are taken over."""
     sizes = np.eye(2) if one.phased else np.eye(1)
     effects = [one.effect(one.tried * one.unit * row) for row in sizes]
-    return {
-        name: np.array([np.concatenate([added(r, [effect], name) for r in records]) / one.tried for effect in effects])
-        .astype(np.float32)
-        for name in one.channels
-    }  # fmt: skip
+    made = {}
+    for name in one.channels:
+        parts = []
+        for k, record in enumerate(records):
+            if before is not None and name in there and _same(before.records[k], record, name):
+                parts.append(there[name][:, before.parts[name][k]])
+            else:
+                own = [added(record, [effect], name) / one.tried for effect in effects]
+                parts.append(np.array(own).astype(np.float32))
+        made[name] = np.concatenate(parts, axis=1)
+    return made
+
+
+def _same(old: Evidence, new: Evidence, name: str) -> bool:
+    """Whether a channel has the very points that it had."""
+    return getattr(old.channels, TABLES[name]) is getattr(new.channels, TABLES[name])
 
 
 def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scored]:

@@ -18,7 +18,7 @@ from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.torque import torque
-from gears3d.effects import Code, Gate, Row, SensorEffect
+from gears3d.effects import Code, Gate, Row
 
 Array = np.ndarray
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
@@ -45,7 +45,7 @@ def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
     """
     effects = list(effects)
     rows = [row for effect in effects for row in effect.rows(one.rig)]
-    sensors = [effect for effect in effects if isinstance(effect, SensorEffect)]
+    sensors = [effect for effect in effects if effect.place == "sensor"]
     return _ADDED[name](one, rows, sensors)
 
 

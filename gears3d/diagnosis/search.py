@@ -63,15 +63,15 @@ def search(records: Sequence[Evidence], highest: int = 40) -> Search:
     records = with_own_noise([without_strays(one) for one in records])
     strongest = _search(records, highest, 1)
     better = without_outliers(records, strongest.fit.rest)
-    return _search(records if better is None else better, highest, MOST)
+    return _search(records if better is None else better, highest, MOST, strongest.known)
 
 
-def _search(records: Sequence[Evidence], highest: int, most: int) -> Search:
+def _search(records: Sequence[Evidence], highest: int, most: int, before: Library | None = None) -> Search:
     told = [residuals(one) for one in records]
     base = np.concatenate([one[name] for name in CHANNELS for one in told])
     duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
     rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
-    known = library(records, candidates(rig, duration, highest, *lines(records)))
+    known = library(records, candidates(rig, duration, highest, *lines(records)), before)
     now, left = fit(records, base, ()), score(known, base)
     while len(now.causes) < most and (able := _able(left)):
         now = _best(records, base, now, able)
