@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from gears3d import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,24 +16,7 @@ MOST = 4
 """Parameters that a title holds."""
 
 
-def write_picture(path: str | Path, found: Identified) -> Path:
-    """Draw an identified law into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: what ``identify_rundown`` gave.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
-    return files.write_picture(path, lambda: picture(found))
-
-
-def picture(found: Identified) -> Figure:
+def rundown_picture(found: Identified) -> Figure:
     """Draw torque over speed with its 95 % band, and the residual of the angle over time.
 
     Args:

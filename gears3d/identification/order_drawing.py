@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from gears3d import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,24 +15,7 @@ COLOURS = {"active": "#0072B2", "reverse": "#D55E00"}
 GREY = "#999999"
 
 
-def write_orders(path: str | Path, found: Identified) -> Path:
-    """Draw identified flanks into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: what ``identify_transmission_error`` or ``identify_backlash`` gave.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
-    return files.write_picture(path, lambda: picture(found))
-
-
-def picture(found: Identified) -> Figure:
+def orders_picture(found: Identified) -> Figure:
     """Draw both flanks over the drive's angle, and their order spectra with intervals and noise floor.
 
     Args:

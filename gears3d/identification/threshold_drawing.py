@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
-
-from gears3d import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -13,23 +10,6 @@ if TYPE_CHECKING:
     from gears3d.identification.law import Identified
 
 COLOURS = {"up": "#0072B2", "down": "#D55E00"}
-
-
-def write_threshold_picture(path: str | Path, found: Identified) -> Path:
-    """Draw a threshold into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: what ``identify_threshold`` gave.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
-    return files.write_picture(path, lambda: threshold_picture(found))
 
 
 def threshold_picture(found: Identified) -> Figure:

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d import cli
+from gears3d import cli, files
 from gears3d.errors import InputError
-from gears3d.identification import identify_restitution, write_restitution
+from gears3d.identification import identify_restitution, restitution_picture
 from gears3d.identification.restitution.fitting import fit
 from gears3d.identification.restitution.identify import within_sight
 from gears3d.identification.restitution.likelihood import Terms
@@ -125,7 +125,8 @@ def test_a_flank_that_its_own_blows_contradict_is_left_out():
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_picture_is_drawn(tmp_path, suffix):
-    picture = write_restitution(tmp_path / f"e{suffix}", found_in(3, **LAWS["linear+asymmetry"]))
+    found = found_in(3, **LAWS["linear+asymmetry"])
+    picture = files.write_picture(tmp_path / f"e{suffix}", lambda: restitution_picture(found))
     assert picture.stat().st_size > 10_000
 
 

@@ -17,6 +17,6 @@ def backlash(
 
     Example: gears3d identify backlash slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out backlash.png
     """
-    from gears3d.identification import identify_backlash, write_orders
+    from gears3d.identification import identify_backlash, orders_picture
 
-    answer(identify_backlash(admitted(files, rig, map_file, correct)), write_orders, out, as_json)
+    answer(identify_backlash(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)

@@ -18,7 +18,7 @@ def restitution(
     Example: gears3d identify restitution rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out e.png
     """
     from gears3d.errors import Fault, InputError
-    from gears3d.identification import identify_restitution, write_restitution
+    from gears3d.identification import identify_restitution, restitution_picture
     from gears3d.measurement import measure
 
     if rig is None:
@@ -27,4 +27,4 @@ def restitution(
     found = [measure(one.recording, one.rig, one.file) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
-    answer(law, write_restitution, out, as_json)
+    answer(law, restitution_picture, out, as_json)

@@ -50,7 +50,7 @@ def rundown(
     else:
         tracks = [_track(file, "loose", map_file, correct) for file in files]
         found = ident.identify_rundown(tracks, *_inertia(inertia, inertia_uncertainty, rig), law=law)
-    answer(found, ident.write_picture, out, as_json)
+    answer(found, ident.rundown_picture, out, as_json)
 
 
 def _track(file: str | Path, gear: str, map_file: Path | None, correct: list[str] | None) -> Track:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from gears3d.gate import Admitted
     from gears3d.identification import Identified
 
@@ -51,17 +53,19 @@ def admitted(
     return records
 
 
-def answer(found: Identified, draw: Callable[[Path, Identified], Any], out: Path | None, as_json: bool) -> None:
+def answer(found: Identified, picture: Callable[[Identified], Figure], out: Path | None, as_json: bool) -> None:
     """Draw the law if asked for, and print it.
 
     Args:
         found: the law.
-        draw: writes its picture into a file.
+        picture: draws it.
         out: of the picture.
         as_json: whether programs read the answer.
     """
     if out is not None:
-        draw(out, found)
+        from gears3d import files
+
+        files.write_picture(out, lambda: picture(found))
     if as_json:
         from gears3d.cli.output import print_json
 

@@ -29,4 +29,4 @@ def threshold(
     for record in admitted(files, rig, map_file, correct):
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))
-    answer(ident.identify_threshold(sweeps), ident.write_threshold_picture, out, as_json)
+    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json)

@@ -17,6 +17,6 @@ def transmission_error(
 
     Example: gears3d identify transmission-error slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out ste.png
     """
-    from gears3d.identification import identify_transmission_error, write_orders
+    from gears3d.identification import identify_transmission_error, orders_picture
 
-    answer(identify_transmission_error(admitted(files, rig, map_file, correct)), write_orders, out, as_json)
+    answer(identify_transmission_error(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)

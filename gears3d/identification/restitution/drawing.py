@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from gears3d import files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,24 +14,7 @@ if TYPE_CHECKING:
 COLOURS = {"active": "#0072B2", "reverse": "#D55E00"}
 
 
-def write_restitution(path: str | Path, found: Identified) -> Path:
-    """Draw a law of restitution into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: what ``identify_restitution`` gave.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
-    return files.write_picture(path, lambda: picture(found))
-
-
-def picture(found: Identified) -> Figure:
+def restitution_picture(found: Identified) -> Figure:
     """Draw rebound over approach, and restitution over approach with the law and its 95 % band, by flank.
 
     Args:
