@@ -67,9 +67,9 @@ def library(records: Sequence[Evidence], every: list[Candidate], before: Library
         spans[name] = slice(at, at + size)
         at += size
     there = (
-        {} if before is None else {_key(one): own for one, own in zip(before.candidates, before.columns, strict=True)}
+        {} if before is None else {repr(one): own for one, own in zip(before.candidates, before.columns, strict=True)}
     )
-    columns = [_columns(records, one, before, there.get(_key(one), {})) for one in every]
+    columns = [_columns(records, one, before, there.get(repr(one), {})) for one in every]
     return Library(every, columns, spans, tuple(records), parts)
 
 
