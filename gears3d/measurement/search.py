@@ -31,7 +31,9 @@ MOST = 5_000
 """Blocks of contact that are fitted at most; every so manieth is taken."""
 
 
-def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True) -> Flanks:
+def find_flanks(
+    path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True, grow: bool = True
+) -> Flanks:
     """Return the flanks of a record.
 
     Sure kinks say where the path bounced and on which side; the flanks through them are then drawn through all blocks
@@ -42,6 +44,7 @@ def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None
         found: its sure kinks; without any the whole record is contact with the active flank.
         teeth: of drive and loose gear where known, for mesh orders.
         both: whether the reverse flank is looked for too.
+        grow: whether orders are looked for that contact asks for.
     """
     terms = make_terms(path, teeth)
     looked = _looked_at(len(path.time))
@@ -57,7 +60,7 @@ def find_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None
     gap = _first_gap(place, side, path)
     flanks, scale = _through_seeds(path, terms, (at, side, place), gap, both)
     for turn in range(ROUNDS):
-        if turn in GROWS:
+        if grow and turn in GROWS:
             near, sides, _ = dwelling(path, looked, columns, flanks, scale, gap)
             more = grown(path, flanks, near, sides)
             if more:

@@ -13,7 +13,7 @@ from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
 from gears3d.measurement.orders import within
 from gears3d.measurement.parabolas import Parabolas
-from gears3d.measurement.search import find_flanks, one_flank, refined
+from gears3d.measurement.search import QUIET, find_flanks, one_flank, refined
 from gears3d.measurement.smoothing import Blocks, Track, blocks
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
@@ -26,6 +26,8 @@ PLAIN = 0.005
 """Part of a record that may stay unexplained before other kinks are tried, too."""
 DOUBTFUL = 0.05
 """Part of a record that stays unexplained, from which on its cut is told with a warning."""
+CALM_FEWEST = 50
+"""Blocks in contact with a flank without which nothing is said of how calm it is."""
 AGAIN = 2
 """Times that the flanks are drawn anew through what turned out to be contact."""
 
@@ -128,10 +130,47 @@ def _between_flanks(
 ) -> Segments | None:
     """Return the record cut along the flanks that kinks tell; ``None`` where two flanks are one.
 
+    Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
+    flank that is seldom touched ask for orders, too.
+
     Raises:
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
-    flanks = find_flanks(path, seeds, teeth, both)
+    found = _cut_between(known, path, seeds, teeth, both, file, tell)
+    if found is None or not found.flanks.terms.grown:
+        return found
+    try:
+        plain = _cut_between(known, path, seeds, teeth, both, file, _quiet, grow=False)
+    except InputError:
+        return found
+    if plain is None or not _calm(path, plain) or doubtful(plain) > max(doubtful(found), PLAIN):
+        return found
+    return plain
+
+
+def _calm(path: Blocks, cut: Segments) -> bool:
+    """Whether contact is no further off its flanks than noise makes it."""
+    flanks = cut.flanks.places(path.time, path.drive, path.loose)
+    for flank in (ACTIVE, REVERSE):
+        near = within(path.time, cut.contacts, path.width, flank)
+        off = np.abs(path.place[near] - flanks[flank][near])
+        if len(near) >= CALM_FEWEST and 1.4826 * float(np.median(off)) > QUIET * path.noise:
+            return False
+    return True
+
+
+def _cut_between(
+    known: Track,
+    path: Blocks,
+    seeds: Kinks,
+    teeth: tuple[int, int] | None,
+    both: bool,
+    file: str,
+    tell: Callable[[float], None],
+    grow: bool = True,
+) -> Segments | None:
+    """Return the record cut along flanks with or without orders that contact asks for."""
+    flanks = find_flanks(path, seeds, teeth, both, grow)
     if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
         return None
     tell(0.4)

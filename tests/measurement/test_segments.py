@@ -8,6 +8,7 @@ import pytest
 
 import gears3d
 from gears3d import cli
+from gears3d.challenge import observe, plan
 from gears3d.errors import InputError
 from gears3d.measurement import measure
 from gears3d.recording import Recording, read
@@ -204,3 +205,22 @@ def test_counts_too_coarse_for_the_gap_are_refused_and_finer_ones_taken():
     told = judged(truth, found, HEIGHT * found.flanks.rough)
     assert told["found"] == told["flank"] == told["high"] >= 90
     assert told["in_time"] >= 0.98 * told["high"]
+
+
+def test_bounces_that_die_out_on_a_flank_seldom_touched_make_no_orders_of_it():
+    hidden = plan(3, ("restitution_asymmetry",), duration=5.0)
+    weakest = min(range(5), key=lambda k: load_amplitude(hidden.conditions[k]))
+    found = measure(observe(hidden, weakest), hidden.rig).segments
+    assert found.flanks.terms.grown == 0
+    table, half = found.impacts, 0.5 * hidden.told()["effects"][0]["asymmetry"]
+    e = hidden.rig.impact.restitution + np.where(table["flank"] == 0, half, -half)
+    off = np.abs(table["rebound_m_s"]) - e * np.abs(table["velocity_m_s"])
+    sigma = np.hypot(table["rebound_sigma_m_s"], e * table["velocity_sigma_m_s"])
+    seen = np.isfinite(off) & (table["testifies"] == 1)
+    assert np.count_nonzero(seen & (table["flank"] == 1)) > 10
+    assert np.mean(np.abs(off[seen]) < 8.0 * sigma[seen]) > 0.95
+
+
+def load_amplitude(condition):
+    """Return the claimed amplitude of a record's swing."""
+    return float(condition["motion.harmonics"][0]["amplitude"].split()[0])
