@@ -55,6 +55,8 @@ def measure(
     for (file, chart), place in zip(pairs, places, strict=True):
         try:
             admitted = admit(file, bench, chart, correct or (), others=known)
+            if _given_before(admitted):
+                continue
             summaries.append(_one(admitted, place, as_json))
             known.append(admitted.channels)
         except InputError as error:
@@ -63,6 +65,14 @@ def measure(
         raise InputError(faults)
     if as_json:
         print_json(summaries[0] if len(pairs) == 1 else summaries)
+
+
+def _given_before(admitted: Admitted) -> bool:
+    """Say that a file is left out that holds the readings of one before."""
+    twice = next((one for one in admitted.findings if one.kind == "duplicated-file"), None)
+    if twice is not None:
+        typer.echo(f"left out: {admitted.file}: {twice.evidence}", err=True)
+    return twice is not None
 
 
 def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any]:

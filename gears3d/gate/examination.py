@@ -14,12 +14,15 @@ from gears3d.gate import (
     columns,
     copies,
     counting,
+    decoded,
     drifting,
+    events,
     holding,
     jumps,
     mesh,
     pace,
     skew,
+    speeds,
     time_unit,
     turning_over,
     waves,
@@ -56,8 +59,10 @@ CHECKS = (
     Check(pace.examine),
     Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
     Check(holding.examine),
+    Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
     Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
+    Check(speeds.examine, speeds.correct, ("speed-unit",)),
     Check(counting.examine),
     Check(skew.examine, skew.correct, ("skew",)),
     Check(drifting.examine),
@@ -96,7 +101,7 @@ def examine(
     [('duplicates', 1.0)]
     """
     about = declared(rig, channels.meta, needs)
-    columns, found = dict(channels.columns), []
+    columns, found = dict(channels.columns), decoded.examine(channels.meta)
     view = View(columns, about)
     for check in CHECKS:
         new = check.examine(view)

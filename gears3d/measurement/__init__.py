@@ -2,8 +2,8 @@
 
 from gears3d.measurement.measured import Measurement as Measurement
 from gears3d.measurement.measured import measure as measure
-from gears3d.measurement.orders import contact_orders as contact_orders
 from gears3d.measurement.segments import segment as segment
 from gears3d.measurement.smoothing import Track as Track
 from gears3d.measurement.smoothing import track as track
 from gears3d.measurement.tables import Segments as Segments
+from gears3d.measurement.touching import contact_orders as contact_orders

@@ -78,7 +78,7 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
     same = _one_touch(known, every, start, end)
     start = _tangents(tied, where, every, start, end, same)
     flights = flight_table(every, free, start, end, same)
-    contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same)
+    contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same, known.step)
     found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)
     return Cut(found, tied, where)
 

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from gears3d.measurement.measured import Measurement
 
 GEARS = ("drive", "loose")
 DOUBT = 1e-4
 """Chance that noise alone makes the strongest of all orders as strong, below which it is taken."""
 MOST = 40
 """Orders that are taken at most."""
-ROWS = 20_000
-"""Places that are asked at most."""
 STRETCHES = 37
 """Parts of a record of few revolutions, every other one held out; else every other revolution is."""
 QUIET = 1.15
@@ -50,76 +45,6 @@ class Contact(NamedTuple):
     angles: np.ndarray
     place: np.ndarray
     noise: float = 0.0
-
-
-def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
-    """Return the orders of both gears in the displacement while the gears touch, strongest first.
-
-    An order is taken when noise alone would hardly be as strong, and when it foretells the revolutions
-    from which it was not fitted. Phases count from the zero of the record's own angles.
-
-    Args:
-        measurement: of a record.
-        flank: 0 active, 1 reverse.
-        most: orders that are taken at most.
-
-    Returns:
-        ``gear`` (0 drive, 1 loose; the drive's only where both have turned alike), ``order``, ``amplitude_m``,
-        ``sigma_m`` and ``phase_rad`` of amplitude·cos(order·θ + phase), and ``share`` of the variance, each (k,).
-
-    >>> from gears3d.measurement import measure
-    >>> from gears3d.scenario import load
-    >>> from gears3d.simulation import record
-    >>> wave = [{"kind": "transmission_error", "order": 5, "amplitude": "9 um", "phase": "30 deg"}]
-    >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"motion.harmonics": [], "effect": wave})
-    >>> bench = bench.with_({"sensors.loose.noise": "2e-6 rad"})
-    >>> found = contact_orders(measure(record(bench), bench))
-    >>> found["order"].tolist(), found["amplitude_m"].round(7).tolist()
-    ([5], [9e-06])
-    """
-    cut = measurement.segments
-    path, contacts = cut.path, cut.contacts
-    near = within(path.time, contacts, path.width, flank)
-    some = near[:: max(len(near) // ROWS, 1)]
-    x = (path.time[some] - path.time[0]) / max(float(path.time[-1] - path.time[0]), 1e-300)
-    base = np.stack([np.ones_like(x), x - 0.5, (x - 0.5) ** 2], axis=1)
-    floor = max(path.noise, path.slack / np.sqrt(3.0))
-    touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
-    highest = resolved(path.drive, path.loose)
-    taken, numbers, covariance = strongest([touched], highest, most)
-    pairs = numbers[0, base.shape[1] :].reshape(-1, 2)
-    spread = np.diag(covariance[0])[base.shape[1] :].reshape(-1, 2)
-    amplitude = np.hypot(pairs[:, 0], pairs[:, 1])
-    total = float(np.var(touched.place)) if len(some) else 1.0
-    rank = np.argsort(-amplitude, kind="stable")
-    found = {
-        "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
-        "order": np.array([order for _, order in taken], int),
-        "amplitude_m": amplitude,
-        "sigma_m": np.sqrt(spread.mean(axis=1)) if len(pairs) else amplitude,
-        "phase_rad": np.arctan2(-pairs[:, 1], pairs[:, 0]),
-        "share": 0.5 * amplitude**2 / max(total, 1e-300),
-    }
-    return {name: column[rank] for name, column in found.items()}
-
-
-def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flank: int | None = None) -> np.ndarray:
-    """Return the indices of blocks that lie well within contacts.
-
-    Args:
-        time: of the blocks [s], (m,).
-        contacts: ``flank``, ``start_s``, ``end_s``.
-        width: of a block [s].
-        flank: 0 active, 1 reverse; ``None`` for both.
-    """
-    mine = np.ones(len(contacts["flank"]), bool) if flank is None else contacts["flank"] == flank
-    start, end = contacts["start_s"][mine], contacts["end_s"][mine]
-    lasts = end - start
-    spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * width), 0.4 * lasts)
-    spare = np.minimum(spare, np.maximum(20.0 * width, 5e-3))
-    first, stop = np.searchsorted(time, start + spare), np.searchsorted(time, end - spare)
-    spans = [np.arange(a, b) for a, b in zip(first, stop, strict=True)]
-    return np.concatenate([*spans, np.zeros(0, int)])
 
 
 def resolved(drive: np.ndarray, loose: np.ndarray) -> tuple[int, int]:
@@ -167,7 +92,7 @@ def strongest(
         fits = [_fit(one, taken) for one in touched]
         if len(taken) >= most or not candidates:
             break
-        if all(_middle(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
+        if all(spread_of(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
             break
         best = _best(touched, fits, highest, {*taken, *known})
         if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
@@ -186,15 +111,21 @@ def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
     return all(float(rest @ rest) - HOPE * room * power * var > len(rest) * goal**2 for _, _, rest, var in fits)
 
 
-def _columns(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
+def columns_of(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
+    """Return what is fitted to places: the base columns, and cosine and sine of each order, (n, p).
+
+    Args:
+        one: places in contact.
+        taken: gear and order of each.
+    """
     waves = [order * one.angles[GEARS.index(gear)] for gear, order in taken]
     return np.hstack([one.base, *(np.stack([np.cos(wave), np.sin(wave)], axis=1) for wave in waves)])
 
 
 def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Return numbers, covariance, what is left [m], strays cut, and its variance [m²]."""
-    columns = _columns(one, taken)
-    keep = np.abs(one.place) <= STRAY * max(_middle(one.place), one.noise)
+    columns = columns_of(one, taken)
+    keep = np.abs(one.place) <= STRAY * max(spread_of(one.place), one.noise)
     numbers, inverse, rest, limit = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), one.place, np.inf
     for _ in range(3):
         rows = columns[keep]
@@ -203,7 +134,7 @@ def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.nda
         inverse = np.linalg.inv(normal * np.outer(size, size) + 1e-6 * np.eye(len(size))) * np.outer(size, size)
         numbers = inverse @ (rows.T @ one.place[keep])
         rest = one.place - columns @ numbers
-        limit = STRAY * max(_middle(rest), one.noise)
+        limit = STRAY * max(spread_of(rest), one.noise)
         keep = np.abs(rest) <= limit
     rest = np.clip(rest, -limit, limit)
     variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * _colour(rest)
@@ -219,8 +150,12 @@ def _colour(rest: np.ndarray) -> float:
     return float(np.clip(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0)), 1.0, 7.0))
 
 
-def _middle(rest: np.ndarray) -> float:
-    """Return the standard deviation of most of what is left [m], strays apart."""
+def spread_of(rest: np.ndarray) -> float:
+    """Return the standard deviation of most of what is left [m], strays apart.
+
+    Args:
+        rest: [m], (n,).
+    """
     return 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 0.0
 
 
@@ -289,8 +224,8 @@ def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[
             left, limit = [], 0.0
             for orders in (taken, [*taken, new]):
                 numbers = _fit(mine, orders)[0]
-                rest = np.abs(theirs.place - _columns(theirs, orders) @ numbers)
-                limit = STRAY * max(_middle(rest) if not left else limit / STRAY, one.noise)
+                rest = np.abs(theirs.place - columns_of(theirs, orders) @ numbers)
+                limit = STRAY * max(spread_of(rest) if not left else limit / STRAY, one.noise)
                 left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
             gain += (left[0] - left[1]) / max(left[0], 1e-300)
     return gain > 0.0

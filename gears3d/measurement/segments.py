@@ -11,11 +11,11 @@ from gears3d.measurement.cutting import DROPPED, WRONG, Cut, cut_along
 from gears3d.measurement.flanks import Flanks
 from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
-from gears3d.measurement.orders import within
 from gears3d.measurement.parabolas import Parabolas
 from gears3d.measurement.search import QUIET, find_flanks, one_flank, refined
 from gears3d.measurement.smoothing import Blocks, Track, blocks
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
+from gears3d.measurement.touching import within
 from gears3d.measurement.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
 
 TOO_FEW = 0.2

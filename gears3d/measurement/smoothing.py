@@ -38,6 +38,7 @@ class Track:
         slack: what counting may put ``place`` off by for many readings in a row [m]; 0 where noise dithers the counts.
         radii: base radii of drive and loose gear [m].
         readings: of the drive's and the loose gear's encoder.
+        step: median distance of the record's samples [s].
     """
 
     time: np.ndarray
@@ -49,6 +50,7 @@ class Track:
     slack: float
     radii: tuple[float, float]
     readings: tuple[Reading, Reading]
+    step: float
 
     @cached_property
     def drive(self) -> np.ndarray:
@@ -168,7 +170,9 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
     theirs = curve.sigma if follows else usual(one.sigma)
     noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
-    return Track(at, shown, curve, follows, sigma, noise, slack, radii, (one, other))
+    return Track(
+        at, shown, curve, follows, sigma, noise, slack, radii, (one, other), float(np.median(some_steps(time)))
+    )
 
 
 def blocks(known: Track) -> Blocks:

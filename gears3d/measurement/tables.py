@@ -14,6 +14,8 @@ from gears3d.measurement.zones import FLIGHT, Runs
 
 RESOLVED = 4.0
 """Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
+SAMPLES = 2.0
+"""Samples that an impact must last: encoders that are read a part of a sample apart make durations of that size."""
 ONE_SIDED = 1.645
 """Deviations of a one-sided 95 % bound."""
 Columns = dict[str, np.ndarray]
@@ -125,7 +127,7 @@ def contacts_between(flights: Columns, edges: tuple[float, float, int]) -> Colum
     }
 
 
-def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
+def impacts_of(flights: Columns, same: np.ndarray, step: float = 0.0) -> Columns:
     """Return the impacts that end flights; where the next flight begins with it, both tell its moment.
 
     ``duration_s`` is the time from touching to leaving, NaN where the record does not resolve it or no rebound was
@@ -134,6 +136,7 @@ def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
     Args:
         flights: of :func:`flight_table`.
         same: whether each flight begins with the impact that ended the one before, (k,).
+        step: distance of the samples [s]: what is shorter than two of them no flights around it tell.
     """
     time, sigma = flights["end_s"].copy(), flights["end_sigma_s"].copy()
     rebound, slack = np.full(len(time), np.nan), np.full(len(time), np.nan)
@@ -142,7 +145,7 @@ def impacts_of(flights: Columns, same: np.ndarray) -> Columns:
     if len(of):
         apart = flights["start_s"][of] - time[of - 1]
         slack_apart = np.hypot(sigma[of - 1], flights["start_sigma_s"][of])
-        seen = apart > RESOLVED * slack_apart
+        seen = apart > np.maximum(RESOLVED * slack_apart, SAMPLES * step)
         lasted[of - 1] = np.where(seen, apart, np.nan)
         unsure[of - 1] = slack_apart
         most[of - 1] = np.maximum(apart, 0.0) + ONE_SIDED * slack_apart

@@ -25,6 +25,7 @@ def bench(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     taken = record(load(RIG, {"run.duration": "1 s"}))
     taken.write(folder / "plain.parquet")
+    record(load(RIG, {"run.duration": "1 s"}), seed=2).write(folder / "later.parquet")
     time, drive, loose = (taken.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad"))
     table = np.stack([1e3 * time, np.degrees(drive), -np.degrees(loose)], axis=1)
     lines = ["Prüfstand 3", "Zeit [ms];Antrieb [deg];Abtrieb [deg]"]
@@ -56,15 +57,18 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     chart = bench / "several.toml"
     chart.write_text(
         'format = 1\n[[record]]\nfile = "plain.parquet"\ncondition.drag.torque = "0.3 N m"\n'
+        '[[record]]\nfile = "later.parquet"\n'
         '[[record]]\nfile = "bench.txt"\ntime.channel = "Zeit"\ndrive.channel = "Antrieb"\n'
         'loose = { channel = "Abtrieb", sign = -1 }\n'
     )
     code = run(["measure", "--map", chart, "--rig", RIG, "--out", tmp_path, "--json", "--correct", "duplicated-file"])
-    found = json.loads(capsys.readouterr().out)
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
     assert code == 0
-    assert [each["file"].rpartition("/")[2] for each in found] == ["plain.parquet", "bench.txt"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bench", "plain"]
-    for place in ("bench", "plain"):
+    assert [each["file"].rpartition("/")[2] for each in found] == ["plain.parquet", "later.parquet"]
+    assert "left out" in printed.err  # bench.txt holds the readings of plain.parquet
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["later", "plain"]
+    for place in ("later", "plain"):
         told = json.loads((tmp_path / place / "summary.json").read_text())
         assert {"active", "reverse"} == told["contact_orders"].keys() == told["durations"].keys()
         page = (tmp_path / place / "report.html").read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ import pytest
 
 from gears3d.measurement import measure
 from gears3d.measurement.parabolas import Parabolas, common_law
+from gears3d.recording import Recording
 from gears3d.simulation import simulate
 from tests.measurement.truth import cut, happened, judged, seen
 
@@ -18,6 +19,17 @@ def test_rigid_teeth_have_no_duration():
     assert np.mean(np.isfinite(told[rebounds])) < 0.02
     assert np.isfinite(found.impacts["duration_max_s"][rebounds]).all()
     assert np.median(found.impacts["duration_max_s"][rebounds]) < 2e-4
+
+
+def test_encoders_read_a_sample_apart_make_no_durations():
+    scenario, truth = happened(0.5)
+    late = np.interp(truth.time + 30e-6, truth.time, truth.signals["theta_loose_rad"])
+    shifted = Recording({**truth.signals, "theta_loose_rad": late}, truth.impacts, truth.meta)
+    found = cut(scenario, seen(scenario, shifted, 0.001, seed=51))
+    rebounds = np.isfinite(found.impacts["rebound_m_s"])
+    assert rebounds.sum() > 60
+    assert not np.isfinite(found.impacts["duration_s"][rebounds]).any()
+    assert np.isfinite(found.impacts["duration_max_s"][rebounds]).all()
 
 
 def test_yielding_teeth_are_held_for_half_a_period():

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.measurement import contact_orders, measure
+from gears3d.measurement.orders import Contact, columns_of
+from gears3d.measurement.touching import shares
 from gears3d.scenario import load
 from gears3d.simulation import record, simulate
 from tests.measurement.truth import FIG5, cut, judged, seen
@@ -63,3 +65,25 @@ def test_orders_come_from_the_contact_of_a_rattling_record_too():
         found = contact_orders(measure(record(scenario, seed=44), scenario), flank)
         assert found["order"][0] == 17
         assert found["amplitude_m"][0] == pytest.approx(10e-6, rel=0.05)
+
+
+def test_shares_are_parts_even_where_two_orders_nearly_cancel():
+    angle = np.linspace(0.0, 0.5, 2000)  # gears touch over a twelfth of a turn: orders 1 and 2 look alike there
+    base = np.ones((len(angle), 1))
+    noise = np.random.default_rng(5).normal(0.0, 1e-8, len(angle))
+    place = 1e-5 * np.cos(angle) - 1e-5 * np.cos(2 * angle + 0.1) + noise
+    touched = Contact(base, np.stack([angle, angle]), place, 1e-8)
+    taken = [("drive", 1), ("drive", 2)]
+    numbers = np.linalg.lstsq(columns_of(touched, taken), place, rcond=None)[0]
+    plain = 0.5 * np.hypot(numbers[1::2], numbers[2::2]) ** 2 / np.var(place)
+    found = shares(touched, taken, numbers)
+    assert plain.max() > 1.0
+    assert ((found >= 0.0) & (found <= 1.0)).all()
+
+
+def test_the_share_of_a_lone_order_is_its_part_of_the_variance():
+    angle = np.linspace(0.0, 20 * np.pi, 4000, endpoint=False)
+    place = 1e-5 * np.cos(3 * angle) + np.random.default_rng(6).normal(0.0, 1e-5, len(angle))
+    touched = Contact(np.ones((len(angle), 1)), np.stack([angle, angle]), place, 1e-5)
+    numbers = np.linalg.lstsq(columns_of(touched, [("drive", 3)]), place, rcond=None)[0]
+    assert shares(touched, [("drive", 3)], numbers) == pytest.approx([1 / 3], abs=0.03)

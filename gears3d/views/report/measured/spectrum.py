@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.measurement import contact_orders
-from gears3d.measurement.orders import GEARS, ROWS, resolved, within
+from gears3d.measurement.orders import GEARS, resolved
+from gears3d.measurement.touching import ROWS, within
 from gears3d.recording import FLANKS
 
 if TYPE_CHECKING:
