@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr
 
+from gears3d.identification.kernels.density import densities, noise
 from gears3d.identification.restitution.pairs import Pairs
 
 STRAY = 0.002
@@ -85,20 +86,12 @@ def log_density(
     Source: York et al. 2004 for lines with errors in both variables; Carroll & Ruppert 1988 for variances that hold a
     first estimate.
     """
+    error, scatter = noise_of_ratio(pairs, steep, errors), max(deviation, _LEAST)
     ratio, cut = pairs.rebound / pairs.approach, pairs.lowest / pairs.approach
-    noise = noise_of_ratio(pairs, steep, errors)
-    scatter = max(deviation, _LEAST)
-    wide = np.hypot(scatter, noise)
-    middle = (mean * noise**2 + ratio * scatter**2) / wide**2
-    slack = scatter * noise / wide
-    inner = ndtr((1.0 - middle) / slack) - ndtr(-middle / slack)
-    density = normal(ratio - mean, wide) * inner + ndtr((mean - 1.0) / scatter) * normal(ratio - 1.0, noise)
-    share = np.maximum(ndtr((mean - cut) / wide), 1e-12)
-    good = (1.0 - STRAY) * density / share
-    found = np.log(good + STRAY / np.maximum(1.0 - cut, 0.1))
+    found = densities(ratio, cut, mean, error, scatter, STRAY)
     if held is None:
         return found
-    return found + np.log(wide / np.hypot(scatter, noise_of_ratio(pairs, held, errors)))
+    return found + np.log(np.hypot(scatter, error) / np.hypot(scatter, noise_of_ratio(pairs, held, errors)))
 
 
 def noise_of_ratio(pairs: Pairs, steep: np.ndarray, errors: Errors) -> np.ndarray:
@@ -109,19 +102,8 @@ def noise_of_ratio(pairs: Pairs, steep: np.ndarray, errors: Errors) -> np.ndarra
         steep: d(rebound)/d(approach), (n,).
         errors: how far the stated ones are off.
     """
-    speeds = np.hypot(pairs.rebound_sigma, steep * pairs.approach_sigma)
-    more = np.hypot(np.sort(speeds)[len(speeds) // 2], FLOOR * pairs.rebound)
-    return np.hypot(errors.factor * speeds, errors.more * more) / pairs.approach
-
-
-def normal(off: np.ndarray, wide: np.ndarray) -> np.ndarray:
-    """Return the density of a normal number.
-
-    Args:
-        off: distance from its mean.
-        wide: standard deviation.
-    """
-    return np.exp(-0.5 * (off / wide) ** 2) / (np.sqrt(2.0 * np.pi) * wide)
+    sigmas = pairs.approach_sigma, pairs.rebound_sigma
+    return noise(pairs.approach, pairs.rebound, sigmas, steep, (errors.factor, errors.more), FLOOR)
 
 
 def unseen(pairs: Pairs, mean: np.ndarray, deviation: float) -> np.ndarray:

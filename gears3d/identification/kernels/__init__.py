@@ -1,0 +1,1 @@
+"""Compiled loops of identification: what a search asks for thousands of times."""
