@@ -21,6 +21,7 @@ def diagnose(
     correct: Annotated[
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
     ] = None,
+    bodies: Annotated[bool, typer.Option("--3d/--no-3d", help="Measure the gain in the 3D engine, too.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the diagnosis as JSON.")] = False,
 ) -> None:
     """Show what a rig gets wrong of measured records, name the cause, extend the rig, measure the gain.
@@ -52,7 +53,7 @@ def diagnose(
         raise InputError(faults)
     with bars() as track:
         tick = track("diagnose", 1.0)
-        found = examine(admitted, bench, lambda doing, part: tick(part))
+        found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies)
     if out is not None:
         _write(found, out)
     if as_json:
@@ -113,6 +114,14 @@ def _show(found: Diagnosis) -> None:
             f"on data held out the extension takes away {100 * held['gain']:.3g} % of the error beyond noise"
             f" ({100 * low:.3g} to {100 * high:.3g} % over {len(held['splits'])} splits)"
         )
+    solid = told["heldout_3d"]
+    if solid["gain"] is not None:
+        count = sum(solid["events"].values())
+        parts = [f"{100 * solid[key]:.3g} %" for key in ("gain", "gain_rigid")]
+        console.print(f"predicted by rigid bodies in 3D it takes away {parts[0]}; the rigid model over the same {count}"
+                      f" points held out: {parts[1]}")  # fmt: skip
+    elif found.causes and solid["why"] != "not asked for":
+        console.print(f"no gain in 3D: {escape(solid['why'])}")
     if left["structure"] != "none":
         console.print(f"remains: {left['structure']}, {left['size']:.3g} {left['unit']} at {left['where']:.4g}")
     blind = [place for place, limit in found.power.items() if limit > 0.1]

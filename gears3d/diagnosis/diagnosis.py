@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
@@ -58,6 +59,7 @@ class Diagnosis:
         others: rivals of each cause of the search.
         notes: what makes the diagnosis weaker, or impossible.
         suspects: causes that the search found, but records and rig do not carry.
+        bodies: worth in the 3D engine; ``None`` where it was not asked for.
     """
 
     verdict: str
@@ -72,6 +74,7 @@ class Diagnosis:
     others: list[list[Rival]] = field(repr=False)
     notes: tuple[Note, ...] = ()
     suspects: tuple[Named, ...] = ()
+    bodies: Bodies | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
@@ -79,6 +82,7 @@ class Diagnosis:
             "verdict": self.verdict,
             "causes": [one.to_dict() for one in self.causes],
             "heldout": heldout(self.held),
+            "heldout_3d": heldout_3d(self.bodies),
             "remaining": remaining(self.left),
             "power": {place: limit if np.isfinite(limit) else None for place, limit in self.power.items()},
             "records": list(self.records),
@@ -89,7 +93,11 @@ class Diagnosis:
 
 
 def diagnose(
-    admitted: Sequence[Admitted], rig: Scenario, progress: Callable[[str, float], None] | None = None
+    admitted: Sequence[Admitted],
+    rig: Scenario,
+    progress: Callable[[str, float], None] | None = None,
+    *,
+    bodies: bool = False,
 ) -> Diagnosis:
     """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
 
@@ -97,6 +105,7 @@ def diagnose(
         admitted: records that passed the sensor gate, each with the rig of its own condition.
         rig: scenario of the bench.
         progress: called with what is being done and the part of the whole that is done.
+        bodies: whether the gain is measured in the 3D engine as well.
 
     Returns:
         The diagnosis.
@@ -124,13 +133,16 @@ def diagnose(
     found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
+    doing = "predicting held-out events in the 3D engine"
+    tell(doing, 0.92)
+    solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.08 * part)) if bodies else None
     limits = power(found.known)
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     tell("done", 1.0)
     verdict = judged(causes, [*left, *off(found)], limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
-                     found, others, parted.notes, parted.suspects)  # fmt: skip
+                     found, others, parted.notes, parted.suspects, solid)  # fmt: skip
 
 
 def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) -> tuple[list[Evidence], list[Note]]:

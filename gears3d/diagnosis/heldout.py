@@ -52,7 +52,7 @@ def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
         records: all.
         causes: that were accepted; their numbers are fitted anew each time.
     """
-    parts = list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
+    parts = parts_of(records)
     found = []
     for k, held in enumerate(parts):
         train = [one for i, one in enumerate(parts) if i != k]
@@ -62,10 +62,30 @@ def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
     return found
 
 
+def parts_of(records: Sequence[Evidence]) -> list[Evidence]:
+    """Return what is held out in turn: whole records, or stretches of the only two.
+
+    Args:
+        records: all.
+    """
+    return list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
+
+
 def _worth(held: Evidence, effects: Sequence[object]) -> Split:
     before = residuals(held)
     after = {name: before[name] - contribution([held], effects, (name,)) for name in CHANNELS}
-    seen = [name for name in CHANNELS if len(before[name])]
+    return worth(held, before, after)
+
+
+def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> Split:
+    """Return the worth of an extension on held-out data.
+
+    Args:
+        held: the record, or stretch.
+        before: errors of the rig as it is, by channel, in standard deviations.
+        after: those of the extension.
+    """
+    seen = [name for name in CHANNELS if name in before and len(before[name])]
     level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
     base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
     likelihood = sum(0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen)

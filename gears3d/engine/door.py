@@ -75,12 +75,9 @@ def simulate(
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
     rows = scenario.rows()
-    gears = scenario.pair() if pair is None else pair
-    _refuse(scenario, gears, contact)
-    gears = _shaped(scenario, gears, rows)
+    gears, torques, _ = prepared(scenario, pair, rows, contact)
     began = clock.perf_counter()
     shape, rig = meshed(gears), scenario.rig()
-    torques = torque_table([torque_constant(rig.drag_torque), *rows])
     arm = friction(rows) * gears.loose.base_radius
     plant = Plant(shape, motion_table(scenario, rows), torques, rig.inertia, arm)
     turn = fastest(plant.motion)[0] * longest_step(plant.motion, rows, gears)
@@ -105,6 +102,26 @@ def simulate(
         "wall_s": clock.perf_counter() - began,
     }
     return Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
+
+
+def prepared(
+    scenario: Scenario, pair: Pair | None, rows: tuple[Row, ...], contact: str = "located"
+) -> tuple[Pair, np.ndarray, ImpactLaw]:
+    """Return the gears with all effects on their flanks, the table of torques and the law of impacts.
+
+    Args:
+        scenario: what is simulated.
+        pair: gears that take the place of the scenario's own.
+        rows: of all effects.
+        contact: as for :func:`simulate`.
+
+    Raises:
+        InputError: what the engine cannot do.
+    """
+    gears = scenario.pair() if pair is None else pair
+    _refuse(scenario, gears, contact)
+    torques = torque_table([torque_constant(scenario.rig().drag_torque), *rows])
+    return _shaped(scenario, gears, rows), torques, _law(scenario, rows)
 
 
 def _budget(parts: dict[str, float], contact: str) -> dict[str, float]:

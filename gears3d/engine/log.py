@@ -87,10 +87,12 @@ class Log:
     Args:
         duration: of the run [s].
         rate: of the samples [Hz].
+        times: of the samples in place of evenly spaced ones [s], (n,).
     """
 
-    def __init__(self, duration: float, rate: float) -> None:
-        self.times = np.arange(math.floor(duration * rate * (1.0 + 1e-12)) + 1) / rate
+    def __init__(self, duration: float, rate: float, times: np.ndarray | None = None) -> None:
+        even = np.arange(math.floor(duration * rate * (1.0 + 1e-12)) + 1) / rate if times is None else times
+        self.times: np.ndarray = even
         self.impacts: list[Impact] = []
         self._loose = np.zeros((self.times.size, 2))
         self._next = 0
@@ -108,6 +110,10 @@ class Log:
         if self._next < self.times.size and self.times[self._next] <= time * (1.0 + 1e-12):
             self._loose[self._next] = theta, omega
             self._next += 1
+
+    def loose(self) -> np.ndarray:
+        """Return the loose gear's angle at the samples [rad], (n,), NaN at those that were not reached."""
+        return np.where(np.arange(len(self.times)) < self._next, self._loose[:, 0], np.nan)
 
     def signals(self, motion: np.ndarray, base_radii: tuple[float, float]) -> dict[str, np.ndarray]:
         """Return the columns of the recording.

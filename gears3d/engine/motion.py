@@ -53,6 +53,20 @@ def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:
     return np.vstack([(0.0, pieces.shape[0] / PIECE, 0.0), sines, pieces])
 
 
+def standing_at(motion: np.ndarray, angle: float) -> np.ndarray:
+    """Return a motion table whose angle is another at time 0.
+
+    Args:
+        motion: of :func:`motion_table`, without a record.
+        angle: of the drive gear at time 0 [rad].
+
+    >>> drive_at(standing_at(np.array([[2.0, 0.0, 0.0]]), 0.5), 1.0)
+    (2.5, 2.0, 0.0)
+    """
+    piece = [(0.0, angle, motion[0, 0]), (0.0, 0.0, 0.0), (0.0, abs(motion[0, 0]), 0.0)]
+    return np.vstack([(0.0, 1.0, 0.0), motion[1:], piece])
+
+
 def _pieces(scenario: Scenario) -> np.ndarray:
     """Return a record as a quintic spline, in lines of the motion table (3·pieces, 3)."""
     from scipy.interpolate import PPoly, make_interp_spline

@@ -152,6 +152,24 @@ def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
     return told
 
 
+def solid(told: dict[str, Any]) -> str:
+    """Return what the extension is worth in the 3D engine, in a sentence; empty where it was not asked for.
+
+    Args:
+        told: ``heldout_3d`` of a diagnosis for JSON.
+
+    >>> solid({"gain": None, "why": "not asked for"})
+    ''
+    """
+    if told["gain"] is None:
+        return "" if told["why"] in ("not asked for", "there is no cause to try") else f"No gain in 3D: {told['why']}."
+    count = sum(told["events"].values())
+    return (
+        f"Rigid bodies with their true flanks in PyBullet, started from {count} measured states held out, say "
+        f"{percent(told['gain']).text}; the rigid model over the same states {percent(told['gain_rigid']).text}."
+    )
+
+
 def worse(told: dict[str, Any]) -> list[str]:
     """Return the channels in which the extension is further off than the rig on data held out.
 

@@ -1,0 +1,164 @@
+"""Single steps of the engine from given states: a flight, an impact, a rest on a flank, with the world built once."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.engine.budget import Watch
+from gears3d.engine.closing import Plant
+from gears3d.engine.door import bodies, longest_step, prepared
+from gears3d.engine.holding import on_flank
+from gears3d.engine.located import Located, Settings
+from gears3d.engine.log import Impact, Log
+from gears3d.engine.mesh import meshed
+from gears3d.engine.motion import drive_at, fastest, motion_table, standing_at
+from gears3d.engine.pressing import springs_of
+from gears3d.engine.torques import FREE, friction, until_kink
+from gears3d.engine.world import World
+from gears3d.errors import EngineError
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+NEAR = 1e-9
+"""Gap at which an impact's approach begins [m]."""
+AFTER = 5.0
+"""Time that an impact may take, in those of its approach, or in swings of yielding flanks."""
+
+
+class Bench:
+    """The engine's world of a scenario, from which single steps start wherever the loose gear is put.
+
+    Args:
+        scenario: what is simulated; its duration and start are passed over.
+        drive: angle of the drive gear at time 0 [rad]; its motion is the scenario's.
+
+    Raises:
+        InputError: what the engine cannot do.
+
+    >>> from gears3d.scenario import load
+    >>> with Bench(load("scenarios/rigaud-2020/fig5-20rpm.toml")) as bench:
+    ...     hit = bench.strike(0.1, 1, 0.02)
+    >>> round(hit.rebound_m_s / hit.velocity_m_s, 9)
+    -0.3
+    """
+
+    def __init__(self, scenario: Scenario, drive: float = 0.0) -> None:
+        rows, gears = scenario.rows(), None
+        gears, torques, law = prepared(scenario, gears, rows)
+        shape, rig = meshed(gears), scenario.rig()
+        arm = friction(rows) * gears.loose.base_radius
+        motion = standing_at(motion_table(scenario, rows), drive)
+        self._plant = Plant(shape, motion, torques, rig.inertia, arm)
+        longest = longest_step(motion, rows, gears)
+        self._watch = Watch(gears, shape, fastest(motion)[0] * longest)
+        self._settings = Settings(
+            0.0, longest, law, scenario.impact.stick_velocity, springs_of(rows), "free", (0.0, 0.0)
+        )
+        self._world = World(*bodies(scenario, gears), respond=False)
+        self._radii = gears.drive.base_radius, gears.loose.base_radius
+
+    def __enter__(self) -> Bench:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._world.close()
+
+    def drive(self, time: float) -> tuple[float, float]:
+        """Return the drive's angle [rad] and speed [rad/s] at a time [s]."""
+        return drive_at(self._plant.motion, time)[:2]
+
+    def fly(self, theta: float, omega: float, times: np.ndarray) -> np.ndarray:
+        """Return the loose gear's path in flight, whatever flanks are in its way [rad], (n,).
+
+        Args:
+            theta: its angle at the first of the times [rad].
+            omega: its speed there [rad/s].
+            times: rising [s], (n,).
+        """
+        run = self._run(times, float(times[-1]), True)
+        run.begin(float(times[0]), theta, omega)
+        return run.path()
+
+    def strike(self, time: float, side: int, speed: float) -> Impact:
+        """Return the impact of a loose gear that comes upon a flank.
+
+        Args:
+            time: of the impact, about [s].
+            side: 0 active, 1 reverse.
+            speed: of approach [m/s].
+
+        Raises:
+            EngineError: the gears are jammed.
+        """
+        theta, omega = self._on_flank(side, time)
+        toward = speed / self._radii[1] * (-1.0 if side == 0 else 1.0)
+        before = NEAR / speed
+        lasts = AFTER * before
+        if (springs := self._settings.springs).size:
+            lasts += AFTER * math.sqrt(self._plant.inertia / self._radii[1] ** 2 / springs[:, 0].sum())
+        run = self._run(np.zeros(0), time + lasts)
+        run.begin(time - before, theta - (omega + toward) * before, omega + toward)
+        return run.first()
+
+    def rest(self, side: int, times: np.ndarray) -> np.ndarray:
+        """Return where the loose gear lies on a flank [rad], (n,).
+
+        Args:
+            side: 0 active, 1 reverse.
+            times: [s], (n,).
+        """
+        return np.array([self._on_flank(side, float(time))[0] for time in times])
+
+    def _on_flank(self, side: int, time: float) -> tuple[float, float]:
+        """Return angle and speed of the loose gear that lies on a flank."""
+        angle, speed, _ = drive_at(self._plant.motion, time)
+        guess = angle * self._radii[0] / self._radii[1]
+        for _ in range(2):  # the second look is from the flank itself
+            self._world.place((angle, guess), (speed, 0.0))
+            self._watch.look(self._world, self._plant, time, guess)
+            guess, omega = on_flank(self._plant, self._watch.teeth, side, time, guess)
+        return guess, omega
+
+    def _run(self, times: np.ndarray, until: float, blind: bool = False) -> _Run:
+        settings = Settings(**{**vars(self._settings), "duration": until})
+        return _Run(self._world, self._plant, settings, self._watch, Log(0.0, 1.0, times), blind=blind)
+
+
+class _Run(Located):
+    """A flight that starts at a given state; a blind one sees no flanks."""
+
+    def __init__(self, *parts: object, blind: bool) -> None:
+        super().__init__(*parts)  # type: ignore[arg-type]
+        self._blind = blind
+
+    def begin(self, time: float, theta: float, omega: float) -> None:
+        """Put the loose gear where it starts."""
+        self.time, self.theta, self.omega = time, theta, omega
+        self._pose()
+
+    def path(self) -> np.ndarray:
+        """Run to the end and return the angles at the samples."""
+        while self.time < self.settings.duration:
+            self._advance()
+        self.log.finish(self.theta, self.omega, self.time)
+        return self.log.loose()
+
+    def first(self) -> Impact:
+        """Run to the first impact."""
+        while self.time < self.settings.duration and not self.log.impacts:
+            self._advance()
+        if not self.log.impacts:
+            raise EngineError(f"no impact came about at t = {self.time:.6g} s: the flank goes away as fast")
+        return self.log.impacts[0]
+
+    def _advance(self) -> None:
+        if not self._blind:
+            super()._advance()
+            return
+        plant = self.plant
+        kink = until_kink(plant.torques, plant.inertia, FREE, self.time, self.theta, self.omega)
+        self._fly(min(self.settings.longest_step, self.settings.duration - self.time, kink))
