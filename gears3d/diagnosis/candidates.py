@@ -45,6 +45,7 @@ FREE: dict[str, dict[str, Bend]] = {
     "drag_drift": {"time_constant": Bend(0.1, 1e4)},
     "drag_differential": {"shaft_speed": Bend(-1e5, 1e5, False)},
     "mesh_drag": {},
+    "tooth_compliance": {"damping": Bend(1e-9, 1e9)},
     "drive_motion": {"frequency": Bend(1e-2, 1e5), "order": Bend(1e-3, 1e4)},
 }
 """By kind and parameter; ``mesh_drag`` has none, but is felt with its square and needs as many rounds."""

@@ -161,6 +161,14 @@ def channels(found: Measurement) -> Channels:
     return Channels(flights, _contacts(cut), impacts, losses, _drive(cut), left_out)
 
 
+def nothing() -> Channels:
+    """Return channels without a point, of a record that could not be cut."""
+    none, bins = np.zeros(0), np.zeros((0, BINS))
+    losses = Losses(*[none] * 6, np.zeros((0, 3)), none)
+    contacts, impacts = Contacts(*[none] * len(Contacts._fields)), Impacts(*[none] * len(Impacts._fields))
+    return Channels(Flights(bins, bins, bins), contacts, impacts, losses, Drive(none, none, 1.0, 0.0), {})
+
+
 def _flights(cut: Segments) -> tuple[Flights, int]:
     known, table = cut.track, cut.flights
     spacing = float(np.median(np.diff(known.time)))

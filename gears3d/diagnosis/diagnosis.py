@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
-from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.evidence import Evidence, uncut
+from gears3d.diagnosis.gaplaw import GapLaw, law_of
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.prediction import added, residuals
@@ -17,7 +18,7 @@ from gears3d.diagnosis.readied import delay_of, ready
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.scatter import Scatter, scatter
-from gears3d.diagnosis.search import ACCEPT, Search, nothing, search
+from gears3d.diagnosis.search import ACCEPT, Search, blind, nothing, search
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
@@ -25,6 +26,7 @@ from gears3d.diagnosis.verdict import (
     evidence_of,
     heldout,
     judged,
+    name_law,
     off,
     power,
     remaining,
@@ -60,6 +62,7 @@ class Diagnosis:
         notes: what makes the diagnosis weaker, or impossible.
         suspects: causes that the search found, but records and rig do not carry.
         bodies: worth in the 3D engine; ``None`` where it was not asked for.
+        law: of contact, where visits to the flanks ask for one; then nothing stands that cutting found.
     """
 
     verdict: str
@@ -75,6 +78,7 @@ class Diagnosis:
     notes: tuple[Note, ...] = ()
     suspects: tuple[Named, ...] = ()
     bodies: Bodies | None = None
+    law: GapLaw | None = field(default=None, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
@@ -116,7 +120,11 @@ def diagnose(
     if not admitted:
         raise InputError(Fault("", "no record is given", "name at least one"))
     tell = progress or (lambda doing, part: None)
-    records, notes = _measured(admitted, tell)
+    admitted_all, notes = admitted, of_channels(admitted)
+    admitted = _moving(admitted, notes)
+    if (law := law_of(admitted, notes, tell)) is not None:
+        return _lawful(admitted_all, rig, notes, law)
+    records, notes = _measured(admitted, notes, tell)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     found = search(records, highest)
@@ -124,7 +132,7 @@ def diagnose(
     if unlike(found, left):
         found = nothing(found)
         left = _left(found, highest)
-    tell("looking for rivals", 0.8)
+    tell("looking for rivals", 0.85)
     others = rivals(found.records, found)
     spread = _scatter(records, found)
     unit = max(found.records[0].rig.restitution, 0.1)
@@ -138,36 +146,52 @@ def diagnose(
     solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.08 * part)) if bodies else None
     limits = power(found.known)
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
     verdict = judged(causes, [*left, *off(found)], limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, parted.notes, parted.suspects, solid)  # fmt: skip
 
 
-def _measured(admitted: Sequence[Admitted], tell: Callable[[str, float], None]) -> tuple[list[Evidence], list[Note]]:
-    """Return the records that can be measured, and what is to be said of them and of the others.
-
-    A record whose motion is not that of the rig is left out as long as there is another.
-    """
-    records, faults, notes = [], [], of_channels(admitted)
+def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
+    """Return the records whose motion is that of the rig, as long as there is one; of the others the notes tell."""
     bad = {note.record for note in notes if note.blocks}
-    if len(bad) < len({one.file for one in admitted}):
-        admitted = [one for one in admitted if one.file not in bad]
-        notes = [
-            note._replace(blocks=False, remedy=f"left out: {note.remedy}") if note.blocks else note for note in notes
-        ]
-    delay = delay_of(admitted)
+    if len(bad) == len({one.file for one in admitted}):
+        return list(admitted)
+    notes[:] = [
+        note._replace(blocks=False, remedy=f"left out: {note.remedy}") if note.blocks else note for note in notes
+    ]
+    return [one for one in admitted if one.file not in bad]
+
+
+def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw) -> Diagnosis:
+    """Return the diagnosis of a law of contact; cut by flanks held for rigid, the records say nothing beside it."""
+    cause = name_law(law)
+    extended = rig.with_([("effect[+]", cause.table)])
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    found = blind([uncut(one.scenario, one.name) for one in law.records])
+    rows = zip(evidence_of(found.records), law.records, strict=True)
+    told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
+    return Diagnosis("explained", (cause,), (), law.splits, {}, extended, told, findings, found, [],
+                     tuple(notes), law=law)  # fmt: skip
+
+
+def _measured(
+    admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None]
+) -> tuple[list[Evidence], list[Note]]:
+    """Return the records that can be measured, and what is to be said of them and of the others."""
+    records, faults, delay = [], [], delay_of(admitted)
     for k, one in enumerate(admitted):
-        tell(f"measuring {one.file}", 0.6 * k / len(admitted))
+        tell(f"measuring {one.file}", 0.1 + 0.5 * k / len(admitted))
+        assert one.rig is not None
         try:
             records.append(ready(one, delay))
         except InputError as error:
             faults += error.faults
     if not records:
         raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
-    notes += [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
-    return records, notes
+    left_out = [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
+    return records, [*notes, *left_out]
 
 
 def _scatter(records: list[Evidence], found: Search) -> Scatter | None:

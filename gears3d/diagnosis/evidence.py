@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.channels import BINS, Channels, Losses, channels
+from gears3d.diagnosis.channels import BINS, Channels, Losses, channels, nothing
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
@@ -118,6 +118,19 @@ def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:
     good = seen.losses.growth[:, 0] < STEEP * radius * float(np.sum(turn**3 * np.hypot(cosine, sine)))
     left_out = {**seen.left_out, "loss": seen.left_out["loss"] + int(np.sum(~good))}
     return seen._replace(losses=Losses(*(column[good] for column in seen.losses)), left_out=left_out)
+
+
+def uncut(scenario: Scenario, name: str = "") -> Evidence:
+    """Return a record that could not be cut: no channel has a point.
+
+    Args:
+        scenario: of the bench under this record's conditions.
+        name: of the record.
+    """
+    seen = nothing()
+    fine, at = _fine(seen)
+    none = Motion(scenario.motion.mean, np.zeros((0, 3)))
+    return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, none, fine, at)
 
 
 def _motion(seen: Channels, scenario: Any) -> Motion:

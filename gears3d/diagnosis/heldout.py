@@ -16,8 +16,8 @@ from gears3d.diagnosis.prediction import CHANNELS, impact_sigma, residuals
 Array = np.ndarray
 STRETCHES = 4
 """Stretches that a lone record is cut into."""
-UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad"}
-"""Units of the channels."""
+UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad", "visit": "m"}
+"""Units of the channels, and of visits to the flanks."""
 
 
 class Split(NamedTuple):

@@ -165,3 +165,15 @@ def nothing(found: Search) -> Search:
     """
     now = fit(found.records, found.base, ())
     return found._replace(fit=now, left=score(found.known, now.rest))
+
+
+def blind(records: Sequence[Evidence]) -> Search:
+    """Return a search in records that could not be cut.
+
+    Args:
+        records: without a point in any channel.
+    """
+    none = np.zeros(0)
+    return Search(
+        fit(records, none, ()), none, [], Library([], [], dict.fromkeys(CHANNELS, slice(0, 0))), list(records)
+    )

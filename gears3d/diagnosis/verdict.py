@@ -10,6 +10,7 @@ import numpy as np
 
 from gears3d.diagnosis.cause import Cause, fit
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
@@ -126,6 +127,22 @@ def _scattered(spread: Scatter) -> Named:
     return Named(
         effect.kind, effect.place, {"standard_deviation": number}, text, spread.gain, (), effect, table(effect)
     )
+
+
+def name_law(law: GapLaw) -> Named:
+    """Return a law of contact in words.
+
+    Args:
+        law: that visits to the flanks ask for.
+    """
+    effect: Any = law.cause.effect
+    visits = sum(len(points) for points in law.held.points)
+    before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
+    text = (f"in {visits} paths from amid the gap to a flank and back, uncut, it takes the error of a point from"
+            f" {before:.3g} to {after:.3g} sigma")  # fmt: skip
+    numbers = parameters(law.cause, law.covariance)
+    gain = law.base.cost - law.held.cost
+    return Named(effect.kind, effect.place, numbers, text, gain, law.alternatives, effect, table(effect))
 
 
 def off(found: Search) -> list[str]:

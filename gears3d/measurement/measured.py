@@ -12,7 +12,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measurement.readings import usual
 from gears3d.measurement.segments import DOUBTFUL, doubtful, segment
-from gears3d.measurement.smoothing import track
+from gears3d.measurement.smoothing import Track, track
 from gears3d.measurement.tables import Segments
 from gears3d.measurement.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
@@ -76,16 +76,31 @@ def measure(
     250
     """
     about = _about(record, rig, file)
-    radii = (about["base_radius_drive_m"], about["base_radius_loose_m"])
     teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
-    angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
-    _refuse_parted(angles, radii, file)
-    known = track(record.time, *angles, radii, file)
+    known = path_of(record, rig, file)
     cut = segment(known, teeth, file, progress)
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
     made = _recording(record, cut, about, teeth)
     return Measurement(made, cut, _summary(record, made, cut))
+
+
+def path_of(record: Recording, rig: Scenario | None = None, file: str = "") -> Track:
+    """Return displacement and angles of a measured record, uncut.
+
+    Args:
+        record: as for :func:`measure`.
+        rig: as for :func:`measure`.
+        file: named in faults.
+
+    Raises:
+        InputError: base radii are not known, there are too few readings, or a gear stands still.
+    """
+    about = _about(record, rig, file)
+    radii = (about["base_radius_drive_m"], about["base_radius_loose_m"])
+    angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
+    _refuse_parted(angles, radii, file)
+    return track(record.time, *angles, radii, file)
 
 
 def _refuse_parted(angles: tuple[Any, Any], radii: tuple[float, float], file: str) -> None:

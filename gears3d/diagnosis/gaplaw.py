@@ -1,0 +1,212 @@
+"""Laws of contact that cutting a record cannot see: oil between the flanks, teeth that yield, friction on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.candidates import Candidate, candidates
+from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.contactlaw import OWN, Held, hold
+from gears3d.diagnosis.heldout import Split
+from gears3d.diagnosis.rivals import EXCLUDED
+from gears3d.diagnosis.visits import Visits, some, visits
+from gears3d.effects import Code, Rig, catalogue
+from gears3d.errors import InputError
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.grounds import Note
+    from gears3d.gate import Admitted
+
+Array = np.ndarray
+PLAIN = 1.5
+"""Chi-square a point at which visits are what the rig makes of them."""
+GOOD = 4.0
+"""Chi-square a point of a usual visit up to which a law may be the cause: one that is not leaves far more."""
+BETTER = 0.7
+"""Part of the cost that a law may leave at most."""
+HOPE = 30.0
+"""And up to which it is fitted to all visits."""
+FEW, TRIAL = 3, 4
+"""Every so manieth visit, and rounds, with which sizes are tried."""
+FEWEST = 12
+"""Visits without which nothing is said."""
+EXACT = 1.5e-3
+"""Part of a number that its standard deviation is at least: the grids of visits know no more."""
+GAIN = 30.0
+"""Fall of the cost that a law must bring."""
+SMALLEST = 0.02
+"""Size in units below which a law is none."""
+VISCOSITIES = (0.2, 0.05, 0.6)
+"""That are tried to begin with, in units."""
+STIFFNESSES = (3.0, 10.0, 40.0)
+DAMPED = 0.08
+"""Part of the critical damping to begin with."""
+FRICTIONS = (0.1,)
+
+
+class GapLaw(NamedTuple):
+    """A law of contact that visits to the flanks ask for.
+
+    Args:
+        cause: with its numbers.
+        covariance: of the numbers [SI], (p, p).
+        base: visits held against the rig as it is.
+        held: against the rig with the law.
+        records: the visits.
+        splits: worth on records held out.
+        alternatives: ``kind`` and ``why`` of causes that the visits do not exclude.
+    """
+
+    cause: Cause
+    covariance: Array
+    base: Held
+    held: Held
+    records: list[Visits]
+    splits: tuple[Split, ...]
+    alternatives: tuple[dict[str, str], ...]
+
+
+def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None]) -> GapLaw | None:
+    """Return the law of contact that records ask for, before anything is cut by rigid flanks.
+
+    Args:
+        admitted: records that passed the sensor gate, each with the rig of its own condition.
+        notes: of their motion; where one blocks there is no law.
+        tell: called with what is being done and the part of the whole that is done.
+    """
+    from gears3d.measurement import path_of
+
+    seen: list[Visits | None] = []
+    if any(note.blocks for note in notes):
+        return None
+    tell("visiting the flanks", 0.0)
+    for one in admitted:
+        assert one.rig is not None
+        with suppress(InputError):
+            seen.append(visits(path_of(one.recording, one.rig, one.file), one.rig, one.file))
+    return gap_law([one for one in seen if one is not None])
+
+
+def gap_law(records: Sequence[Visits]) -> GapLaw | None:
+    """Return the law of contact that explains visits to the flanks as nothing else does; ``None`` where there is none.
+
+    Args:
+        records: visits of all records.
+    """
+    if sum(len(one.sizes) for one in records) < FEWEST:
+        return None
+    plain = hold(records, [])
+    if plain.level < PLAIN and plain.cost < PLAIN * plain.count:
+        return None
+    tried = [found for started in _laws(records[0]) if (found := _best(records, started)) is not None]
+    if not tried:
+        return None
+    best = min(tried, key=lambda one: one.cost)
+    if not accepted(best, plain):
+        return None
+    rival = hold(records, [], _rebounds(records[0].rig))
+    if rival.cost <= best.cost:
+        return None
+    worse = (rival.cost - best.cost) / max(best.level, 1.0)
+    others = () if worse > EXCLUDED else (_alternative(rival, worse),)
+    splits, covariance = _held_out(records, best)
+    return GapLaw(best.causes[0], covariance, plain, best, list(records), splits, others)
+
+
+def _rebounds(rig: Rig) -> list[Cause]:
+    """Return what rigid flanks may do in the place of a law of contact: rebound otherwise, in proportion to speed."""
+    made = {one.kind: one for one in candidates(rig, 1.0, 0)}
+    return [begin(made[kind], np.array([0.01])) for kind in ("restitution_offset", "restitution_speed")]
+
+
+def _alternative(rival: Held, worse: float) -> dict[str, str]:
+    numbers = ", ".join(f"{one.candidate.size} = {one.numbers[0]:.3g}" for one in rival.causes)
+    why = f"fits worse by {worse:.1f} in chi-square, which is not enough to exclude it ({numbers})"
+    return {"kind": "restitution_speed", "why": why}
+
+
+def accepted(law: Held, plain: Held) -> bool:
+    """Whether a law is the cause.
+
+    Args:
+        law: visits held against the rig with it.
+        plain: against the rig as it is.
+    """
+    cause = law.causes[0]
+    size = abs(float(cause.numbers[0])) / cause.candidate.unit
+    gains = plain.cost - law.cost > GAIN * max(law.level, 1.0) and law.cost < BETTER * plain.cost
+    return bool(law.level < GOOD and gains and size > SMALLEST)
+
+
+def _laws(one: Visits) -> Iterator[list[Cause]]:
+    """Return each law at the sizes from which it is fitted."""
+    rig, rows = one.rig, one.scenario.rows()
+    yields = any(row.code == Code.GAP_SPRING for row in rows)
+    if yields and not any(row.code == Code.TORQUE_FRICTION for row in rows):
+        friction = Candidate("mesh_friction", {}, "coefficient", 1.0, False, OWN)
+        yield [begin(friction, np.array([size])) for size in FRICTIONS]
+    force = rig.drag_torque / rig.base_radius_loose
+    if not yields and force > 0.0:
+        unit, mass = force / rig.backlash, rig.inertia / rig.base_radius_loose**2
+        made = []
+        for size in STIFFNESSES:
+            damping = 2.0 * DAMPED * float(np.sqrt(size * unit * mass))
+            teeth = Candidate("tooth_compliance", {"damping": damping}, "stiffness", unit, False, OWN)
+            made.append(begin(teeth, np.array([size])))
+        yield made
+    if rig.face_width > 0.0 and not any(row.code == Code.GAP_FILM for row in rows):
+        unit = catalogue()["oil_film"](viscosity=1e-3).unit_size(rig)
+        oil = Candidate("oil_film", {}, "viscosity", unit, False, OWN)
+        yield [begin(oil, np.array([size])) for size in VISCOSITIES]
+
+
+def _best(records: Sequence[Visits], started: list[Cause]) -> Held | None:
+    """Return the fit of a law to all visits; ``None`` where a few of them exclude it."""
+    few, found = [some(one, FEW) for one in records], None
+    for cause in started:
+        try:
+            held = hold(few, [], [cause], rounds=TRIAL)
+        except InputError:  # a size that the rig cannot have
+            continue
+        if found is None or held.cost < found.cost:
+            found = held
+        if found.level < GOOD:
+            break
+    if found is None:
+        return None
+    found = hold(few, [], found.causes, found)
+    return hold(records, [], found.causes) if found.level < HOPE else None
+
+
+def _held_out(records: Sequence[Visits], best: Held) -> tuple[tuple[Split, ...], Array]:
+    """Return the worth of the law on each record held out, and the covariance that these fits themselves show."""
+    covariance = best.covariance * max(best.cost / best.count, 1.0)
+    cause = best.causes[0]
+    exact = EXACT * np.concatenate([np.abs(cause.numbers[:1]), np.ones(len(cause.free))])
+    covariance = covariance + np.diag(exact**2)
+    if len(records) < 2:
+        return (), covariance
+    splits, numbers = [], []
+    for k, one in enumerate(records):
+        others = [i for i in range(len(records)) if i != k]
+        begun = best._replace(zeros=best.zeros[others], starts=[best.starts[i] for i in others])
+        cause = hold([records[i] for i in others], [], best.causes, begun).causes[0]
+        numbers.append(cause.numbers)
+        splits.append(_split(one, cause.effect, best, k))
+    apart = np.array(numbers) - np.mean(numbers, axis=0)
+    jackknife = (len(records) - 1) / len(records) * apart.T @ apart
+    wider = np.sqrt(np.maximum(np.diag(jackknife) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    return tuple(splits), covariance * np.outer(wider, wider)
+
+
+def _split(one: Visits, effect: Any, best: Held, k: int) -> Split:
+    begun = best._replace(zeros=best.zeros[k : k + 1], starts=[best.starts[k]])
+    base, extended = hold([one], []), hold([one], [effect], (), begun)
+    sizes = {"visit": tuple(float(np.sqrt(np.mean(np.square(each.rest[0])))) for each in (base, extended))}
+    noise = min(extended.level, extended.cost / extended.count)
+    gain = 0.5 * (base.cost - extended.cost) / max(noise, 1.0)
+    return Split((one.name,), base.cost / base.count, extended.cost / extended.count, noise, gain, sizes)  # type: ignore[arg-type]

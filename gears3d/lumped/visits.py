@@ -1,0 +1,202 @@
+"""The loose gear on its way to a flank and back, under forces that are given over time: one short path, no period.
+
+Everything that varies slowly is given on a grid; only what happens between the flanks is worked out. It serves those
+who hold measured paths against laws of contact, a few hundred short ones at a time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.kernels import njit
+
+NEAR = 0.1
+"""Part of the gap's thickness that a step goes through at most where oil lies in it."""
+SLOWEST = 1e-7
+"""Shortest step [s]."""
+EDGE = 1e-8
+"""How far a step goes beyond the moment at which teeth touch [s]."""
+ACTIVE, REVERSE, FREE = 0, 1, 2
+WEDGE, SQUEEZE, LAYER, STIFFNESS, DAMPING, FRICTION, RESTITUTION, SLOPE, ASYMMETRY, STICK, MASS = range(11)
+"""What the numbers of a law are: of the oil [N·s, N·s·m^0.5, m], of the teeth [N/m, N·s/m], of the flanks [1], of
+impacts [1, s/m, 1], speed of a rebound that stays [m/s], mass along the line of action [kg]."""
+NUMBERS = 11
+FORCED, LOW, HIGH, ROLLING, LOW_RATE, HIGH_RATE = range(6)
+"""What is given on the grid: acceleration without the flanks [m/s²], place of both flanks [m], rolling speed [m/s],
+speed of both flanks [m/s]."""
+COLUMNS = 6
+
+
+@njit(cache=True)
+def _push(law, gap, rate, rolling):
+    """Acceleration off one flank, of its teeth and of its oil [m/s²]."""
+    teeth, oil = 0.0, 0.0
+    if law[STIFFNESS] > 0.0 and gap < law[LAYER]:
+        teeth = max(0.0, law[STIFFNESS] * (law[LAYER] - gap) - law[DAMPING] * rate)
+    if law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0:
+        h = max(gap, law[LAYER])
+        oil = law[WEDGE] * abs(rolling) / h
+        if rate < 0.0:
+            oil -= law[SQUEEZE] * rate / (h * np.sqrt(h))
+    return teeth / law[MASS], oil / law[MASS]
+
+
+@njit(cache=True)
+def _flank(at, slope, x, side):
+    """Place and speed of a flank at a part ``x`` of a step of the grid."""
+    rate, bend = at[LOW_RATE + side], slope[LOW_RATE + side]
+    return at[LOW + side] + x * (rate + 0.5 * bend * x), rate + bend * x
+
+
+@njit(cache=True)
+def _accelerated(law, y, v, at, slope, x):
+    """Acceleration at a part ``x`` of a step of the grid, with values and slopes of the grid there."""
+    low, low_rate = _flank(at, slope, x, ACTIVE)
+    high, high_rate = _flank(at, slope, x, REVERSE)
+    rolling = at[ROLLING] + x * slope[ROLLING]
+    teeth, oil = _push(law, y - low, v - low_rate, rolling)
+    other, film = _push(law, high - y, high_rate - v, rolling)
+    forced = at[FORCED] + x * slope[FORCED]
+    return forced + teeth * (1.0 - law[FRICTION]) - other * (1.0 + law[FRICTION]) + oil - film
+
+
+@njit(cache=True)
+def _step(law, y, v, at, slope, x, h):
+    """One step of Runge and Kutta, fourth order."""
+    a1 = _accelerated(law, y, v, at, slope, x)
+    k = 0.5 * h
+    v2 = v + k * a1
+    a2 = _accelerated(law, y + k * v, v2, at, slope, x + k)
+    v3 = v + k * a2
+    a3 = _accelerated(law, y + k * v2, v3, at, slope, x + k)
+    v4 = v + h * a3
+    a4 = _accelerated(law, y + h * v3, v4, at, slope, x + h)
+    return y + h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, v + h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+
+
+@njit(cache=True)
+def _over(law, y, at, slope, x):
+    """How far a rigid flank is passed, and which."""
+    low, high = _flank(at, slope, x, ACTIVE)[0] + law[LAYER], _flank(at, slope, x, REVERSE)[0] - law[LAYER]
+    return (low - y, ACTIVE) if low - y > y - high else (y - high, REVERSE)
+
+
+@njit(cache=True)
+def _finest(law, y, v, at, slope, x, left):
+    """Longest step that the oil allows, and that ends where teeth that yield touch."""
+    h = left
+    if law[STIFFNESS] > 0.0:
+        for side in (ACTIVE, REVERSE):
+            place, rate = _flank(at, slope, x, side)
+            sign = 1.0 if side == ACTIVE else -1.0
+            gap, opens = sign * (y - place) - law[LAYER], sign * (v - rate)
+            if opens != 0.0 and 0.0 < -gap / opens < h:
+                h = -gap / opens + EDGE
+    if law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0:
+        low, low_rate = _flank(at, slope, x, ACTIVE)
+        high, high_rate = _flank(at, slope, x, REVERSE)
+        near = min(y - low, high - y)
+        rate = max(abs(v - low_rate), abs(v - high_rate))
+        thick = max(near, law[LAYER])
+        h = min(h, NEAR * thick / max(rate, 1e-5))
+        h = min(h, law[MASS] * thick**1.5 / max(law[SQUEEZE], 1e-300))
+    return max(h, min(left, SLOWEST))
+
+
+@njit(cache=True)
+def _bounced(law, v, flank, side):
+    """Speed after a blow against a flank of speed ``flank``, and whether the gear stays there."""
+    sign = 1.0 if side == ACTIVE else -1.0
+    speed = max(-sign * (v - flank), 0.0)
+    e = law[RESTITUTION] + law[SLOPE] * speed + 0.5 * sign * law[ASYMMETRY]
+    back = min(max(e, 0.0), 1.0) * speed
+    return (flank, side) if back < law[STICK] else (flank + sign * back, FREE)
+
+
+@njit(cache=True)
+def _ridden(law, at, slope, side, x):
+    """State on a rigid flank, and whether it is left."""
+    sign = 1.0 if side == ACTIVE else -1.0
+    y, v = _flank(at, slope, x, side)
+    y += sign * law[LAYER]
+    leaves = sign * (_accelerated(law, y, v, at, slope, x) - slope[LOW_RATE + side]) > 0.0
+    return y, v, leaves
+
+
+@njit(cache=True)
+def follow(law, start, given, step, out):
+    """Carry one path over its grid.
+
+    Args:
+        law: numbers of the law, (NUMBERS,).
+        start: place [m] and speed [m/s].
+        given: on the grid, (n, COLUMNS).
+        step: of the grid [s].
+        out: gets the place at every point of the grid [m], (n,).
+    """
+    y, v, mode = start[0], start[1], FREE
+    rigid = law[STIFFNESS] == 0.0
+    for i in range(len(given) - 1):
+        out[i] = y
+        at, slope = given[i], (given[i + 1] - given[i]) / step
+        x = 0.0
+        for _ in range(4000):
+            left = step - x
+            if left <= 1e-12:
+                break
+            if mode != FREE:
+                y, v, leaves = _ridden(law, at, slope, mode, x)
+                if not leaves:
+                    y = given[i + 1, LOW + mode] + (law[LAYER] if mode == ACTIVE else -law[LAYER])
+                    break
+                mode = FREE
+            h = _finest(law, y, v, at, slope, x, left)
+            y2, v2 = _step(law, y, v, at, slope, x, h)
+            if rigid:
+                over, side = _over(law, y2, at, slope, x + h)
+                if over > 0.0:
+                    h, y2, v2, mode = _struck(law, y, v, at, slope, x, h, side)
+            y, v, x = y2, v2, x + h
+    out[len(given) - 1] = y
+
+
+@njit(cache=True)
+def _struck(law, y, v, at, slope, x, h, side):
+    """Length of the step after which a rigid flank is struck, the state after the blow, and where the gear is then."""
+    low, high = 0.0, h
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        if _over(law, _step(law, y, v, at, slope, x, middle)[0], at, slope, x + middle)[0] > 0.0:
+            high = middle
+        else:
+            low = middle
+        if high - low < 1e-10:
+            break
+    y2, v2 = _step(law, y, v, at, slope, x, high)
+    y2, rate = _flank(at, slope, x + high, side)
+    v2, mode = _bounced(law, v2, rate, side)
+    y2 += law[LAYER] if side == ACTIVE else -law[LAYER]
+    return max(high, SLOWEST), y2, v2, mode
+
+
+@njit(cache=True)
+def follow_all(law, starts, given, sizes, step, per, out):
+    """Carry many paths, each with its own start and grid, and return means over ``per`` steps each.
+
+    Args:
+        law: numbers of the law, (NUMBERS,).
+        starts: place [m] and speed [m/s] of each, (w, 2).
+        given: on the grids, (w, n, COLUMNS).
+        sizes: points of each grid that count, (w,).
+        step: of the grids [s].
+        per: steps of the grid to a mean.
+        out: gets the means [m], (w, (n - 1)//per).
+    """
+    path = np.zeros(given.shape[1])
+    for w in range(len(starts)):
+        follow(law, starts[w], given[w, : sizes[w]], step, path)
+        for k in range((sizes[w] - 1) // per):
+            total = 0.5 * (path[k * per] + path[(k + 1) * per])
+            for j in range(1, per):
+                total += path[k * per + j]
+            out[w, k] = total / per

@@ -1,0 +1,60 @@
+"""Laws of contact are told from whole paths to the flanks, hidden by a generator with equations of its own."""
+
+import json
+
+import pytest
+
+from gears3d.challenge import hide, plan, reveal
+from gears3d.diagnosis import diagnose
+from gears3d.gate import admit
+from gears3d.measurement import path_of
+from gears3d.readers import files_of
+from gears3d.scenario import load
+
+SHORT = {"size": 0.3, "records": 2, "duration": 3.0}
+
+
+def hidden(folder, kinds, seed=11, **options):
+    hide(plan(seed, kinds, **options), folder)
+    rig = load(folder / "rig.toml")
+    return rig, [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
+
+
+def judged(folder, rig, admitted):
+    found = diagnose(admitted, rig)
+    (folder / "diagnosis.json").write_text(json.dumps(found.to_dict()), encoding="utf-8")
+    return found, reveal(folder, folder / "diagnosis.json")
+
+
+@pytest.mark.parametrize("kind", ["oil_film", "tooth_compliance", "mesh_friction"])
+def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", (kind,), **SHORT))
+    assert score["kinds_first"], found.to_dict()
+    assert not score["wrong_names"]
+    assert found.verdict == "explained"
+    errors = [abs(one["error"]) for one in score["parameters"] if one["error"] is not None and one["true"] != 0.0]
+    assert max(errors) < 0.02
+    held = found.to_dict()["heldout"]
+    assert held["gain"] > 0.9
+    assert held["extended"]["visit"]["value"] < 0.2 * held["base"]["visit"]["value"]
+    assert found.extended.effects[-1].kind == kind
+
+
+def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
+    from gears3d.diagnosis.gaplaw import gap_law
+    from gears3d.diagnosis.visits import visits
+
+    for kinds in ((), ("restitution_speed",)):
+        _, admitted = hidden(tmp_path / f"c{len(kinds)}", kinds, **SHORT)
+        seen = [visits(path_of(one.recording, one.rig, one.file), one.rig, one.file) for one in admitted]
+        assert gap_law([one for one in seen if one is not None]) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["oil_film", "tooth_compliance", "mesh_friction"])
+@pytest.mark.parametrize(("seed", "size"), [(12, 0.1), (13, 0.5)])
+def test_small_and_large_laws_of_contact_at_high_noise(tmp_path, kind, seed, size):
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", (kind,), seed, size=size, noise=0.015))
+    assert score["set_right"], found.to_dict()
+    assert not score["wrong_names"]
+    assert all(abs(one["error"]) < 0.1 for one in score["parameters"] if one["error"] is not None and one["true"])
