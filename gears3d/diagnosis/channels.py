@@ -164,7 +164,7 @@ def channels(found: Measurement) -> Channels:
 def nothing() -> Channels:
     """Return channels without a point, of a record that could not be cut."""
     none, bins = np.zeros(0), np.zeros((0, BINS))
-    losses = Losses(*[none] * 6, np.zeros((0, 3)), none)
+    losses = Losses(none, none, none, none, none, none, np.zeros((0, 3)), none)
     contacts, impacts = Contacts(*[none] * len(Contacts._fields)), Impacts(*[none] * len(Impacts._fields))
     return Channels(Flights(bins, bins, bins), contacts, impacts, losses, Drive(none, none, 1.0, 0.0), {})
 
