@@ -173,7 +173,7 @@ def blind(records: Sequence[Evidence]) -> Search:
     Args:
         records: without a point in any channel.
     """
-    none = np.zeros(0)
-    return Search(
-        fit(records, none, ()), none, [], Library([], [], dict.fromkeys(CHANNELS, slice(0, 0))), list(records)
-    )
+    none, nowhere = np.zeros(0), slice(0, 0)
+    parts = {name: [nowhere] * len(records) for name in CHANNELS}
+    known = Library([], [], dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
+    return Search(fit(records, none, ()), none, [], known, list(records))
