@@ -31,7 +31,7 @@ def lifted(phase: np.ndarray, excitation: np.ndarray, ramp: np.ndarray | float =
     Source: Rigaud & Perret-Liaudet 2020, eqs (11)-(18).
 
     Args:
-        phase: τ of the bins, rising from 0 to 2π [rad], (n,).
+        phase: τ of the bins, rising from 0 to 2π [rad], (n,), or (k, n): of each period.
         excitation: Λ of the periods, at phase π, (k,).
         ramp: relative change of the amplitude in a radian, (k,) or one.
 
@@ -53,7 +53,7 @@ def lifted(phase: np.ndarray, excitation: np.ndarray, ramp: np.ndarray | float =
     def once(at: np.ndarray) -> np.ndarray:
         return slope * (np.cos(at) + at * np.sin(at)) + (1.0 - slope * np.pi) * np.sin(at)
 
-    since = np.maximum(phase[None, :] - lost, 0.0)
+    since = np.maximum(np.atleast_2d(phase) - lost, 0.0)
     fall = 0.5 * since**2 / np.maximum(excitation, 1e-300)[:, None]
     height = twice(lost) + once(lost) * since - twice(lost + since) - fall
     flying = np.minimum.accumulate(height > _ROUNDING, axis=1)
@@ -64,9 +64,9 @@ def landed(phase: np.ndarray, excitation: np.ndarray, ramp: np.ndarray | float =
     """Return which bins lie after the first flight of their period, (k, n).
 
     Args:
-        phase: τ of the bins [rad], (n,).
+        phase: τ of the bins [rad], (n,) or (k, n).
         excitation: Λ of the periods, (k,).
         ramp: relative change of the amplitude in a radian, (k,) or one.
     """
     lost = lost_at(excitation, np.broadcast_to(np.asarray(ramp, dtype=float), excitation.shape))[:, None]
-    return (lifted(phase, excitation, ramp) == 0.0) & (phase[None, :] > lost) & (excitation[:, None] > 1.0)
+    return (lifted(phase, excitation, ramp) == 0.0) & (np.atleast_2d(phase) > lost) & (excitation[:, None] > 1.0)

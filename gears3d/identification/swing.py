@@ -58,8 +58,11 @@ class Periods(NamedTuple):
         drive: mean angle of the drive gear there [rad], (k, BINS).
         loose: mean angle of the loose gear there [rad], (k, BINS).
         time: mean time there [s], (k, BINS).
+        phase: mean phase there, from the beginning of the period [rad], (k, BINS).
+        middle: time in the middle of each period [s], (k,).
         level: amplitude of the drive's acceleration in each period [rad/s²], (k,).
         rise: its change from period to period [rad/s²], (k,).
+        rate: of the phase, which a swing that grows shifts [rad/s], (k,).
         omega: of the swing [rad/s].
     """
 
@@ -67,8 +70,11 @@ class Periods(NamedTuple):
     drive: np.ndarray
     loose: np.ndarray
     time: np.ndarray
+    phase: np.ndarray
+    middle: np.ndarray
     level: np.ndarray
     rise: np.ndarray
+    rate: np.ndarray
     omega: float
 
 
@@ -152,5 +158,8 @@ def periods(swing: Swing, time: np.ndarray, place: np.ndarray, drive: np.ndarray
         return (sums / count).reshape(-1, BINS)
 
     moments = np.interp(first + np.arange(last - first) + 0.5, phase, time)
+    rate = 2.0 * np.pi / np.diff(np.interp(first + np.arange(last - first + 1), phase, time))
     level = swing.amplitude(moments)
-    return Periods(mean(place), mean(drive), mean(loose), mean(time), level, np.gradient(level), swing.omega)
+    turn = 2.0 * np.pi * (mean(phase - first) - np.arange(last - first)[:, None])
+    laid = (mean(place), mean(drive), mean(loose), mean(time), turn)
+    return Periods(*laid, moments, level, np.gradient(level), rate, swing.omega)

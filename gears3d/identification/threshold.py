@@ -10,6 +10,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.identification.law import Identified, Parameter
 from gears3d.identification.onset import DIRECTIONS, Onset, onset
+from gears3d.identification.recounting import SIGNS, Laid, count_of, recounted
 from gears3d.identification.swing import Periods, find_swing, periods
 from gears3d.identification.unwaved import flattened
 from gears3d.measurement.smoothing import track
@@ -54,22 +55,30 @@ def identify_threshold(sweeps: Sequence[Sweep]) -> Identified:
 
     Source: Rigaud & Perret-Liaudet 2020, section 4, eqs (5)-(10); Kadmiri et al. 2012, eq. (24) and table 1.
     """
-    laid, ways = [], []
+    laid: list[Laid] = []
+    ways = []
     for sweep in sweeps:
         laid.append(_laid(sweep))
-        ways.append(_direction(laid[-1], laid[-2] if len(laid) > 1 else None))
+        ways.append(_direction(laid[-1].raw, laid[-2].raw if len(laid) > 1 else None))
+    found = _onsets(laid, ways, sweeps)
+    laid = [_again(one, way, found, sweep) for one, way, sweep in zip(laid, ways, sweeps, strict=True)]
     rig = sweeps[0].rig.rig()
-    reach = rig.backlash
-    found: dict[str, Onset] = {}
-    for name, sign in zip(DIRECTIONS, (1, -1), strict=True):
-        if any(np.any(way == sign) for way in ways):
-            found[name] = onset(laid, [way == sign for way in ways], rig.base_radius_drive, reach, name)
+    found = recounted(_onsets(laid, ways, sweeps), laid, ways, (rig.teeth_drive, rig.teeth_loose), rig.backlash)
     if all(one.value is None for one in found.values()):
         raise _never(found, laid, sweeps)
     return _told(found, sweeps, laid)
 
 
-def _laid(sweep: Sweep) -> Periods:
+def _onsets(laid: list[Laid], ways: list[np.ndarray], sweeps: Sequence[Sweep]) -> dict[str, Onset]:
+    rig, flat = sweeps[0].rig.rig(), [one.periods for one in laid]
+    return {
+        name: onset(flat, [way == sign for way in ways], rig.base_radius_drive, rig.backlash, name)
+        for name, sign in SIGNS.items()
+        if any(np.any(way == sign) for way in ways)
+    }
+
+
+def _laid(sweep: Sweep) -> Laid:
     """Return a record by periods, its flanks' waves taken off."""
     rig, file = sweep.rig.rig(), sweep.file
     if not sweep.rig.motion.harmonics:
@@ -79,9 +88,27 @@ def _laid(sweep: Sweep) -> Periods:
     angles = (sweep.record.signals["theta_drive_rad"], sweep.record.signals["theta_loose_rad"])
     known = track(sweep.record.time, *angles, radii, file)
     driven = known.readings[0]
-    swing = find_swing(driven.time, driven.angle, sweep.rig.motion.harmonics[0].frequency, file)
-    found = periods(swing, known.time, known.place, known.drive, known.loose)
-    return flattened(found, (rig.teeth_drive, rig.teeth_loose), file)
+    frequency = sweep.rig.motion.harmonics[0].frequency
+    swing = find_swing(driven.time, driven.angle, frequency, file)
+    raw = periods(swing, known.time, known.place, known.drive, known.loose)
+    flat = flattened(raw, (rig.teeth_drive, rig.teeth_loose), file)
+    quanta = (count_of(angles[0]), count_of(angles[1]))
+    return Laid(flat, raw, swing, known, sweep.record.time, quanta, frequency, np.zeros(len(raw.level), bool))
+
+
+CALM = 0.95
+"""Part of a threshold below which periods are contact from end to end."""
+
+
+def _again(laid: Laid, way: np.ndarray, found: dict[str, Onset], sweep: Sweep) -> Laid:
+    """Return the record with the delay between its encoders told by the periods in which contact lasts."""
+    quiet = np.zeros(len(way), bool)
+    for name, sign in SIGNS.items():
+        if name in found and found[name].value is not None:
+            quiet |= (way == sign) & (laid.raw.level < CALM * found[name].ci95[0])
+    rig = sweep.rig.rig()
+    flat = flattened(laid.raw, (rig.teeth_drive, rig.teeth_loose), sweep.file, quiet)
+    return laid._replace(periods=flat, quiet=quiet)
 
 
 STEADY = 2e-3
@@ -97,8 +124,8 @@ def _direction(here: Periods, before: Periods | None) -> np.ndarray:
     return np.full(len(here.level), -1 if fell else 1)
 
 
-def _never(found: dict[str, Onset], laid: list[Periods], sweeps: Sequence[Sweep]) -> InputError:
-    level = np.concatenate([one.level for one in laid])
+def _never(found: dict[str, Onset], laid: list[Laid], sweeps: Sequence[Sweep]) -> InputError:
+    level = np.concatenate([one.raw.level for one in laid])
     lost = all(one.lively for one in found.values())
     what = "is lost in every period" if lost else "is never lost"
     span = f"between amplitudes of {level.min():.4g} and {level.max():.4g} rad/s^2 of the drive's acceleration"
@@ -106,11 +133,11 @@ def _never(found: dict[str, Onset], laid: list[Periods], sweeps: Sequence[Sweep]
     return InputError(Fault("theta_loose_rad", f"contact {what} {span}", remedy, sweeps[0].file))
 
 
-def _told(found: dict[str, Onset], sweeps: Sequence[Sweep], laid: list[Periods]) -> Identified:
+def _told(found: dict[str, Onset], sweeps: Sequence[Sweep], laid: list[Laid]) -> Identified:
     rig, scenario = sweeps[0].rig.rig(), sweeps[0].rig
     lever = rig.inertia * rig.base_radius_drive / rig.base_radius_loose
     unsure = scenario.uncertainty.get("gears.loose.inertia", 0.0) / rig.inertia
-    omegas = np.array([one.omega for one in laid])
+    omegas = np.array([one.raw.omega for one in laid])
     parameters: dict[str, Parameter] = {}
     for name, one in found.items():
         if one.value is None:
@@ -134,7 +161,7 @@ def _told(found: dict[str, Onset], sweeps: Sequence[Sweep], laid: list[Periods])
     drag = parameters[f"drag_{name}"].value
     snippet = f'# all drag in contact at the mean speed: leave other drags out\n[drag]\ntorque = "{drag:.6g} N m"\n'
     goodness: dict[str, Any] = {name: one.goodness for name, one in found.items()}
-    goodness["periods"] = int(sum(len(one.level) for one in laid))
+    goodness["periods"] = int(sum(len(one.raw.level) for one in laid))
     curves = {name: one.curve for name, one in found.items()}
     curves |= {"scale": {"factor": lever / rig.drag_torque if rig.drag_torque > 0.0 else 1.0}}
     notes = tuple(f"{name}: {note}" for name, one in found.items() for note in one.notes)

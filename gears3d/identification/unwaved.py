@@ -28,15 +28,18 @@ def pressed() -> np.ndarray:
     return (phase > PRESSED[0]) & (phase < PRESSED[1])
 
 
-def flattened(found: Periods, teeth: tuple[int, int], file: str = "") -> Periods:
+def flattened(found: Periods, teeth: tuple[int, int], file: str = "", quiet: np.ndarray | None = None) -> Periods:
     """Return periods with the flanks' waves, a slow drift and a delay between the encoders taken off.
 
-    They are fitted to the phases in which the drive speeds up: there is contact, whatever flies later.
+    They are fitted to the phases in which the drive speeds up: there is contact, whatever flies later. What counting
+    does in these few phases, the same in every period, would pass for a delay, which goes on into the flights: where
+    quiet periods are known, all their phases count.
 
     Args:
         found: the record by periods.
         teeth: of drive and loose gear.
         file: named in faults.
+        quiet: periods that are contact from end to end, (k,).
 
     Raises:
         InputError: too little was read in contact.
@@ -53,15 +56,22 @@ def flattened(found: Periods, teeth: tuple[int, int], file: str = "") -> Periods
                 columns += [np.cos(order * angle).ravel(), np.sin(order * angle).ravel()]
     basis = np.column_stack(columns)
     place = found.place.ravel()
-    known = np.isfinite(place) & np.tile(pressed(), shape[0])
+    quiet = np.zeros(shape[0], bool) if quiet is None else quiet
+    known = np.isfinite(place) & (np.tile(pressed(), shape[0]) | np.repeat(quiet, BINS))
     if known.sum() < 4 * basis.shape[1]:
         what = f"is read {int(known.sum())} times in contact that is sure"
         raise InputError(Fault("theta_loose_rad", what, "record longer, faster, or with more counts", file))
-    weight = np.ones(int(known.sum()))
+    numbers = _robust(basis[known], place[known])
+    return found._replace(place=(place - basis @ numbers).reshape(shape))
+
+
+def _robust(basis: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return least squares in which what is far off weighs less."""
+    weight = np.ones(len(place))
     numbers = np.zeros(basis.shape[1])
     for _ in range(_ROUNDS):
-        numbers = np.linalg.lstsq(basis[known] * weight[:, None], place[known] * weight, rcond=None)[0]
-        rest = place[known] - basis[known] @ numbers
+        numbers = np.linalg.lstsq(basis * weight[:, None], place * weight, rcond=None)[0]
+        rest = place - basis @ numbers
         spread = max(1.4826 * float(np.median(np.abs(rest))), 1e-15)
         weight = np.sqrt(np.minimum(1.0, _FAR * spread / np.maximum(np.abs(rest), 1e-300)))
-    return found._replace(place=(place - basis @ numbers).reshape(shape))
+    return numbers

@@ -83,6 +83,25 @@ def steady(reading: Reading) -> Steady:
     return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0))
 
 
+def redrawn(reading: Reading, before: Steady) -> BSpline:
+    """Return the curve through other readings of the same motion, as stiff as it was before.
+
+    Args:
+        reading: of the drive's encoder.
+        before: the curve through the readings that there were.
+
+    >>> from gears3d.measurement.readings import read_encoder
+    >>> time = np.arange(0.0, 2.0, 1e-4)
+    >>> one, other = (read_encoder(time, np.floor(3.0 * time / 1e-4 + more) * 1e-4) for more in (0.0, 0.4))
+    >>> bool(abs(redrawn(other, steady(one))(1.0) - steady(other).curve(1.0)) < 1e-5)
+    True
+    """
+    time, angle, within, _ = _means(reading)
+    step = len(time) / max(len(before.curve.t) - 7, 1)
+    step = KNOT * 2 ** max(int(np.round(np.log2(step / KNOT))), 0)
+    return _spline(time, angle - 0.5 * within * before.curve(time, 2), step)
+
+
 def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Return means over times short enough for any motion, the variance of time in each [s²], and their readings."""
     spacing = float(np.median(some_steps(reading.time)))
