@@ -42,6 +42,7 @@ FAINT = 0.05
 """Scatter of restitution, in units of the coefficient, that the cutting of records makes by itself."""
 HIGHEST = 40
 """Order that is looked for, unless the teeth make more."""
+_RIGID = Bodies((), (), {}, "the law of contact is told from whole paths, which the engine does not start amid")
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +124,7 @@ def diagnose(
     admitted_all, notes = admitted, of_channels(admitted)
     admitted = _moving(admitted, notes)
     if (law := law_of(admitted, notes, tell)) is not None:
-        return _lawful(admitted_all, rig, notes, law)
+        return _lawful(admitted_all, rig, notes, law, bodies)
     records, notes = _measured(admitted, notes, tell)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
@@ -164,7 +165,7 @@ def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
     return [one for one in admitted if one.file not in bad]
 
 
-def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw) -> Diagnosis:
+def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw, bodies: bool) -> Diagnosis:
     """Return the diagnosis of a law of contact; cut by flanks held for rigid, the records say nothing beside it."""
     cause = name_law(law)
     extended = rig.with_([("effect[+]", cause.table)])
@@ -173,7 +174,7 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
     rows = zip(evidence_of(found.records), law.records, strict=True)
     told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
     return Diagnosis("explained", (cause,), (), law.splits, {}, extended, told, findings, found, [],
-                     tuple(notes), law=law)  # fmt: skip
+                     tuple(notes), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
 
 
 def _measured(

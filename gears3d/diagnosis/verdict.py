@@ -19,6 +19,7 @@ from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, Search
 from gears3d.identification import Parameter
+from gears3d.units import FAMILIES
 
 Array = np.ndarray
 CHANCE = 0.01
@@ -62,9 +63,24 @@ class Named:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
-        fixed = {name: value for name, value in self.table.items() if name != "kind" and name not in numbers}
+        fixed = {name: chosen(self.effect, name, value) for name, value in self.table.items()
+                 if name != "kind" and name not in numbers}  # fmt: skip
         return {"kind": self.kind, "place": self.place, "parameters": {**numbers, **fixed}, "evidence": self.evidence,
                 "gain": self.gain, "alternatives": list(self.alternatives)}  # fmt: skip
+
+
+def chosen(effect: Any, name: str, written: Any) -> Any:
+    """Return a parameter that was not fitted as JSON has it: with its unit, or as it is written where it has none.
+
+    Args:
+        effect: whose it is.
+        name: of the parameter.
+        written: as a scenario has it.
+    """
+    family = effect.params[name].family
+    if family not in FAMILIES or isinstance(written, int | float):
+        return written
+    return {"value": float(getattr(effect, name)), "unit": FAMILIES[family].si, "ci95": None}
 
 
 def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None) -> list[Named]:
