@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
-from gears3d.diagnosis.gaplaw import GapLaw, law_of
+from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.prediction import added, residuals
@@ -123,8 +123,11 @@ def diagnose(
     tell = progress or (lambda doing, part: None)
     admitted_all, notes = admitted, of_channels(admitted)
     admitted = _moving(admitted, notes)
-    if (law := law_of(admitted, notes, tell)) is not None:
-        return _lawful(admitted_all, rig, notes, law, bodies)
+    seen = law_of(admitted, notes, tell)
+    if seen.law is not None:
+        return _lawful(admitted_all, rig, notes, seen.law, bodies)
+    if yields(rig):
+        return _beside(admitted_all, rig, notes, seen)
     records, notes = _measured(admitted, notes, tell)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
@@ -175,6 +178,23 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
     told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
     return Diagnosis("explained", (cause,), (), law.splits, {}, extended, told, findings, found, [],
                      tuple(notes), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
+
+
+def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
+    """Return what is said of a rig that has a law of contact already: that it agrees, or that this is not decided."""
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
+    if not seen.agrees:
+        text = "records are not cut by flanks that yield or swim in oil, and too few paths to the flanks were seen"
+        if seen.plain is not None:
+            text = (
+                f"paths to flanks that yield or swim in oil part from the rig by {np.sqrt(seen.plain.level):.3g} sigma"
+            )
+        remedy = "causes beside a law of contact that the rig has are not looked for, but for mesh_friction"
+        notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
+    verdict = "nothing_to_add" if seen.agrees else "not_decidable"
+    return Diagnosis(verdict, (), (), (), {}, rig, tuple(evidence_of(found.records)), findings, found, [],
+                     tuple(notes))  # fmt: skip
 
 
 def _measured(

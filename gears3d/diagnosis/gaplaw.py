@@ -20,10 +20,13 @@ from gears3d.errors import InputError
 if TYPE_CHECKING:
     from gears3d.diagnosis.grounds import Note
     from gears3d.gate import Admitted
+    from gears3d.scenario import Scenario
 
 Array = np.ndarray
 PLAIN = 1.5
 """Chi-square a point at which visits are what the rig makes of them."""
+ALIKE = 2.0
+"""The same of the visit in the middle, up to which a rig with a law of contact of its own agrees; twice that of all."""
 GOOD = 4.0
 """Chi-square a point of a usual visit up to which a law may be the cause: one that is not leaves far more."""
 BETTER = 0.7
@@ -70,7 +73,33 @@ class GapLaw(NamedTuple):
     alternatives: tuple[dict[str, str], ...]
 
 
-def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None]) -> GapLaw | None:
+class Seen(NamedTuple):
+    """What visits to the flanks tell.
+
+    Args:
+        law: of contact that they ask for, if any.
+        plain: visits held against the rig as it is; ``None`` where there are too few of them.
+    """
+
+    law: GapLaw | None
+    plain: Held | None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the rig as it is makes the visits what they are."""
+        return self.plain is not None and self.plain.level < ALIKE and self.plain.cost < 2.0 * ALIKE * self.plain.count
+
+
+def yields(rig: Scenario) -> bool:
+    """Whether a rig has a law of contact already, so that no cut by rigid flanks holds.
+
+    Args:
+        rig: scenario of the bench.
+    """
+    return any(row.code in (Code.GAP_SPRING, Code.GAP_FILM) for row in rig.rows())
+
+
+def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None]) -> Seen:
     """Return the law of contact that records ask for, before anything is cut by rigid flanks.
 
     Args:
@@ -82,7 +111,7 @@ def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[
 
     seen: list[Visits | None] = []
     if any(note.blocks for note in notes):
-        return None
+        return Seen(None, None)
     tell("visiting the flanks", 0.0)
     for one in admitted:
         assert one.rig is not None
@@ -91,30 +120,28 @@ def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[
     return gap_law([one for one in seen if one is not None])
 
 
-def gap_law(records: Sequence[Visits]) -> GapLaw | None:
-    """Return the law of contact that explains visits to the flanks as nothing else does; ``None`` where there is none.
+def gap_law(records: Sequence[Visits]) -> Seen:
+    """Return the law of contact that explains visits to the flanks as nothing else does, if there is one.
 
     Args:
         records: visits of all records.
     """
     if sum(len(one.sizes) for one in records) < FEWEST:
-        return None
+        return Seen(None, None)
     plain = hold(records, [])
     if plain.level < PLAIN and plain.cost < PLAIN * plain.count:
-        return None
+        return Seen(None, plain)
     tried = [found for started in _laws(records[0]) if (found := _best(records, started)) is not None]
-    if not tried:
-        return None
-    best = min(tried, key=lambda one: one.cost)
-    if not accepted(best, plain):
-        return None
+    best = min(tried, key=lambda one: one.cost, default=plain)
+    if best is plain or not accepted(best, plain):
+        return Seen(None, plain)
     rival = hold(records, [], _rebounds(records[0].rig))
     if rival.cost <= best.cost:
-        return None
+        return Seen(None, plain)
     worse = (rival.cost - best.cost) / max(best.level, 1.0)
     others = () if worse > EXCLUDED else (_alternative(rival, worse),)
     splits, covariance = _held_out(records, best)
-    return GapLaw(best.causes[0], covariance, plain, best, list(records), splits, others)
+    return Seen(GapLaw(best.causes[0], covariance, plain, best, list(records), splits, others), plain)
 
 
 def _rebounds(rig: Rig) -> list[Cause]:

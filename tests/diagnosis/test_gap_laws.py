@@ -10,6 +10,7 @@ from gears3d.gate import admit
 from gears3d.measurement import path_of
 from gears3d.readers import files_of
 from gears3d.scenario import load
+from gears3d.views.report.diagnosed import render
 
 SHORT = {"size": 0.3, "records": 2, "duration": 3.0}
 
@@ -39,6 +40,7 @@ def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
     assert held["gain"] > 0.9
     assert held["extended"]["visit"]["value"] < 0.2 * held["base"]["visit"]["value"]
     assert found.extended.effects[-1].kind == kind
+    assert f"{kind} (" in render(found)
 
 
 def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
@@ -48,7 +50,17 @@ def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
     for kinds in ((), ("restitution_speed",)):
         _, admitted = hidden(tmp_path / f"c{len(kinds)}", kinds, **SHORT)
         seen = [visits(path_of(one.recording, one.rig, one.file), one.rig, one.file) for one in admitted]
-        assert gap_law([one for one in seen if one is not None]) is None
+        assert gap_law([one for one in seen if one is not None]).law is None
+
+
+@pytest.mark.parametrize("kinds", [(), ("drag_viscous",)])
+def test_a_rig_whose_teeth_yield_agrees_or_is_not_decided(tmp_path, kinds):
+    soft = plan(11, ("mesh_friction",), records=2, duration=3.0).rig
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", kinds, rig=soft, size=0.3, records=2, duration=3.0))
+    assert not found.causes
+    assert found.verdict == ("not_decidable" if kinds else "nothing_to_add"), found.to_dict()
+    assert score["verdict_right"] or score["hedged"]
+    assert "agree on every path" in render(found) or kinds
 
 
 @pytest.mark.slow

@@ -118,6 +118,8 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     left = told["remaining"]
     over = STRUCTURES.get(left["structure"], left["structure"])
     if found.verdict == "nothing_to_add":
+        if not found.power:
+            return "Rig and records agree on every path to the flanks: nothing is to be added."
         shown = percent(max(found.power.values())).text
         return f"Rig and records agree: nothing is to be added, and effects of {shown} would have shown{though}."
     if found.verdict == "not_decidable" and (found.suspects or any(note.blocks for note in found.notes)):
