@@ -11,7 +11,16 @@ from gears3d.errors import Fault, InputError
 from gears3d.identification.contact import read_contacts
 from gears3d.identification.eccentric import eccentric_axes
 from gears3d.identification.law import Identified, Parameter
-from gears3d.identification.rolling import Rolled, amplitude_and_phase, effect, goodness, roll, strongest, warnings
+from gears3d.identification.rolling import (
+    COUNTED,
+    Rolled,
+    amplitude_and_phase,
+    effect,
+    goodness,
+    roll,
+    strongest,
+    warnings,
+)
 from gears3d.identification.transmission import curves
 
 if TYPE_CHECKING:
@@ -76,12 +85,14 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
         )
     freedom = min(active.freedom, reverse.freedom)
     error = float(np.hypot(active.offset_deviation, reverse.offset_deviation) / np.sqrt(len(both)))
-    reach = float(student.ppf(0.975, freedom)) * error
+    counting = float(np.sqrt(sum(one**2 for side in rolled.contacts.shifts for one in side))) / len(both)
+    reach = float(np.hypot(student.ppf(0.975, freedom) * error, student.ppf(0.975, freedom) * counting))
     parameters = {"backlash": Parameter(mean, "m", mean - reach, mean + reach)}
     phasors = reverse.phasors - active.phasors
     covariance = active.covariance + reverse.covariance
     chance = np.array([_chance(z, covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]) for i, z in enumerate(phasors)])
-    told = strongest(rolled, np.abs(phasors), chance < rolled.level)
+    real = (chance < rolled.level) & (np.abs(phasors - reverse.counted + active.counted) >= COUNTED * np.abs(phasors))
+    told = strongest(rolled, np.abs(phasors), real)
     snippet = ["[mount]", f'backlash = "{1e6 * mean:.6g} um"']
     for place in told:
         line, block = active.lines[place], covariance[2 * place : 2 * place + 2, 2 * place : 2 * place + 2]
@@ -90,6 +101,7 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
         snippet += _variation(line, complex(phasors[place]))
     axes = eccentric_axes(rolled)
     more: dict[str, Any] = {"eccentricity": [axis.to_dict() for axis in axes]}
+    more["counting_m"] = counting
     more["shift_per_skew_m_s"] = 2.0 * rolled.contacts.radii[0] * rolled.contacts.speed
     text = "\n".join(snippet) + "\n" + "".join(axis.comment() for axis in axes)
     return Identified("backlash", parameters, goodness(rolled) | more, text, curves(rolled), tuple(warnings(rolled)))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.identification.counting import off_by_counting, shift_by_counting, whole_count
 from gears3d.signals.edges import quantum
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class Contact(NamedTuple):
         weight: samples in it, mean 1, (n,).
         file: number of the record, (n,).
         turn: number of the drive's turn, different in different records, (n,).
+        counted: place that the drive's own counting makes, as far as its smooth motion tells [m], (n,).
         width: of the bins [rad of the drive].
         samples: in a bin, on average.
     """
@@ -46,6 +48,7 @@ class Contact(NamedTuple):
     weight: np.ndarray
     file: np.ndarray
     turn: np.ndarray
+    counted: np.ndarray
     width: float
     samples: float
 
@@ -66,6 +69,7 @@ class Contacts(NamedTuple):
         quanta: of the coarser reading of each gear [rad], 0 for a smooth one.
         speed: of the drive, mean of its size [rad/s].
         source: ``"slow turns"`` or ``"rattle"``.
+        shifts: what counting in step with the turning may put each flank's mean place off by, an entry a record [m].
     """
 
     flanks: tuple[Contact | None, Contact | None]
@@ -75,6 +79,7 @@ class Contacts(NamedTuple):
     quanta: tuple[float, float]
     speed: float
     source: str
+    shifts: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
 
 
 def read_contacts(records: Sequence[Admitted]) -> Contacts:
@@ -93,6 +98,7 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
     radii, teeth = (rig.base_radius_drive, rig.base_radius_loose), (rig.teeth_drive, rig.teeth_loose)
     quanta = [0.0, 0.0]
     parts: tuple[list[Contact], list[Contact]] = ([], [])
+    shifts: tuple[list[float], list[float]] = ([], [])
     rattle, speeds = False, []
     for number, record in enumerate(records):
         drive, loose = (record.recording.signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
@@ -104,14 +110,44 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
         rattle = rattle or not slow
         for flank in (0, 1):
             if (side == flank).any():
-                parts[flank].append(_bins(drive, loose, radii, side == flank, teeth[0], number))
-    flanks = tuple(_joined(part) for part in parts)
+                off = _off(time, drive, side == flank) if slow else np.zeros(int((side == flank).sum()))
+                parts[flank].append(_bins(drive, loose, radii, side == flank, teeth[0], number, off))
+                if slow:
+                    way = (drive[side == flank], loose[side == flank])
+                    shifts[flank].append(shift_by_counting(way, _counts(record), radii))
+    flanks = (_joined(parts[0]), _joined(parts[1]))
     if not any(flanks):
         remedy = "turn the drive slowly for a turn or more each way (`gears3d record SCENARIO --test ste`)"
         raise InputError(Fault("theta_drive_rad", "has no whole turn in contact", remedy, records[0].file))
     source = "rattle" if rattle else "slow turns"
     angle = rig.working_pressure_angle
-    return Contacts(flanks, radii, teeth, angle, (quanta[0], quanta[1]), float(np.mean(speeds)), source)  # type: ignore[arg-type]
+    return Contacts(
+        flanks,
+        radii,
+        teeth,
+        angle,
+        (quanta[0], quanta[1]),
+        float(np.mean(speeds)),
+        source,
+        (tuple(shifts[0]), tuple(shifts[1])),
+    )
+
+
+def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return what the drive's readings on a flank are off its smooth motion, each way by itself [rad]."""
+    at = np.flatnonzero(chosen)
+    ways = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+    return np.concatenate([off_by_counting(time[way], drive[way]) for way in ways])
+
+
+def _counts(record: Admitted) -> tuple[float, float]:
+    """Return the angle of a count of both encoders as far as it shows or the rig declares it, 0 without [rad]."""
+    found = []
+    for gear in ("drive", "loose"):
+        angle = record.recording.signals[f"theta_{gear}_rad"]
+        declared = getattr(record.rig.sensors, gear).counts_per_revolution if record.rig else None
+        found.append(quantum(angle) or whole_count(angle, declared))
+    return found[0], found[1]
 
 
 def _sides(
@@ -177,7 +213,13 @@ def ways_of(drive: np.ndarray) -> list[tuple[int, int, bool]]:
 
 
 def _bins(
-    drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], chosen: np.ndarray, teeth: int, file: int
+    drive: np.ndarray,
+    loose: np.ndarray,
+    radii: tuple[float, float],
+    chosen: np.ndarray,
+    teeth: int,
+    file: int,
+    off: np.ndarray,
 ) -> Contact:
     """Average samples in bins of the drive's angle.
 
@@ -191,18 +233,19 @@ def _bins(
     _, number = np.unique(np.floor(drive[at] / width + 1e-9).astype(np.int64), return_inverse=True)
     size = np.bincount(number)
     means = [np.bincount(number, angle[at] - angle[at[0]]) / size + angle[at[0]] for angle in (drive, loose)]
+    counted = -radii[0] * np.bincount(number, off) / size
     whole = size >= 0.5 * np.median(size)
     first, second = (mean[whole] for mean in means)
     place = radii[1] * second - radii[0] * first
     size = size[whole]
     turns = np.floor(first / turn).astype(int) + 1_000_000 * file
     count = np.full(len(first), file)
-    return Contact(first, second, place, size / size.mean(), count, turns, width, float(size.mean()))
+    return Contact(first, second, place, size / size.mean(), count, turns, counted[whole], width, float(size.mean()))
 
 
 def _joined(parts: list[Contact]) -> Contact | None:
     if not parts:
         return None
-    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in Contact._fields[:6]}
-    means = {name: float(np.mean([getattr(part, name) for part in parts])) for name in Contact._fields[6:]}
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in Contact._fields[:7]}
+    means = {name: float(np.mean([getattr(part, name) for part in parts])) for name in Contact._fields[7:]}
     return Contact(**arrays, **means)  # type: ignore[arg-type]

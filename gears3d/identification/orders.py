@@ -40,6 +40,7 @@ class Fit(NamedTuple):
         kept: bins that are in contact, (n,).
         freedom: degrees of freedom of the deviations.
         scatter: largest ratio of the deviation by turns to that by neighbouring orders.
+        counted: of each, the same of what the drive's counting makes alone [m], (p,).
     """
 
     lines: tuple[Line, ...]
@@ -55,6 +56,7 @@ class Fit(NamedTuple):
     kept: np.ndarray
     freedom: float
     scatter: float
+    counted: np.ndarray
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
@@ -193,7 +195,14 @@ def _judged(
         kept=kept,
         freedom=freedom,
         scatter=ratio_found,
+        counted=_phasors(contact, chosen, weight * contact.counted * 2.0 / total),
     )
+
+
+def _phasors(contact: Contact, chosen: list[Line], values: np.ndarray) -> np.ndarray:
+    """Return the sum of values·exp(-i·order·angle) of some orders, (p,)."""
+    angles = (contact.drive, contact.loose)
+    return np.array([values @ np.exp(-1j * line.order * angles[line.gear]) for line in chosen], complex)
 
 
 def _blur(contact: Contact, frequency: float) -> float:

@@ -16,6 +16,8 @@ STRONGEST = 21
 """Orders that are told, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)."""
 CLEARLY = 10.0
 """Chi-square that the loose gear must explain more than the drive to be named for an order that either may have."""
+COUNTED = 0.5
+"""Part of an order that counting must leave of it, for it to be one of the flank."""
 ALIKE = 9.0
 """Chi-square below which an order of both flanks is the same."""
 
@@ -113,7 +115,7 @@ def _gain(contact: Contact, old: Solved, new: Solved, floor: float) -> float:
     """Return how much chi-square a fit has less than another, by the noise at an order."""
     weight = contact.weight * (old.kept & new.kept)
     left = float((weight * (old.rest**2 - new.rest**2)).sum())
-    return left / (0.5 * float(weight.sum()) * floor**2)
+    return left / max(0.5 * float(weight.sum()) * floor**2, 1e-300)
 
 
 def amplitude_and_phase(
@@ -181,6 +183,15 @@ def strongest(rolled: Rolled, sizes: np.ndarray, real: np.ndarray) -> list[int]:
         real: which of them are significant.
     """
     return [int(place) for place in np.argsort(-sizes) if real[place]][:STRONGEST]
+
+
+def counted(fitted: Fit) -> np.ndarray:
+    """Return which of the fitted orders the drive's counting makes, size and phase alike, (p,).
+
+    Args:
+        fitted: a flank.
+    """
+    return np.abs(fitted.phasors - fitted.counted) < COUNTED * np.abs(fitted.phasors)
 
 
 def cycle(teeth: tuple[int, int]) -> int:

@@ -13,6 +13,7 @@ from gears3d.identification.law import Identified, Parameter
 from gears3d.identification.rolling import (
     Rolled,
     amplitude_and_phase,
+    counted,
     curve,
     effect,
     goodness,
@@ -65,10 +66,16 @@ def transmission_error(rolled: Rolled) -> Identified:
     """
     parameters: dict[str, Parameter] = {}
     orders: list[dict[str, Any]] = []
+    left_out: list[dict[str, Any]] = []
     for name, fitted in zip(FLANKS, rolled.fits, strict=True):
         if fitted is None:
             continue
-        real = fitted.chance < rolled.level
+        counts = counted(fitted)
+        for place in np.flatnonzero(counts & (fitted.chance < rolled.level)):
+            line = fitted.lines[place]
+            size = float(abs(fitted.phasors[place]))
+            left_out.append({"flank": name, "gear": line.name.split("_")[0], "order": line.order, "amplitude_m": size})
+        real = (fitted.chance < rolled.level) & ~counts
         for place in strongest(rolled, np.abs(fitted.phasors), real):
             line, phasor = fitted.lines[place], complex(fitted.phasors[place])
             block = fitted.covariance[2 * place : 2 * place + 2, 2 * place : 2 * place + 2]
@@ -86,8 +93,16 @@ def transmission_error(rolled: Rolled) -> Identified:
                 }
             )
     axes = eccentric_axes(rolled)
-    told = goodness(rolled) | {"orders": orders, "eccentricity": [axis.to_dict() for axis in axes]}
+    told = goodness(rolled) | {
+        "orders": orders,
+        "counting": left_out,
+        "eccentricity": [axis.to_dict() for axis in axes],
+    }
     notes = warnings(rolled)
+    if left_out:
+        names = ", ".join(f"{one['flank']} {one['gear']}_{one['order']}" for one in left_out)
+        why = "counts read in step with the turning make such lines: read out of step, or let the drive wander"
+        notes.append(f"left out: {names} ({1e9 * max(one['amplitude_m'] for one in left_out):.2g} nm at most): {why}")
     if not parameters:
         notes.append("no order stands out of the noise")
     if rolled.fits[1] is None and parameters:
@@ -112,7 +127,8 @@ def _snippet(rolled: Rolled) -> str:
     fitted = rolled.fits[flank]
     assert fitted is not None
     lines = ["# phases count from the zero of the record's angles"]
-    for place in strongest(rolled, np.abs(fitted.phasors), fitted.chance < rolled.level):
+    real = (fitted.chance < rolled.level) & ~counted(fitted)
+    for place in strongest(rolled, np.abs(fitted.phasors), real):
         lines += effect("transmission_error", fitted.lines[place], complex(fitted.phasors[place]))
     return "\n".join(lines) + "\n"
 

@@ -13,6 +13,8 @@ from gears3d.measurement.smoothing import Blocks, Track
 if TYPE_CHECKING:
     from gears3d.measurement.drive import Steady
 
+AT_ONCE = 500
+"""Flights that are held against their flank at a time."""
 POINTS = 160
 """Times at which a parabola is held against a flank."""
 
@@ -120,6 +122,13 @@ def meet(
         span: [s], (k,).
         tangent: whether the flank was left without a blow, (k,).
     """
+    if len(begin) > AT_ONCE:
+        parts = []
+        for first in range(0, len(begin), AT_ONCE):
+            rows = slice(first, first + AT_ONCE)
+            some = paths.some(np.arange(len(begin))[rows])
+            parts.append(meet(some, where, flank[rows], begin[rows], span[rows], tangent[rows]))
+        return Touches(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     grid = begin[:, None] + span[:, None] * np.linspace(0.0, 1.0, POINTS)
     side = np.broadcast_to(flank[:, None], grid.shape)
     gap = where.gap(grid, paths.at(grid), side)

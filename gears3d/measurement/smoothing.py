@@ -20,6 +20,8 @@ FOLLOWS = 2.0
 """Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
 AT_ONCE = 1 << 18
 """Readings that are worked out at a time."""
+STRETCHES, STRETCH = 16, 1 << 16
+"""Stretches of a long record that tell how lively it is, and the readings in each."""
 CORNER = 16.0
 """Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
 
@@ -197,9 +199,9 @@ def blocks(known: Track) -> Blocks:
 
 def _speed(known: Track, noise: float) -> float:
     """Return how fast the displacement changes at its liveliest tenth [m/s], between the shortest means to show it."""
-    means = _means(known, 1, (3,))[0]
+    means = np.concatenate([known.part(rows)[2] for rows in _stretches(len(known.time))])
     for size in 2 ** np.arange(0, 16):
-        if size > len(known.time) // 16:
+        if len(means) < 16:
             break
         longer = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
         moved = np.subtract(means[1:], means[:-1], out=means[:-1])  # in place: a long record has no room for two
@@ -220,6 +222,14 @@ def _means(known: Track, size: int, wanted: tuple[int, ...] = (0, 1, 2, 3)) -> t
         for column, values in zip(made, (columns[one] for one in wanted), strict=True):
             column[first:last] = values.reshape(last - first, size).mean(axis=1) if size > 1 else values
     return made
+
+
+def _stretches(count: int) -> list[slice]:
+    """Return stretches of a record that stand for it, evenly spread; the whole where it is short."""
+    if count <= STRETCHES * STRETCH:
+        return [slice(0, count)]
+    first = np.linspace(0, count - STRETCH, STRETCHES).astype(int)
+    return [slice(one, one + STRETCH) for one in first.tolist()]
 
 
 def _pieces(count: int, most: int) -> Iterator[tuple[int, int]]:
