@@ -110,7 +110,11 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
         rattle = rattle or not slow
         for flank in (0, 1):
             if (side == flank).any():
-                off = _off(time, drive, side == flank) if slow else np.zeros(int((side == flank).sum()))
+                off = (
+                    _off(time, drive, side == flank, _counts(record)[0])
+                    if slow
+                    else np.zeros(int((side == flank).sum()))
+                )
                 parts[flank].append(_bins(drive, loose, radii, side == flank, teeth[0], number, off))
                 if slow:
                     way = (drive[side == flank], loose[side == flank])
@@ -133,11 +137,11 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
     )
 
 
-def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray, count: float) -> np.ndarray:
     """Return what the drive's readings on a flank are off its smooth motion, each way by itself [rad]."""
     at = np.flatnonzero(chosen)
     ways = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
-    return np.concatenate([off_by_counting(time[way], drive[way]) for way in ways])
+    return np.concatenate([off_by_counting(time[way], drive[way], count) for way in ways])
 
 
 def _counts(record: Admitted) -> tuple[float, float]:

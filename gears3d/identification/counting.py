@@ -12,6 +12,8 @@ import numpy as np
 
 TURNING = 0.3
 """Way at both ends on which the drive may not move smoothly [rad]."""
+DITHERED = 0.3
+"""Noise in counts from which on counting makes no lines."""
 FEWEST = 1000
 """Readings of a way, at least, that tell its motion."""
 HARMONICS = 400
@@ -95,19 +97,20 @@ def shift_by_counting(
     return float(np.sqrt(variance))
 
 
-def off_by_counting(time: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.ndarray:
     """Return what readings of a gear whose motion is smooth are off that motion [rad], (n,).
 
     Args:
         time: [s], rising, (n,).
         angle: of one way [rad], (n,).
+        quantum: angle of a count, 0 for a smooth one [rad]; noise of a third of it leaves no lines.
     """
     from gears3d.measurement.drive import steady
     from gears3d.measurement.readings import read_encoder
 
     off = np.zeros(len(time))
     inner = np.flatnonzero(np.minimum(np.abs(angle - angle[0]), np.abs(angle - angle[-1])) > TURNING)
-    if len(inner) >= FEWEST:
+    if len(inner) >= FEWEST and quantum > 0.0 and tremble(np.rint(angle[inner] / quantum)) < DITHERED:
         rows = slice(int(inner[0]), int(inner[-1]) + 1)
         off[rows] = angle[rows] - steady(read_encoder(time[rows], angle[rows])).curve(time[rows])
     return off
