@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.gate.declared import MESH as MESH
 from gears3d.gate.declared import Declared
-from gears3d.signals import changes, quantum, some_steps
+from gears3d.signals import changes, count_of, quantum, some_steps
 
 if TYPE_CHECKING:
     from gears3d.gate.band import Band
@@ -93,7 +93,7 @@ class View:
             if rounding < 0.01 * step and np.mean(np.abs(some - whole * step) < 1e-3 * step + 10.0 * rounding) > 0.99:
                 sizes = np.unique(np.abs(whole)).astype(np.int64)
                 return step * max(int(np.gcd.reduce(sizes)), 1) if len(sizes) > 2 else step
-        found = quantum(angle)
+        found = quantum(angle) or count_of(angle)  # fast turning, no change may be a single count
         return found if found is not None and np.ptp(some) > 0.5 * found else None
 
     @cached_property

@@ -23,10 +23,6 @@ SIGNS: dict[str, int] = dict(zip(DIRECTIONS, (1, -1), strict=True))
 """Of the change of the swing."""
 _FINE = 768
 """Points of a period at which a flight is drawn."""
-_FEW = 200_000
-"""Changes of an angle that are looked at."""
-_WHOLE = 1e-3
-"""How far from a whole number of counts a change may be."""
 
 
 class Laid(NamedTuple):
@@ -51,36 +47,6 @@ class Laid(NamedTuple):
     quanta: tuple[float | None, float | None]
     frequency: float
     quiet: np.ndarray
-
-
-def count_of(angle: np.ndarray) -> float | None:
-    """Return the angle of one count, also where several pass from sample to sample.
-
-    Args:
-        angle: of a record [rad], (n,).
-
-    Returns:
-        The largest angle [rad] of which all changes are whole multiples; ``None`` for a smooth record.
-
-    >>> turn = np.linspace(0.0, 6.0, 3001) ** 1.1
-    >>> round(count_of(np.floor(turn / 1e-4) * 1e-4), 12), count_of(turn)
-    (0.0001, None)
-    """
-    angle = angle[:_FEW]
-    rounding = 1e-12 * float(np.abs(angle).max(initial=0.0)) + 1e-300
-    changes = np.sort(np.abs(np.diff(angle)))
-    steps = np.diff(changes)
-    steps = steps[steps > rounding]
-    if not steps.size or (count := float(steps.min())) < 20.0 * rounding:
-        return None
-    for _ in range(3):  # the smallest step is rounded most; the sum of all changes least
-        whole = np.round(changes / count)
-        close = whole <= 0.1 * count / rounding
-        count = float(changes[close].sum() / max(whole[close].sum(), 1.0))
-        if count < 20.0 * rounding:
-            return None
-    off = np.abs(changes / count - np.round(changes / count))
-    return count if np.mean(off < _WHOLE + 4.0 * rounding / count) > 0.999 else None
 
 
 def recounted(

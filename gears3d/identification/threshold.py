@@ -10,11 +10,12 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.identification.law import Identified, Parameter
 from gears3d.identification.onset import DIRECTIONS, Onset, onset
-from gears3d.identification.recounting import SIGNS, Laid, count_of, recounted
+from gears3d.identification.recounting import SIGNS, Laid, recounted
 from gears3d.identification.swing import Periods, find_swing, periods
 from gears3d.identification.unwaved import flattened
 from gears3d.measurement.smoothing import track
 from gears3d.recording import Recording
+from gears3d.signals import count_of
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario

@@ -1,6 +1,7 @@
 """What bare arrays of impacts and displacement say: regime, period, section, energies, durations."""
 
 from gears3d.signals.edges import Edges as Edges
+from gears3d.signals.edges import count_of as count_of
 from gears3d.signals.edges import edges as edges
 from gears3d.signals.edges import quantum as quantum
 from gears3d.signals.flights import Flights as Flights

@@ -58,6 +58,36 @@ def quantum(angle: np.ndarray) -> float | None:
     return float(first) if np.mean(off < _FIT + 10.0 * rounding) >= _SHARE else None
 
 
+def count_of(angle: np.ndarray) -> float | None:
+    """Return the angle of one count, also where several pass from sample to sample.
+
+    Args:
+        angle: of a record [rad], (n,).
+
+    Returns:
+        The largest angle [rad] of which all changes are whole multiples; ``None`` for a smooth record.
+
+    >>> turn = np.linspace(0.0, 6.0, 3001) ** 1.1
+    >>> round(count_of(np.floor(turn / 1e-4) * 1e-4), 12), count_of(turn)
+    (0.0001, None)
+    """
+    angle = angle[:_MOST]
+    rounding = 1e-12 * float(np.abs(angle).max(initial=0.0)) + 1e-300
+    changes = np.sort(np.abs(np.diff(angle)))
+    steps = np.diff(changes)
+    steps = steps[steps > rounding]
+    if not steps.size or (count := float(steps.min())) < 20.0 * rounding:
+        return None
+    for _ in range(3):  # the smallest step is rounded most; the sum of all changes least
+        whole = np.round(changes / count)
+        close = whole <= 0.1 * count / rounding
+        count = float(changes[close].sum() / max(whole[close].sum(), 1.0))
+        if count < 20.0 * rounding:
+            return None
+    off = np.abs(changes / count - np.round(changes / count))
+    return count if np.mean(off < _FIT + 4.0 * rounding / count) > 0.999 else None
+
+
 def edges(time: np.ndarray, angle: np.ndarray, quantum: float) -> Edges:
     """Return the moments at which a counter changed, in place of what it showed in between.
 

@@ -13,6 +13,7 @@ from gears3d.identification.slowing import Law, angles
 from gears3d.identification.track import make_track
 from gears3d.recording import Recording
 from gears3d.scenario import load
+from gears3d.signals import count_of
 from tests.identification import shafts
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
@@ -93,6 +94,19 @@ def test_intervals_cover(kind, encoder, record_property):
     assert inside / len(off) >= 0.88  # all numbers of the law at once
     assert 0.55 < np.std(off) < 1.3  # neither too sure nor idly wide: 1 when the interval says what it means
     assert abs(np.mean(off)) < 4.0 / np.sqrt(len(off))
+
+
+def test_a_fine_encoder_that_never_counts_by_one_is_no_faulty_one(tmp_path):
+    """Half a minute at 50 kHz: dozens of counts a sample at first, a few at last."""
+    time, angle = shafts.viscous(0.05, 0.004, 60.0, 50e3)
+    signals = {"time_s": time, "theta_drive_rad": 0.0 * time, "theta_loose_rad": shafts.counted(angle, 1_600_000, 1)}
+    assert count_of(signals["theta_loose_rad"]) == pytest.approx(2 * np.pi / 1_600_000, rel=1e-6)
+    Recording(signals).write(tmp_path / "rundown.parquet")
+    found = identify_rundown([tmp_path / "rundown.parquet"], shafts.INERTIA)
+    assert found.law == "coulomb+viscous"
+    for name, truth in (("coulomb", 0.05), ("viscous", 0.004)):
+        parameter = found.parameters[name]
+        assert abs(parameter.value - truth) < 4.5 * (parameter.high - parameter.low) / 3.92
 
 
 def test_several_run_downs_share_the_law():
