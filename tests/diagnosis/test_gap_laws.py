@@ -12,7 +12,7 @@ from gears3d.readers import files_of
 from gears3d.scenario import load
 from gears3d.views.report.diagnosed import render
 
-SHORT = {"size": 0.3, "records": 2, "duration": 3.0}
+SHORT = {"size": 0.3, "records": 2, "duration": 2.0}
 
 
 def hidden(folder, kinds, seed=11, **options):
@@ -55,8 +55,8 @@ def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
 
 @pytest.mark.parametrize("kinds", [(), ("drag_viscous",)])
 def test_a_rig_whose_teeth_yield_agrees_or_is_not_decided(tmp_path, kinds):
-    soft = plan(11, ("mesh_friction",), records=2, duration=3.0).rig
-    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", kinds, rig=soft, size=0.3, records=2, duration=3.0))
+    soft = plan(11, ("mesh_friction",), records=2, duration=2.0).rig
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", kinds, rig=soft, size=0.3, records=2, duration=2.0))
     assert not found.causes
     assert found.verdict == ("not_decidable" if kinds else "nothing_to_add"), found.to_dict()
     assert score["verdict_right"] or score["hedged"]
