@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.leaving import leaving
+from gears3d.measurement.zones import clearance
 
 if TYPE_CHECKING:
     from gears3d.measurement import Measurement
@@ -20,6 +21,8 @@ CONTACT = 4000
 """Points of contact of a record, about."""
 DRIVE = 4000
 """Points of the drive's motion of a record, about."""
+STILL, BESIDE = 6.0, 4
+"""Times its noise that what is off both flanks may move from so many blocks before to as many after, to be contact."""
 COMMON = 0.3
 """Part of its standard deviation by which the rate at leaving a flank is off in common to a record."""
 CLEAR = 4.0
@@ -157,8 +160,9 @@ def channels(found: Measurement) -> Channels:
     flights, few = _flights(cut)
     losses, stray = _losses(cut)
     impacts, silent = _impacts(cut)
-    left_out = {"flight": few, "loss": stray, "impact": silent}
-    return Channels(flights, _contacts(cut), impacts, losses, _drive(cut), left_out)
+    contacts, moving = _contacts(cut)
+    left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
+    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out)
 
 
 def nothing() -> Channels:
@@ -189,8 +193,12 @@ def _flights(cut: Segments) -> tuple[Flights, int]:
     return Flights(*made), int(np.count_nonzero(~good))
 
 
-def _contacts(cut: Segments) -> Contacts:
-    """Return means over neighbouring blocks well within contacts."""
+def _contacts(cut: Segments) -> tuple[Contacts, int]:
+    """Return means over neighbouring blocks well within contacts, each of the flank that is nearer.
+
+    A tooth that stands out holds the gear away from where the flanks are drawn; flights that begin or end there are not
+    seen for what they are, but they move.
+    """
     path, table = cut.path, cut.contacts
     lasts = table["end_s"] - table["start_s"]
     spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * path.width), 0.4 * lasts)
@@ -198,15 +206,21 @@ def _contacts(cut: Segments) -> Contacts:
     stop = np.searchsorted(path.time, table["end_s"] - spare)
     total = int(np.sum(np.maximum(stop - first, 0)))
     few = max(total // CONTACT, 1)
-    columns: tuple[list[Array], ...] = ([], [], [], [], [])
-    for a, b, flank in zip(first, stop, table["flank"].astype(int), strict=True):
-        count = max(b - a, 0) // few
-        for column, values in zip(columns, (path.time, path.drive, path.loose, path.place), strict=False):
-            column.append(values[a : a + count * few].reshape(count, few).mean(axis=1))
-        columns[4].append(np.full(count, flank))
-    time, drive, loose, place, side = (np.concatenate([*column, np.zeros(0)]) for column in columns)
+    spans = [a + np.arange(max(b - a, 0) // few * few) for a, b in zip(first, stop, strict=True)]
+    at = np.concatenate([*spans, np.zeros(0, int)]).reshape(-1, few)
+    time, drive, loose, place = (values[at].mean(axis=1) for values in (path.time, path.drive, path.loose, path.place))
+    side = np.repeat(table["flank"].astype(int), [len(span) // few for span in spans])
+    resting = np.ones(len(time), bool)
+    if cut.flanks.gap is not None and len(time):
+        flanks = np.stack(cut.flanks.places(time, drive, loose))
+        off = np.abs(place - flanks)
+        side = np.argmin(off, axis=0)
+        ends = [path.place[np.clip(at[:, 0] + k * BESIDE, 0, len(path.place) - 1)] for k in (-1, 1)]
+        moved = np.abs(ends[1] - ends[0])
+        resting = (off.min(axis=0) < clearance(path, cut.flanks)) | (moved < STILL * np.maximum(path.noise, path.slack))
     sigma = max(path.noise / np.sqrt(few), path.slack, 1e-12)
-    return Contacts(time, drive, loose, side.astype(int), place, np.full(len(time), sigma))
+    made = Contacts(time, drive, loose, side, place, np.full(len(time), sigma))
+    return Contacts(*(column[resting] for column in made)), int(np.sum(~resting))
 
 
 def _impacts(cut: Segments) -> tuple[Impacts, int]:

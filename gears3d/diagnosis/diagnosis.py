@@ -14,11 +14,11 @@ from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.prediction import added, residuals
-from gears3d.diagnosis.readied import delay_of, ready
+from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.scatter import Scatter, scatter
-from gears3d.diagnosis.search import ACCEPT, Search, blind, nothing, search
+from gears3d.diagnosis.search import ACCEPT, Search, blind, nothing
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
@@ -131,7 +131,7 @@ def diagnose(
     records, notes = _measured(admitted, notes, tell)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
-    found = search(records, highest)
+    records, found = searched(admitted, records, highest)
     left = _left(found, highest)
     if unlike(found, left):
         found = nothing(found)

@@ -14,6 +14,8 @@ from gears3d.diagnosis.prediction import CHANNELS, added
 Array = np.ndarray
 TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
 """Where the points of a channel stand in the evidence."""
+ONE_SIDED = 4.0
+"""Chi-square that it must be worth to say that a deviation is on one flank only."""
 ALIKE = 1e-5
 """Part of a column's square that must be its own beside the causes that are in."""
 
@@ -102,6 +104,15 @@ def _same(old: Evidence, new: Evidence, name: str) -> bool:
     return getattr(old.channels, TABLES[name]) is getattr(new.channels, TABLES[name])
 
 
+def price(candidate: Candidate) -> float:
+    """Return the chi-square by which a candidate must be better than one on both flanks, to be preferred.
+
+    Args:
+        candidate: any.
+    """
+    return ONE_SIDED if candidate.shape.get("flank", "both") != "both" else 0.0
+
+
 def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scored]:
     """Return what each candidate would gain, most first.
 
@@ -131,4 +142,4 @@ def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scor
         inverse = vector / value[value > ALIKE] @ vector.T
         units = inverse @ right
         found.append(Scored(one, float(right @ units), units, np.sqrt(np.maximum(np.diag(inverse), 0.0))))
-    return sorted(found, key=lambda each: -each.gain)
+    return sorted(found, key=lambda each: price(each.candidate) - each.gain)

@@ -124,6 +124,16 @@ def _free_flight(one: Evidence, path: Array) -> Array:
     return without(path / flights.sigma, (1.0 / flights.sigma, x / flights.sigma)).ravel()
 
 
+def bend(x: Array, sigma: Array) -> Array:
+    """Return what a unit deceleration does to the points of flights, free of start angle and speed, (f, BINS).
+
+    Args:
+        x: time of the points from the middle of each flight [s].
+        sigma: their standard deviations [rad].
+    """
+    return without(-0.5 * x * x / sigma, (1.0 / sigma, x / sigma))
+
+
 def _contact_base(one: Evidence) -> Array:
     seen = one.channels.contacts
     return _free_contact(one, seen.place - seen.flank * one.rig.backlash)

@@ -7,17 +7,32 @@ flank stands still then, and nothing is cut rightly. The gate tells the delay wi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.search import Search, search
 from gears3d.effects import catalogue
+from gears3d.errors import InputError
+from gears3d.measurement import measure
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
+    from gears3d.measurement.smoothing import Shape
+    from gears3d.scenario import Scenario
 
+Array = np.ndarray
+
+AGAIN = 2
+"""Times that records are cut anew with the teeth that were found."""
+SUSPECT, FIRST = 300.0, 3
+"""Chi-square that must be left to suspect a tooth that was not accepted, and place among all that would gain it."""
+MOST_TEETH = 2
+"""Teeth that flanks may have when they are cut anew."""
 MOST = 0.5
 """Part of the records in which the gate must see a delay for all of them to have it."""
 
@@ -32,23 +47,85 @@ def delay_of(admitted: Sequence[Admitted]) -> float:
     return float(np.median(seen)) if len(seen) > MOST * len(admitted) else 0.0
 
 
-def ready(one: Admitted, delay: float = 0.0) -> Evidence:
+def ready(one: Admitted, delay: float = 0.0, teeth: Sequence[Any] = ()) -> Evidence:
     """Return a record as evidence, cut as if the loose gear had been read in time with the drive.
 
     Args:
         one: the record.
         delay: of the loose gear's readings [s]; the evidence has it as spared, so that it remains to be explained.
+        teeth: pitch errors that the flanks are known to have, whatever their sizes.
 
     Raises:
         InputError: the record cannot be measured.
     """
-    from gears3d.measurement import measure
-
     assert one.rig is not None
-    if delay == 0.0:
-        return evidence(measure(one.recording, one.rig, one.file), one.rig, one.file)
-    spared = (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
-    return evidence(measure(_read_in_time(one.recording, delay), one.rig, one.file), one.rig, one.file, spared)
+    record = one.recording if delay == 0.0 else _read_in_time(one.recording, delay)
+    spared = () if delay == 0.0 else (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
+    shapes = tuple(_shape(one.rig, each, flank) for each in teeth for flank in (0, 1))
+    return evidence(measure(record, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
+
+
+def single_teeth(found: Search) -> tuple[Any, ...]:
+    """Return the pitch errors among the causes of a search, by gear, tooth and whether they stand out.
+
+    Without any it is the one that would gain most of all that is left, though the records disagree about it: what they
+    tell of it was cut wrongly.
+
+    Args:
+        found: by the search.
+    """
+    effects = [cause.effect for cause in found.fit.causes if cause.candidate.kind == "pitch_error"]
+    kept = {(one.gear, one.tooth, one.offset > 0.0): one for one in effects if one is not None}
+    if not kept and found.left and found.left[0].gain > SUSPECT:
+        best = [one for one in found.left[:FIRST] if one.candidate.kind == "pitch_error"][:1]
+        return tuple(one.candidate.effect(one.units * one.candidate.unit) for one in best)
+    return tuple(kept[key] for key in sorted(kept)[:MOST_TEETH])
+
+
+def searched(admitted: Sequence[Admitted], records: list[Evidence], highest: int) -> tuple[list[Evidence], Search]:
+    """Return what a search finds, and the records as it saw them.
+
+    A tooth that stands out is not where flanks of low orders are drawn, and spoils the cutting of what happens on it.
+    Once its place is known, the records are cut anew with a flank that may have it, and searched anew.
+
+    Args:
+        admitted: records as they came in.
+        records: the same, those that could be measured.
+        highest: order that is looked for.
+    """
+    found, known = search(records, highest), ()
+    came, delay = {one.file: one for one in admitted}, delay_of(admitted)
+    for _ in range(AGAIN):
+        teeth = single_teeth(found)
+        if _places(teeth) <= _places(known):
+            break
+        known = teeth
+        records = [_cut_anew(came[one.name], one, delay, known) for one in records]
+        found = search(records, highest)
+    return records, found
+
+
+def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
+    return {(one.gear, one.tooth, one.offset > 0.0) for one in teeth}
+
+
+def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any]) -> Evidence:
+    """Return a record cut with flanks that may have single teeth; as before where it cannot be."""
+    try:
+        return ready(one, delay, teeth)
+    except InputError:
+        return before
+
+
+def _shape(rig: Scenario, tooth: Any, flank: int) -> Shape:
+    """Return what a pitch error of unit size and of its sign does to a flank, over both angles."""
+    whole = replace(tooth, flank="both")
+    rows, pair = whole.rows(rig.rig()), rig.pair()
+
+    def shape(drive: Array, loose: Array) -> Array:
+        return deviation(rows, pair, drive, loose, np.full(len(drive), flank)) / abs(tooth.offset)
+
+    return shape
 
 
 def _read_in_time(record: Recording, delay: float) -> Recording:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import CHANNELS, impact_sigma
+from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
 
 Array = np.ndarray
 FINEST = 0.125
@@ -118,7 +118,7 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         if not len(flights.time):
             continue
         x = flights.time - flights.time.mean(axis=1, keepdims=True)
-        shape = _bend(x, flights.sigma)
+        shape = bend(x, flights.sigma)
         square = np.sum(shape**2, axis=1)
         slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
         weight.append(np.sqrt(square))
@@ -133,13 +133,6 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         yield from _binned(name, value, sure, coordinate, "rad/s^2")
     for name, coordinate in (("flight.angle_loose", angle), ("flight.angle_drive", drive)):
         yield from _scanned(name, value, sure, coordinate, highest, "rad/s^2")
-
-
-def _bend(x: Array, sigma: Array) -> Array:
-    """Return what a unit deceleration does to the points of flights, free of start angle and speed."""
-    from gears3d.diagnosis.prediction import without
-
-    return without(-0.5 * x * x / sigma, (1.0 / sigma, x / sigma))
 
 
 def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:

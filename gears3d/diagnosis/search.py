@@ -11,7 +11,7 @@ import numpy as np
 from gears3d.diagnosis.candidates import FREE, candidates
 from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes_of
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.library import Library, Scored, library, score
+from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.sifting import with_own_noise, without_outliers, without_strays
@@ -23,6 +23,9 @@ SMALLEST = 0.01
 """Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
 LARGEST = 3.0
 """Size in units above which a cause is none: it makes up for what is hardly its own."""
+FAR = (100.0, 30.0, 12.0, 7.0)
+"""Standard deviations from what the strongest cause leaves beyond which points of contact and impacts are left out, one
+after the other."""
 OWN = 10.0
 """Chi-square that a cause must be expected to gain in a record, for its absence there to count."""
 MOST = 5
@@ -62,13 +65,22 @@ def search(records: Sequence[Evidence], highest: int = 40) -> Search:
     """
     records = with_own_noise([without_strays(one) for one in records])
     strongest = _search(records, highest, 1)
-    better = without_outliers(records, strongest.fit.rest)
-    return _search(records if better is None else better, highest, MOST, strongest.known)
+    now = strongest.fit
+    for far in FAR:  # the worst first: they bend the fit that the others are held against
+        if (better := without_outliers(records, now.rest, far)) is not None:
+            records = better
+            now = fit(records, _base(records), now.causes)
+    return _search(records, highest, MOST, strongest.known)
+
+
+def _base(records: Sequence[Evidence]) -> Array:
+    """Return the residuals of the rig as it is, stacked, (n,)."""
+    told = [residuals(one) for one in records]
+    return np.concatenate([one[name] for name in CHANNELS for one in told])
 
 
 def _search(records: Sequence[Evidence], highest: int, most: int, before: Library | None = None) -> Search:
-    told = [residuals(one) for one in records]
-    base = np.concatenate([one[name] for name in CHANNELS for one in told])
+    base = _base(records)
     duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
     rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
     known = library(records, candidates(rig, duration, highest, *lines(records)), before)
@@ -102,7 +114,7 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
 
 
 def _worth(found: Fit) -> float:
-    return found.chi2 + PRICE * len(found.covariance)
+    return found.chi2 + PRICE * len(found.covariance) + sum(price(cause.candidate) for cause in found.causes)
 
 
 def _pruned(records: Sequence[Evidence], base: Array, now: Fit) -> Fit:

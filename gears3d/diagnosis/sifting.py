@@ -7,15 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from gears3d.diagnosis.channels import Flights
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import impact_sigma, residuals
+from gears3d.diagnosis.prediction import bend, impact_sigma, residuals
 from gears3d.diagnosis.scatter import FEWEST, scatter
 
 Array = np.ndarray
 STRAY = 6.0
 """Usual distances from the others of its flank beyond which a loss of contact is left out."""
-OFF = 7.0
-"""Standard deviations from what the causes leave beyond which a point of contact is left out."""
+UNLIKE = 0.5
+"""Part of the drag's deceleration by which a flight may always differ from the others of its record."""
 SURE = 30.0
 """Gain in chi-square from which on a scatter of restitution is believed."""
 MOST = 0.2
@@ -23,12 +24,16 @@ MOST = 0.2
 
 
 def without_strays(one: Evidence) -> Evidence:
-    """Return a record without the losses of contact that stand apart from all others of their flank.
+    """Return a record without the losses of contact that stand apart from all others of their flank, and such flights.
+
+    A gear that rolls off the edge of a tooth moves on a parabola, too, but not on that of a flight.
 
     Args:
         one: the record.
     """
-    losses, rest = one.channels.losses, residuals(one)["loss"]
+    told = residuals(one)
+    one = _without_rolling(one, told["flight"])
+    losses, rest = one.channels.losses, told["loss"]
     good = np.ones(len(rest), bool)
     for flank in (0, 1):
         own = losses.flank == flank
@@ -39,6 +44,25 @@ def without_strays(one: Evidence) -> Evidence:
     kept = type(losses)(*(column[good] for column in losses))
     left_out = {**one.channels.left_out, "loss": one.channels.left_out.get("loss", 0) + int(np.sum(~good))}
     return replace(one, channels=one.channels._replace(losses=kept, left_out=left_out))
+
+
+def _without_rolling(one: Evidence, rest: Array) -> Evidence:
+    """Return a record without the few flights whose deceleration is unlike that of all others."""
+    flights = one.channels.flights
+    if len(flights.time) < FEWEST:
+        return one
+    shape = bend(flights.time - flights.time.mean(axis=1, keepdims=True), flights.sigma)
+    square = np.sum(shape**2, axis=1)
+    slow, sigma = np.sum(shape * rest.reshape(shape.shape), axis=1) / square, square**-0.5
+    off = np.abs(slow - np.median(slow))
+    usual = 1.4826 * float(np.median(off)) + UNLIKE / STRAY * one.rig.drag_torque / one.rig.inertia
+    good = off < STRAY * np.hypot(usual, sigma)
+    if np.all(good) or np.mean(~good) > MOST:
+        return one
+    kept = Flights(*(column[good] for column in flights))
+    left_out = {**one.channels.left_out, "flight": one.channels.left_out.get("flight", 0) + int(np.sum(~good))}
+    seen = one.channels._replace(flights=kept, left_out=left_out)
+    return replace(one, channels=seen, fine=tuple(column[good] for column in one.fine), at=one.at[good])
 
 
 def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
@@ -69,12 +93,13 @@ def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
     return found
 
 
-def without_outliers(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
+def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> list[Evidence] | None:
     """Return records without points of contact and impacts that a cause leaves far off; ``None`` where there are none.
 
     Args:
         records: all.
         rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+        most: standard deviations that a point may be off.
     """
     flights = sum(one.channels.flights.time.size for one in records)
     contacts = sum(len(one.channels.contacts.time) for one in records)
@@ -83,7 +108,7 @@ def without_outliers(records: Sequence[Evidence], rest: Array) -> list[Evidence]
         seen = one.channels
         kept, left_out = {}, dict(seen.left_out)
         for name, own, begin in (("contact", seen.contacts, at), ("impact", seen.impacts, behind)):
-            far = np.abs(rest[begin : begin + len(own.time)]) > OFF
+            far = np.abs(rest[begin : begin + len(own.time)]) > most
             if not np.any(far) or np.mean(far) > MOST:
                 continue
             kept[name + "s"] = type(own)(*(column[~far] for column in own))

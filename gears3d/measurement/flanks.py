@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measurement.terms import Terms
+from gears3d.measurement.terms import SHAPED, Terms
 
 NARROWEST = 0.4
 """Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
@@ -106,7 +106,7 @@ def through(
     weight = np.ones(len(place)) if weight is None else weight
     shares, numbers, strict = weight, np.zeros(whole.shape[1]), prior
     for _ in range(6 if robust else 1):
-        strict = _sized(whole, place - middle, shares / scale**2, prior, count, 2 * terms.grown)
+        strict = _sized(whole, place - middle, shares / scale**2, prior, terms)
         normal = (whole * shares[:, None]).T @ whole / scale**2 + np.diag(strict**-2)
         numbers = np.linalg.solve(normal, whole.T @ (shares * (place - middle)) / scale**2)
         if robust:
@@ -119,9 +119,7 @@ def through(
     return Flanks(terms, numbers[:count], numbers[count:] if both else None, np.linalg.inv(normal), scale, 0.0)
 
 
-def _sized(
-    whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, count: int, grown: int
-) -> np.ndarray:
+def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, terms: Terms) -> np.ndarray:
     """Return expected sizes, shrunk to what the places ask for: angles without any contact are not extrapolated wildly.
 
     The size with the greatest evidence is taken, for some hundred places: neighbours are not
@@ -132,8 +130,10 @@ def _sized(
     square = (rows * strength[:, None]).T @ rows
     right = rows.T @ (strength * values)
     best, least = prior, np.inf
+    count = len(terms.prior)
     within = np.arange(len(prior)) % count
-    free = (within == 0) | (within >= count - grown)
+    free = (within == 0) | (within >= count - 2 * terms.grown)
+    free |= (within >= SHAPED) & (within < SHAPED + len(terms.shapes))
     for factor in SIZES:
         tried = np.where(free, prior, factor * prior)
         normal = square + np.diag(tried**-2)

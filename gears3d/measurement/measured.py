@@ -12,7 +12,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measurement.readings import usual
 from gears3d.measurement.segments import DOUBTFUL, doubtful, segment
-from gears3d.measurement.smoothing import Track, track
+from gears3d.measurement.smoothing import Shape, Track, track
 from gears3d.measurement.tables import Segments
 from gears3d.measurement.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
@@ -49,7 +49,11 @@ class Measurement:
 
 
 def measure(
-    record: Recording, rig: Scenario | None = None, file: str = "", progress: Callable[[float], None] | None = None
+    record: Recording,
+    rig: Scenario | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
 ) -> Measurement:
     """Cut a measured record into flights and contacts and say how well everything is known.
 
@@ -59,6 +63,8 @@ def measure(
             model carries its own base radii.
         file: named in faults.
         progress: called now and then with the part that is done, 0 to 1; what it raises ends the work.
+        shapes: that flanks are known to have besides orders, such as a single tooth's, of unit size over the record's
+            angles of drive and loose gear; their sizes are fitted.
 
     Returns:
         The measurement.
@@ -78,7 +84,7 @@ def measure(
     about = _about(record, rig, file)
     teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
     known = path_of(record, rig, file)
-    cut = segment(known, teeth, file, progress)
+    cut = segment(known, teeth, file, progress, shapes)
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
     made = _recording(record, cut, about, teeth)

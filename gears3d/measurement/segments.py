@@ -13,7 +13,7 @@ from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
 from gears3d.measurement.parabolas import Parabolas
 from gears3d.measurement.search import QUIET, find_flanks, one_flank, refined
-from gears3d.measurement.smoothing import Blocks, Track, blocks
+from gears3d.measurement.smoothing import Blocks, Shape, Track, blocks
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.touching import within
 from gears3d.measurement.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
@@ -37,6 +37,7 @@ def segment(
     teeth: tuple[int, int] | None = None,
     file: str = "",
     progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
 ) -> Segments:
     """Cut a record into flights and contacts by the position in the gap.
 
@@ -45,12 +46,13 @@ def segment(
         teeth: of drive and loose gear where known, for mesh orders of the flanks.
         file: named in faults.
         progress: called now and then with the part that is done, 0 to 1.
+        shapes: that flanks may have besides orders.
 
     Raises:
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
     tell = progress or _quiet
-    path = blocks(known)
+    path = blocks(known)._replace(shapes=shapes)
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
     single, still = _resting(path, teeth)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -117,6 +117,10 @@ class Track:
         return drive + share * (driven - drive), loose + share * (turned - loose)
 
 
+Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""How far a flank stands out over the angles of drive and loose gear, each (n,)."""
+
+
 class Blocks(NamedTuple):
     """Means over a few readings each: short enough for a bounce, long enough to quieten the noise.
 
@@ -129,6 +133,7 @@ class Blocks(NamedTuple):
         slack: of the track [m].
         size: readings in each.
         width: duration of a typical block [s].
+        shapes: that flanks may have besides orders, of unit size, over the angles of drive and loose gear.
     """
 
     time: np.ndarray
@@ -139,6 +144,7 @@ class Blocks(NamedTuple):
     slack: float
     size: int
     width: float
+    shapes: tuple[Shape, ...] = ()
 
 
 def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], file: str = "") -> Track:

@@ -7,16 +7,19 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.measurement.kernels import orders
-from gears3d.measurement.smoothing import Blocks
+from gears3d.measurement.smoothing import Blocks, Shape
 
-SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE}
-"""Numbers that the kernels have for the kinds of terms."""
+SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE,
+         "shape": orders.OFFSET}  # fmt: skip
+"""Numbers that the kernels have for the kinds of terms; of shapes they know nothing."""
+SHAPED = 3
+"""Columns before those of shapes."""
 
 LOW_ORDERS = (1, 2, 3)
 """Of either gear, once per revolution and its multiples, that flanks may have."""
 MESH_ORDERS = (1, 2)
 """Multiples of the tooth number."""
-PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05}
+PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3}
 """Expected size of a term in gaps: what the record does not tell stays small."""
 
 
@@ -24,11 +27,13 @@ class Terms(NamedTuple):
     """What a flank's place is made of.
 
     Args:
-        kinds: ``"offset"``, ``"drift"``, ``"drive"``, ``"loose"`` each with its degree or order, in columns.
+        kinds: ``"offset"``, ``"drift"``, ``"shape"``, ``"drive"``, ``"loose"`` each with its number, degree or order,
+            in columns.
         prior: expected size of each column in gaps, (p,).
         begin: of the record [s].
         span: of the record [s].
         grown: orders, the last ones, that the record itself asked for.
+        shapes: that flanks may have besides orders.
     """
 
     kinds: tuple[tuple[str, int], ...]
@@ -36,6 +41,7 @@ class Terms(NamedTuple):
     begin: float
     span: float
     grown: int = 0
+    shapes: tuple[Shape, ...] = ()
 
     def with_orders(self, taken: list[tuple[str, int]], size: float) -> Terms:
         """Return the terms with further orders.
@@ -57,6 +63,8 @@ class Terms(NamedTuple):
         """
         made = np.zeros((len(time), len(self.prior)))
         orders.columns(*self._coded(), *self._at(time, drive, loose), made)
+        for number, shape in enumerate(self.shapes):
+            made[:, SHAPED + number] = shape(drive, loose)
         return made
 
     def sums(self, numbers: np.ndarray, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
@@ -69,7 +77,11 @@ class Terms(NamedTuple):
             loose: [rad], (n,).
         """
         made = np.zeros((len(numbers), len(time)))
-        orders.sums(*self._coded(), *self._at(time, drive, loose), numbers, made)
+        known = numbers.copy()
+        known[:, SHAPED : SHAPED + len(self.shapes)] = 0.0
+        orders.sums(*self._coded(), *self._at(time, drive, loose), known, made)
+        for number, shape in enumerate(self.shapes):
+            made += numbers[:, SHAPED + number, None] * shape(drive, loose)
         return made
 
     def _coded(self) -> tuple[np.ndarray, np.ndarray]:
@@ -98,6 +110,9 @@ def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
     for degree in (1, 2):
         kinds.append(("drift", degree))
         prior.append(PRIOR["drift"])
+    for number in range(len(path.shapes)):
+        kinds.append(("shape", number))
+        prior.append(PRIOR["shape"])
     apart = abs(turns[0] - turns[1])
     for gear in ("drive", "loose") if apart > 0.5 else ("drive",):
         for order in LOW_ORDERS:
@@ -109,4 +124,4 @@ def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
         if order * turns[0] > 10.0 and per_turn > 8.0 * order:
             kinds.append(("drive", order))
             prior += 2 * [PRIOR["mesh"]]
-    return Terms(tuple(kinds), np.array(prior), float(path.time[0]), span)
+    return Terms(tuple(kinds), np.array(prior), float(path.time[0]), span, shapes=path.shapes)

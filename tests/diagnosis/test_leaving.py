@@ -1,5 +1,6 @@
 """Losses of contact and readings in time: against the twin's own records and closed forms."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 
 from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.prediction import added, residuals
-from gears3d.diagnosis.readied import _read_in_time, delay_of
+from gears3d.diagnosis.readied import _read_in_time, delay_of, ready
+from gears3d.diagnosis.sifting import without_strays
 from gears3d.effects import catalogue
 from gears3d.measurement import measure
 from gears3d.recording import Recording
@@ -72,3 +74,35 @@ def test_a_delay_is_one_that_most_records_have_and_that_nobody_corrected():
     assert delay_of([seen(1e-5), seen(3e-5), seen()]) == pytest.approx(2e-5)
     assert delay_of([seen(1e-5), seen()]) == 0.0
     assert delay_of([seen(1e-5, corrected=True)] * 3) == 0.0
+
+
+def test_flanks_are_cut_along_a_tooth_that_stands_out_once_it_is_known():
+    plain = load("scenarios/rigaud-2020/fig5-20rpm.toml", {**BENCH, "run.duration": "8 s", "motion.mean": "31.7 rpm"})
+    tooth = {"kind": "pitch_error", "offset": "20 um", "tooth": 7}
+    played = record(plain.with_({"effect": [tooth]}))
+    came = SimpleNamespace(recording=played, rig=plain, file="")
+    guess = catalogue()["pitch_error"](offset=30e-6, tooth=7)
+    effect = catalogue()["pitch_error"](offset=20e-6, tooth=7)
+    seen = ready(came, 0.0, (guess,))
+    before = residuals(seen)["contact"]
+    rest = before - added(seen, [effect], "contact")
+    assert np.count_nonzero(np.abs(before) > 10.0) > 20
+    assert np.count_nonzero(np.abs(rest) > 10.0) < 0.2 * np.count_nonzero(np.abs(before) > 10.0)
+
+
+def test_a_few_flights_that_are_none_are_left_out():
+    seen = left([])
+    late = seen.channels.flights.loose.copy()
+    x = seen.channels.flights.time - seen.channels.flights.time.mean(axis=1, keepdims=True)
+    late[2] += 30.0 * x[2] ** 2
+    many = 3  # of a flight each, so that there are enough to tell the usual from the others
+    flights = seen.channels.flights._replace(loose=late)
+    flights = type(flights)(*(np.concatenate([column] * many) for column in flights))
+    fine = tuple(np.concatenate([column] * many) for column in seen.fine)
+    seen = replace(
+        seen, channels=seen.channels._replace(flights=flights), fine=fine, at=np.concatenate([seen.at] * many)
+    )
+    kept = without_strays(seen)
+    assert len(kept.channels.flights.time) == len(seen.channels.flights.time) - many
+    assert kept.channels.left_out["flight"] == many
+    assert np.abs(residuals(kept)["flight"]).max() < 8.0
