@@ -22,6 +22,9 @@ def diagnose(
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
     ] = None,
     bodies: Annotated[bool, typer.Option("--3d/--no-3d", help="Measure the gain in the 3D engine, too.")] = True,
+    experiments: Annotated[
+        bool, typer.Option("--experiments/--no-experiments", help="Propose runs that tell causes from rivals.")
+    ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the diagnosis as JSON.")] = False,
 ) -> None:
     """Show what a rig gets wrong of measured records, name the cause, extend the rig, measure the gain.
@@ -53,7 +56,7 @@ def diagnose(
         raise InputError(faults)
     with bars() as track:
         tick = track("diagnose", 1.0)
-        found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies)
+        found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies, runs=experiments)
     if out is not None:
         _write(found, out)
     if as_json:
@@ -114,6 +117,11 @@ def _show(found: Diagnosis) -> None:
             f"on data held out the extension takes away {100 * held['gain']:.3g} % of the error beyond noise"
             f" ({100 * low:.3g} to {100 * high:.3g} % over {len(held['splits'])} splits)"
         )
+    for one in found.runs:
+        best = one.runs[0]
+        if best.sigma:
+            console.print(f"{escape(one.cause)} or {escape(one.rival)} ({one.now:.2g} sigma apart now): {best.change}"
+                          f" would put {best.sigma:.3g} sigma between them")  # fmt: skip
     solid = told["heldout_3d"]
     if solid["gain"] is not None:
         count = sum(solid["events"].values())

@@ -10,6 +10,7 @@ import numpy as np
 
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
+from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
@@ -64,6 +65,7 @@ class Diagnosis:
         suspects: causes that the search found, but records and rig do not carry.
         bodies: worth in the 3D engine; ``None`` where it was not asked for.
         law: of contact, where visits to the flanks ask for one; then nothing stands that cutting found.
+        runs: that would tell causes from rivals.
     """
 
     verdict: str
@@ -80,6 +82,7 @@ class Diagnosis:
     suspects: tuple[Named, ...] = ()
     bodies: Bodies | None = None
     law: GapLaw | None = field(default=None, repr=False)
+    runs: tuple[Experiment, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
@@ -94,6 +97,7 @@ class Diagnosis:
             "findings": self.findings,
             "notes": [one.to_dict() for one in self.notes],
             "suspects": [one.to_dict() for one in self.suspects],
+            "experiments": [one.to_dict() for one in self.runs],
         }
 
 
@@ -103,6 +107,7 @@ def diagnose(
     progress: Callable[[str, float], None] | None = None,
     *,
     bodies: bool = False,
+    runs: bool = False,
 ) -> Diagnosis:
     """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
 
@@ -111,6 +116,7 @@ def diagnose(
         rig: scenario of the bench.
         progress: called with what is being done and the part of the whole that is done.
         bodies: whether the gain is measured in the 3D engine as well.
+        runs: whether runs are sought that would tell causes from rivals that are not excluded.
 
     Returns:
         The diagnosis.
@@ -145,16 +151,28 @@ def diagnose(
     found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
-    doing = "predicting held-out events in the 3D engine"
-    tell(doing, 0.92)
-    solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.08 * part)) if bodies else None
+    solid, apart = _further(found, others, tell, bodies, runs)
     limits = power(found.known)
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
     verdict = judged(causes, [*left, *off(found)], limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
-                     found, others, parted.notes, parted.suspects, solid)  # fmt: skip
+                     found, others, parted.notes, parted.suspects, solid, runs=apart)  # fmt: skip
+
+
+def _further(
+    found: Search, others: list[list[Rival]], tell: Callable[[str, float], None], bodies: bool, runs: bool
+) -> tuple[Bodies | None, tuple[Experiment, ...]]:
+    """Return what the 3D engine says of the causes, and what would tell them from rivals, as far as asked for."""
+    solid, apart = None, ()
+    if bodies:
+        doing = "predicting held-out events in the 3D engine"
+        solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.03 * part))
+    if runs:
+        doing = "looking for runs that tell causes from rivals"
+        apart = experiments(found, others, lambda part: tell(doing, 0.95 + 0.05 * part))
+    return solid, apart
 
 
 def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:

@@ -48,6 +48,7 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
         "causes": [_cause(found, one) for one in found.causes],
         "held": told["heldout"],
         "splits": [_split(one, names) for one in found.held],
+        "experiments": [story.experiment(one) for one in found.runs],
         "solid": story.solid(told["heldout_3d"]),
         "gain": story.percent(told["heldout"]["gain"]),
         "gain_range": [story.percent(one).text for one in told["heldout"].get("gain_range", ())],

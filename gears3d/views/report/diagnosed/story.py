@@ -19,6 +19,7 @@ from gears3d.views.report.figures import Figure, figure, plain
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis.experiments import Experiment
     from gears3d.diagnosis.verdict import Named
 
 OFF = 3.0
@@ -170,6 +171,24 @@ def solid(told: dict[str, Any]) -> str:
         f"Rigid bodies with their true flanks in PyBullet, started from {count} measured states held out, say "
         f"{percent(told['gain']).text}; the rigid model over the same states {percent(told['gain_rigid']).text}."
     )
+
+
+def experiment(one: Experiment) -> dict[str, Any]:
+    """Return what would tell a cause from a rival, for the table of the report.
+
+    Args:
+        one: of a diagnosis.
+    """
+    rows = [(run.change, ", ".join(f"{key} = {_brief(value)}" for key, value in run.keys.items()),
+             f"{run.duration:.3g} s", figure(run.sigma, digits=3) if run.sigma is not None else Figure("–"))
+            for run in one.runs]  # fmt: skip
+    return {"cause": one.cause, "rival": one.rival, "now": figure(one.now, digits=3), "rows": rows}
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(" at ".join(str(each[name]) for name in ("amplitude", "frequency")) for each in value)
+    return str(value)
 
 
 def worse(told: dict[str, Any]) -> list[str]:
