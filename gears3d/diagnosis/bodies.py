@@ -81,7 +81,7 @@ def in_bodies(
         train = [one for i, one in enumerate(parts) if i != k]
         rest = np.concatenate([residuals(one)[name] for name in CHANNELS for one in train])
         effects = [cause.effect for cause in fit(train, rest, causes).causes if cause.effect is not None]
-        some = thinned(parts[k])
+        some = thinned(parts[k], effects)
         try:
             before = predicted(some, ())
             if progress is not None:
@@ -194,11 +194,12 @@ def began(one: Evidence) -> float:
     return float(np.mean(seen.angle - angle)) + float(np.sum(motion.harmonics[:, 0]))
 
 
-def thinned(one: Evidence) -> Evidence:
-    """Return a record with some of its events, evenly over time.
+def thinned(one: Evidence, effects: Sequence[Any] = ()) -> Evidence:
+    """Return a record with some of its events, evenly over time, and with contacts in which effects show most.
 
     Args:
         one: the record.
+        effects: by what they predict contacts are chosen; what was measured there has no part in that.
     """
     seen, cut = one.channels, {}
     hits = _some(len(seen.impacts.time), EVENTS["impacts"])
@@ -207,7 +208,12 @@ def thinned(one: Evidence) -> Evidence:
     cut["flights"] = type(seen.flights)(*(column[kept] for column in seen.flights))
     own = seen.contacts
     long = [rows for rows in stretches(own.time, own.flank) if len(rows) >= FEWEST]
-    rows = np.concatenate([np.zeros(0, int), *(long[k] for k in _some(len(long), STRETCHES))])
+    shows = added(one, effects, "contact") ** 2 if effects else np.zeros(len(own.time))
+    most = (
+        np.argsort([-float(np.mean(shows[rows])) for rows in long], kind="stable")[: STRETCHES // 2] if effects else ()
+    )
+    chosen = np.union1d(_some(len(long), STRETCHES), np.asarray(most, int))
+    rows = np.concatenate([np.zeros(0, int), *(long[k] for k in chosen)])
     cut["contacts"] = type(own)(*(column[rows] for column in own))
     fine = tuple(column[kept] for column in one.fine)
     return replace(one, channels=seen._replace(**cut), fine=fine, at=one.at[kept])

@@ -133,3 +133,13 @@ def test_a_tooth_that_is_off_is_not_asked_of_a_transverse_section():
     tooth = Candidate("pitch_error", {"tooth": 3, "gear": "drive", "flank": "both"}, "offset", 2.5e-4, False,
                       ("contact",))  # fmt: skip
     assert "helix_angle" in in_bodies([own], [begin(tooth, np.array([0.1]))]).why
+
+
+def test_contacts_in_which_a_cause_shows_are_among_those_that_are_predicted():
+    bench = load(BENCH, PLAIN)
+    own = evidence(measure(record(bench), bench), bench, "r")
+    tooth = round(own.channels.contacts.drive[0] * 45 / (2.0 * np.pi)) % 45 + 1
+    effect = catalogue()["pitch_error"](offset=1e-5, tooth=tooth, gear="drive")
+    plain, asked = thinned(own), thinned(own, [effect])
+    assert len(asked.channels.contacts.time) >= len(plain.channels.contacts.time)
+    assert np.ptp(added(asked, [effect], "contact")) > 10.0

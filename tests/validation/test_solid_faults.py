@@ -49,6 +49,10 @@ def test_single_teeth_are_named(tmp_path, name):
     numbers = {each["tooth"] for each in BY_NAME[name].truth["effect"]}
     assert {one.table["tooth"] for one in found.found.causes} <= numbers
     assert heldout_3d(found.found.bodies)["why"] == ""
+    rigid, solid, same = found.gains
+    assert rigid > 0.9
+    assert solid > 0.9
+    assert solid == pytest.approx(same, abs=0.01)
 
 
 def test_every_fault_is_one_of_the_truth_alone():
