@@ -17,6 +17,13 @@ ALIKE = {
     "restitution_speed": ("oil_film", "restitution_offset"),
 }
 """Kinds that some data cannot tell apart: no error when the true one is among the alternatives."""
+OTHER_GEAR = {
+    "flight.angle_drive": "flight.angle_loose",
+    "flight.angle_loose": "flight.angle_drive",
+    "contact.order_drive": "contact.order_loose",
+    "contact.order_loose": "contact.order_drive",
+}
+"""An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose."""
 VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
 
 
@@ -73,7 +80,8 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
     apart = [name for name in names if name not in kinds]
     excused = [name for name, among in zip(names, sets, strict=True) if any(_alike(k, name, among) for k in kinds)]
     structure = diagnosis.get("remaining", {}).get("structure", "none")
-    where = [place for cause in answer["unknown"] for place in cause["coordinates"]]
+    where = {place for cause in answer["unknown"] for place in cause["coordinates"]}
+    where |= {OTHER_GEAR[place] for place in where if place in OTHER_GEAR}
     return {
         "answer": answer,
         "verdict": verdict,

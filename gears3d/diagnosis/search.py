@@ -94,8 +94,20 @@ def _search(records: Sequence[Evidence], highest: int, most: int, before: Librar
 
 
 def _able(left: list[Scored]) -> list[Scored]:
-    """Return the candidates that would gain enough at a size that matters, most first."""
-    return [one for one in left if one.gain > ACCEPT and SMALLEST < float(np.hypot.reduce(one.units)) < LARGEST]
+    """Return the candidates that would gain enough at a size that matters, most first.
+
+    Where one that is too small gains more in the same channel, that is what is there, and others only look like it.
+    """
+    able, small = [], set()
+    for one in left:
+        if one.gain <= ACCEPT:
+            break
+        size = float(np.hypot.reduce(one.units))
+        if size <= SMALLEST:
+            small |= set(one.candidate.channels)
+        elif size < LARGEST and not small & set(one.candidate.channels):
+            able.append(one)
+    return able
 
 
 def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]) -> Fit:

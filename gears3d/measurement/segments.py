@@ -145,7 +145,7 @@ def _between_flanks(
         plain = _cut_between(known, path, seeds, teeth, both, file, _quiet, grow=False)
     except InputError:
         return found
-    if plain is None or not _calm(path, plain) or doubtful(plain) > max(doubtful(found), PLAIN):
+    if plain is None or not _calm(path, plain) or doubtful(plain) > doubtful(found) + PLAIN:
         return found
     return plain
 
