@@ -131,6 +131,11 @@ def test_every_verb_has_an_example_and_json(gears3d, verb):
     assert "--json" in out
 
 
+def test_help_names_every_verb(gears3d):
+    told = [line.strip("│ ").split("  ")[0] for line in gears3d("--help")[1].splitlines()]
+    assert [verb for verb in cli.VERBS if verb not in told] == []
+
+
 def test_a_verb_is_one_file_and_one_name(gears3d, monkeypatch, tmp_path):
     (tmp_path / "hum.py").write_text(
         '"""A verb."""\n\ndef hum(times: int = 1) -> None:\n    """Hum."""\n    print("hm" * times)\n'

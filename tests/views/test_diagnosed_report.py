@@ -20,6 +20,7 @@ from gears3d.gate import Finding, admit
 from gears3d.readers import files_of
 from gears3d.scenario import load
 from gears3d.views.report.diagnosed import render, story, write
+from gears3d.views.report.diagnosed.page import SHOWN
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
 from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, STRUCTURES
 from tests.views.test_report import Reader
@@ -163,6 +164,15 @@ def test_what_remains_is_drawn_and_told(found):
     assert "Nothing was added" in text
     for name in STRUCTURES:
         assert of_remains(found, name, 2.0) is not None, name
+
+
+def test_more_remains_than_is_drawn(found):
+    names = ("flight.speed", "flight.time", "contact.flank", "impact.speed")
+    left = tuple(Structure(name, 1e6 / place, 0.0, 1.0, "", 5.0) for place, name in enumerate(names, 1))
+    page = render(silent(found, verdict="unexplained", left=left))
+    section = page[page.index('id="left"') : page.index('id="add"')]
+    assert [name for name in names if f'class="source">{name}<' in section] == list(names)
+    assert section.count("<h3>") == SHOWN
 
 
 @pytest.mark.parametrize(("verdict", "power"), [("not_decidable", float("inf")), ("nothing_to_add", 0.05)])

@@ -44,7 +44,7 @@ class _Kinds(TyperGroup):
         return get_command(one)
 
 
-app = typer.Typer(cls=_Kinds, add_completion=False, no_args_is_help=True)
+app = typer.Typer(cls=_Kinds, name="identify", add_completion=False, no_args_is_help=True)
 
 
 @app.callback()

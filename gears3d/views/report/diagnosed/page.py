@@ -32,8 +32,8 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
     """
     told = found.to_dict()
     left = story.remains(told)
-    for row in left[:SHOWN]:
-        row["picture"] = pictures.of_remains(found, row["raw"], row["at"])
+    for place, row in enumerate(left):
+        row["picture"] = pictures.of_remains(found, row["raw"], row["at"]) if place < SHOWN else None
     names = story.short([one["name"] for one in found.records])
     context: dict[str, Any] = {
         "title": found.extended.title or "Untitled rig",
