@@ -6,14 +6,19 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.fft import next_fast_len
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
 
 Array = np.ndarray
-FINEST = 0.125
-"""Step of the orders that are looked through; candidates have whole ones only."""
+LOWEST = 0.125
+"""Order from which on they are looked through; candidates have whole ones only."""
+FINE, PADDED = 8, 8
+"""Bins to a period of the highest order, and times their number that the transform over them has."""
+SIDES = 2.0
+"""Orders that noise may take for the strongest, to one that a record tells apart."""
 PIECES = 8
 """Bins over a coordinate that is no angle."""
 VAGUE = 1e3
@@ -37,6 +42,7 @@ class Structure(NamedTuple):
         size: root mean square of the curve in the channel's unit.
         unit: of the size.
         where: order, or where over the coordinate it is largest.
+        worth: fall of chi-square, the noise taken as stated.
     """
 
     name: str
@@ -45,6 +51,7 @@ class Structure(NamedTuple):
     size: float
     unit: str
     where: float
+    worth: float = 0.0
 
 
 def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:
@@ -128,11 +135,11 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     if not slow:
         return
     value, sure = np.concatenate(slow), np.concatenate(weight)
-    time, angle, speed, drive = np.concatenate(columns, axis=1)
+    time, _, speed, _ = np.concatenate(columns, axis=1)
     for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
         yield from _binned(name, value, sure, coordinate, "rad/s^2")
-    for name, coordinate in (("flight.angle_loose", angle), ("flight.angle_drive", drive)):
-        yield from _scanned(name, value, sure, coordinate, highest, "rad/s^2")
+    for name, row in (("flight.angle_loose", 1), ("flight.angle_drive", 3)):
+        yield from _scanned(name, value, sure, [one[row] for one in columns], highest, "rad/s^2")
 
 
 def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
@@ -140,8 +147,7 @@ def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest
     value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["contact"], strict=True)])
     sure = np.concatenate([1.0 / one.sigma for one in seen])
     for gear in ("drive", "loose"):
-        angle = np.concatenate([getattr(one, gear) for one in seen])
-        yield from _scanned(f"contact.order_{gear}", value, sure, angle, highest, "m")
+        yield from _scanned(f"contact.order_{gear}", value, sure, [getattr(one, gear) for one in seen], highest, "m")
     speed = np.concatenate([one.motion.speed(one.channels.contacts.time) for one in records])
     yield from _binned("sensor.delay", value, sure, speed, "m")
     yield from _binned("sensor.ratio", value, sure, np.concatenate([one.time for one in seen]), "m")
@@ -169,30 +175,46 @@ def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterat
     seen = [one.channels.drive for one in records]
     value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["drive"], strict=True)])
     sure = np.concatenate([np.full(len(one.time), 1.0 / one.sigma) for one in seen])
-    angle = np.concatenate([one.angle for one in seen])
-    yield from _scanned("sensor.order_drive", value, sure, angle, 8, "rad")
+    yield from _scanned("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")
 
 
-def _scanned(name: str, value: Array, sure: Array, angle: Array, highest: int, unit: str) -> Iterator[Structure]:
-    """The strongest order of an angle, whole or not."""
+def _scanned(name: str, value: Array, sure: Array, angle: list[Array], highest: int, unit: str) -> Iterator[Structure]:
+    """The strongest order of an angle, whole or not, whatever its phase in each record.
+
+    Orders stand as close as the turns of the longest record tell them apart.
+    """
+    from scipy.stats import chi2
+
     if len(value) < FEWEST:
         return
     level = _level(value * sure)
     weight = sure / level
-    value = _held(value, weight)
-    orders = np.arange(1, int(highest / FINEST) + 1) * FINEST
-    gains = np.zeros(len(orders))
-    step = np.exp(1j * FINEST * angle)
-    turn = np.ones_like(step)
-    rest = value * weight**2
-    total = float(np.sum(weight**2))
-    for k in range(len(orders)):
-        turn = turn * step
-        gains[k] = 2.0 * abs(np.sum(rest * turn)) ** 2 / total
+    rest = _held(value, weight) * weight**2
+    longest = max(float(np.ptp(one)) / (2.0 * np.pi) for one in angle if len(one))
+    orders = np.arange(LOWEST, highest, 0.25 / max(longest, 1.0))
+    gains, at, seen = np.zeros(len(orders)), 0, 0
+    for one in angle:
+        part = slice(at, at + len(one))
+        at += len(one)
+        heavy = float(np.sum(weight[part] ** 2))
+        if heavy > 0.0:
+            gains += 2.0 / heavy * _power(one, rest[part], highest, orders)
+            seen += 1
     best = int(np.argmax(gains))
-    chance = -np.expm1(len(orders) * np.log1p(-np.exp(-0.5 * gains[best]))) if gains[best] < 60.0 else 0.0
-    size = float(np.sqrt(gains[best] / total))
-    yield Structure(name, float(gains[best]), float(np.clip(chance, 0.0, 1.0)), size, unit, float(orders[best]))
+    alone = float(chi2.sf(gains[best], 2 * seen))
+    chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
+    size = float(np.sqrt(max(gains[best] - 2.0 * seen, 0.0) / np.sum(weight**2)))
+    gain, chance = float(gains[best]), float(np.clip(chance, 0.0, 1.0))
+    yield Structure(name, gain, chance, size, unit, float(orders[best]), gain * level**2)
+
+
+def _power(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
+    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle."""
+    width = 2.0 * np.pi / (FINE * highest)
+    place = np.floor((angle - angle.min()) / width).astype(int)
+    bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)
+    found = np.abs(np.fft.rfft(np.bincount(place, rest), bins)) ** 2
+    return np.interp(orders, np.arange(len(found)) * 2.0 * np.pi / (bins * width), found)
 
 
 def _binned(
@@ -218,7 +240,7 @@ def _binned(
     where = int(np.argmax(np.abs(mean)))
     middle = 0.5 * (edges[where] + edges[where + 1])
     size = float(np.sqrt(np.sum(heavy * mean**2) / np.sum(heavy)))
-    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle))
+    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle), gain * level**2)
 
 
 def _held(value: Array, weight: Array) -> Array:

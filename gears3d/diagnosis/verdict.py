@@ -253,7 +253,7 @@ def unlike(found: Search, left: Sequence[Structure]) -> bool:
         for name in cause.candidate.channels:
             span = found.known.spans[name]
             taken = float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
-            own = [one.gain for one in left if channel_of(one.name) == name]
+            own = [one.worth for one in left if channel_of(one.name) == name]
             if own and max(own) > SHARE * max(taken, 1e-9):
                 return True
     return False
