@@ -1,0 +1,97 @@
+"""The papers' open questions: what could be the cause is run again by other ways, what cannot is scanned again."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gears3d.effects import catalogue
+from gears3d.papers import Bench
+from gears3d.papers.findings import QUESTIONS, answer, questions
+from gears3d.papers.findings.page import table
+from gears3d.papers.findings.question import solve
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "findings.md").read_text()
+SLOW = {"oil_film"}
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench()
+
+
+def suspect(name, start):
+    return next(each for each in questions(name)[0].suspects if each.name.startswith(start))
+
+
+def listed(names):
+    return [
+        pytest.param(name, i, marks=[pytest.mark.slow] if each.name in SLOW or name == "ottewill" else [], id=each.name)
+        for name in names
+        for i, each in enumerate(questions(name)[0].suspects)
+    ]
+
+
+@pytest.mark.parametrize(("name", "which"), listed(QUESTIONS))
+def test_the_page_says_what_comes_out(bench, name, which):
+    question = questions(name)[0]
+    found = answer(question, question.suspects[which], bench)
+    line = table(question, [found], bench)[-1]
+    assert line.split(" | ")[:3] == next(
+        each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.suspect.name} | ")
+        and question.told(found.values) in each
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_every_kind_is_a_suspect_or_said_not_to_be(name):
+    question = questions(name)[0]
+    named = " ".join([*(each.name for each in question.suspects), *question.left_out])
+    assert not [kind for kind in catalogue() if kind not in named and kind != "drag_drift"]
+
+
+@pytest.mark.parametrize("multiple", [2, 3, 6, 12])
+def test_a_harmonic_of_the_drive_needs_what_the_closed_form_says(bench, multiple):
+    """At its worst phase the n-th harmonic decelerates n times its share: the excitation is 1/(1 + n*share)."""
+    question = questions("kadmiri")[0]
+    found = answer(question, suspect("kadmiri", f"drive_motion, {multiple}x"), bench)
+    assert found.size == pytest.approx((1 / question.target - 1) / multiple, rel=0.03)
+
+
+KADMIRI = {
+    "drive_motion, 3x": lambda size, swing: {
+        "motion.harmonics": [
+            {"amplitude": f"{swing} rad/s", "order": 2, "phase": "90 deg"},
+            {"amplitude": f"{swing * size} rad/s", "order": 6, "phase": "270 deg"},
+        ]
+    },
+    "drag_coulomb or": lambda size, swing: {"drag.torque": f"{0.893 * (1 - size)} N m"},
+    "inertia": lambda size, swing: {"gears.loose.inertia": f"{9.884e-4 * (1 + size)} kg m^2"},
+    "drag_position": lambda size, swing: {
+        "effect": [{"kind": "drag_position", "amplitude": f"{0.893 * size} N m", "order": 1}]
+    },
+}
+
+
+@pytest.mark.parametrize("name", KADMIRI)
+def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, name):
+    found = answer(questions("kadmiri")[0], suspect("kadmiri", name), bench)
+    impacts = []
+    for part in (0.92, 1.08):
+        swing = 4.19 * 0.35 / 0.3741 * part
+        more = {"motion.harmonics": [{"amplitude": f"{swing} rad/s", "order": 2, "phase": "90 deg"}]}
+        told = bench.outcome("kadmiri-2012/table1-750rpm.toml", more | KADMIRI[name](found.size, swing))
+        impacts.append(told["impacts"])
+    assert impacts[0] == 0 < impacts[1]
+
+
+@pytest.mark.parametrize("name", ["mesh_friction", "transmission_error, order 19", "transmission_error, order 1"])
+def test_no_size_up_to_the_bound_gives_the_four_excitations(bench, name):
+    question, who = questions("kadmiri")[0], suspect("kadmiri", name)
+    for size in np.geomspace(0.01, 1.0, 9) * who.bound:
+        assert not question.holds(question.values(bench, who, size, 1.0))
+
+
+def test_a_jump_past_the_target_is_no_size():
+    assert solve(lambda size: math.copysign(1.0, size - 1.05), 3.0, 1e-3, 10)[0] is None
