@@ -28,6 +28,9 @@ STILLER = 1.5
 """A delay is allowed for where it makes so many times as many blocks lie still."""
 PERIOD = 60
 """Blocks in a period of the drive's motion, at least."""
+SMOOTHER = 4
+"""The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
+where both share a block it passes for a delay."""
 LINE = 12.0
 """A line of a spectrum stands so many times above its floor."""
 EVEN = 1e-4
@@ -91,7 +94,8 @@ def band_of(view: View) -> Band | None:
     reach = max(round(1.0 / (PERIOD * frequency) / width), 1) if frequency else 8
     ratio = declared.radii[0] / declared.radii[1]
     speed = ratio * _slope(time, drive, reach)
-    acceleration = _slope(time, speed, reach)
+    smooth = SMOOTHER * reach
+    acceleration = ratio * _slope(time, _slope(time, drive, smooth), smooth)
     if noise > BLURRED * declared.backlash:
         return None
     stretch = _stretches(time, place, declared.radii[1] * acceleration, noise)

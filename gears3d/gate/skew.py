@@ -2,7 +2,8 @@
 
 A delay τ of the loose gear's channel takes Rb2·ω(t)·τ from the displacement. In contact nothing else is in phase with
 the speed: tooth compliance follows the acceleration, the flanks' errors follow the angles. Where the drive's motion is
-in step with a revolution, orders of the flanks look alike; they are fitted along, and the uncertainty says so.
+in step with a revolution, orders of the flanks look alike; they are fitted along, and the uncertainty says so. Both
+flanks wave alike but for the backlash's own variation, which is fitted along where both are touched.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.gate.band import Band
+from gears3d.gate.band import PERIOD, Band
 from gears3d.gate.finding import Finding
 from gears3d.gate.view import MESH, View
 
@@ -23,6 +24,9 @@ ROUGH = 0.01
 """Part of the backlash by which contact may be off: what is more is no contact."""
 ALIKE = 0.985
 """Part of the speed's changes from which on waves of the flanks may stand for it."""
+HIDING, EXPLAINED = 0.0025, (0.7, 1.3)
+"""Part of the backlash that the noise of a sixtieth of a period may be, and what contact may be off over the noise of
+blocks where it is more: gears that lift off look at rest there, and counts of one that hardly turns do not scatter."""
 LONG, TRIM, SPARED = 8, 1, 0.08
 """Blocks in a stretch, at least; blocks and part of a period spared at both ends: bounces die out, flight begins."""
 SWUNG = 0.12
@@ -31,6 +35,8 @@ FLANK, PLACED = 0.08, 0.7
 """Half width of a flank's range, in backlashes, and the part of contact that must lie in two of them."""
 MOST = 12_000
 MOST_ORDER = 12
+OWN_ORDERS = 1
+"""Orders that each flank has for itself: the backlash varies once a turn."""
 WANDER = 0.3
 """Expected size of orders of the flanks, in backlashes."""
 STEPS = 40
@@ -67,7 +73,10 @@ def examine(view: View) -> list[Finding]:
     if band is None or (delay := delay_of(view, band)) is None:
         return []
     backlash, moved = view.declared.backlash or 0.0, abs(delay.value) * delay.swing
-    trusted = delay.alike < ALIKE and delay.placed > PLACED and delay.off < max(ROUGH * backlash, 3.0 * band.noise)
+    hidden = band.noise * min(np.sqrt(PERIOD * band.frequency * band.width), 1.0) > HIDING * backlash
+    explained = not hidden or EXPLAINED[0] < delay.off / band.noise < EXPLAINED[1]
+    placed = delay.placed > PLACED and delay.off < max(ROUGH * backlash, 3.0 * band.noise)
+    trusted = explained and placed and delay.alike < ALIKE
     least = max(LEAST * backlash, 4.0 * delay.off)
     if not trusted or abs(delay.value) < SURE * delay.sigma or moved < least:
         return []
@@ -104,19 +113,31 @@ def delay_of(view: View, band: Band) -> Delay | None:
         return None
     stretch = band.stretch[inside]
     radius = view.declared.radii[1]
-    columns = [-radius * band.speed[inside], band.acceleration[inside]]
-    columns += _orders(view, band, inside)
-    columns.append(band.time[inside])
+    backlash, group = view.declared.backlash, _groups(band.time[inside], stretch)
+    waves = _orders(view, band, inside)
+    columns = [-radius * band.speed[inside], band.acceleration[inside], band.time[inside], *waves]
     whole = np.column_stack([*columns, band.place[inside]])
     table = _centred(whole, stretch)
     spread = table.std(axis=0)
     if spread[0] <= 0.0:
         return None
-    group = _groups(band.time[inside], stretch)
-    numbers, sigma, off = _fit(table, spread, group, band.noise, view.declared.backlash)
+    numbers, sigma, off = _fit(table, spread, group, band.noise, backlash)
+    alike = _alike(table[:, 2:-1], table[:, 0])
+    freed = whole[:, -1] - (whole[:, :-1] - whole[:, :-1].mean(axis=0)) @ numbers
+    if (side := _sides(freed, stretch, backlash)) is not None:
+        own = np.column_stack([side * wave for wave in _orders(view, band, inside, OWN_ORDERS)])
+        table = np.column_stack([table[:, :-1], _centred(own, stretch), table[:, -1]])
+        numbers, sigma, off = _fit(table, table.std(axis=0), group, band.noise, backlash)
     swing = radius * float(np.ptp(np.quantile(band.speed[inside], [0.01, 0.99])))
-    placed = _placed(whole[:, -1] - (whole[:, :-1] - whole[:, :-1].mean(axis=0)) @ numbers, view.declared.backlash)
-    return Delay(float(numbers[0]), sigma, swing, off, _alike(table[:, 2:-1], table[:, 0]), placed)
+    return Delay(float(numbers[0]), sigma, swing, off, alike, _placed(freed, backlash))
+
+
+def _sides(place: np.ndarray, stretch: np.ndarray, backlash: float) -> np.ndarray | None:
+    """Return 1 for blocks whose stretch lies nearer to the reverse flank, -1 for the others, ``None`` for one flank."""
+    _, at, count = np.unique(stretch, return_inverse=True, return_counts=True)
+    mean = np.bincount(at, place) / count
+    low, high = np.quantile(mean, [0.05, 0.95])
+    return np.where(mean > 0.5 * (low + high), 1.0, -1.0)[at] if high - low > 0.5 * backlash else None
 
 
 def _placed(place: np.ndarray, backlash: float) -> float:
@@ -157,8 +178,8 @@ def _alike(columns: np.ndarray, speed: np.ndarray) -> float:
     return 1.0 - float(np.square(speed - columns @ fit).sum() / np.square(speed).sum())
 
 
-def _orders(view: View, band: Band, inside: np.ndarray) -> list[np.ndarray]:
-    """Return waves of both gears up to the order in step with the drive's motion, and of the mesh."""
+def _orders(view: View, band: Band, inside: np.ndarray, most: int | None = None) -> list[np.ndarray]:
+    """Return waves of both gears up to an order; without one up to that in step with the drive, and of the mesh."""
     angles = {MESH[0]: band.drive[inside]}
     radii = view.declared.radii or (1.0, 1.0)
     if abs(radii[0] / radii[1] - 1.0) > 1e-6:
@@ -170,7 +191,7 @@ def _orders(view: View, band: Band, inside: np.ndarray) -> list[np.ndarray]:
         locked = int(band.frequency / turns) + 2 if turns > 0.0 else 2
         top = max(min(locked, MOST_ORDER), 2)
         teeth = [view.declared.teeth[k]] if view.declared.teeth else []
-        for order in [*range(1, top + 1), *teeth]:
+        for order in [*range(1, top + 1), *teeth] if most is None else range(1, most + 1):
             waves += [np.cos(order * angle), np.sin(order * angle)]
     return waves
 
@@ -195,7 +216,7 @@ def _fit(
     scale = np.where(spread > 0.0, spread, 1.0)[:-1]
     columns, place = table[:, :-1] / scale, table[:, -1]
     size = np.full(len(scale), WANDER * backlash) * scale
-    size[:2] = size[-1] = np.inf
+    size[:3] = np.inf
     rough, keep = noise, np.ones(len(place), bool)
     for _ in range(4):
         normal = columns[keep].T @ columns[keep] + np.diag((rough / size) ** 2)

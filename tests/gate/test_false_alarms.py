@@ -13,6 +13,23 @@ FIRST, RECORDS = 20_000, 300
 """Seeds from which nothing was tuned."""
 
 
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(91036, id="the drive's noise is in place and acceleration"),
+        pytest.param(91043, id="the same on the helical bench"),
+        pytest.param(91199, id="the same where it is large"),
+        pytest.param(91296, id="the backlash varies"),
+        pytest.param(91299, id="bounces that the noise hides"),
+        pytest.param(80015, id="bounces that die out in it"),
+        pytest.param(80235, id="gears that lift off in it"),
+    ],
+)
+def test_no_delay_is_seen_in_what_noise_and_flanks_do(seed):
+    scenario, columns, _ = draw(seed)
+    assert [one.evidence for one in examine(channels(columns), scenario) if one.kind == "skew"] == []
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 def test_false_alarms_are_rare_over_all_regimes(capsys):
