@@ -24,6 +24,7 @@ OTHER_GEAR = {
     "contact.order_loose": "contact.order_drive",
 }
 """An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose."""
+CHALLENGE = "name the folder that `gears3d challenge --out` wrote"
 VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
 
 
@@ -32,10 +33,10 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
 
     Args:
         folder: of the challenge.
-        diagnosis: ``diagnosis.json``.
+        diagnosis: ``diagnosis.json``, or the folder that holds it.
 
     Returns:
-        ``untouched``, ``answer``, ``verdict``, ``verdict_right``, ``hedged``, ``kinds_first``, ``kinds_named``,
+        ``changed``, ``answer``, ``verdict``, ``verdict_right``, ``hedged``, ``kinds_first``, ``kinds_named``,
         ``set_right``, ``wrong_names``, ``coordinate_right``, ``parameters``.
 
     Raises:
@@ -48,7 +49,10 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
         text = "has not the hash that challenge.json tells: it was changed after the challenge was made"
         raise InputError(Fault("", text, "make the challenge again", str(folder / "answer.sealed")))
     changed = [name for name, digest in about.get("files", {}).items() if _digest(folder / name) != digest]
-    return {"changed": changed, **score(seal.open_(sealed.decode()), _json(Path(diagnosis), "verdict"))}
+    found = Path(diagnosis)
+    found = found / "diagnosis.json" if found.is_dir() else found
+    told = _json(found, "verdict", "name the diagnosis.json of `gears3d diagnose RECORD... --out DIR`, or its folder")
+    return {"changed": changed, **score(seal.open_(sealed.decode()), told)}
 
 
 def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
@@ -148,17 +152,17 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
-def _bytes(path: Path) -> bytes:
+def _bytes(path: Path, remedy: str = CHALLENGE) -> bytes:
     if not path.is_file():
-        raise InputError(Fault("", "is not there", "name the folder of a challenge", str(path)))
+        raise InputError(Fault("", "is not there", remedy, str(path)))
     return path.read_bytes()
 
 
-def _json(path: Path, needed: str) -> dict[str, Any]:
+def _json(path: Path, needed: str, remedy: str = CHALLENGE) -> dict[str, Any]:
     try:
-        data = json.loads(_bytes(path))
+        data = json.loads(_bytes(path, remedy))
     except ValueError as error:
-        raise InputError(Fault("", f"is no JSON: {error}", "", str(path))) from error
+        raise InputError(Fault("", f"is no JSON: {error}", remedy, str(path))) from error
     if not isinstance(data, dict) or needed not in data:
-        raise InputError(Fault(needed, "is missing", "", str(path)))
+        raise InputError(Fault(needed, "is missing", remedy, str(path)))
     return data

@@ -45,7 +45,7 @@ def measure(
 
     bench = None if rig is None else load(rig)
     if guess:
-        _guess(records or [], bench, map_file, out)
+        _guess(records or [], bench, map_file, out, rig)
         return
     pairs = files_of(records or [], map_file)
     if not pairs:
@@ -111,7 +111,7 @@ def _places(files: list[Path], out: Path | None) -> list[Path | None]:
     return [out / name for name in names]
 
 
-def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | None) -> None:
+def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | None, rig: Path | None) -> None:
     """Print or write the map proposed for one file."""
     from gears3d.errors import UsageError
     from gears3d.files import write_text
@@ -126,7 +126,8 @@ def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | N
         typer.echo(text, nl=False)
         return
     write_text(out, text)
-    typer.echo(f"written to {out}; look through it, then: gears3d measure {out}")
+    then = shlex.join(["gears3d", "measure", str(out), "--rig", "SCENARIO" if rig is None else str(rig)])
+    typer.echo(f"written to {out}; look through it, then: {then}")
 
 
 def _write(found: Any, out: Path) -> None:

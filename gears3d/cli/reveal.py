@@ -10,7 +10,7 @@ import typer
 
 def reveal(
     folder: Annotated[Path, typer.Argument(help="Folder of the challenge.")],
-    diagnosis: Annotated[Path, typer.Argument(help="diagnosis.json.")],
+    diagnosis: Annotated[Path, typer.Argument(help="diagnosis.json, or the folder that holds it.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print the score as JSON.")] = False,
 ) -> None:
     """Open the sealed answer of a challenge and tell what a diagnosis got right.
@@ -38,4 +38,8 @@ def reveal(
         typer.echo(f"changed since    {', '.join(told['changed'])}")
     for row in told["parameters"]:
         error = "" if row["error"] is None else f"  error {row['error']:+.2%}" if row["name"] != "phase" else ""
-        typer.echo(f"{row['kind']}.{row['name']}: {row['found']} for {row['true']}{error}")
+        typer.echo(f"{row['kind']}.{row['name']}: {_short(row['found'])} for {_short(row['true'])}{error}")
+
+
+def _short(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -16,7 +16,7 @@ GREY = "#999999"
 
 
 def orders_picture(found: Identified) -> Figure:
-    """Draw both flanks over the drive's angle, and their order spectra with intervals and noise floor.
+    """Draw both flanks over the drive's angle, each about its mean, and their spectra with intervals and noise floor.
 
     Args:
         found: what ``identify_transmission_error`` or ``identify_backlash`` gave.
@@ -32,9 +32,13 @@ def orders_picture(found: Identified) -> Figure:
     zero = found.curves[seen[0]]["curve"][1].mean()
     for name in seen:
         theta, place = found.curves[name]["curve"]
-        axes[0].plot(np.degrees(theta), 1e6 * (place - zero), color=COLOURS[name], linewidth=1, label=name)
-    axes[0].set(xlabel="drive's angle [deg], from the record's zero", ylabel="flank [µm]", title=found.law)
-    axes[0].legend(frameon=False)
+        mean = place.mean()
+        label = name if name == seen[0] else f"{name}, mean {1e6 * (mean - zero):.6g} µm from the {seen[0]} one"
+        style = {"color": COLOURS[name], "linewidth": 1, "linestyle": "-" if name == seen[0] else "--"}
+        axes[0].plot(np.degrees(theta), 1e6 * (place - mean), label=label, **style)
+    axes[0].set(xlabel="drive's angle [deg], from the record's zero", ylabel="flank about its mean [µm]")
+    axes[0].set_title(found.law.replace("_", " "))
+    axes[0].legend(frameon=False, fontsize=8)
     for axis, name in zip(axes[1:], seen, strict=True):
         own = found.curves[name]
         at = np.argsort(own["frequency"])

@@ -57,7 +57,8 @@ def sweep(
         raise InputError(Fault("--amplitudes", what, "give a smaller and a larger one"))
     duration, frequency = scenario.run.duration, motion.harmonics[0].frequency
     if duration * frequency < FEWEST:
-        remedy = f"give {show(FEWEST / frequency, 'time')} or more; 60 periods and more are better"
+        least, better = show(FEWEST / frequency, "time"), show(3 * FEWEST / frequency, "time")
+        remedy = f"give {least} or more; {3 * FEWEST} periods and more are better: --set 'run.duration={better}'"
         raise InputError(Fault("run.duration", f"holds {duration * frequency:.3g} periods of the swing", remedy))
     fastest = max(harmonic.frequency for harmonic in motion.harmonics)
     time = np.linspace(0.0, 1.001 * duration, int(np.ceil(1.001 * duration * fastest * _SAMPLES)) + 1)

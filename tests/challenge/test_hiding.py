@@ -99,6 +99,19 @@ def test_a_challenge_is_written_sealed_and_scored(blind, tmp_path):
     assert told["parameters"][0]["covered"]
 
 
+def test_a_diagnosis_is_named_by_its_file_or_its_folder(blind, tmp_path):
+    _, folder = blind
+    kept = diagnosis(tmp_path / "diagnosis.json", [])
+    assert reveal(folder, tmp_path) == reveal(folder, kept)
+    for wrong in (folder, folder / "challenge.json", tmp_path / "none.json"):
+        with pytest.raises(InputError) as raised:
+            reveal(folder, wrong)
+        assert "diagnose" in (raised.value.faults[0].remedy or ""), wrong
+    with pytest.raises(InputError) as raised:
+        reveal(tmp_path / "nowhere", kept)
+    assert "gears3d challenge" in (raised.value.faults[0].remedy or "")
+
+
 def test_records_come_in_by_the_gate(blind):
     from gears3d.gate import admit
     from gears3d.scenario import load

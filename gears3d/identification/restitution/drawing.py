@@ -30,7 +30,7 @@ def restitution_picture(found: Identified) -> Figure:
     for name, one in found.curves.get("flanks", {}).items():
         _flank(upper, lower, name, one, float(found.curves["deviation"]))
     upper.set(ylabel="rebound [mm/s]", title=f"law: {found.law}")
-    lower.set(xlabel="approach [mm/s]", ylabel="restitution", ylim=(0.0, 1.05))
+    lower.set(xlabel="approach [mm/s]", ylabel="restitution (rebound / approach)", ylim=(0.0, 1.05))
     for axes in (upper, lower):
         axes.set_xlim(left=0.0)
         if axes.get_legend_handles_labels()[0]:
@@ -54,9 +54,11 @@ def _flank(upper: Any, lower: Any, name: str, one: dict[str, Any], deviation: fl
     noise = np.hypot(one["rebound_sigma_m_s"], ratio * one["approach_sigma_m_s"]) / approach
     lower.errorbar(milli * approach, ratio, noise, **bars)
     speed, mean = one["speed_m_s"], one["mean"]
-    upper.plot(milli * speed, milli * speed * np.clip(mean, 0.0, 1.0), color=colour, linewidth=1)
-    upper.axhline(milli * one["lowest_m_s"], color=colour, linewidth=0.7, linestyle=":")
-    lower.plot(milli * speed, mean, color=colour, linewidth=1, label=f"{name}: law and 95 %")
+    line = {"color": colour, "linewidth": 1, "linestyle": "-" if name == "active" else "--"}  # both may be one law
+    upper.plot(milli * speed, milli * speed * np.clip(mean, 0.0, 1.0), **line)
+    below = f"{name}: rebounds below are not used"
+    upper.axhline(milli * one["lowest_m_s"], color=colour, linewidth=0.7, linestyle=":", label=below)
+    lower.plot(milli * speed, mean, label=f"{name}: law and 95 %", **line)
     lower.fill_between(milli * speed, one["low"], one["high"], color=colour, alpha=0.3, linewidth=0)
     if deviation > 0.0:
         lower.fill_between(
