@@ -11,7 +11,7 @@ from gears3d.papers.findings.question import Suspect as Suspect
 from gears3d.papers.findings.question import answer as answer
 from gears3d.papers.findings.question import answers as answers
 
-QUESTIONS = ("kadmiri",)
+QUESTIONS = ("kadmiri", "rigaud")
 
 
 def questions(only: str = "") -> list[Question]:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.effects import catalogue
 from gears3d.papers.findings.question import Question, Suspect
 from gears3d.papers.findings.shown import shown
+from gears3d.papers.findings.suspicion import ALIKE, added, multiple, of
 from gears3d.papers.kadmiri_2012.table1 import FOLDER, PRINTED, SPEEDS
 
 if TYPE_CHECKING:
-    from gears3d.effects import Rig
     from gears3d.papers.bench import Bench
 
 VISCOUS = (PRINTED["drag"][3] - PRINTED["drag"][0]) / (750 * 19 / 37 * pi / 30)
@@ -25,23 +24,6 @@ SCATTER = 0.06
 """How far a speed may lie from its printed excitation: twice the scatter of the four."""
 UNFELT = 5e-8
 """Flights lower than that are no loss [m]."""
-
-
-def _of(kind: str, **parameters: Any) -> tuple[Any, ...]:
-    return (catalogue()[kind](**parameters),)
-
-
-def _viscous(rig: Rig) -> float:
-    return rig.drag_torque / rig.mean_speed_loose
-
-
-def multiple(suspect: Suspect) -> int:
-    """Return which harmonic of the drive a suspect adds, 0 for others.
-
-    Args:
-        suspect: any.
-    """
-    return int(suspect.name.split()[-1][:-1]) if suspect.name.startswith("drive_motion") else 0
 
 
 def lost(bench: Bench, speed: int, suspect: Suspect, size: float, phase: float) -> float:
@@ -69,9 +51,7 @@ def lost(bench: Bench, speed: int, suspect: Suspect, size: float, phase: float) 
     low, high = 0.02 / unit, 3.0 / unit
     for _ in range(11):
         middle = 0.5 * (low + high)
-        drive = [(middle * swing.amplitude, swing.frequency, swing.phase)]
-        if (n := multiple(suspect)) and size:
-            drive.append((size * drive[0][0], n * swing.frequency, pi / 2 + phase))
+        drive = added([(middle * swing.amplitude, swing.frequency, swing.phase)], suspect, size, phase)
         impacts = run(model(rig, drive, rows), (40.0 if slow else 5.0) / swing.frequency).impacts
         low, high = (low, middle) if (impacts[:, 6] > UNFELT).any() else (middle, high)
     apparent = 0.5 * (low + high) - (1.0 - seen)
@@ -102,7 +82,7 @@ def channel(bench: Bench, suspect: Suspect, size: float, phase: float) -> str:
     scenario = bench.scenario(f"{FOLDER}/table1-750rpm.toml")
     rig, swing = scenario.rig(), scenario.motion.harmonics[0]
     if n := multiple(suspect):
-        harmonic = _of("drive_motion", amplitude=size * swing.amplitude, frequency=n * swing.frequency)
+        harmonic = of("drive_motion", amplitude=size * swing.amplitude, frequency=n * swing.frequency)
         return shown(rig, harmonic)
     if suspect.name.startswith("inertia"):
         less = rig.drag_torque / rig.inertia * size / (1 + size)
@@ -121,49 +101,40 @@ SUSPECTS = (
         for n in (2, 3, 6, 12)
     ),
     Suspect("drag_coulomb or drag_drift", "of each speed's drag, less", 1.0, "unit size, the drag itself",
-            lambda rig, size, phase: _of("drag_coulomb", torque=-size * rig.drag_torque)),
+            lambda rig, size, phase: of("drag_coulomb", torque=-size * rig.drag_torque)),
     Suspect("drag_coulomb, one torque", "N·m less at every speed", 0.739, "the drag at 250 rpm",
-            lambda rig, size, phase: _of("drag_coulomb", torque=-size)),
+            lambda rig, size, phase: of("drag_coulomb", torque=-size)),
     Suspect("inertia (of the rig)", "of the printed inertia, more", 3.0, "an encoder's rotor of three times the gear",
             change=lambda rig, size: replace(rig, inertia=rig.inertia * (1 + size))),
     Suspect("drag_position, order 1", "of each speed's drag", 1.0, "unit size, the drag itself",
-            lambda rig, size, phase: _of("drag_position", amplitude=size * rig.drag_torque, order=1)),
+            lambda rig, size, phase: of("drag_position", amplitude=size * rig.drag_torque, order=1)),
     Suspect("drag_differential", "N·m·s/rad, shaft twice as fast", VISCOUS, "what of the drag grows with speed",
-            lambda rig, size, phase: _of("drag_differential", coefficient=size, shaft_speed=2 * rig.mean_speed_loose)),
-    *(
-        Suspect(kind, "of each speed's drag, more", 1.0, "unit size, twice the drag",
-                lambda rig, size, phase, kind=kind: _of(kind, coefficient=size * _viscous(rig)))
-        for kind in ("mesh_drag", "drag_viscous")
-    ),
-    Suspect("drag_power, exponent 2", "of each speed's drag, more", 1.0, "unit size, twice the drag",
-            lambda rig, size, phase: _of("drag_power", coefficient=size * _viscous(rig) / rig.mean_speed_loose,
-                                         exponent=2.0)),
-    Suspect("mesh_friction", "coefficient", 0.3, "dry steel",
-            lambda rig, size, phase: _of("mesh_friction", coefficient=size)),
+            lambda rig, size, phase: of("drag_differential", coefficient=size, shaft_speed=2 * rig.mean_speed_loose)),
+    *ALIKE,
     Suspect("transmission_error, order 19", "µm", 100.0, UNIT,
-            lambda rig, size, phase: _of("transmission_error", amplitude=1e-6 * size, order=19, phase=phase)),
+            lambda rig, size, phase: of("transmission_error", amplitude=1e-6 * size, order=19, phase=phase)),
     Suspect("transmission_error, order 1", "µm", 100.0, UNIT,
-            lambda rig, size, phase: _of("transmission_error", amplitude=1e-6 * size, order=1, phase=phase)),
+            lambda rig, size, phase: of("transmission_error", amplitude=1e-6 * size, order=1, phase=phase)),
     Suspect("eccentricity", "µm", 100.0, UNIT,
-            lambda rig, size, phase: _of("eccentricity", offset=1e-6 * size, phase=phase)),
+            lambda rig, size, phase: of("eccentricity", offset=1e-6 * size, phase=phase)),
     Suspect("backlash_variation, order 1", "µm", 50.0, "half of the backlash",
-            lambda rig, size, phase: _of("backlash_variation", amplitude=1e-6 * size, order=1)),
+            lambda rig, size, phase: of("backlash_variation", amplitude=1e-6 * size, order=1)),
     Suspect("backlash_offset", "µm", 1000.0, "ten times the backlash",
-            lambda rig, size, phase: _of("backlash_offset", offset=1e-6 * size)),
+            lambda rig, size, phase: of("backlash_offset", offset=1e-6 * size)),
     Suspect("restitution_offset", "of e", 0.6, "e = 0.9",
-            lambda rig, size, phase: _of("restitution_offset", offset=size)),
+            lambda rig, size, phase: of("restitution_offset", offset=size)),
     Suspect("restitution_asymmetry", "of e", 0.6, "e = 0 on one flank, twice as much on the other",
-            lambda rig, size, phase: _of("restitution_asymmetry", asymmetry=size)),
+            lambda rig, size, phase: of("restitution_asymmetry", asymmetry=size)),
     Suspect("restitution_speed", "s/m", 1.0, "0.1 at 0.1 m/s",
-            lambda rig, size, phase: _of("restitution_speed", slope=size)),
+            lambda rig, size, phase: of("restitution_speed", slope=size)),
     Suspect("restitution_scatter", "of e", 0.3, "unit size, e itself",
-            lambda rig, size, phase: _of("restitution_scatter", standard_deviation=size)),
+            lambda rig, size, phase: of("restitution_scatter", standard_deviation=size)),
     Suspect("oil_film", "Pa·s", 0.08, "the oil at 20 °C",
-            lambda rig, size, phase: _of("oil_film", viscosity=size), steps=3),
+            lambda rig, size, phase: of("oil_film", viscosity=size), steps=3),
     Suspect("tooth_compliance", "of the yield that fits fig. 6", 10.0, "impacts three times as long as seen",
-            lambda rig, size, phase: _of("tooth_compliance", stiffness=SOFT / size, damping=100.0)),
+            lambda rig, size, phase: of("tooth_compliance", stiffness=SOFT / size, damping=100.0)),
     Suspect("encoder_eccentricity, order 2", "mrad, hides part of the swing", 2.0, "unit size",
-            lambda rig, size, phase: _of("encoder_eccentricity", amplitude=1e-3 * size, order=2, gear="drive"),
+            lambda rig, size, phase: of("encoder_eccentricity", amplitude=1e-3 * size, order=2, gear="drive"),
             note="it hides part of the swing that the drive's encoder reads; what it can hide grows with the speed"),
 )  # fmt: skip
 

@@ -54,9 +54,11 @@ def table(question: Question, each: list[Answer], bench: Bench) -> list[str]:
         each: its answers.
         bench: where they were simulated.
     """
+    more = bool(question.also_column)
+    columns = [question.columns, *[question.also_column][: int(more)], "where a diagnosis shows it"]
     lines = [
-        f"| effect | verdict | size | largest plausible, why | {question.columns} | where a diagnosis shows it |",
-        "|---|---|---|---|---|---|",
+        f"| effect | verdict | size | largest plausible, why | {' | '.join(columns)} |",
+        "|" + "---|" * (4 + len(columns)),
     ]
     for answer in sorted(each, key=lambda one: not one.could):
         suspect = answer.suspect
@@ -68,6 +70,7 @@ def table(question: Question, each: list[Answer], bench: Bench) -> list[str]:
             f"{answer.nearest:.3g} {suspect.size}{at}",
             f"{suspect.bound:.3g}, {suspect.because}",
             question.told(answer.values),
+            *[answer.also][: int(more)],
             where,
         )
         lines.append("| " + " | ".join(cells) + " |")

@@ -54,6 +54,7 @@ class Answer:
         values: at that size, or those that came nearest.
         nearest: the size that came nearest; the bound where no size comes nearer than none does.
         holds: whether everything the paper says is met with this size, not the target alone.
+        also: what else the question asks, as text.
     """
 
     suspect: Suspect
@@ -62,6 +63,7 @@ class Answer:
     values: np.ndarray
     nearest: float
     holds: bool
+    also: str = ""
 
     @property
     def could(self) -> bool:
@@ -86,6 +88,8 @@ class Question:
         told: the values as text.
         shown: channel of `gears3d diagnose` in which a suspect of a size shows, with the size expected there.
         decides: what would tell the suspects apart, as a paragraph.
+        also: what else the paper says, judged at the size found: whether it is met, and what comes out.
+        also_column: heading of that.
         left_out: kinds of the catalogue that were not tried.
     """
 
@@ -101,6 +105,8 @@ class Question:
     told: Callable[[np.ndarray], str]
     shown: Callable[[Bench, Suspect, float, float], str]
     decides: str
+    also: Callable[[Bench, Suspect, float, float], tuple[bool, str]] | None = None
+    also_column: str = ""
     left_out: tuple[str, ...] = ()
 
 
@@ -141,7 +147,11 @@ def answer(question: Question, suspect: Suspect, bench: Bench) -> Answer:
     size, phase = min(found, default=(None, min(near)[2]))
     nearest = (min(near)[1] or suspect.bound) if size is None else size
     values = question.values(bench, suspect, nearest, phase)
-    return Answer(suspect, size, phase, values, nearest, question.holds(values))
+    holds, also = question.holds(values), ""
+    if question.also is not None and size is not None:
+        met, also = question.also(bench, suspect, size, phase)
+        holds = holds and met
+    return Answer(suspect, size, phase, values, nearest, holds, also)
 
 
 def solve(

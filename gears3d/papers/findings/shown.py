@@ -43,7 +43,7 @@ def _one(rig: Rig, effect: Any) -> str:
     if effect.place == "geometry":
         size = next(getattr(effect, name) for name in ("amplitude", "offset") if hasattr(effect, name))
         order = f" at order {effect.order}" if hasattr(effect, "order") else ""
-        return f"contact: {1e6 * abs(size):.3g} µm{order}"
+        return f"contact: {1e6 * abs(size):.3g} µm{order}" if size else "contact: the backlash"
     if effect.place == "sensor":
         if hasattr(effect, "delay"):
             return f"contact: {1e3 * effect.delay:.3g} ms of delay"
