@@ -91,7 +91,7 @@ def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, name):
     found = answer(questions("rigaud")[0], suspect("rigaud", name), bench)
     first = {"amplitude": "20 rpm", "frequency": "3 Hz"}
     more = {
-        "amplitude": f"{20 * found.size} rpm",
+        "amplitude": f"{20 * found.nearest} rpm",
         "frequency": f"{3 * int(name[-2])} Hz",
         "phase": f"{(math.pi / 2 + found.phase) % (2 * math.pi)} rad",
     }
