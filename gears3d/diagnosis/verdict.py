@@ -28,6 +28,8 @@ SHARE = 0.25
 """Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""
 FAR = 5.0
 """Standard deviations: a channel whose points are farther off on average is not explained."""
+STRAY = 15.0
+"""Standard deviations at which a single point counts at most: a hundredth of them, cut wrongly, is no whole channel."""
 POWER = 0.1
 """Size, in units of its channel, at which an effect must show for the data to have power."""
 SHOWS = 0.01
@@ -170,7 +172,8 @@ def off(found: Search) -> list[str]:
     names = [
         name for name, span in found.known.spans.items() if name in ("flight", "contact") and found.fit.rest[span].size
     ]
-    return [name for name in names if float(np.mean(found.fit.rest[found.known.spans[name]] ** 2)) > FAR**2]
+    errors = {name: np.clip(found.fit.rest[found.known.spans[name]], -STRAY, STRAY) for name in names}
+    return [name for name, rest in errors.items() if float(np.mean(rest**2)) > FAR**2]
 
 
 def judged(causes: Sequence[Named], left: Sequence[object], power: dict[str, float]) -> str:
