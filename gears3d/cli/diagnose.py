@@ -9,6 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
+    from gears3d.gate import Admitted
 
 
 def diagnose(
@@ -16,7 +17,7 @@ def diagnose(
         list[Path] | None, typer.Argument(help="Measured records of one rig, or a record.toml that names them.")
     ] = None,
     rig: Annotated[Path | None, typer.Option(help="Scenario of the rig as it is claimed to be.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for report.html, diagnosis.json and extended.toml.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the report, diagnosis, extended rig and film.")] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
     correct: Annotated[
         list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
@@ -24,6 +25,9 @@ def diagnose(
     bodies: Annotated[bool, typer.Option("--3d/--no-3d", help="Measure the gain in the 3D engine, too.")] = True,
     experiments: Annotated[
         bool, typer.Option("--experiments/--no-experiments", help="Propose runs that tell causes from rivals.")
+    ] = True,
+    film: Annotated[
+        bool, typer.Option("--replay/--no-replay", help="Write replay.rrd: measured, base and extended rig.")
     ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the diagnosis as JSON.")] = False,
 ) -> None:
@@ -57,8 +61,10 @@ def diagnose(
     with bars() as track:
         tick = track("diagnose", 1.0)
         found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies, runs=experiments)
+    filmed = ""
     if out is not None:
         _write(found, out)
+        filmed = _replay(found, admitted, out / "replay.rrd") if film else ""
     if as_json:
         from gears3d.cli.output import print_json
 
@@ -66,6 +72,8 @@ def diagnose(
         return
     _show(found)
     typer.echo(f"report: {out / 'report.html'}" if out is not None else "to keep it, with a report: --out DIR")
+    if filmed:
+        typer.echo(filmed)
 
 
 def _write(found: Diagnosis, out: Path) -> None:
@@ -82,6 +90,35 @@ def _write(found: Diagnosis, out: Path) -> None:
     with replacing(out / "extended.toml") as unfinished:
         unfinished.write_text(found.extended.document, encoding="utf-8")
     write(out / "report.html", found, shlex.join(["gears3d", *sys.argv[1:]]), ("diagnosis.json", "extended.toml"))
+
+
+def _replay(found: Diagnosis, admitted: list[Admitted], file: Path) -> str:
+    """Write the film and return what it shows in a line; where it cannot be made, say why and leave no earlier one."""
+    from gears3d.cli.progress import bars
+    from gears3d.diagnosis.stretch import stretch
+    from gears3d.errors import GearsError
+
+    try:
+        from gears3d.views.replay.beside import beside, off
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] != "rerun":
+            raise
+        file.unlink(missing_ok=True)
+        typer.echo("no replay.rrd: rerun is not installed: pip install 'rerun-sdk>=0.41,<0.42'", err=True)
+        return ""
+    with bars() as track:
+        tick = track("replay", 2.0)
+        try:
+            made = stretch(found, admitted)
+            tick(1.0)
+            beside(made, tuple(cause.kind for cause in found.causes), file)
+            tick(2.0)
+        except GearsError as error:
+            file.unlink(missing_ok=True)
+            typer.echo(f"no replay.rrd: {error}", err=True)
+            return ""
+    span = f"{Path(made.name).name}, {made.measured.time[0]:.4g} to {made.measured.time[-1]:.4g} s"
+    return f"replay: {file} ({span}. {off(made)})"
 
 
 def _show(found: Diagnosis) -> None:

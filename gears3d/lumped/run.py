@@ -51,6 +51,7 @@ def run(
     progress: Callable[[float], None] | None = None,
     lyapunov: bool = False,
     chunk: float | None = None,
+    put: Callable[[np.ndarray], None] | None = None,
 ) -> Outcome:
     """Simulate the rigid model from rest on a flank or free in the middle of the backlash.
 
@@ -63,6 +64,7 @@ def run(
         lyapunov: whether to follow a disturbed copy, too.
         chunk: time between two calls of ``progress`` and two renewed disturbances [s]; the slowest harmonic's period
             unless given.
+        put: changes the state at time 0, as :func:`gears3d.lumped.pickup.pick_up` does.
 
     Returns:
         Impacts, contacts, samples and counters.
@@ -83,6 +85,8 @@ def run(
     numbers = m.flat()
     advance(numbers, state, count, out, 0.0)
     refuse_jammed(m, state)
+    if put is not None:
+        put(state)
     period = chunk or (2 * pi / m.harmonics[:, 1].min() if len(m.harmonics) else 1.0)
     shadow = Shadow(m, period, duration) if lyapunov else None
     impacts: list[np.ndarray] = []

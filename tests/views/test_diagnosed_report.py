@@ -8,17 +8,12 @@ import tomllib
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan
-from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import candidates
 from gears3d.diagnosis.cause import contribution, fit
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import FINE
 from gears3d.diagnosis.remains import Structure
 from gears3d.effects import catalogue
-from gears3d.gate import Finding, admit
-from gears3d.readers import files_of
-from gears3d.scenario import load
+from gears3d.gate import Finding
 from gears3d.views.report.diagnosed import render, story, write
 from gears3d.views.report.diagnosed.page import SHOWN
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
@@ -39,21 +34,6 @@ PLACED = {
     "encoder_eccentricity": ({"amplitude": 1e-4, "gear": "drive"}, "contact", "angle of the drive gear [°]"),
     "encoder_skew": ({"delay": 1e-5, "gear": "loose"}, "contact", "speed of the drive gear [rpm]"),
 }  # fmt: skip
-LOOKED_FOR = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset")
-
-
-def few(*about):
-    return [one for one in candidates(*about) if one.kind in LOOKED_FOR]
-
-
-@pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("diagnosed")
-    hide(plan(1, ("drag_viscous",), size=0.3, records=2, duration=3.0), folder)
-    rig = load(folder / "rig.toml")
-    with pytest.MonkeyPatch.context() as patch:  # a few candidates do for a report
-        patch.setattr("gears3d.diagnosis.search.candidates", few)
-        return diagnose([admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])], rig)
 
 
 @pytest.fixture(scope="module")

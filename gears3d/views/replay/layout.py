@@ -27,10 +27,11 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
         frame_rate: frames per second of simulated time.
         window: time that the curves show around the cursor [s].
     """
-    pictures = rrb.Vertical(_scene(section), _zone(section), row_shares=[0.45, 0.55])
+    title = f"Mesh zone, backlash drawn {section.factor:g} times as wide"
+    pictures = rrb.Vertical(_scene(section), zone_view(section, "/zone", title), row_shares=[0.45, 0.55])
     curves = rrb.Vertical(
         _curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", window),
-        rrb.StateTimelineView(origin=STATE, name="Touching", time_view=_axis(window)),
+        rrb.StateTimelineView(origin=STATE, name="Touching", time_view=axis(window)),
         _curve(VELOCITY, "Relative velocity and impacts [mm/s]", window),
         _curve(SPEED, "Speed [rpm]: grey drive, white loose gear", window),
         rrb.Tabs(
@@ -41,17 +42,26 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
     )
     return rrb.Blueprint(
         rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]),
-        rrb.TimePanel(
-            state="collapsed",
-            timeline=TIMELINE,
-            playback_speed=FRAMES_A_SECOND / frame_rate,
-            loop_mode="all",
-            play_state="playing",
-        ),
+        time_panel(frame_rate),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         auto_views=False,
         auto_layout=False,
+    )
+
+
+def time_panel(frame_rate: float) -> rrb.TimePanel:
+    """Return the panel that plays in slow motion, again and again.
+
+    Args:
+        frame_rate: frames per second of simulated time.
+    """
+    return rrb.TimePanel(
+        state="collapsed",
+        timeline=TIMELINE,
+        playback_speed=FRAMES_A_SECOND / frame_rate,
+        loop_mode="all",
+        play_state="playing",
     )
 
 
@@ -69,12 +79,19 @@ def _scene(section: Section) -> rrb.Spatial3DView:
     )
 
 
-def _zone(section: Section) -> rrb.Spatial3DView:
+def zone_view(section: Section, origin: str, name: str) -> rrb.Spatial3DView:
+    """Return a view of the mesh zone.
+
+    Args:
+        section: the pair as drawn.
+        origin: entity of the zone.
+        name: its title.
+    """
     x, y = section.pitch_point
     height = 3.8 * section.base_pitch
     return rrb.Spatial3DView(
-        origin="/zone",
-        name=f"Mesh zone, backlash drawn {section.factor:g} times as wide",
+        origin=origin,
+        name=name,
         background=BACKGROUND,
         line_grid=False,
         eye_controls=_eye((x, y), 0.95 * height, tilt=0.0),
@@ -92,7 +109,12 @@ def _eye(target: tuple[float, float], distance: float, tilt: float) -> rrb.EyeCo
     )
 
 
-def _axis(window: float) -> rrb.TimeAxis:
+def axis(window: float) -> rrb.TimeAxis:
+    """Return an axis of time about the cursor.
+
+    Args:
+        window: half of what it shows [s].
+    """
     nanoseconds = round(0.5e9 * window)
     return rrb.TimeAxis(
         view_range=rr.TimeRange(
@@ -103,4 +125,4 @@ def _axis(window: float) -> rrb.TimeAxis:
 
 
 def _curve(origin: str, name: str, window: float) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=_axis(window), plot_legend=rrb.PlotLegend(visible=False))
+    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis(window), plot_legend=rrb.PlotLegend(visible=False))

@@ -30,11 +30,13 @@ class Motion:
         recording: what moves.
         section: the teeth, for the contacts of the true pair.
         rows: the effects' normal forms; flank deviations among them move the flanks.
+        near: gap below which noise lets flanks be shown as touching at least [m].
     """
 
     recording: Recording
     section: Section
     rows: tuple[Row, ...] = ()
+    near: float = 0.0
 
     @cached_property
     def displacement(self) -> np.ndarray:
@@ -44,7 +46,7 @@ class Motion:
     @cached_property
     def tolerance(self) -> float:
         """Gap below which flanks are shown as touching [m]."""
-        return max(1e-3 * self.section.pair.backlash, 1e-7)
+        return max(1e-3 * self.section.pair.backlash, 1e-7, self.near)
 
     def at(self, time: np.ndarray, name: str) -> np.ndarray:
         """Return a signal between its samples, (m,).
@@ -138,13 +140,14 @@ class Frames:
     flank: np.ndarray
 
 
-def frames(motion: Motion) -> Frames:
+def frames(motion: Motion, time: np.ndarray | None = None) -> Frames:
     """Return the pair at every instant that is shown.
 
     Args:
         motion: the recording and its flanks.
+        time: the instants [s], ascending, (n,); the motion's own unless given.
     """
-    time = motion.frame_times()
+    time = motion.frame_times() if time is None else time
     drive, loose = (motion.at(time, f"theta_{gear}_rad") for gear in ("drive", "loose"))
     displacement = motion.at(time, "displacement_m")
     active, reverse = motion.flanks(drive, loose)

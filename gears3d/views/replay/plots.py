@@ -34,15 +34,15 @@ def curves(rec: rr.RecordingStream, motion: Motion) -> None:
     signals = {name: values[rows] for name, values in motion.recording.signals.items()}
     time = signals["time_s"]
     _flank_lines(rec, motion, signals)
-    _style(rec, f"{DISPLACEMENT}/loose_gear", ["loose gear"], [colours.LINE], 1.5)
+    style(rec, f"{DISPLACEMENT}/loose_gear", ["loose gear"], [colours.LINE], 1.5)
     scalars(rec, f"{DISPLACEMENT}/loose_gear", time, signals["displacement_m"] * _UM)
     if "velocity_m_s" in signals:
-        _style(rec, f"{VELOCITY}/relative", ["relative velocity"], [colours.LINE], 1.5)
+        style(rec, f"{VELOCITY}/relative", ["relative velocity"], [colours.LINE], 1.5)
         scalars(rec, f"{VELOCITY}/relative", time, signals["velocity_m_s"] * _MM)
     speeds = [name for name in ("omega_drive_rad_s", "omega_loose_rad_s") if name in signals]
     if speeds:
         names = [name.split("_")[1] for name in speeds]
-        _style(rec, SPEED, names, [colours.FLIGHT, colours.LINE][: len(names)], 1.5)
+        style(rec, SPEED, names, [colours.FLIGHT, colours.LINE][: len(names)], 1.5)
         scalars(rec, SPEED, time, np.stack([signals[name] for name in speeds], axis=1) * _RPM)
 
 
@@ -50,7 +50,7 @@ def _flank_lines(rec: rr.RecordingStream, motion: Motion, signals: dict[str, np.
     flanks = motion.flanks(signals["theta_drive_rad"], signals["theta_loose_rad"])
     for word, colour, flank in zip(_WORDS, colours.FLANKS, flanks, strict=True):
         entity = f"{DISPLACEMENT}/{word}_flank"
-        _style(rec, entity, [f"{word} flank"], [colour], 2.0)
+        style(rec, entity, [f"{word} flank"], [colour], 2.0)
         keep = slice(None) if np.ptp(flank) > 0.0 else [0, -1]
         scalars(rec, entity, signals["time_s"][keep], flank[keep] * _UM)
 
@@ -64,7 +64,7 @@ def twin_curve(rec: rr.RecordingStream, twin: Recording, rows: np.ndarray) -> No
         rows: the samples to keep.
     """
     entity = f"{DISPLACEMENT}/by_twin"
-    _style(rec, entity, ["twin"], [colours.TWIN], 4.0)
+    style(rec, entity, ["twin"], [colours.TWIN], 4.0)
     scalars(rec, entity, twin.time[rows], twin.signals["displacement_m"][rows] * _UM)
 
 
@@ -115,25 +115,35 @@ def _sentences(table: dict[str, np.ndarray]) -> list[str]:
     ]
 
 
-def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray) -> None:
+def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray, entity: str = STATE) -> None:
     """Write which flank touches as lanes of colour, one row a change.
 
     Args:
         rec: recording being written.
         time: [s], (n,).
         flank: 0 active, 1 reverse, -1 flight, (n,).
+        entity: of the lane.
     """
     words = np.array(["active flank", "reverse flank", "flight"])
     change = np.flatnonzero(np.r_[True, flank[1:] != flank[:-1]]) if len(flank) else np.zeros(0, dtype=int)
     rec.log(
-        STATE,
+        entity,
         rr.StateConfiguration(values=words.tolist(), labels=words.tolist(), colors=[*colours.FLANKS, colours.FLIGHT]),
         static=True,
     )
-    rec.send_columns(STATE, indexes=[clock(time[change])], columns=rr.StateChange.columns(state=words[flank[change]]))
+    rec.send_columns(entity, indexes=[clock(time[change])], columns=rr.StateChange.columns(state=words[flank[change]]))
 
 
-def _style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[tuple], width: float) -> None:
+def style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[tuple], width: float) -> None:
+    """Say how curves look.
+
+    Args:
+        rec: recording being written.
+        entity: of the curves.
+        names: of each.
+        colors: of each.
+        width: of all, in points of the screen.
+    """
     # the viewer's own choice averages what falls into a pixel, and cuts the peaks at impacts
     keep_peaks = rr.components.AggregationPolicy.MinMax
     lines = rr.SeriesLines(names=names, colors=colors, widths=[width] * len(names), aggregation_policy=keep_peaks)

@@ -21,19 +21,20 @@ ROOT = "/zone"
 _NAMES = ("drive", "loose")
 
 
-def gears(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
+def gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ROOT) -> None:
     """Write both gears' transverse sections and their rotation.
 
     Args:
         rec: recording being written.
         section: the pair with its widened backlash.
         frames: where it is when.
+        root: entity of the zone.
     """
-    place(rec, ROOT, section)
+    place(rec, root, section)
     for which, name in enumerate(_NAMES):
         vertices, faces = ring(section, which)
         rec.log(
-            f"{ROOT}/{name}/body",
+            f"{root}/{name}/body",
             rr.Mesh3D(
                 vertex_positions=lifted(vertices, 0.0),
                 triangle_indices=faces.astype(np.uint32),
@@ -45,40 +46,42 @@ def gears(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
         for flank, word in enumerate(("active", "reverse")):
             strips = flank_lines(section, which, flank)
             rec.log(
-                f"{ROOT}/{name}/body/{word}",
+                f"{root}/{name}/body/{word}",
                 rr.LineStrips3D(strips, colors=[colours.FLANKS[flank]], radii=[-1.8]),
                 static=True,
             )
     base = section.base_radii
     loose = (base[0] * frames.drive + frames.share * section.backlash) / base[1]
-    turn(rec, f"{ROOT}/drive/body", frames.time, frames.drive)
-    turn(rec, f"{ROOT}/loose/body", frames.time, pi - loose)
+    turn(rec, f"{root}/drive/body", frames.time, frames.drive)
+    turn(rec, f"{root}/loose/body", frames.time, pi - loose)
 
 
-def lines_of_action(rec: rr.RecordingStream, section: Section) -> None:
+def lines_of_action(rec: rr.RecordingStream, section: Section, root: str = ROOT) -> None:
     """Write the paths of contact of both flanks as thin lines.
 
     Args:
         rec: recording being written.
         section: the pair with its widened backlash.
+        root: entity of the zone.
     """
     for flank, word in enumerate(("active", "reverse")):
         ends = np.array(section.path) if flank == 0 else -np.array(section.path)
         strip = lifted(section.point(ends, np.full(2, flank)), 0.2)
         rec.log(
-            f"{ROOT}/path_of_contact/{word}",
+            f"{root}/path_of_contact/{word}",
             rr.LineStrips3D([strip], colors=[colours.FLANKS[flank]], radii=[-0.7]),
             static=True,
         )
 
 
-def gaps(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
+def gaps(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ROOT) -> None:
     """Write both gaps of a flight: from the drive's flank to the loose gear's, along the lines of action.
 
     Args:
         rec: recording being written.
         section: the pair with its widened backlash.
         frames: where it is when.
+        root: entity of the zone.
     """
     flight = np.flatnonzero(frames.flank < 0)
     if not len(flight):
@@ -90,6 +93,6 @@ def gaps(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
         foot = section.point(travel, code)
         head = foot + (share * section.backlash)[:, None] * section.normal(code)
         strips.append(np.stack([lifted(foot, 0.25), lifted(head, 0.25)], axis=1))
-    rec.log(f"{ROOT}/gaps", rr.LineStrips3D.from_fields(colors=[colours.FLIGHT], radii=[-2.5]), static=True)
+    rec.log(f"{root}/gaps", rr.LineStrips3D.from_fields(colors=[colours.FLIGHT], radii=[-2.5]), static=True)
     columns = rr.LineStrips3D.columns(strips=np.stack(strips, axis=1).reshape(-1, 2, 3))
-    marks(rec, f"{ROOT}/gaps", frames.time, np.where(frames.flank < 0, 2, 0), [columns])
+    marks(rec, f"{root}/gaps", frames.time, np.where(frames.flank < 0, 2, 0), [columns])
