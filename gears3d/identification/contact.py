@@ -40,6 +40,7 @@ class Contact(NamedTuple):
         counted: place that the drive's own counting makes, as far as its smooth motion tells [m], (n,).
         width: of the bins [rad of the drive].
         samples: in a bin, on average.
+        count: of both encoders in the displacement of slow turns [m]; a bin that is off by less is not off the flank.
     """
 
     drive: np.ndarray
@@ -51,6 +52,7 @@ class Contact(NamedTuple):
     counted: np.ndarray
     width: float
     samples: float
+    count: float = 0.0
 
     @property
     def turns(self) -> float:
@@ -115,10 +117,12 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
                     if slow
                     else np.zeros(int((side == flank).sum()))
                 )
-                parts[flank].append(_bins(drive, loose, radii, side == flank, teeth[0], number, off))
+                binned = _bins(drive, loose, radii, side == flank, teeth[0], number, off)
                 if slow:
+                    binned = binned._replace(count=float(np.dot(radii, _counts(record))))
                     way = (drive[side == flank], loose[side == flank])
                     shifts[flank].append(shift_by_counting(way, _counts(record), radii))
+                parts[flank].append(binned)
     flanks = (_joined(parts[0]), _joined(parts[1]))
     if not any(flanks):
         remedy = "turn the drive slowly for a turn or more each way (`gears3d record SCENARIO --test ste`)"

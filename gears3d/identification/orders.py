@@ -145,7 +145,7 @@ def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
         numbers = inverse @ (design.T @ (weight * place))
         rest = place - design @ numbers
         spread = 1.4826 * np.median(np.abs(rest[kept] - np.median(rest[kept]))) + 1e-15
-        now = kept & (np.abs(rest) < STRAY * spread)
+        now = kept & (np.abs(rest) < max(STRAY * spread, contact.count))
         if not chosen or now.sum() > 0.9999 * kept.sum() or now.sum() < LEAST * len(kept):
             return Solved(design, numbers, inverse, rest, kept)
         kept = now

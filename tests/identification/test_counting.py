@@ -72,3 +72,12 @@ def test_counts_in_step_are_in_the_interval_of_the_backlash():
     assert np.std(off) > 0.3 * np.mean(half) / 1.96
     assert np.std(off) > 5e-9
     assert max(sizes) < 60e-9
+
+
+def test_bins_that_are_off_by_part_of_a_count_are_on_the_flank():
+    """Even flanks and encoders without noise: most bins read the same count, those that read two are no strays."""
+    rig = load(RIGAUD)
+    found = backlash(roll(read_contacts([Admitted(Channels(record(rig, "ste").signals), rig, (), "")])))
+    width = found.parameters["backlash"]
+    assert width.low <= rig.mount.backlash <= width.high
+    assert found.goodness["active"]["bins_left_out"] == found.goodness["reverse"]["bins_left_out"] == 0.0
