@@ -100,7 +100,8 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
     seen = next((each for each in found.found.records if each.name == one.file), None)
     changes = [("effect[+]", cause.table) for cause in found.causes]
     extended = one.rig.with_(changes) if changes else one.rig
-    zero, noise = _zero(known, seen, extended), known.noise
+    zero, noise = _of_law(known, found, one.file), known.noise
+    zero = _zero(known, seen, extended) if zero is None else zero
     begin = _begin(known, seen, zero, one.rig)
     span = _span(one.rig, known, begin)
     measured, few = _measured(known, seen, zero, (begin.time, begin.time + span), one.rig)
@@ -145,6 +146,15 @@ def _zero(known: Track, seen: Evidence | None, extended: Scenario) -> float:
     b = extended.rig().backlash
     first = known.radii[1] * known.origin[1] - known.radii[0] * known.origin[0]
     return first + float(0.5 * (low + high - b) if high - low > 0.8 * b else low)
+
+
+def _of_law(known: Track, found: Diagnosis, file: str) -> float | None:
+    """Return the displacement on the active flank that whole paths to the flanks tell, where they were followed [m]."""
+    at = [k for k, one in enumerate(found.law.records) if one.name == file] if found.law is not None else []
+    if found.law is None or not at:
+        return None
+    first = known.radii[1] * known.origin[1] - known.radii[0] * known.origin[0]
+    return first + float(found.law.held.zeros[at[0]])
 
 
 def _ratio(known: Track) -> float:
