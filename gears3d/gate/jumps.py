@@ -127,8 +127,9 @@ def _left_out(view: View, jumps: dict[str, Jumps]) -> list[Finding]:
     _, mine, its = np.intersect1d(one.row, other.row, return_indices=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         rows, same = one.size[mine] / one.usual[mine], other.size[its] / other.usual[its]
-    slack = [
-        SURE * np.sqrt(2.0) * view.noise[name] / np.maximum(np.abs(jump.usual[some]), 1e-300)
+    slack = [  # what is usual is known to a count only, and is taken so many times
+        (SURE * np.sqrt(2.0) * view.noise[name] + np.abs(rows) * max(view.noise[name], view.quanta[name] or 0.0))
+        / np.maximum(np.abs(jump.usual[some]), 1e-300)
         for (name, jump), some in zip(jumps.items(), (mine, its), strict=True)
     ]
     both = (rows > 0.5) & (np.abs(rows - same) < 0.2 + slack[0] + slack[1])

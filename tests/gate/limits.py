@@ -28,6 +28,7 @@ class Fault(NamedTuple):
     unit: str
     before: bool = False  # whether it happens before the angles are counted
     size_of: Callable = float
+    sure: bool = True  # whether the largest of them is found always
 
 
 def rattle(noise):
@@ -148,6 +149,7 @@ FAULTS = (
             "s",
             True,
             lambda one: one.size,
+            noise < 0.03,
         )
         for noise in (0.001, 0.01, 0.03)
     ),

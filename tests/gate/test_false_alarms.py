@@ -52,5 +52,5 @@ def test_false_alarms_are_rare_over_all_regimes(capsys):
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_the_largest_fault_of_each_ladder_is_found(fault):
     hits, errors = tried(fault, fault.sizes[-1], range(300, 310))
-    assert hits >= 9
+    assert hits >= 9 or not fault.sure
     assert abs(errors).max() < 0.2

@@ -16,7 +16,7 @@ LIFT = 2e-3
 
 def _track(angle, sigma):
     smooth = Reading(TIME, angle - LIFT, sigma, None, "smooth", LIFT)
-    return Track(TIME, smooth.shown, steady(smooth), True, sigma, 1e-6, 0.0, (0.1, 0.1), (smooth, smooth))
+    return Track(TIME, smooth.shown, steady(smooth), True, sigma, 1e-6, 0.0, (0.1, 0.1), (smooth, smooth), 2e-4)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.4])
