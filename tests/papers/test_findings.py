@@ -113,6 +113,22 @@ def test_no_size_up_to_the_bound_slows_the_reverse_flank(bench, name):
         assert question.values(bench, who, size, 0.0)[1] > 21.0
 
 
+def test_a_wandering_drag_shifts_the_contours_of_ottewill_on_their_own_grid(bench):
+    """Held against the full contours of the paper's rows, which have other amplitudes and phases."""
+    from gears3d.papers.ottewill_2010.rattle import wandering
+    from gears3d.papers.ottewill_2010.runs import contour, turned
+
+    question, who = questions("ottewill")[0], suspect("ottewill", "drag_position, order 1")
+    assert question.holds(question.values(bench, who, 0.3, 0.75 * math.pi))
+    assert turned(contour(bench, "case-iv.toml", "iv"), wandering(bench)) > math.pi - 0.5
+
+
+@pytest.mark.parametrize("start", ["mesh_friction", "transmission_error, order 1", "backlash_offset"])
+def test_what_cannot_shift_the_contours(bench, start):
+    question, who = questions("ottewill")[0], suspect("ottewill", start)
+    assert not question.holds(question.values(bench, who, who.bound, 0.0))
+
+
 @pytest.mark.parametrize("name", ["mesh_friction", "transmission_error, order 19"])
 def test_no_size_up_to_the_bound_gives_the_four_excitations(bench, name):
     question, who = questions("kadmiri")[0], suspect("kadmiri", name)

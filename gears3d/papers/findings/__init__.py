@@ -11,7 +11,7 @@ from gears3d.papers.findings.question import Suspect as Suspect
 from gears3d.papers.findings.question import answer as answer
 from gears3d.papers.findings.question import answers as answers
 
-QUESTIONS = ("kadmiri", "rigaud")
+QUESTIONS = ("kadmiri", "rigaud", "ottewill")
 
 
 def questions(only: str = "") -> list[Question]:

@@ -66,5 +66,6 @@ def _torque(rig: Rig, effect: Any) -> str:
     if row.gate == Gate.CONTACT:
         return f"loss: contact holds back by {largest * rig.base_radius_loose:.3g} m/s² more than flight"
     over = f" at order {effect.order} of the loose gear" if hasattr(effect, "order") else ""
-    text = f"flight: deceleration {largest:.3g} rad/s²{over} (rig: {rig.drag_torque / rig.inertia:.3g})"
+    claimed = f" (rig: {rig.drag_torque / rig.inertia:.3g})" if rig.drag_torque else ""
+    text = f"flight: deceleration {largest:.3g} rad/s²{over}{claimed}"
     return text.replace("-", "−")
