@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.diagnosis.channels import Flights
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import bend, impact_sigma, residuals
+from gears3d.diagnosis.prediction import bend, impact_sigma, residuals, without
 from gears3d.diagnosis.scatter import FEWEST, scatter
 
 Array = np.ndarray
@@ -17,6 +17,8 @@ STRAY = 6.0
 """Usual distances from the others of its flank beyond which a loss of contact is left out."""
 UNLIKE = 0.5
 """Part of the drag's deceleration by which a flight may always differ from the others of its record."""
+USUAL = 0.9
+"""Part of the flights of a record that tell how far from a parabola a flight is."""
 SURE = 30.0
 """Gain in chi-square from which on a scatter of restitution is believed."""
 MOST = 0.2
@@ -47,16 +49,17 @@ def without_strays(one: Evidence) -> Evidence:
 
 
 def _without_rolling(one: Evidence, rest: Array) -> Evidence:
-    """Return a record without the few flights whose deceleration is unlike that of all others."""
+    """Return a record without the few flights unlike all others: in deceleration, or no parabola where those are."""
     flights = one.channels.flights
     if len(flights.time) < FEWEST:
         return one
     shape = bend(flights.time - flights.time.mean(axis=1, keepdims=True), flights.sigma)
-    square = np.sum(shape**2, axis=1)
-    slow, sigma = np.sum(shape * rest.reshape(shape.shape), axis=1) / square, square**-0.5
+    square, rest = np.sum(shape**2, axis=1), rest.reshape(shape.shape)
+    slow, sigma = np.sum(shape * rest, axis=1) / square, square**-0.5
     off = np.abs(slow - np.median(slow))
     usual = 1.4826 * float(np.median(off)) + UNLIKE / STRAY * one.rig.drag_torque / one.rig.inertia
-    good = off < STRAY * np.hypot(usual, sigma)
+    bent = np.sqrt(np.mean(without(rest, (shape,)) ** 2, axis=1))
+    good = (off < STRAY * np.hypot(usual, sigma)) & (bent < STRAY * max(float(np.quantile(bent, USUAL)), 1.0))
     if np.all(good) or np.mean(~good) > MOST:
         return one
     kept = Flights(*(column[good] for column in flights))

@@ -55,7 +55,7 @@ def tremble(counts: np.ndarray) -> float:
 
     >>> place = 444.4444 * np.arange(20_000)
     >>> noise = np.random.default_rng(1).normal(size=len(place))
-    >>> [round(tremble(np.floor(place + sigma * noise)), 2) for sigma in (0.0, 0.1, 0.5)]
+    >>> [round(float(tremble(np.floor(place + sigma * noise))), 2) for sigma in (0.0, 0.1, 0.5)]
     [0.0, 0.1, 0.5]
     """
     if len(counts) < 2 * LAGS:

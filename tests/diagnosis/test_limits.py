@@ -74,6 +74,13 @@ def test_what_no_catalogue_has_is_no_confident_cause():
     assert row["coordinate_right"], row
 
 
+def test_one_path_that_is_no_flight_bends_no_fit():
+    """One of 105 paths of a record touches a flank unseen and stands 193 standard deviations off its own parabola."""
+    row = told(("drag_viscous",), 0.2, 14051226)
+    assert row["kinds_first"], row
+    assert row["verdict"] == "explained", row
+
+
 @pytest.mark.parametrize("kind", [None, "drag_viscous"], ids=["nothing", "drag_viscous"])
 def test_a_fresh_seed(kind):
     row = told((kind,), 0.2, FRESH) if kind else told((), seed=FRESH)
