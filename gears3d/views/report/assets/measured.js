@@ -84,7 +84,7 @@ function drawOrders() {
       const code = FLANK.indexOf(flank), mine = ORDERS[flank].filter((one) => one.gear === gear), taken = mine.map((one) => one.order);
       const left = numbers(floors[flank].length).filter((i) => !taken.includes(i + 1) && floors[flank][i] > 0);
       sets.push({ stroke: `--${flank}`, label: `left, ${flank} flank`, value: um, x: left.map((i) => i + 1), y: left.map((i) => floors[flank][i] * 1e6), more: { width: 1, alpha: .6 } });
-      if (mine.length) sets.push({ flank: code, label: `orders, ${flank} flank`, value: um, size: 9, x: taken, y: mine.map((one) => one.amplitude_m * 1e6),
+      if (mine.length) sets.push({ flank: code, label: `orders, ${flank} flank`, value: um, size: code ? 9 : 14, x: taken, y: mine.map((one) => one.amplitude_m * 1e6),
         tall: mine.map((one) => Math.min(one.sigma_m, .9 * one.amplitude_m) * 1e6) });
     }
     const decades = (u, low, high) => low === null || low <= 0 ? [1e-3, 1] : [10 ** Math.floor(Math.log10(low)), 10 ** Math.ceil(Math.log10(high * 1.2))];
