@@ -126,6 +126,7 @@ def _show(found: Diagnosis) -> None:
     from rich.markup import escape
 
     from gears3d.units import show
+    from gears3d.views.report.diagnosed.story import remains
 
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]")
@@ -147,7 +148,7 @@ def _show(found: Diagnosis) -> None:
         for rival in cause.alternatives:
             console.print(f"     not excluded: {escape(rival['kind'])}: {escape(rival['why'])}")
     told: dict[str, Any] = found.to_dict()
-    held, left = told["heldout"], told["remaining"]
+    held = told["heldout"]
     if held["gain"] is not None:
         low, high = held["gain_range"]
         console.print(
@@ -167,8 +168,8 @@ def _show(found: Diagnosis) -> None:
                       f" points held out: {parts[1]}")  # fmt: skip
     elif found.causes and solid["why"] != "not asked for":
         console.print(f"no gain in 3D: {escape(solid['why'])}")
-    if left["structure"] != "none":
-        console.print(f"remains: {left['structure']}, {left['size']:.3g} {left['unit']} at {left['where']:.4g}")
+    for row in remains(told):
+        console.print(f"remains: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}")
     blind = [place for place, limit in found.power.items() if limit > 0.1]
     if blind:
         console.print(f"these records say little of: {', '.join(blind)} (effects of 10 % would not show)")

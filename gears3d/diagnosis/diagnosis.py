@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
@@ -28,7 +29,6 @@ from gears3d.diagnosis.verdict import (
     heldout,
     judged,
     name_law,
-    off,
     power,
     remaining,
     unlike,
@@ -53,7 +53,7 @@ class Diagnosis:
     Args:
         verdict: ``nothing_to_add``, ``explained``, ``partly_explained``, ``unexplained`` or ``not_decidable``.
         causes: those of greatest gain first.
-        left: structure that remains, strongest first.
+        left: structure that remains, strongest first, then channels that are off as a whole.
         held: worth on held-out records or stretches.
         power: smallest size, in units of its channel, that would show, by place.
         extended: the rig with the causes; the rig itself without any.
@@ -156,7 +156,8 @@ def diagnose(
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
-    verdict = judged(causes, [*left, *off(found)], limits) if parted.decides else "not_decidable"
+    left += amiss(found)
+    verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, parted.notes, parted.suspects, solid, runs=apart)  # fmt: skip
 

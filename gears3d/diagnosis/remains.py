@@ -41,8 +41,9 @@ class Structure(NamedTuple):
         chance: probability that as much comes by chance anywhere in the search.
         size: root mean square of the curve in the channel's unit.
         unit: of the size.
-        where: order, or where over the coordinate it is largest.
+        where: order, or where over the coordinate it is largest; NaN for a whole channel.
         worth: fall of chi-square, the noise taken as stated.
+        record: in which it is largest; empty where it is told of all together.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Structure(NamedTuple):
     unit: str
     where: float
     worth: float = 0.0
+    record: str = ""
 
 
 def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:

@@ -26,10 +26,6 @@ CHANCE = 0.01
 """Structure that would come by chance more often is none."""
 SHARE = 0.25
 """Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""
-FAR = 5.0
-"""Standard deviations: a channel whose points are farther off on average is not explained."""
-STRAY = 15.0
-"""Standard deviations at which a single point counts at most: a hundredth of them, cut wrongly, is no whole channel."""
 POWER = 0.1
 """Size, in units of its channel, at which an effect must show for the data to have power."""
 SHOWS = 0.01
@@ -163,25 +159,12 @@ def name_law(law: GapLaw) -> Named:
     return Named(effect.kind, effect.place, numbers, text, gain, law.alternatives, effect, table(effect))
 
 
-def off(found: Search) -> list[str]:
-    """Return the channels whose errors stay far above their noise, whatever the causes.
-
-    Args:
-        found: by the search.
-    """
-    names = [
-        name for name, span in found.known.spans.items() if name in ("flight", "contact") and found.fit.rest[span].size
-    ]
-    errors = {name: np.clip(found.fit.rest[found.known.spans[name]], -STRAY, STRAY) for name in names}
-    return [name for name, rest in errors.items() if float(np.mean(rest**2)) > FAR**2]
-
-
-def judged(causes: Sequence[Named], left: Sequence[object], power: dict[str, float]) -> str:
+def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
     """Return the verdict.
 
     Args:
         causes: that were accepted.
-        left: structure that remains, or channels that stay off.
+        left: structure that remains, channels that are off as a whole among it.
         power: smallest size, in units, that shows in each place.
     """
     if causes:
@@ -240,9 +223,13 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
     """
     if not left:
         return {"structure": "none", "size": 0.0}
-    first = left[0]
-    others = [{"structure": one.name, "size": one.size, "unit": one.unit, "where": one.where} for one in left[1:]]
-    return {"structure": first.name, "size": first.size, "unit": first.unit, "where": first.where, "others": others}
+    first, *others = (
+        {"structure": one.name, "channel": channel_of(one.name), "size": one.size, "unit": one.unit,
+         "where": one.where if np.isfinite(one.where) else None, "record": one.record or None,
+         "significance": float(np.sqrt(max(one.gain, 0.0)))}
+        for one in left
+    )  # fmt: skip
+    return {**first, "others": others}
 
 
 def unlike(found: Search, left: Sequence[Structure]) -> bool:

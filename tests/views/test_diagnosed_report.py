@@ -2,16 +2,20 @@
 
 import dataclasses
 import html
+import json
 import re
 import tomllib
 
 import numpy as np
 import pytest
 
+from gears3d.challenge.scoring import score
+from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.cause import contribution, fit
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import FINE
 from gears3d.diagnosis.remains import Structure
+from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
 from gears3d.gate import Finding
 from gears3d.views.report.diagnosed import render, story, write
@@ -144,6 +148,35 @@ def test_what_remains_is_drawn_and_told(found):
     assert "Nothing was added" in text
     for name in STRUCTURES:
         assert of_remains(found, name, 2.0) is not None, name
+
+
+def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
+    """Noise of ten stated sigmas has no order over anything, and explains nothing."""
+    search, wide = found.found, 10.0
+    rest = search.fit.rest.copy()
+    span = search.known.spans["contact"]
+    rest[span] = np.clip(wide * np.random.default_rng(5).standard_normal(span.stop - span.start), -14.0, 14.0)
+    left = amiss(search._replace(fit=search.fit._replace(rest=rest)))
+    assert [one.name for one in left] == ["contact.all"]
+    verdict = judged(found.causes, left, found.power)
+    told = dataclasses.replace(found, verdict=verdict, left=tuple(left)).to_dict()
+    assert told["verdict"] == "partly_explained"
+    row = json.loads(json.dumps(told, allow_nan=False))["remaining"]
+    sigma = np.concatenate([one.channels.contacts.sigma for one in search.records])
+    assert row["structure"] == "contact.all"
+    assert (row["channel"], row["unit"], row["where"]) == ("contact", "m", None)
+    assert row["record"] in [one.name for one in search.records]
+    assert row["size"] == pytest.approx(np.sqrt(np.mean((rest[span] * sigma) ** 2)))
+    assert row["significance"] == pytest.approx(np.sqrt(np.sum(rest[span] ** 2) - len(sigma)))
+    page = render(dataclasses.replace(found, verdict=verdict, left=tuple(left)))
+    assert STRUCTURES["contact.all"] in page
+    assert "in the whole channel, most in record-" in page
+    answer = {"effects": [{"kind": "drag_viscous"}], "unknown": [], "visible": True}
+    assert score(answer, told)["verdict_right"]
+
+
+def test_channels_within_their_noise_do_not_remain(found):
+    assert amiss(found.found) == []
 
 
 def test_more_remains_than_is_drawn(found):

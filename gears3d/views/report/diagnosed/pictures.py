@@ -180,13 +180,13 @@ def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
     return _picture(name, along, charts, effect.kind, words)
 
 
-def of_remains(found: Diagnosis, structure: str, where: float) -> Picture | None:
+def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture | None:
     """Return the picture of structure that remains; ``None`` where its channel has no points.
 
     Args:
         found: by the diagnosis.
         structure: channel and coordinate, as the contract names them.
-        where: order, where the coordinate is an angle.
+        where: order, where the coordinate is an angle; ``None`` for a whole channel.
     """
     records, name = found.found.records, channel_of(structure)
     seen = samples(records, name, found.found.fit.rest[found.found.known.spans[name]])
@@ -194,7 +194,7 @@ def of_remains(found: Diagnosis, structure: str, where: float) -> Picture | None
         return None
     if structure in ("impact.tooth", "impact.flank"):
         along = _folded(seen.drive, 1.0, "drive")
-    elif structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
+    elif where is not None and structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
         gear = "loose" if structure.endswith("loose") else "drive"
         along = _folded(getattr(seen, gear), where, gear)
     elif structure in ("flight.time", "sensor.ratio"):

@@ -129,8 +129,6 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     if found.verdict == "not_decidable":
         blind = joined([PLACES[place] for place, limit in found.power.items() if limit > POWER])
         return f"Nothing was found, but it cannot be decided: these records say too little of {blind}."
-    if found.verdict == "unexplained" and left["structure"] == "none":
-        return f"{records} from the rig in what is seen of {joined(off)}, and no cause of the catalogue explains it."
     if found.verdict == "unexplained":
         size = sized(left["size"], left["unit"]).text
         return f"{records} from the rig by {over} ({size}), and no cause of the catalogue explains it."
@@ -294,7 +292,7 @@ def snippet(causes: Sequence[Named]) -> str:
 
 
 def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return what no cause explains, strongest first: ``name``, ``size``, ``where``, ``raw`` and ``at``.
+    """Return what no cause explains: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
 
     Args:
         told: a diagnosis for JSON.
@@ -302,13 +300,20 @@ def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
     left = told["remaining"]
     if left["structure"] == "none":
         return []
-    rows = []
-    for one in (left, *left["others"]):
-        order = any(word in one["structure"] for word in ORDERED)
-        where = f"order {one['where']:.4g}" if order else f"largest at {plain(one['where'])} {_unit(one['structure'])}"
-        rows.append({"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
-                     "size": sized(one["size"], one["unit"]), "where": where.strip(), "at": one["where"]})  # fmt: skip
-    return rows
+    return [
+        {"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
+         "size": sized(one["size"], one["unit"]), "significance": sized(one["significance"], "sigma"),
+         "where": _where(one), "at": one["where"]}
+        for one in (left, *left["others"])
+    ]  # fmt: skip
+
+
+def _where(one: dict[str, Any]) -> str:
+    if one["where"] is None:
+        return f"in the whole channel, most in {Path(one['record']).name}" if one["record"] else "in the whole channel"
+    if any(word in one["structure"] for word in ORDERED):
+        return f"order {one['where']:.4g}"
+    return f"largest at {plain(one['where'])} {_unit(one['structure'])}".strip()
 
 
 def _unit(structure: str) -> str:

@@ -29,6 +29,8 @@ STRUCTURES = {
     "contact.order_drive": "a displacement in contact with an order of the drive gear",
     "contact.order_loose": "a displacement in contact with an order of the loose gear",
     "contact.loss_phase": "moments of losing contact that depend on speed",
+    "flight.all": "paths in flight that are off without any order over speed, angle or time",
+    "contact.all": "a displacement in contact that is off without any order over angle, speed or time",
 }
 """What is left, in words, by its name in the contract."""
 PLACES = {
