@@ -10,7 +10,6 @@ from gears3d.diagnosis.leaving import leaving
 from gears3d.measurement.zones import clearance
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
     from gears3d.measurement.segments import Segments
 
 Array = np.ndarray
@@ -147,16 +146,15 @@ class Channels(NamedTuple):
     left_out: dict[str, int]
 
 
-def channels(found: Measurement) -> Channels:
+def channels(cut: Segments) -> Channels:
     """Return the channels of a measured record.
 
     Args:
-        found: of :func:`gears3d.measurement.measure`.
+        cut: the record.
 
     Returns:
         The channels; what did not pass its own test of noise is left out and counted.
     """
-    cut = found.segments
     flights, few = _flights(cut)
     losses, stray = _losses(cut)
     impacts, silent = _impacts(cut)

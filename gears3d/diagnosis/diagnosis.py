@@ -15,6 +15,7 @@ from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
+from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.prediction import added, residuals
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import Structure, structures
@@ -129,15 +130,16 @@ def diagnose(
     tell = progress or (lambda doing, part: None)
     admitted_all, notes = admitted, of_channels(admitted)
     admitted = _moving(admitted, notes)
-    seen = law_of(admitted, notes, tell)
+    paths = Paths()
+    seen = law_of(admitted, notes, tell, paths)
     if seen.law is not None:
         return _lawful(admitted_all, rig, notes, seen.law, bodies)
     if yields(rig):
         return _beside(admitted_all, rig, notes, seen)
-    records, notes = _measured(admitted, notes, tell)
+    records, notes = _measured(admitted, notes, tell, paths)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
-    records, found = searched(admitted, records, highest)
+    records, found = searched(admitted, records, highest, paths)
     left = _left(found, highest)
     if unlike(found, left):
         found = nothing(found)
@@ -217,7 +219,7 @@ def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen
 
 
 def _measured(
-    admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None]
+    admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None], paths: Paths
 ) -> tuple[list[Evidence], list[Note]]:
     """Return the records that can be measured, and what is to be said of them and of the others."""
     records, faults, delay = [], [], delay_of(admitted)
@@ -225,7 +227,7 @@ def _measured(
         tell(f"measuring {one.file}", 0.1 + 0.5 * k / len(admitted))
         assert one.rig is not None
         try:
-            records.append(ready(one, delay))
+            records.append(ready(one, delay, paths=paths))
         except InputError as error:
             faults += error.faults
     if not records:

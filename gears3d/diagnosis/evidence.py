@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears import Pair
     from gears3d.measurement import Measurement
+    from gears3d.measurement.segments import Segments
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -102,7 +103,19 @@ def evidence(found: Measurement, scenario: Scenario, name: str = "", spared: tup
         name: of the record.
         spared: sensor effects that were taken out of the readings before the record was cut.
     """
-    seen = channels(found)
+    return of_cut(found.segments, scenario, name, spared)
+
+
+def of_cut(cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = ()) -> Evidence:
+    """Return a record that was cut as evidence.
+
+    Args:
+        cut: of :func:`gears3d.measurement.segments_of`.
+        scenario: as for :func:`evidence`.
+        name: of the record.
+        spared: as for :func:`evidence`.
+    """
+    seen = channels(cut)
     fine, at = _fine(seen)
     motion = _motion(seen, scenario)
     seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)

@@ -12,6 +12,7 @@ from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.contactlaw import OWN, Held, hold
 from gears3d.diagnosis.heldout import Split
+from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.rivals import EXCLUDED
 from gears3d.diagnosis.visits import Visits, some, visits
 from gears3d.effects import Code, Rig, catalogue
@@ -99,16 +100,17 @@ def yields(rig: Scenario) -> bool:
     return any(row.code in (Code.GAP_SPRING, Code.GAP_FILM) for row in rig.rows())
 
 
-def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None]) -> Seen:
+def law_of(
+    admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None], paths: Paths
+) -> Seen:
     """Return the law of contact that records ask for, before anything is cut by rigid flanks.
 
     Args:
         admitted: records that passed the sensor gate, each with the rig of its own condition.
         notes: of their motion; where one blocks there is no law.
         tell: called with what is being done and the part of the whole that is done.
+        paths: of the records.
     """
-    from gears3d.measurement import path_of
-
     seen: list[Visits | None] = []
     if any(note.blocks for note in notes):
         return Seen(None, None)
@@ -116,7 +118,7 @@ def law_of(admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[
     for one in admitted:
         assert one.rig is not None
         with suppress(InputError):
-            seen.append(visits(path_of(one.recording, one.rig, one.file), one.rig, one.file))
+            seen.append(visits(paths.of(one), one.rig, one.file))
     return gap_law([one for one in seen if one is not None])
 
 

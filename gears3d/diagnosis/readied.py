@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.deviation import deviation
-from gears3d.diagnosis.evidence import Evidence, evidence
+from gears3d.diagnosis.evidence import Evidence, of_cut
+from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.search import Search, search
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
-from gears3d.measurement import measure
-from gears3d.recording import Recording
+from gears3d.measurement import segments_of
 
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
@@ -47,22 +47,23 @@ def delay_of(admitted: Sequence[Admitted]) -> float:
     return float(np.median(seen)) if len(seen) > MOST * len(admitted) else 0.0
 
 
-def ready(one: Admitted, delay: float = 0.0, teeth: Sequence[Any] = ()) -> Evidence:
+def ready(one: Admitted, delay: float = 0.0, teeth: Sequence[Any] = (), paths: Paths | None = None) -> Evidence:
     """Return a record as evidence, cut as if the loose gear had been read in time with the drive.
 
     Args:
         one: the record.
         delay: of the loose gear's readings [s]; the evidence has it as spared, so that it remains to be explained.
         teeth: pitch errors that the flanks are known to have, whatever their sizes.
+        paths: of the records, as far as they are known.
 
     Raises:
         InputError: the record cannot be measured.
     """
     assert one.rig is not None
-    record = one.recording if delay == 0.0 else _read_in_time(one.recording, delay)
     spared = () if delay == 0.0 else (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
     shapes = tuple(_shape(one.rig, each, flank) for each in teeth for flank in (0, 1))
-    return evidence(measure(record, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
+    known = (paths or Paths()).of(one, delay)
+    return of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:
@@ -82,7 +83,9 @@ def single_teeth(found: Search) -> tuple[Any, ...]:
     return tuple(kept[key] for key in sorted(kept)[:MOST_TEETH])
 
 
-def searched(admitted: Sequence[Admitted], records: list[Evidence], highest: int) -> tuple[list[Evidence], Search]:
+def searched(
+    admitted: Sequence[Admitted], records: list[Evidence], highest: int, paths: Paths | None = None
+) -> tuple[list[Evidence], Search]:
     """Return what a search finds, and the records as it saw them.
 
     A tooth that stands out is not where flanks of low orders are drawn, and spoils the cutting of what happens on it.
@@ -92,6 +95,7 @@ def searched(admitted: Sequence[Admitted], records: list[Evidence], highest: int
         admitted: records as they came in.
         records: the same, those that could be measured.
         highest: order that is looked for.
+        paths: of the records, as far as they are known.
     """
     found, known = search(records, highest), ()
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
@@ -100,7 +104,7 @@ def searched(admitted: Sequence[Admitted], records: list[Evidence], highest: int
         if _places(teeth) <= _places(known):
             break
         known = teeth
-        records = [_cut_anew(came[one.name], one, delay, known) for one in records]
+        records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
         found = search(records, highest)
     return records, found
 
@@ -109,10 +113,10 @@ def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
     return {(one.gear, one.tooth, one.offset > 0.0) for one in teeth}
 
 
-def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any]) -> Evidence:
+def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any], paths: Paths | None) -> Evidence:
     """Return a record cut with flanks that may have single teeth; as before where it cannot be."""
     try:
-        return ready(one, delay, teeth)
+        return ready(one, delay, teeth, paths)
     except InputError:
         return before
 
@@ -126,19 +130,3 @@ def _shape(rig: Scenario, tooth: Any, flank: int) -> Shape:
         return deviation(rows, pair, drive, loose, np.full(len(drive), flank)) / abs(tooth.offset)
 
     return shape
-
-
-def _read_in_time(record: Recording, delay: float) -> Recording:
-    """Return a record whose loose gear is read earlier by a delay; what is then not known of it is cut off.
-
-    The loose gear is moved by whole rows, so that its noise stays what it is; parts of a row go to the drive, which
-    moves smoothly.
-    """
-    time = record.time
-    spacing = float(np.median(np.diff(time)))
-    rows = round(delay / spacing)
-    kept = np.arange(max(-rows, 0) + 1, len(time) - max(rows, 0) - 1)
-    drive = np.interp(time[kept] - (delay - rows * spacing), time, record.signals["theta_drive_rad"])
-    signals = {name: values[kept] for name, values in record.signals.items()}
-    signals |= {"theta_drive_rad": drive, "theta_loose_rad": record.signals["theta_loose_rad"][kept + rows]}
-    return Recording(signals, meta=record.meta)

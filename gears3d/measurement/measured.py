@@ -82,13 +82,38 @@ def measure(
     250
     """
     about = _about(record, rig, file)
-    teeth = (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
-    known = path_of(record, rig, file)
-    cut = segment(known, teeth, file, progress, shapes)
+    cut = segments_of(path_of(record, rig, file), rig, file, progress, shapes)
+    made = _recording(record, cut, about, _teeth(rig))
+    return Measurement(made, cut, _summary(record, made, cut))
+
+
+def segments_of(
+    known: Track,
+    rig: Scenario | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
+) -> Segments:
+    """Cut the path of a measured record, for those who need neither a recording nor a summary of it.
+
+    Args:
+        known: of :func:`path_of`.
+        rig: as for :func:`measure`.
+        file: named in faults.
+        progress: as for :func:`measure`.
+        shapes: as for :func:`measure`.
+
+    Raises:
+        InputError: the record does not tell flights from contact.
+    """
+    cut = segment(known, _teeth(rig), file, progress, shapes)
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
-    made = _recording(record, cut, about, teeth)
-    return Measurement(made, cut, _summary(record, made, cut))
+    return cut
+
+
+def _teeth(rig: Scenario | None) -> tuple[int, int] | None:
+    return (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
 
 
 def path_of(record: Recording, rig: Scenario | None = None, file: str = "") -> Track:

@@ -13,7 +13,7 @@ from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
 from gears3d.measurement.parabolas import Parabolas
 from gears3d.measurement.search import QUIET, find_flanks, one_flank, refined
-from gears3d.measurement.smoothing import Blocks, Shape, Track, blocks
+from gears3d.measurement.smoothing import Blocks, Shape, Track
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.touching import within
 from gears3d.measurement.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
@@ -52,7 +52,7 @@ def segment(
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
     tell = progress or _quiet
-    path = blocks(known)._replace(shapes=shapes)
+    path = known.blocks._replace(shapes=shapes)
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
     single, still = _resting(path, teeth)

@@ -20,6 +20,8 @@ FOLLOWS = 2.0
 """Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
 AT_ONCE = 1 << 18
 """Readings that are worked out at a time."""
+KEPT = 1 << 20
+"""Readings up to which the drive's angle is worked out once and kept."""
 STRETCHES, STRETCH = 16, 1 << 16
 """Stretches of a long record that tell how lively it is, and the readings in each."""
 CORNER = 16.0
@@ -57,7 +59,7 @@ class Track:
     @cached_property
     def drive(self) -> np.ndarray:
         """Angle of the drive gear [rad], (n,)."""
-        return self.driven(slice(None))
+        return self._driven(slice(None))
 
     @cached_property
     def loose(self) -> np.ndarray:
@@ -68,6 +70,11 @@ class Track:
     def place(self) -> np.ndarray:
         """Displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,)."""
         return self.part(slice(None))[2]
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """Means over blocks, as :func:`blocks` has them."""
+        return blocks(self)
 
     @cached_property
     def spacing(self) -> float:
@@ -90,6 +97,9 @@ class Track:
         Args:
             rows: which.
         """
+        return self.drive[rows] if len(self.time) <= KEPT else self._driven(rows)
+
+    def _driven(self, rows: slice | np.ndarray) -> np.ndarray:
         at, one = self.time[rows], self.readings[0]
         return self.steady.curve(at) if self.follows else np.interp(at, one.time, one.shown) + one.lift
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis.evidence import evidence
+from gears3d.diagnosis.paths import _read_in_time
 from gears3d.diagnosis.prediction import added, residuals
-from gears3d.diagnosis.readied import _read_in_time, delay_of, ready
+from gears3d.diagnosis.readied import delay_of, ready
 from gears3d.diagnosis.sifting import without_strays
 from gears3d.effects import catalogue
 from gears3d.measurement import measure
