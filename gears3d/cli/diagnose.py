@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -37,6 +37,7 @@ def diagnose(
 
     Several records at several speeds tell causes apart that one record cannot. To practise: gears3d challenge.
     """
+    from gears3d.cli.diagnosed import show
     from gears3d.cli.progress import bars
     from gears3d.diagnosis import diagnose as examine
     from gears3d.errors import Fault, InputError, UsageError
@@ -70,8 +71,12 @@ def diagnose(
 
         print_json(found.to_dict())
         return
-    _show(found)
-    typer.echo(f"report: {out / 'report.html'}" if out is not None else "to keep it, with a report: --out DIR")
+    show(found)
+    if out is None:
+        typer.echo("to keep it, with a report and the extended rig: --out DIR")
+    else:
+        typer.echo(f"report: {out / 'report.html'}")
+        typer.echo(f"{'extended rig' if found.causes else 'rig as it is'}: {out / 'extended.toml'}")
     if filmed:
         typer.echo(filmed)
 
@@ -81,6 +86,7 @@ def _write(found: Diagnosis, out: Path) -> None:
     import shlex
     import sys
 
+    from gears3d.diagnosis.extending import extended_text
     from gears3d.files import replacing
     from gears3d.views.report.diagnosed import write
 
@@ -88,7 +94,7 @@ def _write(found: Diagnosis, out: Path) -> None:
     with replacing(out / "diagnosis.json") as unfinished:
         unfinished.write_text(json.dumps(found.to_dict(), indent=2) + "\n", encoding="utf-8")
     with replacing(out / "extended.toml") as unfinished:
-        unfinished.write_text(found.extended.document, encoding="utf-8")
+        unfinished.write_text(extended_text(found), encoding="utf-8")
     write(out / "report.html", found, shlex.join(["gears3d", *sys.argv[1:]]), ("diagnosis.json", "extended.toml"))
 
 
@@ -119,57 +125,3 @@ def _replay(found: Diagnosis, admitted: list[Admitted], file: Path) -> str:
             return ""
     span = f"{Path(made.name).name}, {made.measured.time[0]:.4g} to {made.measured.time[-1]:.4g} s"
     return f"replay: {file} ({span}. {off(made)})"
-
-
-def _show(found: Diagnosis) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-
-    from gears3d.units import show
-    from gears3d.views.report.diagnosed.story import remains
-
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]")
-    for note in found.notes:
-        place = f" {escape(note.record)}:" if note.record else ""
-        console.print(f"{note.kind}:{place} {escape(note.text)} ({escape(note.remedy)})")
-    if found.suspects:
-        kinds = ", ".join(one.kind for one in found.suspects)
-        console.print(f"found, but not carried by these records: {kinds}")
-    for k, cause in enumerate(found.causes, 1):
-        fixed = ", ".join(f"{name} {value}" for name, value in cause.table.items()
-                          if name != "kind" and name not in cause.parameters)  # fmt: skip
-        console.print(f"{k}. [bold]{cause.kind}[/] ({cause.place})" + (f": {escape(fixed)}" if fixed else ""))
-        for name, one in cause.parameters.items():
-            family = cause.effect.params[name].family
-            text = [show(value, family, 5) for value in (one.value, one.low, one.high)]
-            console.print(f"     {name} {text[0]} (95 %: {text[1]} to {text[2]})")
-        console.print(f"     {escape(cause.evidence)}")
-        for rival in cause.alternatives:
-            console.print(f"     not excluded: {escape(rival['kind'])}: {escape(rival['why'])}")
-    told: dict[str, Any] = found.to_dict()
-    held = told["heldout"]
-    if held["gain"] is not None:
-        low, high = held["gain_range"]
-        console.print(
-            f"on data held out the extension takes away {100 * held['gain']:.3g} % of the error beyond noise"
-            f" ({100 * low:.3g} to {100 * high:.3g} % over {len(held['splits'])} splits)"
-        )
-    for one in found.runs:
-        best = one.runs[0]
-        if best.sigma:
-            console.print(f"{escape(one.cause)} or {escape(one.rival)} ({one.now:.2g} sigma apart now): {best.change}"
-                          f" would put {best.sigma:.3g} sigma between them")  # fmt: skip
-    solid = told["heldout_3d"]
-    if solid["gain"] is not None:
-        count = sum(solid["events"].values())
-        parts = [f"{100 * solid[key]:.3g} %" for key in ("gain", "gain_rigid")]
-        console.print(f"predicted by rigid bodies in 3D it takes away {parts[0]}; the rigid model over the same {count}"
-                      f" points held out: {parts[1]}")  # fmt: skip
-    elif found.causes and solid["why"] != "not asked for":
-        console.print(f"no gain in 3D: {escape(solid['why'])}")
-    for row in remains(told):
-        console.print(f"remains: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}")
-    blind = [place for place, limit in found.power.items() if limit > 0.1]
-    if blind:
-        console.print(f"these records say little of: {', '.join(blind)} (effects of 10 % would not show)")

@@ -89,14 +89,19 @@ def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> 
     level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
     base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
     likelihood = sum(0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen)
-    scale = {name: _scale(held, name) for name in seen}
-    sizes = {n: tuple(scale[n] * float(np.sqrt(np.mean(rest[n] ** 2))) for rest in (before, after)) for n in seen}
+    typical = {name: scale(held, name) for name in seen}
+    sizes = {n: tuple(typical[n] * float(np.sqrt(np.mean(rest[n] ** 2))) for rest in (before, after)) for n in seen}
     noise = float(np.mean([min(level[n], float(np.mean(after[n] ** 2))) for n in seen]))
     return Split((held.name,), base, extended, noise, likelihood, sizes)  # type: ignore[arg-type]
 
 
-def _scale(one: Evidence, name: str) -> float:
-    """Return a typical standard deviation of a channel in its unit."""
+def scale(one: Evidence, name: str) -> float:
+    """Return a typical standard deviation of the points of a channel [its unit].
+
+    Args:
+        one: the record.
+        name: of the channel.
+    """
     from gears3d.diagnosis.prediction import loss_sigma
 
     seen = one.channels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
@@ -14,7 +15,9 @@ from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
 DIGITS = 8
-"""Of the numbers that go into a scenario."""
+"""Of numbers without an interval that go into a scenario."""
+FEWEST, MOST = 3, 12
+"""Digits of those with an interval."""
 
 
 def parameters(cause: Cause, covariance: Array) -> dict[str, Parameter]:
@@ -56,15 +59,19 @@ def _units(effect: Any) -> dict[str, str]:
             for name, param in effect.params.items()}  # fmt: skip
 
 
-def table(effect: Any) -> dict[str, Any]:
+def table(effect: Any, numbers: Mapping[str, Parameter] | None = None, digits: int = DIGITS) -> dict[str, Any]:
     """Return an effect as the table that a scenario has under ``[[effect]]``.
 
     Args:
         effect: any.
+        numbers: parameters with intervals; they are rounded to what their intervals are worth.
+        digits: of the others.
 
     >>> from gears3d.effects import catalogue
     >>> table(catalogue()["transmission_error"](amplitude=2e-5, order=3))
     {'kind': 'transmission_error', 'amplitude': '20 um', 'order': 3, 'phase': '0 deg', 'gear': 'drive', 'flank': 'both'}
+    >>> table(catalogue()["restitution_offset"](offset=0.1 / 3.0), {"offset": Parameter(0.1 / 3.0, "", 0.03, 0.036)})
+    {'kind': 'restitution_offset', 'offset': 0.0333}
     """
     written: dict[str, Any] = {"kind": effect.kind}
     defaults = {one.name: one.default for one in fields(effect) if one.default is not MISSING}
@@ -72,8 +79,24 @@ def table(effect: Any) -> dict[str, Any]:
         value = getattr(effect, name)
         if name in defaults and value == defaults[name] and name in ("frequency", "order") and value == 0.0:
             continue
+        worth = worth_of(numbers[name]) if numbers is not None and name in numbers else digits
         if param.family in ("choice", "count", "ratio"):
-            written[name] = value
+            written[name] = float(f"{value:.{worth}g}") if isinstance(value, float) else value
         else:
-            written[name] = show(value, getattr(effect, f"{name}_family", param.family), DIGITS)
+            written[name] = show(value, getattr(effect, f"{name}_family", param.family), worth)
     return written
+
+
+def worth_of(number: Parameter) -> int:
+    """Return how many digits of a number its interval is worth: rounding moves it by a twentieth of that at most.
+
+    Args:
+        number: with its 95 % interval.
+
+    >>> worth_of(Parameter(41.69612, "", 41.69533, 41.69691)), worth_of(Parameter(1.0, "", 0.2, 1.8))
+    (7, 3)
+    """
+    half = 0.5 * (number.high - number.low)
+    if not (number.value and half > 0.0 and np.isfinite(half)):
+        return FEWEST
+    return int(np.clip(np.floor(np.log10(abs(number.value))) - np.floor(np.log10(0.1 * half)) + 1, FEWEST, MOST))

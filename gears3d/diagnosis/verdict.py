@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, fit
+from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
@@ -17,7 +17,8 @@ from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.remains import Structure, channel_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
-from gears3d.diagnosis.search import ACCEPT, Search
+from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
+from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
 from gears3d.identification import Parameter
 from gears3d.units import FAMILIES
 
@@ -47,6 +48,7 @@ class Named:
         alternatives: ``kind`` and ``why`` of causes that the data do not exclude.
         effect: of the scenario.
         table: for the scenario's ``[[effect]]``.
+        excluded: ``kind`` and ``why`` of causes that were tried in its place, and that the data exclude.
     """
 
     kind: str
@@ -57,14 +59,16 @@ class Named:
     alternatives: tuple[dict[str, str], ...]
     effect: Any = field(repr=False)
     table: dict[str, Any] = field(repr=False)
+    excluded: tuple[dict[str, str], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
         fixed = {name: chosen(self.effect, name, value) for name, value in self.table.items()
                  if name != "kind" and name not in numbers}  # fmt: skip
+        rivals = {"alternatives": list(self.alternatives), "excluded": list(self.excluded)}
         return {"kind": self.kind, "place": self.place, "parameters": {**numbers, **fixed}, "evidence": self.evidence,
-                "gain": self.gain, "alternatives": list(self.alternatives)}  # fmt: skip
+                "gain": self.gain, **rivals}  # fmt: skip
 
 
 def chosen(effect: Any, name: str, written: Any) -> Any:
@@ -97,39 +101,16 @@ def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None
         less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
         gain = less.chi2 - now.chi2
         effect: Any = cause.effect
-        alternatives = tuple(_alternative(one) for one in others[k] if not one.excluded)
+        alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
+        excluded = tuple(refused(one) for one in others[k] if one.excluded)
+        numbers = parameters(cause, covariance)
         told.append(
-            Named(effect.kind, effect.place, parameters(cause, covariance), _evidence(found, cause, less.rest, gain),
-                  gain, alternatives, effect, table(effect))
+            Named(effect.kind, effect.place, numbers, evidence_for(found, cause, less.rest, gain), gain, alternatives,
+                  effect, table(effect, numbers), excluded)
         )  # fmt: skip
     if spread is not None:
         told.append(_scattered(spread))
     return sorted(told, key=lambda one: -one.gain)
-
-
-def _alternative(rival: Rival) -> dict[str, str]:
-    kinds = " + ".join(cause.candidate.kind for cause in rival.causes)
-    if rival.worse > 0.5:
-        why = f"fits worse by {rival.worse:.1f} in chi-square, which is not enough to exclude it"
-    else:
-        why = "predicts the same in all these records"
-    shapes = ", ".join(f"{name} = {value}" for one in rival.causes for name, value in table(one.effect).items()
-                       if name != "kind")  # fmt: skip
-    return {"kind": kinds, "why": f"{why} ({shapes})"}
-
-
-def _evidence(found: Search, cause: Cause, without: Array, gain: float) -> str:
-    """Return one sentence: where the cause shows, and what it mends there."""
-    best, text = 0.0, ""
-    for name in cause.candidate.channels:
-        span = found.known.spans[name]
-        before, after = without[span], found.fit.rest[span]
-        fall = float(before @ before - after @ after)
-        if fall > best and len(before):
-            best = fall
-            rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
-            text = f"in the channel {name} it takes the error of a point from {rms[0]:.3g} to {rms[1]:.3g} sigma"
-    return f"{text}, {np.sqrt(max(gain, 0.0)):.3g} sigma in all"
 
 
 def _scattered(spread: Scatter) -> Named:
@@ -137,10 +118,11 @@ def _scattered(spread: Scatter) -> Named:
 
     effect = catalogue()["restitution_scatter"](standard_deviation=spread.value)
     number = Parameter(spread.value, "", spread.value - 1.96 * spread.sigma, spread.value + 1.96 * spread.sigma)
-    text = f"rebounds scatter more than their errors, in proportion to the speed of approach (gain {spread.gain:.3g})"
-    return Named(
-        effect.kind, effect.place, {"standard_deviation": number}, text, spread.gain, (), effect, table(effect)
+    numbers = {"standard_deviation": number}
+    text = (
+        f"rebounds scatter more than their errors, in proportion to the speed of approach; {sure(spread.gain)} in all"
     )
+    return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
 
 def name_law(law: GapLaw) -> Named:
@@ -156,7 +138,7 @@ def name_law(law: GapLaw) -> Named:
             f" {before:.3g} to {after:.3g} sigma")  # fmt: skip
     numbers = parameters(law.cause, law.covariance)
     gain = law.base.cost - law.held.cost
-    return Named(effect.kind, effect.place, numbers, text, gain, law.alternatives, effect, table(effect))
+    return Named(effect.kind, effect.place, numbers, text, gain, law.alternatives, effect, table(effect, numbers))
 
 
 def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
@@ -186,7 +168,7 @@ def power(known: Library) -> dict[str, float]:
         if one.kind in kinds:
             square = sum(float(np.sum(column.astype(float) ** 2)) for column in columns.values())
             if square > 0.0:
-                found[kinds[one.kind]] = float(np.sqrt(ACCEPT / square))
+                found[kinds[one.kind]] = max(float(np.sqrt(ACCEPT / square)), SMALLEST)
     return found
 
 

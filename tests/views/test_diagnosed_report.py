@@ -10,14 +10,19 @@ import numpy as np
 import pytest
 
 from gears3d.challenge.scoring import score
+from gears3d.cli.diagnosed import show
 from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.cause import contribution, fit
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import FINE
+from gears3d.diagnosis.extending import extended_text
+from gears3d.diagnosis.named import table
 from gears3d.diagnosis.remains import Structure
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
 from gears3d.gate import Finding
+from gears3d.identification import Parameter
+from gears3d.scenario import load
 from gears3d.views.report.diagnosed import render, story, write
 from gears3d.views.report.diagnosed.page import SHOWN
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
@@ -177,6 +182,37 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
 
 def test_channels_within_their_noise_do_not_remain(found):
     assert amiss(found.found) == []
+
+
+def test_the_extended_rig_has_no_digits_beyond_its_intervals_and_tells_them(found):
+    cause = found.causes[0]
+    text = extended_text(found)
+    assert tomllib.loads(text) == tomllib.loads(found.extended.document)
+    above = text[: text.rindex("[[effect]]")].rstrip().splitlines()[-2:]
+    assert above[0] == f"# found by gears3d diagnose: {cause.kind}"
+    assert above[1].startswith("# 95 %: coefficient ")
+    written = load(text).effects[-1].coefficient
+    one = cause.parameters["coefficient"]
+    assert 0.0 < abs(written - one.value) < 0.05 * 0.5 * (one.high - one.low)
+
+
+@pytest.mark.parametrize(("value", "half"), [(0.1 / 3.0, 1e-3), (-2.0 / 3.0, 1e-9), (98765.4321, 3e4), (9.99999, 0.7)])
+def test_ratios_are_rounded_within_a_twentieth_of_their_interval(value, half):
+    number = Parameter(value, "", value - half, value + half)
+    written = table(catalogue()["restitution_offset"](offset=value), {"offset": number})["offset"]
+    assert abs(written - value) <= 0.05 * half
+    digits = len(f"{abs(written):.15g}".replace(".", "").strip("0"))
+    assert digits <= max(np.log10(abs(value) / half) + 3, 3)
+
+
+def test_the_terminal_tells_the_story(found, capsys):
+    show(found)
+    said = capsys.readouterr().out
+    cause = found.causes[0]
+    for words in (found.verdict, f"1. {cause.kind} (torque)", cause.evidence, "gain: ", "remains: nothing"):
+        assert words in said
+    assert all(f"excluded: {one['kind']}: fits worse by" in said for one in cause.excluded)
+    assert re.search(r"would have shown, .* flanks and backlash from \d+\s% on, torques .* restitution from", said)
 
 
 def test_more_remains_than_is_drawn(found):

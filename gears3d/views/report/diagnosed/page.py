@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.files import write_text
 from gears3d.version import __version__
-from gears3d.views.report.diagnosed import pictures, story
+from gears3d.views.report.diagnosed import left, pictures, story
 from gears3d.views.report.figures import figure
 from gears3d.views.report.measured import sensors
 from gears3d.views.report.page import asset, environment
@@ -31,8 +31,8 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
         HTML that opens without a network.
     """
     told = found.to_dict()
-    left = story.remains(told)
-    for place, row in enumerate(left):
+    rows = left.remains(told)
+    for place, row in enumerate(rows):
         row["picture"] = pictures.of_remains(found, row["raw"], row["at"]) if place < SHOWN else None
     names = story.short([one["name"] for one in found.records])
     context: dict[str, Any] = {
@@ -52,12 +52,14 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
         "solid": story.solid(told["heldout_3d"]),
         "gain": story.percent(told["heldout"]["gain"]),
         "gain_range": [story.percent(one).text for one in told["heldout"].get("gain_range", ())],
-        "left": left,
+        "left": rows,
         "astray": story.astray(found),
         "worse": story.worse(told),
-        "power": story.power(found),
+        "power": left.power(found),
         "snippet": story.snippet(found.causes),
-        "records": [{**one, "name": names[one["name"]]} for one in found.records],
+        "records": [
+            {**one, "name": names[one["name"]], "left_out": left.left_out(one["left_out"])} for one in found.records
+        ],
         "findings": {
             names.get(name, name): sensors.findings({"quality": {"findings": rows}})
             for name, rows in found.findings.items()
@@ -89,7 +91,7 @@ def write(path: str | Path, found: Diagnosis, command: str = "", beside: tuple[s
 
 
 def _cause(found: Diagnosis, one: Any) -> dict[str, Any]:
-    meaning = (type(one.effect).__doc__ or "").strip().split("\n\n")[0].replace("\n", " ").replace("``", "")
+    meaning = (type(one.effect).__doc__ or "").strip().split("\n\n")[0].translate({ord("`"): None, ord("*"): None})
     return {
         "kind": one.kind,
         "place": one.place,
@@ -98,6 +100,7 @@ def _cause(found: Diagnosis, one: Any) -> dict[str, Any]:
         "evidence": one.evidence,
         "gain": figure(one.gain, digits=3),
         "alternatives": one.alternatives,
+        "excluded": one.excluded,
         "picture": pictures.of_cause(found, one.effect),
     }
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.heldout import UNITS
+from gears3d.diagnosis.named import worth_of
 from gears3d.diagnosis.prediction import CHANNELS
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 OFF = 3.0
 """Standard deviations beyond which a channel is still off, whatever the verdict."""
-ORDERED = ("order", "angle")
 
 
 class ChannelRow(NamedTuple):
@@ -201,8 +201,8 @@ def worse(told: dict[str, Any]) -> list[str]:
 
 
 def _leading(one: Named) -> str:
-    row = next(iter(numbers(one)))
-    return f"{row.name} {row.value}"
+    row, gear = next(iter(numbers(one))), one.table.get("gear")
+    return f"{gear} gear, {row.name} {row.value}" if gear else f"{row.name} {row.value}"
 
 
 def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
@@ -251,18 +251,11 @@ def numbers(one: Named) -> list[NumberRow]:
     rows = []
     for name, number in one.parameters.items():
         family = one.effect.params[name].family
-        digits = _digits(number.value, 0.5 * (number.high - number.low))
+        digits = worth_of(number)
         value, low, high = (show(each, family, digits) for each in (number.value, number.low, number.high))
         rows.append(NumberRow(name, value, low, high, float(number.value)))
     fixed = {name: value for name, value in one.table.items() if name != "kind" and name not in one.parameters}
     return rows + [NumberRow(name, str(value), "", "", None) for name, value in fixed.items()]
-
-
-def _digits(value: float, sigma: float) -> int:
-    """Return how many digits of a number its interval is worth."""
-    if not (value and sigma > 0.0 and np.isfinite(sigma)):
-        return 4
-    return int(np.clip(np.ceil(np.log10(abs(value) / sigma)) + 2, 3, 8))
 
 
 def short(names: Sequence[str]) -> dict[str, str]:
@@ -289,53 +282,3 @@ def snippet(causes: Sequence[Named]) -> str:
         lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in one.table.items()]
         tables.append("\n".join(["[[effect]]", *lines]))
     return "\n\n".join(tables)
-
-
-def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return what no cause explains: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
-
-    Args:
-        told: a diagnosis for JSON.
-    """
-    left = told["remaining"]
-    if left["structure"] == "none":
-        return []
-    return [
-        {"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
-         "size": sized(one["size"], one["unit"]), "significance": sized(one["significance"], "sigma"),
-         "where": _where(one), "at": one["where"]}
-        for one in (left, *left["others"])
-    ]  # fmt: skip
-
-
-def _where(one: dict[str, Any]) -> str:
-    if one["where"] is None:
-        return f"in the whole channel, most in {Path(one['record']).name}" if one["record"] else "in the whole channel"
-    if any(word in one["structure"] for word in ORDERED):
-        return f"order {one['where']:.4g}"
-    return f"largest at {plain(one['where'])} {_unit(one['structure'])}".strip()
-
-
-def _unit(structure: str) -> str:
-    over = structure.split(".")[1]
-    if structure == "impact.speed":
-        return "m/s"
-    return {"speed": "rad/s", "delay": "rad/s", "loss_phase": "rad/s", "time": "s", "ratio": "s", "tooth": "rad"}.get(
-        over, "")  # fmt: skip
-
-
-def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
-    """Return by place the smallest effect that would have shown, and what that means.
-
-    Args:
-        found: by the diagnosis.
-    """
-    rows = []
-    for place, limit in found.power.items():
-        if not np.isfinite(limit):
-            rows.append((PLACES[place], Figure("–"), "these records say nothing of it"))
-        elif limit > POWER:
-            rows.append((PLACES[place], percent(limit), "smaller ones may be there unseen: not decided"))
-        else:
-            rows.append((PLACES[place], percent(limit), "larger ones would have been named"))
-    return rows

@@ -15,6 +15,13 @@ CHANNEL_WORDS = {
     "drive": ("drive", "angle of the drive gear against the claimed motion"),
 }
 """Name of each channel and what is compared there."""
+LEFT_OUT = {
+    "flight": ("flight", "flights"),
+    "contact": ("point in contact", "points in contact"),
+    "impact": ("impact", "impacts"),
+    "loss": ("loss of contact", "losses of contact"),
+}
+"""What is left out of each channel, one and several."""
 STRUCTURES = {
     "sensor.ratio": "a displacement in contact that drifts with time",
     "sensor.delay": "a displacement in contact that follows the drive's speed",

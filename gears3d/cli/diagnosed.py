@@ -1,0 +1,78 @@
+"""What ``gears3d diagnose`` says in the terminal: the report in short."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis.verdict import Named
+
+
+def show(found: Diagnosis) -> None:
+    """Print a diagnosis.
+
+    Args:
+        found: what it came to.
+    """
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.views.report.diagnosed.story import sentence
+
+    told = found.to_dict()
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]  {escape(sentence(found, told))}")
+    for note in found.notes:
+        place = f"{note.record}: " if note.record else ""
+        console.print(escape(f"note: {place}{note.text} ({note.remedy})"))
+    if found.suspects:
+        kinds = ", ".join(one.kind for one in found.suspects)
+        console.print(f"found, but not carried by these records: {kinds}")
+    for k, cause in enumerate(found.causes, 1):
+        console.print(f"{k}. [bold]{cause.kind}[/] ({cause.place})")
+        for line in _cause(cause):
+            console.print(f"     {escape(line)}")
+    for line in _worth(found, told):
+        console.print(escape(line))
+
+
+def _cause(cause: Named) -> Iterator[str]:
+    from gears3d.views.report.diagnosed.story import numbers
+
+    for row in numbers(cause):
+        yield f"{row.name} {row.value}" + (f" (95 %: {row.low} to {row.high})" if row.low else "")
+    yield cause.evidence
+    for word, rivals in (("not excluded", cause.alternatives), ("excluded", cause.excluded)):
+        for rival in rivals:
+            yield f"{word}: {rival['kind']}: {rival['why']}"
+
+
+def _worth(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
+    """What the extension is worth, what would tell causes from rivals, what remains, and what would have shown."""
+    from gears3d.views.report.diagnosed.left import power, remains
+    from gears3d.views.report.diagnosed.story import percent, solid
+
+    held = told["heldout"]
+    if held["gain"] is not None:
+        low, high = (percent(each).text for each in held["gain_range"])
+        many = len(held["splits"])
+        over = f"in each of {many} splits" if low == high else f"{low} to {high} over {many} splits"
+        yield f"gain: {percent(held['gain']).text} of the error beyond noise on data held out ({over})"
+    if line := solid(told["heldout_3d"]):
+        yield line
+    for one in found.runs:
+        best = one.runs[0]
+        if best.sigma:
+            yield (f"{one.cause} or {one.rival} ({one.now:.2g} sigma apart now): {best.change} would put"
+                   f" {best.sigma:.3g} sigma between them")  # fmt: skip
+    rows = remains(told)
+    for row in rows:
+        yield f"remains: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}"
+    if not rows and found.causes and not found.law:
+        yield "remains: nothing that chance would not make"
+    limits = [f"{place} {f'from {limit.text} on' if limit.value is not None else 'not at all'}"
+              for place, limit, _ in power(found)]  # fmt: skip
+    if limits:
+        yield f"would have shown, as parts of what they act on: {', '.join(limits)}"

@@ -1,0 +1,54 @@
+"""The extended scenario as a file: the rig's own text, and above each cause what is known of it."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING
+
+from gears3d.diagnosis.named import worth_of
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.diagnosis import Diagnosis
+    from gears3d.diagnosis.verdict import Named
+
+HEAD = "[[effect]]"
+
+
+def extended_text(found: Diagnosis) -> str:
+    """Return the extended scenario as text, with a comment above each cause.
+
+    Args:
+        found: the diagnosis; without causes the text is that of the rig.
+    """
+    text = found.extended.document
+    lines = text.splitlines()
+    heads = [k for k, line in enumerate(lines) if line.strip() == HEAD]
+    if not found.causes or len(heads) < len(found.causes):
+        return text
+    for k, cause in reversed(list(zip(heads[-len(found.causes) :], found.causes, strict=True))):
+        lines[k:k] = ["", *(f"# {line}" for line in about(cause))]
+    told = "\n".join(lines) + "\n"
+    return told if tomllib.loads(told) == tomllib.loads(text) else text
+
+
+def about(cause: Named) -> list[str]:
+    """Return what is known of a cause, line by line.
+
+    Args:
+        cause: of a diagnosis.
+    """
+    return [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in intervals(cause))]
+
+
+def intervals(cause: Named) -> list[str]:
+    """Return the 95 % intervals of a cause's numbers, as a scenario has them.
+
+    Args:
+        cause: of a diagnosis.
+    """
+    told = []
+    for name, one in cause.parameters.items():
+        family, digits = cause.effect.params[name].family, worth_of(one)
+        told.append(f"{name} {show(one.low, family, digits)} to {show(one.high, family, digits)}")
+    return told

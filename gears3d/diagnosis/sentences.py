@@ -1,0 +1,107 @@
+"""What is said of a cause and its rivals, in sentences with sizes that an engineer can hold against the bench."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.diagnosis.cause import Cause
+from gears3d.diagnosis.heldout import UNITS, scale
+from gears3d.diagnosis.named import table
+from gears3d.diagnosis.rivals import Rival
+from gears3d.diagnosis.search import Search
+from gears3d.units import show
+
+Array = np.ndarray
+SEEN = {
+    "flight": "angles in flight are",
+    "contact": "places on the flanks are",
+    "impact": "speeds after impacts are",
+    "loss": "speeds at which flanks are left are",
+    "drive": "angles of the drive are",
+}
+"""What is off, by channel."""
+
+
+def alternative(rival: Rival) -> dict[str, str]:
+    """Return a rival that the data do not exclude, as ``kind`` and ``why``.
+
+    Args:
+        rival: of a cause.
+    """
+    if rival.worse > 0.5:
+        why = f"fits worse by {rival.worse:.1f} in chi-square, which is not enough to exclude it"
+    else:
+        why = "predicts the same in all these records"
+    return {"kind": _kinds(rival), "why": f"{why} ({_shapes(rival)})"}
+
+
+def refused(rival: Rival) -> dict[str, str]:
+    """Return a rival that the data exclude, as ``kind`` and ``why``.
+
+    Args:
+        rival: of a cause.
+    """
+    return {"kind": _kinds(rival), "why": f"fits worse by {sure(rival.worse)} ({_shapes(rival)})"}
+
+
+def _kinds(rival: Rival) -> str:
+    return " + ".join(cause.candidate.kind for cause in rival.causes)
+
+
+def _shapes(rival: Rival) -> str:
+    return ", ".join(f"{name} = {value}" for one in rival.causes
+                     for name, value in table(one.effect, digits=4).items() if name != "kind")  # fmt: skip
+
+
+def sure(gain: float) -> str:
+    """Return a fall of chi-square as standard deviations; beyond a thousand nobody counts.
+
+    Args:
+        gain: of chi-square.
+
+    >>> sure(144.0), sure(1e10)
+    ('12 sigma', 'over 1000 sigma')
+    """
+    far = float(np.sqrt(max(gain, 0.0)))
+    return f"{far:.3g} sigma" if far < 1000.0 else "over 1000 sigma"
+
+
+def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> str:
+    """Return one sentence: where a cause shows, and what it mends there.
+
+    Args:
+        found: by the search.
+        cause: one of it.
+        without: residuals that the others leave alone, (n,).
+        gain: fall of chi-square that it brings beside the others.
+    """
+    best, text = 0.0, ""
+    for name in cause.candidate.channels:
+        span = found.known.spans[name]
+        before, after = without[span], found.fit.rest[span]
+        fall = float(before @ before - after @ after)
+        if fall > best and len(before):
+            best = fall
+            rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
+            sigma = float(np.sqrt(np.mean([scale(one, name) ** 2 for one in found.records])))
+            sizes = [sized(sigma * each, UNITS[name]) for each in rms]
+            text = f"{SEEN[name]} off by {sizes[0]} without it and by {sizes[1]} with it, {rms[0]:.3g} and {rms[1]:.3g}"
+            text += " times their noise; "
+    return f"{text}{sure(gain)} in all"
+
+
+def sized(size: float, unit: str) -> str:
+    """Return a size of a channel as it is read.
+
+    Args:
+        size: [unit].
+        unit: SI.
+
+    >>> sized(2.957e-5, "m"), sized(4.67e-8, "m"), sized(8.8e-7, "rad"), sized(1.2e-4, "m/s")
+    ('29.6 um', '46.7 nm', '0.88 urad', '0.12 mm/s')
+    """
+    if unit == "rad":
+        return f"{1e6 * size:.3g} urad"
+    if unit == "m":
+        return show(size, "length", 3) if size >= 1e-7 else f"{1e9 * size:.3g} nm"
+    return f"{1e3 * size:.3g} mm/s"

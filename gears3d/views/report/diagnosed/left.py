@@ -1,0 +1,82 @@
+"""What a diagnosis leaves: structure, points that were not used, and effects too small to have shown."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.diagnosis.verdict import POWER
+from gears3d.views.report.diagnosed.story import percent, sized
+from gears3d.views.report.diagnosed.words import LEFT_OUT, PLACES, STRUCTURES
+from gears3d.views.report.figures import Figure, plain
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis import Diagnosis
+
+ORDERED = ("order", "angle")
+"""Parts of the names of structures that live in an order."""
+
+
+def left_out(counts: dict[str, int]) -> str:
+    """Return how many points of each channel a record does without, in words.
+
+    Args:
+        counts: by channel.
+
+    >>> left_out({"impact": 46, "flight": 1, "loss": 0}), left_out({})
+    ('46 impacts, 1 flight', 'none')
+    """
+    told = [f"{count} {LEFT_OUT[name][count != 1]}" for name, count in counts.items() if count]
+    return ", ".join(told) or "none"
+
+
+def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return what no cause explains: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
+
+    Args:
+        told: a diagnosis for JSON.
+    """
+    left = told["remaining"]
+    if left["structure"] == "none":
+        return []
+    return [
+        {"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
+         "size": sized(one["size"], one["unit"]), "significance": sized(one["significance"], "sigma"),
+         "where": _where(one), "at": one["where"]}
+        for one in (left, *left["others"])
+    ]  # fmt: skip
+
+
+def _where(one: dict[str, Any]) -> str:
+    if one["where"] is None:
+        return f"in the whole channel, most in {Path(one['record']).name}" if one["record"] else "in the whole channel"
+    if any(word in one["structure"] for word in ORDERED):
+        return f"order {one['where']:.4g}"
+    return f"largest at {plain(one['where'])} {_unit(one['structure'])}".strip()
+
+
+def _unit(structure: str) -> str:
+    over = structure.split(".")[1]
+    if structure == "impact.speed":
+        return "m/s"
+    return {"speed": "rad/s", "delay": "rad/s", "loss_phase": "rad/s", "time": "s", "ratio": "s", "tooth": "rad"}.get(
+        over, "")  # fmt: skip
+
+
+def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
+    """Return by place the smallest effect that would have shown, and what that means.
+
+    Args:
+        found: by the diagnosis.
+    """
+    rows = []
+    for place, limit in found.power.items():
+        if not np.isfinite(limit):
+            rows.append((PLACES[place], Figure("–"), "these records say nothing of it"))
+        elif limit > POWER:
+            rows.append((PLACES[place], percent(limit), "smaller ones may be there unseen: not decided"))
+        else:
+            rows.append((PLACES[place], percent(limit), "this and larger ones would have been named"))
+    return rows
