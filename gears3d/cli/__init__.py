@@ -31,6 +31,7 @@ VERBS = (
     "replay",
     "sound",
     "record",
+    "bench",
     "challenge",
     "reveal",
     "measure",

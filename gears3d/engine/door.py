@@ -54,6 +54,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     *,
     step: float | None = None,
+    path: np.ndarray | None = None,
 ) -> Recording:
     """Run a scenario as rigid bodies in PyBullet.
 
@@ -63,6 +64,8 @@ def simulate(
         contact: ``"located"`` (impacts where the true flanks meet) or ``"native"`` (Bullet's own contact response).
         progress: called now and then with the simulated time done [s].
         step: longest step of located contact, or the step of native contact [s]; ``None``: chosen, or 10 µs.
+        path: of the drive in place of the scenario's motion, as :func:`gears3d.engine.motion.there_and_back` gives;
+            with one, ``step`` may be longer than those of usual speeds.
 
     Returns:
         The recording, with ``meta["error_budget"]``; after Ctrl-C what there is, with ``meta["interrupted"]``.
@@ -79,13 +82,18 @@ def simulate(
     began = clock.perf_counter()
     shape, rig = meshed(gears), scenario.rig()
     arm = friction(rows) * gears.loose.base_radius
-    plant = Plant(shape, motion_table(scenario, rows), torques, rig.inertia, arm)
-    turn = fastest(plant.motion)[0] * longest_step(plant.motion, rows, gears)
+    motion = motion_table(scenario, rows) if path is None else path
+    plant = Plant(shape, motion, torques, rig.inertia, arm)
+    longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
+    turn = fastest(motion)[0] * longest
     watch = Watch(gears, shape, turn)
     log = Log(scenario.run.duration, scenario.run.output_rate)
     with World(*bodies(scenario, gears), respond=contact == "native") as world:
-        make = _native if contact == "native" else _located
-        run = make(scenario, rows, gears, (world, plant, watch, log), step)
+        if contact == "native":
+            run = _native(scenario, rows, gears, (world, plant, watch, log), step)
+        else:
+            longest = longest if step is None else min(step, longest)
+            run = _located(scenario, rows, longest, (world, plant, watch, log))
         complete = run.run(progress)
     radii = (gears.drive.base_radius, gears.loose.base_radius)
     meta: dict[str, Any] = {
@@ -179,13 +187,14 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     return made[0], made[1]
 
 
-def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float:
+def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair, most: float = LONGEST_STEP) -> float:
     """Return the longest step [s] that resolves the mesh and every harmonic of motion, torque and flanks.
 
     Args:
         motion: table of the drive gear's motion.
         rows: of all effects.
         pair: the gears, deviations included.
+        most: however slow everything is [s].
     """
     speed, frequency = fastest(motion)
     speed_loose = speed * pair.drive.base_radius / pair.loose.base_radius
@@ -195,7 +204,7 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair) -> float
     for deviation in pair.deviations:
         if isinstance(deviation, HarmonicDeviation):
             waves.append(deviation.order * (speed if deviation.gear == "drive" else speed_loose))
-    times = [LONGEST_STEP]
+    times = [most]
     times += [2.0 * math.pi / STEPS_PER_WAVE / wave for wave in waves if wave > 0.0]
     if speed > 0.0:
         times.append(TURN_PER_STEP * 2.0 * math.pi / pair.drive.teeth / speed)
@@ -212,12 +221,11 @@ def _law(scenario: Scenario, rows: tuple[Row, ...]) -> ImpactLaw:
     return ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed)
 
 
-def _located(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float | None) -> Located:
+def _located(scenario: Scenario, rows: tuple[Row, ...], longest: float, parts: Parts) -> Located:
     world, plant, watch, log = parts
-    longest = longest_step(plant.motion, rows, pair)
     settings = Settings(
         duration=scenario.run.duration,
-        longest_step=longest if step is None else min(step, longest),
+        longest_step=longest,
         law=_law(scenario, rows),
         stick_velocity=scenario.impact.stick_velocity,
         springs=springs_of(rows),

@@ -67,6 +67,29 @@ def standing_at(motion: np.ndarray, angle: float) -> np.ndarray:
     return np.vstack([(0.0, 1.0, 0.0), motion[1:], piece])
 
 
+def there_and_back(speed: float, way: float, turning: float) -> np.ndarray:
+    """Return a motion table: at constant speed, a smooth change of direction, and back.
+
+    Args:
+        speed: [rad/s].
+        way: angle until the change [rad].
+        turning: time that the change takes [s].
+
+    >>> path = there_and_back(2.0, 10.0, 1.0)
+    >>> [round(drive_at(path, time)[0], 12) for time in (0.0, 5.0, 5.5, 6.0, 11.0)]
+    [0.0, 10.0, 10.625, 10.0, 0.0]
+    """
+    forth = way / speed
+    pieces = [
+        (0.0, 0.0, speed, 0.0, 0.0, 0.0, 0.0),
+        (forth, way, speed, 0.0, -2.0 * speed / turning**2, speed / turning**3, 0.0),
+        (forth + turning, way, -speed, 0.0, 0.0, 0.0, 0.0),
+    ]
+    ends = (speed, math.pi / turning)
+    lines = np.array([(*piece, *ends) for piece in pieces]).reshape(-1, 3)
+    return np.vstack([(0.0, len(pieces), 0.0), lines])
+
+
 def _pieces(scenario: Scenario) -> np.ndarray:
     """Return a record as a quintic spline, in lines of the motion table (3·pieces, 3)."""
     from scipy.interpolate import PPoly, make_interp_spline

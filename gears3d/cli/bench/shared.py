@@ -1,0 +1,125 @@
+"""What every test of ``gears3d bench`` shares: options, quantities, and the folder that is written."""
+
+from __future__ import annotations
+
+import csv
+import shlex
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario of the rig (TOML).")]
+OutFolder = Annotated[Path, typer.Option(help="Folder for records, table, picture and summary.")]
+Seed = Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print summary.json.")]
+
+
+def quantity(text: str, family: str, key: str) -> float:
+    """Return a positive quantity of the command line in SI units.
+
+    Args:
+        text: with its unit.
+        family: of the unit.
+        key: the option.
+
+    Raises:
+        InputError: it is none, or not above 0.
+    """
+    from gears3d.errors import Fault, InputError
+    from gears3d.units import parse
+
+    try:
+        value = parse(text, family)
+    except InputError as error:
+        raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
+    if value <= 0.0:
+        raise InputError(Fault(key, f"is {text}", "give a quantity above 0"))
+    return value
+
+
+def quantities(text: str, family: str, key: str) -> list[float]:
+    """Return positive quantities that commas part, in SI units; one unit at the end serves those without.
+
+    Args:
+        text: e.g. ``"1 Hz, 2 Hz"``.
+        family: of the unit.
+        key: the option.
+
+    Raises:
+        InputError: one is none, or not above 0.
+
+    >>> quantities("1, 2 Hz", "frequency", "--frequencies")
+    [1.0, 2.0]
+    """
+    parts = [part.strip() for part in text.split(",")]
+    unit = parts[-1].lstrip("+-.0123456789eE").strip()
+    bare = [part.replace(".", "", 1).isdigit() for part in parts]
+    return [quantity(f"{part} {unit}" if one else part, family, key) for part, one in zip(parts, bare, strict=True)]
+
+
+def write(
+    place: Path,
+    scenario: Scenario,
+    summary: dict[str, Any],
+    *,
+    records: Mapping[str, Recording],
+    tables: Mapping[str, Mapping[str, np.ndarray]],
+    pictures: Mapping[str, Callable[[], Figure]],
+) -> dict[str, Any]:
+    """Write the folder of a test, whole or not at all; return the summary.
+
+    Args:
+        place: of the folder.
+        scenario: of the rig, written as ``scenario.toml``.
+        summary: what was found, written as ``summary.json`` with the names of the files and the command.
+        records: measured records by file name.
+        tables: columns by file name.
+        pictures: drawers by file name.
+
+    Raises:
+        InputError: the place is taken by something else, or cannot be written.
+    """
+    from gears3d import __version__
+    from gears3d.runs import RunFolder
+
+    command = shlex.join(["gears3d", *sys.argv[1:]])
+    summary = {
+        **summary,
+        "title": scenario.title,
+        "source": scenario.source,
+        "files": {"scenario": "scenario.toml", **{kind: sorted(some) for kind, some in
+                  (("records", records), ("tables", tables), ("pictures", pictures))}},
+        "version": __version__,
+        "command": command,
+    }  # fmt: skip
+    with RunFolder(place) as folder:
+        folder.write_scenario(scenario, f"gears3d {__version__}\n{command}")
+        for name, record in records.items():
+            record.write(folder.path / name)
+        for name, columns in tables.items():
+            _write_table(folder.path / name, columns)
+        for name, draw in pictures.items():
+            draw().savefig(folder.path / name, dpi=130)
+        folder.write_summary(summary)
+        folder.commit()
+    return summary
+
+
+def _write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(columns)
+        out.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))

@@ -1,0 +1,61 @@
+"""``gears3d bench ste``: the transmission error of both flanks from slow turns."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, quantity, write
+
+
+def ste(
+    scenario: ScenarioFile,
+    out: OutFolder,
+    speed: Annotated[str, typer.Option(help="Of the drive, each way.")] = "1 rpm",
+    turns: Annotated[float | None, typer.Option(help="Of the drive, each way; default whole hunting cycles.")] = None,
+    seed: Seed = None,
+    set_: Overrides = None,
+    as_json: AsJson = False,
+) -> None:
+    """Turn the rig slowly forth on its active flanks and back on its reverse ones; what it gives is φ, ψ and backlash.
+
+    The record is as measured ones are: gears3d identify transmission-error DIR/record.parquet --rig DIR/scenario.toml
+
+    Example: gears3d bench ste scenarios/rigaud-2020/fig2.toml --out ste
+    """
+    from math import pi
+
+    from gears3d.bench import static_error
+    from gears3d.bench.drawing import static_picture
+    from gears3d.bench.ste import cycles
+    from gears3d.cli.progress import bars
+    from gears3d.runs.folder import refuse_foreign
+    from gears3d.scenario import load
+
+    refuse_foreign(out)
+    rig = load(scenario, overrides=set_ or [])
+    pace = quantity(speed, "speed", "--speed")
+    with bars() as track:
+        lasts = 4.0 * pi * (cycles(rig) if turns is None else turns) / pace
+        found = static_error(rig, pace, turns, seed, track("ste", lasts))
+    table = {"theta_drive_rad": found.theta, **{f"{name}_m": curve for name, curve in found.curves().items()}}
+    summary = {**found.to_dict(), "error_budget": found.meta["error_budget"], "wall_s": found.meta["wall_s"]}
+    summary = write(
+        out,
+        rig,
+        summary,
+        records={"record.parquet": found.record},
+        tables={"ste.csv": table},
+        pictures={"ste.png": lambda: static_picture(found)},
+    )
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(summary)
+        return
+    for name, about in (("phi", "active flank φ"), ("psi", "reverse flank ψ"), ("backlash", "backlash b")):
+        told = summary[name]
+        reach = 1e6 * (told["largest_m"] - told["smallest_m"])
+        typer.echo(f"{about:16} mean {1e6 * told['mean_m']:9.3f} µm, peak to peak {reach:8.3f} µm")
+    typer.echo(f"\ngears3d identify transmission-error {out}/record.parquet --rig {out}/scenario.toml")
