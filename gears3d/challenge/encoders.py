@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from gears3d.scenario.model import Sensor
+    from gears3d.scenario.model import Sensor, Sensors
 
 
 def delay(effects: list[dict[str, Any]], gear: str) -> float:
@@ -41,6 +41,27 @@ def wander(effects: list[dict[str, Any]], gear: str, angle: np.ndarray) -> np.nd
         if e["kind"] == "encoder_eccentricity" and e["gear"] == gear:
             read += e["amplitude"] * np.cos(e["order"] * angle + e["phase"])
     return read
+
+
+def zeros(sensors: Sensors, records: int, random: np.random.Generator) -> tuple[tuple[float, float], ...]:
+    """Return what encoders that begin anywhere read of both gears at the marks of the bench, whole counts [rad].
+
+    Args:
+        sensors: of the bench.
+        records: how many.
+        random: numbers.
+
+    >>> from gears3d.scenario.model import Sensor, Sensors
+    >>> drawn = zeros(Sensors(1e3, Sensor(4), Sensor(4)), 2, np.random.default_rng(1))
+    >>> [[round(2.0 * angle / pi, 6) for angle in pair] for pair in drawn]
+    [[0.0, 2.0], [-1.0, 2.0]]
+    """
+    drawn = random.uniform(-pi, pi, (records, 2))
+    for column, gear in enumerate((sensors.drive, sensors.loose)):
+        if gear.counts_per_revolution:
+            edge = 2.0 * pi / gear.counts_per_revolution
+            drawn[:, column] = np.round(drawn[:, column] / edge) * edge
+    return tuple((float(drive), float(loose)) for drive, loose in drawn)
 
 
 def sway(angle: np.ndarray, step: float, frequency: float, damping: float) -> np.ndarray:

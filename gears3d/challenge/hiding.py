@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 SIZES = (0.1, 0.5)
 """Sizes of hidden effects as shares of their unit size."""
 RECORDS = "record.toml"
+ZEROS = ("common", "arbitrary")
+"""Where encoders count from: marks that all records have in common, or anywhere in each."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Plan:
         unknown: causes outside the catalogue.
         size: as a share of the unit size.
         noise: of both encoders together, as a share of the gap.
+        zeros: what the encoders read of drive and loose gear where the bench has 0, record by record [rad]; without
+            any, every record counts from the marks of the bench.
     """
 
     seed: int
@@ -50,6 +54,7 @@ class Plan:
     unknown: tuple[foreign.Foreign, ...]
     size: float
     noise: float
+    zeros: tuple[tuple[float, float], ...] = ()
 
     def told(self) -> dict[str, Any]:
         """Return the answer as JSON can hold it: kinds and parameters in SI."""
@@ -58,6 +63,7 @@ class Plan:
         others = [{"name": u.name, **u.parameters, "coordinates": list(u.coordinates)} for u in self.unknown]
         visible = not (self.effects and all(self._blind(effect) for effect in hidden))
         about = {"size": self.size, "noise": self.noise, "ratio": self._ratio()}
+        about |= {"zeros": [list(pair) for pair in self.zeros]} if self.zeros else {}
         return {"seed": self.seed, "effects": hidden, "unknown": others, "visible": visible, **about}
 
     def _ratio(self) -> list[int]:
@@ -102,6 +108,7 @@ def plan(
     noise: float | None = None,
     duration: float | None = None,
     records: int = len(protocol.SPEEDS),
+    zero: str = "common",
 ) -> Plan:
     """Draw a challenge.
 
@@ -114,10 +121,14 @@ def plan(
         noise: of both encoders together, as a share of the gap.
         duration: of a record, s.
         records: how many.
+        zero: ``"common"`` for encoders that count from the same marks in all records, ``"arbitrary"`` for such that
+            begin anywhere in each.
 
     Raises:
-        UsageError: a kind is not known.
+        UsageError: a kind, or a sort of zero, is not known.
     """
+    if zero not in ZEROS:
+        raise UsageError(f"--zero: there is no {zero!r}; {did_you_mean(zero, ZEROS)}")
     streams = [np.random.default_rng([seed, stream]) for stream in range(5)]
     which, bench, motion, cause, conditions = streams
     kinds = tuple(effects) if effects is not None else _which(which)
@@ -138,7 +149,8 @@ def plan(
     strange = [str(which.choice(list(foreign.UNKNOWN))) if k == "unknown" else k for k in kinds if k not in KINDS]
     unknown = tuple(foreign.draw(name, base, size, cause) for name in strange)
     each = tuple(protocol.conditions(base, conditions, records))
-    return Plan(seed, base, each, hidden, unknown, size, protocol.NOISE if noise is None else noise)
+    zeros = encoders.zeros(base.sensors, records, np.random.default_rng([seed, 12])) if zero == "arbitrary" else ()
+    return Plan(seed, base, each, hidden, unknown, size, protocol.NOISE if noise is None else noise, zeros)
 
 
 def _which(random: np.random.Generator) -> tuple[str, ...]:
@@ -188,6 +200,8 @@ def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = 
             if cause.mount and gear == "loose":
                 angle = encoders.sway(angle, 1.0 / sensors.sample_rate, *cause.mount)
         read[f"theta_{gear}_rad"] = encoders.read(angle, getattr(sensors, gear), noise / radius, random)
+        if plan.zeros:
+            read[f"theta_{gear}_rad"] += plan.zeros[number][gear == "loose"]
     about = {"sample_rate_Hz": sensors.sample_rate}
     about |= {f"counts_per_revolution_{gear}": getattr(sensors, gear).counts_per_revolution for gear in radii}
     return Recording(read, meta={"encoders": about})
@@ -217,7 +231,7 @@ def hide(
         observe(plan, number, tick).write(folder / name)
         names.append(name)
     write_text(folder / "rig.toml", plan.rig.document)
-    write_text(folder / RECORDS, _map(names, plan.conditions))
+    write_text(folder / RECORDS, _map(names, plan.conditions, bool(plan.zeros)))
     for name in [*names, "rig.toml", RECORDS]:
         files[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
     sealed = seal.close(plan.told())
@@ -228,7 +242,7 @@ def hide(
     return about
 
 
-def _map(names: Sequence[str], conditions: Sequence[dict[str, Any]]) -> str:
+def _map(names: Sequence[str], conditions: Sequence[dict[str, Any]], anywhere: bool) -> str:
     """Return the map of the records: each file with its condition."""
     import tomlkit
 
@@ -239,6 +253,8 @@ def _map(names: Sequence[str], conditions: Sequence[dict[str, Any]]) -> str:
         table = tomlkit.table()
         table["file"] = name
         motion = {key.removeprefix("motion."): value for key, value in condition.items()}
+        if anywhere:
+            table |= {gear: {"zero": "arbitrary"} for gear in ("drive", "loose")}
         table["condition"] = {"motion": motion}
         records.append(table)
     document["record"] = records

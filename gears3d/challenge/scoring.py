@@ -25,6 +25,8 @@ OTHER_GEAR = {
 }
 """An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose."""
 CHALLENGE = "name the folder that `gears3d challenge --out` wrote"
+GEARS = {"drag_position": "loose", "backlash_variation": "drive", "drive_motion": None}
+"""By whose angle effects go that do not name their gear."""
 VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
 
 
@@ -96,7 +98,11 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
         "set_right": bool(kinds) and all(any(k == n or _alike(k, n, s) for n, s in _pairs(names, sets)) for k in kinds),
         "wrong_names": [name for name in apart if name not in excused],
         "coordinate_right": structure in where if where else None,
-        "parameters": _parameters(seen, causes, answer.get("ratio", [1, 2])),
+        "parameters": _parameters(
+            [_from_zeros(effect, answer.get("zeros"), answer.get("ratio", [1, 2])) for effect in seen],
+            causes,
+            answer.get("ratio", [1, 2]),
+        ),
     }
 
 
@@ -112,6 +118,20 @@ def _right(kinds: list[str], unknown: list[Any]) -> tuple[str, ...]:
 
 def _alike(kind: str, name: str, among: set[str]) -> bool:
     return kind in among and name in ALIKE.get(kind, ())
+
+
+def _from_zeros(effect: dict[str, Any], zeros: list[list[float]] | None, teeth: list[int]) -> dict[str, Any]:
+    """Return an effect whose phase, or tooth, counts from the zeros of the first record."""
+    gear = GEARS.get(effect["kind"], effect.get("gear"))
+    if not zeros or gear not in ("drive", "loose"):
+        return effect
+    turned, count = zeros[0][gear == "loose"], teeth[gear == "loose"]
+    moved = dict(effect)
+    if "phase" in effect:
+        moved["phase"] = effect["phase"] - effect.get("order", 1) * turned
+    if "tooth" in effect:
+        moved["tooth"] = int(effect["tooth"] - 1 + round(turned * count / (2.0 * pi))) % count + 1
+    return moved
 
 
 def _parameters(effects: list[dict[str, Any]], causes: list[dict[str, Any]], ratio: list[int]) -> list[dict[str, Any]]:
@@ -136,6 +156,8 @@ def _compared(name: str, true: Any, told: Any) -> dict[str, Any]:
     value = told.get("value") if isinstance(told, dict) else told
     if isinstance(true, str) or isinstance(value, str) or name in ("order", "tooth"):
         return {"true": true, "found": value, "error": None, "right": value == true, "covered": None}
+    if value is None and isinstance(told, dict):
+        return {"true": true, "found": None, "error": None, "right": None, "covered": None}
     if not isinstance(value, int | float):
         return {"true": true, "found": value, "error": None, "right": False, "covered": None}
     angle = name == "phase"

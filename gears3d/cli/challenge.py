@@ -21,6 +21,9 @@ def challenge(
     noise: Annotated[float | None, typer.Option(help="Of the encoders, as a share of the gap.")] = None,
     duration: Annotated[str | None, typer.Option(help='Of a record, e.g. "3 s".')] = None,
     records: Annotated[int, typer.Option(help="How many.", min=1, max=20)] = 5,
+    zero: Annotated[
+        str, typer.Option(metavar="common|arbitrary", help="Marks that encoders count from in all records, or in each.")
+    ] = "common",
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value of --rig; repeatable.")
     ] = None,
@@ -49,7 +52,7 @@ def challenge(
     seed = int.from_bytes(os.urandom(6), "big") if seed is None else abs(seed)
     bench = None if rig is None else load(rig, overrides=set_ or [])
     length = None if duration is None else parse(duration, "time")
-    made = plan(seed, kinds, rig=bench, size=size, noise=noise, duration=length, records=records)
+    made = plan(seed, kinds, rig=bench, size=size, noise=noise, duration=length, records=records, zero=zero)
     with bars() as track:
         about = hide(made, out, track)
     if as_json:

@@ -152,6 +152,8 @@ class Mapper:
             self.meta.setdefault("encoders", {})[f"counts_per_revolution_{gear}"] = counts
         zero = chart.zero or ("index" if chart.index else "arbitrary")
         self.meta.setdefault("zero", {})[gear] = zero
+        if chart.zero == "arbitrary":
+            self.meta.setdefault("zero_arbitrary", []).append(gear)
         if found.notes:
             self.meta.setdefault("decoded", []).extend(note._asdict() for note in found.notes)
         if chart.index is None or isinstance(chart.decode, Quadrature) or zero != "index":

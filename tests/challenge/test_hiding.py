@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan, reveal, score
+from gears3d.challenge import hide, observe, plan, reveal, score
 from gears3d.challenge.causes import KINDS
 from gears3d.challenge.foreign import UNKNOWN
 from gears3d.effects import catalogue
@@ -57,8 +57,6 @@ def test_unknown_kinds_are_told():
 
 @pytest.mark.parametrize("name", [*UNKNOWN, "encoder_skew", "oil_film"])
 def test_what_is_hidden_shows_in_the_records(name):
-    from gears3d.challenge import observe
-
     signals = []
     for kinds in ((name,), ()):
         drawn = plan(5, kinds, size=0.3, noise=0.0, duration=1.0, records=1)
@@ -161,3 +159,36 @@ def test_an_encoder_that_reads_late_reads_what_was(late):
     speed = np.diff(true["theta_loose_rad"], prepend=0.0) / np.diff(true["time_s"], prepend=-1.0)
     shift = np.median((true["theta_loose_rad"] - read["theta_loose_rad"])[100:] / speed[100:])
     assert shift == pytest.approx(late, rel=1e-3)
+
+
+def test_arbitrary_zeros_move_what_is_read_and_nothing_else():
+    about = {"records": 2, "duration": 1.0}
+    plain, moved = (plan(10071, ("eccentricity",), zero=zero, **about) for zero in ("common", "arbitrary"))
+    assert moved.told() == {**plain.told(), "zeros": [list(pair) for pair in moved.zeros]}
+    for number, pair in enumerate(moved.zeros):
+        a, b = (observe(one, number).signals for one in (plain, moved))
+        for gear, turned in zip(("drive", "loose"), pair, strict=True):
+            assert abs(turned) <= np.pi
+            assert np.ptp(b[f"theta_{gear}_rad"] - a[f"theta_{gear}_rad"]) < 1e-9
+            assert b[f"theta_{gear}_rad"][0] - a[f"theta_{gear}_rad"][0] == pytest.approx(turned, abs=1e-9)
+
+
+def test_phases_and_teeth_are_scored_from_the_first_record_s_zeros():
+    effects = [{"kind": "transmission_error", "gear": "loose", "order": 3, "phase": 1.0},
+               {"kind": "pitch_error", "gear": "drive", "tooth": 30},
+               {"kind": "drag_position", "order": 1, "phase": 0.2}]  # fmt: skip
+    pitch = 2.0 * np.pi / 31
+    answer = {"effects": effects, "unknown": [], "visible": True, "ratio": [31, 53], "zeros": [[3.2 * pitch, 0.5]]}
+    phase = {"unit": "rad", "ci95": None}
+    causes = [{"kind": "transmission_error", "parameters": {"phase": {"value": -0.5, **phase}}},
+              {"kind": "pitch_error", "parameters": {"tooth": 2}},
+              {"kind": "drag_position", "parameters": {"phase": {"value": None, **phase}}}]  # fmt: skip
+    rows = score(answer, {"verdict": "explained", "causes": causes})["parameters"]
+    assert rows[0]["error"] == pytest.approx(0.0)
+    assert rows[1]["right"]
+    assert (rows[2]["error"], rows[2]["right"]) == (None, None)
+
+
+def test_a_sort_of_zero_that_is_not_there_is_named():
+    with pytest.raises(UsageError, match="arbitrary"):
+        plan(10071, (), zero="arbitary")
