@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import lru_cache
-from math import pi
-from typing import TYPE_CHECKING, Literal
+from math import cos, pi, sin
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -22,7 +22,14 @@ REACH, POINTS = 3.0, 385
 """Pitches to either side that a tooth's influence is looked for, and points there."""
 
 
-def deviation(rows: Iterable[Row], pair: Pair, drive: Array, loose: Array, flank: Array) -> Array:
+def deviation(
+    rows: Iterable[Row],
+    pair: Pair,
+    drive: Array,
+    loose: Array,
+    flank: Array,
+    known: dict[Any, Any] | None = None,
+) -> Array:
     """Return by how much effects move the loose gear that lies on a flank [m].
 
     An eccentric gear counts to first order in its offset; a tooth that stands out carries alone as long as it is in
@@ -34,6 +41,7 @@ def deviation(rows: Iterable[Row], pair: Pair, drive: Array, loose: Array, flank
         drive: angle [rad], (n,).
         loose: angle [rad], (n,).
         flank: 0 active, 1 reverse, (n,).
+        known: gets, and has, the shapes of unit size at these very points; without it none is kept.
 
     >>> from gears3d.effects.rows import flank_harmonic
     >>> from gears3d.gears import Gear, Pair
@@ -43,29 +51,58 @@ def deviation(rows: Iterable[Row], pair: Pair, drive: Array, loose: Array, flank
     [0.0, 2e-05]
     """
     total = np.zeros_like(drive)
-    out = np.where(flank == 0, 1.0, -1.0)
     for row in rows:
         p = row.p
         if not 200 < row.code < 300:
             continue
         own = drive if p[0] == 0 else loose
         if row.code == Code.FLANK_HARMONIC:
-            total = total + np.where(flank == p[1], out * p[3] * np.cos(p[2] * own + p[4]), 0.0)
+            total = total + (p[3] if p[1] == 0 else -p[3]) * (flank == p[1]) * wave(p[0], p[2], p[4], own, known)
         elif row.code == Code.FLANK_ECCENTRIC:
-            lean = out * pair.working_pressure_angle
+            lean = np.where(flank == 0, 1.0, -1.0) * pair.working_pressure_angle
             total = total + p[1] * (np.sin(own + p[2] + lean) if p[0] == 0 else -np.sin(own + p[2] - lean))
         elif row.code == Code.FLANK_TOOTH:
-            total = total + np.where(flank == p[1], _tooth(row, pair, own), 0.0)
+            total = total + abs(p[3]) * _tooth(row, pair, own, flank, known)
     return total
 
 
-def _tooth(row: Row, pair: Pair, own: Array) -> Array:
+def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any, Any] | None = None) -> Array:
+    """Return the cosine of an order of a gear's angle.
+
+    Args:
+        gear: 0 drive, 1 loose.
+        order: any.
+        phase: [rad].
+        angle: of the gear [rad], (n,).
+        known: gets, and has, cosine and sine of each gear and order at these very points.
+
+    >>> wave(0, 2, np.pi / 2.0, np.array([np.pi / 4.0]), {}).round(9).tolist()
+    [-1.0]
+    """
+    if known is None:
+        return np.cos(order * angle + phase)
+    if (key := ("wave", gear, order)) not in known:
+        known[key] = np.cos(order * angle), np.sin(order * angle)
+    cosine, sine = known[key]
+    return cos(phase) * cosine - sin(phase) * sine if phase else cosine
+
+
+def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any] | None) -> Array:
+    """Return what a tooth of unit size does to its flank, nothing to the other."""
+    key = ("tooth", *row.p[:3], row.p[3] > 0.0)
+    if known is not None and key in known:
+        return known[key]
     gear: Literal["drive", "loose"] = "drive" if row.p[0] == 0 else "loose"
     side: Literal["active", "reverse"] = "active" if row.p[1] == 0 else "reverse"
     teeth = pair.gear(gear).teeth
-    since = np.mod(own - (row.p[2] - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
+    mine = np.flatnonzero(flank == row.p[1])
+    since = np.mod(own[mine] - (row.p[2] - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
     angle, moved = _influence(pair, gear, side, row.p[3] > 0.0)
-    return abs(row.p[3]) * np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
+    shape = np.zeros_like(own)
+    shape[mine] = np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
+    if known is not None:
+        known[key] = shape
+    return shape
 
 
 @lru_cache(maxsize=64)

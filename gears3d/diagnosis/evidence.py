@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +75,7 @@ class Evidence:
         at: where the points of flights stand among the fine ones, (f, BINS).
         spared: sensor effects that were taken out of the readings before the record was cut; predictions without them
             miss them, as they would have missed the readings as they came.
+        kept: what was worked out from the others and is asked for again; a record with other points starts anew.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Evidence:
     fine: tuple[Array, Array, Array]
     at: Array
     spared: tuple[Any, ...] = ()
+    kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def radii(self) -> tuple[float, float]:

@@ -18,6 +18,9 @@ ONE_SIDED = 4.0
 """Chi-square that it must be worth to say that a deviation is on one flank only."""
 ALIKE = 1e-5
 """Part of a column's square that must be its own beside the causes that are in."""
+AT_ONCE = 16
+"""Columns that are made double precision at a time."""
+_UNITS: dict[bool, Array] = {False: np.eye(1), True: np.eye(2)}
 
 
 class Scored(NamedTuple):
@@ -36,22 +39,46 @@ class Scored(NamedTuple):
     sigma: Array
 
 
+class Stack(NamedTuple):
+    """Columns of one channel.
+
+    Args:
+        columns: per unit of size, float32 (r, n of the channel).
+        owner: candidate of each, (r,).
+        number: of the candidate's numbers, 0 or 1, (r,).
+        normal: products of the columns of each candidate, (candidates, 2, 2).
+    """
+
+    columns: Array
+    owner: Array
+    number: Array
+    normal: Array
+
+
 class Library(NamedTuple):
     """Candidates and their columns.
 
     Args:
         candidates: all.
-        columns: by candidate and channel, per unit of size, float32 (k, n of the channel).
+        stacks: their columns, by channel.
         spans: where channels lie in the stacked residuals, by name.
         records: that the columns are of.
         parts: where each record lies in the columns of a channel, by name.
     """
 
     candidates: list[Candidate]
-    columns: list[dict[str, Array]]
+    stacks: dict[str, Stack]
     spans: dict[str, slice]
     records: tuple[Evidence, ...]
     parts: dict[str, list[slice]]
+
+    def square(self, which: int) -> float:
+        """Return the chi-square of a unit of a candidate's first number.
+
+        Args:
+            which: of the candidates.
+        """
+        return sum(float(one.normal[which, 0, 0]) for one in self.stacks.values())
 
 
 def library(records: Sequence[Evidence], every: list[Candidate], before: Library | None = None) -> Library:
@@ -68,11 +95,9 @@ def library(records: Sequence[Evidence], every: list[Candidate], before: Library
         size = parts[name][-1].stop
         spans[name] = slice(at, at + size)
         at += size
-    there = (
-        {} if before is None else {repr(one): own for one, own in zip(before.candidates, before.columns, strict=True)}
-    )
-    columns = [_columns(records, one, before, there.get(repr(one), {})) for one in every]
-    return Library(every, columns, spans, tuple(records), parts)
+    before = before if before is not None and before.candidates == every else None
+    stacks = {name: _stack(records, every, name, parts[name], before) for name in CHANNELS}
+    return Library(every, stacks, spans, tuple(records), parts)
 
 
 def _behind(sizes: Sequence[int]) -> list[slice]:
@@ -80,22 +105,36 @@ def _behind(sizes: Sequence[int]) -> list[slice]:
     return [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
-def _columns(
-    records: Sequence[Evidence], one: Candidate, before: Library | None, there: dict[str, Array]
-) -> dict[str, Array]:
-    """Return the columns of a candidate by channel; where a record's points are as before they are taken over."""
-    sizes = np.eye(2) if one.phased else np.eye(1)
-    effects = [one.effect(one.tried * one.unit * row) for row in sizes]
-    made = {}
-    for name in one.channels:
-        parts = []
-        for k, record in enumerate(records):
-            if before is not None and name in there and _same(before.records[k], record, name):
-                parts.append(there[name][:, before.parts[name][k]])
-            else:
-                own = [added(record, [effect], name) / one.tried for effect in effects]
-                parts.append(np.array(own).astype(np.float32))
-        made[name] = np.concatenate(parts, axis=1)
+def _stack(
+    records: Sequence[Evidence], every: list[Candidate], name: str, parts: list[slice], before: Library | None
+) -> Stack:
+    """Return the columns of a channel; where a record's points are as before they are taken over."""
+    mine = [k for k, one in enumerate(every) if name in one.channels]
+    owner = np.array([k for k in mine for _ in range(1 + every[k].phased)], int)
+    number = np.array([j for k in mine for j in range(1 + every[k].phased)], int)
+    kept = [before is not None and _same(before.records[k], one, name) for k, one in enumerate(records)]
+    if before is not None and all(kept):
+        return before.stacks[name]
+    effects = [
+        one.effect(one.tried * one.unit * size) for one in map(every.__getitem__, mine) for size in _UNITS[one.phased]
+    ]
+    columns = np.zeros((len(owner), parts[-1].stop), np.float32)
+    for k, (record, part) in enumerate(zip(records, parts, strict=True)):
+        if before is not None and kept[k]:
+            columns[:, part] = before.stacks[name].columns[:, before.parts[name][k]]
+            continue
+        for row, (which, effect) in enumerate(zip(owner, effects, strict=True)):
+            columns[row, part] = added(record, [effect], name) / every[which].tried
+    return Stack(columns, owner, number, _normal(columns, owner, number, len(every)))
+
+
+def _normal(columns: Array, owner: Array, number: Array, count: int) -> Array:
+    """Return the products of the columns of each candidate, (count, 2, 2)."""
+    made = np.zeros((count, 2, 2))
+    begins = np.flatnonzero(number == 0)
+    for begin, end in zip(begins, [*begins[1:], len(owner)], strict=True):
+        own = columns[begin:end].astype(float)
+        made[owner[begin], : end - begin, : end - begin] = own @ own.T
     return made
 
 
@@ -121,25 +160,46 @@ def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scor
         rest: residuals with the causes that are in, (n,).
         slopes: of the numbers of these causes, orthonormal, (n, p).
     """
-    found = []
-    for one, columns in zip(known.candidates, known.columns, strict=True):
-        size = 2 if one.phased else 1
-        normal, right = np.zeros((size, size)), np.zeros(size)
-        taken = np.zeros((size, 0 if slopes is None else slopes.shape[1]))
-        for name, column in columns.items():
-            own = column.astype(float)
-            normal = normal + own @ own.T
-            right = right + own @ rest[known.spans[name]]
-            if slopes is not None:
-                taken = taken + own @ slopes[known.spans[name]]
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-30))
-        if slopes is not None:
-            normal = normal - taken @ taken.T
-        value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
-        if not (value[-1] > ALIKE and scale.max() > 1e-9):
-            continue
-        vector = vector[:, value > ALIKE] / scale[:, None]
-        inverse = vector / value[value > ALIKE] @ vector.T
-        units = inverse @ right
-        found.append(Scored(one, float(right @ units), units, np.sqrt(np.maximum(np.diag(inverse), 0.0))))
-    return sorted(found, key=lambda each: price(each.candidate) - each.gain)
+    wanted = rest[:, None] if slopes is None else np.column_stack([rest, slopes])
+    normal, found = np.zeros((len(known.candidates), 2, 2)), np.zeros((len(known.candidates), 2, wanted.shape[1]))
+    for name, stack in known.stacks.items():
+        normal += stack.normal
+        found[stack.owner, stack.number] += _products(stack.columns, wanted[known.spans[name]])
+    normal -= found[..., 1:] @ np.swapaxes(found[..., 1:], 1, 2)
+    told: list[Scored | None] = [None] * len(known.candidates)
+    phased = np.array([one.phased for one in known.candidates], bool)
+    scale = sum((stack.normal for stack in known.stacks.values()), np.zeros_like(normal))
+    for size in (1, 2):
+        mine = np.flatnonzero(phased == (size == 2))
+        wide = np.sqrt(np.maximum(np.diagonal(scale[mine, :size, :size], axis1=1, axis2=2), 1e-30))
+        units, inverse, good = _solved(normal[mine, :size, :size], found[mine, :size, 0], wide)
+        for k, own, square in zip(mine[good], units[good], inverse[good], strict=True):
+            sigma = np.sqrt(np.maximum(np.diag(square), 0.0))
+            told[k] = Scored(known.candidates[k], float(found[k, :size, 0] @ own), own, sigma)
+    return sorted((one for one in told if one is not None), key=lambda each: price(each.candidate) - each.gain)
+
+
+def _products(columns: Array, wanted: Array) -> Array:
+    """Return the products of columns, a few at a time in double precision, with some others, (r, q)."""
+    made = np.zeros((len(columns), wanted.shape[1]))
+    wanted = np.ascontiguousarray(wanted)
+    for first in range(0, len(columns), AT_ONCE):
+        rows = slice(first, first + AT_ONCE)
+        made[rows] = columns[rows].astype(float) @ wanted
+    return made
+
+
+def _solved(normal: Array, right: Array, scale: Array) -> tuple[Array, Array, Array]:
+    """Return the numbers that leave least, their covariance, and whether there is anything of their own to tell them.
+
+    Args:
+        normal: products of the columns, less what causes that are in have of them, (k, size, size).
+        right: products with the residuals, (k, size).
+        scale: length of the columns, (k, size).
+    """
+    value, vector = np.linalg.eigh(normal / (scale[:, :, None] * scale[:, None, :]))
+    own = value > ALIKE
+    vector = vector / scale[:, :, None]
+    inverse = (vector * np.where(own, 1.0 / np.where(own, value, 1.0), 0.0)[:, None, :]) @ np.swapaxes(vector, 1, 2)
+    good = own[:, -1] & (scale.max(axis=1, initial=0.0) > 1e-9)
+    return np.einsum("kij,kj->ki", inverse, right), inverse, good

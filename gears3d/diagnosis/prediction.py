@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.channels import Losses
-from gears3d.diagnosis.deviation import deviation
+from gears3d.diagnosis.deviation import deviation, wave
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.freed import free_contact, free_drive, free_flight, speed_of
+from gears3d.diagnosis.freed import without as without
 from gears3d.diagnosis.torque import torque
 from gears3d.effects import Code, Gate, Row
 
@@ -49,7 +51,9 @@ def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
     return _ADDED[name](one, rows, sensors)
 
 
-def reading_error(sensors: Iterable[Any], gear: str, angle: Array, speed: Array) -> Array:
+def reading_error(
+    sensors: Iterable[Any], gear: str, angle: Array, speed: Array, known: dict[Any, Any] | None = None
+) -> Array:
     """Return what sensor effects add to the reading of one gear [rad].
 
     Args:
@@ -57,12 +61,14 @@ def reading_error(sensors: Iterable[Any], gear: str, angle: Array, speed: Array)
         gear: ``"drive"`` or ``"loose"``.
         angle: of the gear [rad].
         speed: of the gear [rad/s].
+        known: waves over the angles of points of contact, for :func:`gears3d.diagnosis.deviation.wave`.
     """
     total = np.zeros_like(angle)
     for one in sensors:
         if one.gear == gear:
-            late = getattr(one, "delay", None)
-            total = total + (one.amplitude * np.cos(one.order * angle + one.phase) if late is None else -late * speed)
+            late, which = getattr(one, "delay", None), ("drive", "loose").index(gear)
+            swing = one.amplitude * wave(which, one.order, one.phase, angle, known) if late is None else -late * speed
+            total = total + swing
     return total
 
 
@@ -88,18 +94,20 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
 
 def _flight_base(one: Evidence) -> Array:
     flights = one.channels.flights
-    return _free_flight(one, flights.loose + _fallen(one, one.rig.drag_torque * np.sign(one.fine[2])))
+    return free_flight(one, flights.loose + _fallen(one, one.rig.drag_torque * np.sign(one.fine[2])))
 
 
 def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     time, angle, speed = one.fine
     path = np.zeros_like(one.channels.flights.time)
+    if not any(sensor.gear == "loose" for sensor in sensors) and not any(100 < row.code < 200 for row in rows):
+        return path.ravel()
     if any(100 < row.code < 200 for row in rows):
         path = path - _fallen(one, torque(rows, speed, angle, time))
     if any(sensor.gear == "loose" for sensor in sensors):
         fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
         path = path + reading_error(sensors, "loose", one.channels.flights.loose, fast)
-    return _free_flight(one, path)
+    return free_flight(one, path)
 
 
 def _fallen(one: Evidence, resisting: Array) -> Array:
@@ -116,14 +124,6 @@ def _fallen(one: Evidence, resisting: Array) -> Array:
     return (1.0 - part) * total[each, below] + part * total[each, below + 1]
 
 
-def _free_flight(one: Evidence, path: Array) -> Array:
-    flights = one.channels.flights
-    if not len(path):
-        return np.zeros(0)
-    x = flights.time - flights.time.mean(axis=1, keepdims=True)
-    return without(path / flights.sigma, (1.0 / flights.sigma, x / flights.sigma)).ravel()
-
-
 def bend(x: Array, sigma: Array) -> Array:
     """Return what a unit deceleration does to the points of flights, free of start angle and speed, (f, BINS).
 
@@ -136,22 +136,19 @@ def bend(x: Array, sigma: Array) -> Array:
 
 def _contact_base(one: Evidence) -> Array:
     seen = one.channels.contacts
-    return _free_contact(one, seen.place - seen.flank * one.rig.backlash)
+    return free_contact(one, seen.place - seen.flank * one.rig.backlash)
 
 
 def _contact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen, (drive, loose) = one.channels.contacts, one.radii
-    place = deviation(rows, one.pair, seen.drive, seen.loose, seen.flank)
+    if not sensors and not any(200 < row.code < 300 for row in rows):
+        return np.zeros_like(seen.place)
+    place = deviation(rows, one.pair, seen.drive, seen.loose, seen.flank, one.kept)
     if sensors:
-        speed = one.motion.speed(seen.time)
-        place = place + loose * reading_error(sensors, "loose", seen.loose, speed * drive / loose)
-        place = place - drive * reading_error(sensors, "drive", seen.drive, speed)
-    return _free_contact(one, place)
-
-
-def _free_contact(one: Evidence, place: Array) -> Array:
-    sigma = one.channels.contacts.sigma
-    return without((place / sigma)[None], ((1.0 / sigma)[None],))[0] if len(place) else place
+        speed = speed_of(one, "contacts")
+        place = place + loose * reading_error(sensors, "loose", seen.loose, speed * drive / loose, one.kept)
+        place = place - drive * reading_error(sensors, "drive", seen.drive, speed, one.kept)
+    return free_contact(one, place)
 
 
 def _impact_base(one: Evidence) -> Array:
@@ -228,7 +225,7 @@ def _drive_base(one: Evidence) -> Array:
         turn = 2.0 * pi * claim.frequency
         shrunk = np.sinc(claim.frequency * seen.width)
         angle = angle - shrunk * claim.amplitude / turn * np.cos(turn * (seen.time + shift) + claim.phase)
-    return _free_drive(one, seen.angle - angle)
+    return free_drive(one, seen.angle - angle)
 
 
 def _began(one: Evidence) -> float:
@@ -244,43 +241,15 @@ def _began(one: Evidence) -> float:
 
 def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen = one.channels.drive
-    angle = reading_error(sensors, "drive", seen.angle, one.motion.speed(seen.time))
+    if not sensors and not any(row.code == Code.MOTION_HARMONIC for row in rows):
+        return np.zeros_like(seen.angle)
+    angle = reading_error(sensors, "drive", seen.angle, speed_of(one, "drive"))
     for row in rows:
         if row.code == Code.MOTION_HARMONIC:
             turn = 2.0 * pi * row.p[1]
             shrunk = np.sinc(row.p[1] * seen.width)
             angle = angle - shrunk * row.p[0] / turn * np.cos(turn * seen.time + row.p[2])
-    return _free_drive(one, angle)
-
-
-def _free_drive(one: Evidence, angle: Array) -> Array:
-    seen = one.channels.drive
-    swing = one.motion.speed(seen.time) - one.motion.mean
-    free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
-    return without((angle / seen.sigma)[None], tuple(column[None] for column in free))[0]
-
-
-def without(rest: Array, free: tuple[Array, ...]) -> Array:
-    """Return residuals, each row freed of columns by least squares.
-
-    Args:
-        rest: (m, n).
-        free: columns in the same weights, each (m, n); those that are nothing but the others are passed over.
-
-    >>> without(np.array([[1.0, 2.0, 4.0]]), (np.ones((1, 3)), np.array([[0.0, 1.0, 2.0]]))).round(6).tolist()
-    [[0.166667, -0.333333, 0.166667]]
-    """
-    left, taken = rest, []
-    for column in free:
-        whole, own = np.sum(column * column, axis=1, keepdims=True), column
-        for _ in range(2):  # twice is enough
-            for other in taken:
-                own = own - other * np.sum(other * own, axis=1, keepdims=True)
-        size = np.sum(own * own, axis=1, keepdims=True)
-        own = np.where(size > 1e-16 * whole, own / np.sqrt(np.where(size > 0.0, size, 1.0)), 0.0)
-        left = left - own * np.sum(own * left, axis=1, keepdims=True)
-        taken.append(own)
-    return left
+    return free_drive(one, angle)
 
 
 _BASE = {

@@ -199,5 +199,5 @@ def blind(records: Sequence[Evidence]) -> Search:
     """
     none, nowhere = np.zeros(0), slice(0, 0)
     parts = {name: [nowhere] * len(records) for name in CHANNELS}
-    known = Library([], [], dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
+    known = Library([], {}, dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
     return Search(fit(records, none, ()), none, [], known, list(records))

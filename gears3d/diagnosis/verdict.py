@@ -164,9 +164,9 @@ def power(known: Library) -> dict[str, float]:
     """
     found = dict.fromkeys(PLACES, float("inf"))
     kinds = {kind: place for place, kind in PLACES.items()}
-    for one, columns in zip(known.candidates, known.columns, strict=True):
+    for k, one in enumerate(known.candidates):
         if one.kind in kinds:
-            square = sum(float(np.sum(column.astype(float) ** 2)) for column in columns.values())
+            square = known.square(k)
             if square > 0.0:
                 found[kinds[one.kind]] = max(float(np.sqrt(ACCEPT / square)), SMALLEST)
     return found
