@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis import blows
 from gears3d.diagnosis.leaving import leaving
 from gears3d.measurement.zones import clearance
 
@@ -74,6 +75,7 @@ class Impacts(NamedTuple):
         velocity_sigma: [m/s].
         rebound: after [m/s].
         rebound_sigma: [m/s].
+        seen: whether the rebound was seen; else it is what a scatter of restitution makes of its absence.
     """
 
     time: Array
@@ -84,6 +86,7 @@ class Impacts(NamedTuple):
     velocity_sigma: Array
     rebound: Array
     rebound_sigma: Array
+    seen: Array
 
 
 class Losses(NamedTuple):
@@ -136,6 +139,7 @@ class Channels(NamedTuple):
         losses: of contact, without a blow.
         drive: its motion.
         left_out: how many points each channel does without, by name.
+        blows: with and without a rebound that was seen.
     """
 
     flights: Flights
@@ -144,6 +148,7 @@ class Channels(NamedTuple):
     losses: Losses
     drive: Drive
     left_out: dict[str, int]
+    blows: blows.Blows = blows.none()
 
 
 def channels(cut: Segments) -> Channels:
@@ -160,7 +165,7 @@ def channels(cut: Segments) -> Channels:
     impacts, silent = _impacts(cut)
     contacts, moving = _contacts(cut)
     left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
-    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out)
+    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut))
 
 
 def nothing() -> Channels:
@@ -227,7 +232,9 @@ def _impacts(cut: Segments) -> tuple[Impacts, int]:
     time = table["time_s"][good]
     names = ("velocity_m_s", "velocity_sigma_m_s", "rebound_m_s", "rebound_sigma_m_s")
     speeds = [table[name][good] for name in names]
-    return Impacts(time, *_angles(cut, time), table["flank"][good].astype(int), *speeds), int(np.sum(~good))
+    return Impacts(time, *_angles(cut, time), table["flank"][good].astype(int), *speeds, np.isfinite(time)), int(
+        np.sum(~good)
+    )
 
 
 def _losses(cut: Segments) -> tuple[Losses, int]:

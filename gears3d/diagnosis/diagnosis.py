@@ -16,12 +16,10 @@ from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
 from gears3d.diagnosis.grounds import Note, of_channels
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.prediction import added, residuals
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
-from gears3d.diagnosis.scatter import Scatter, scatter
-from gears3d.diagnosis.search import ACCEPT, Search, blind, nothing
+from gears3d.diagnosis.search import Search, blind, nothing
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
@@ -34,14 +32,13 @@ from gears3d.diagnosis.verdict import (
     remaining,
     unlike,
 )
+from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
 
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
     from gears3d.scenario import Scenario
 
-FAINT = 0.05
-"""Scatter of restitution, in units of the coefficient, that the cutting of records makes by itself."""
 HIGHEST = 40
 """Order that is looked for, unless the teeth make more."""
 _RIGID = Bodies((), (), {}, "the law of contact is told from whole paths, which the engine does not start amid")
@@ -146,9 +143,7 @@ def diagnose(
         left = _left(found, highest)
     tell("looking for rivals", 0.85)
     others = rivals(found.records, found)
-    spread = _scatter(records, found)
-    unit = max(found.records[0].rig.restitution, 0.1)
-    spread = spread if spread is not None and spread.gain > ACCEPT and spread.value > FAINT * unit else None
+    spread = own_scatter(records, found, left)
     parted = part(found, others, spread, rig, notes)
     found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
@@ -234,13 +229,6 @@ def _measured(
         raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
     left_out = [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
     return records, [*notes, *left_out]
-
-
-def _scatter(records: list[Evidence], found: Search) -> Scatter | None:
-    """Return how restitution scatters about what the causes make of it, against the errors of the speeds alone."""
-    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
-    rest = [residuals(one)["impact"] - added(one, effects, "impact") for one in records]
-    return scatter(records, np.concatenate(rest))
 
 
 def _left(found: Search, highest: int) -> list[Structure]:

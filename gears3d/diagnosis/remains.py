@@ -10,6 +10,7 @@ from scipy.fft import next_fast_len
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.neighbours import LAGS, alike
 from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
 
 Array = np.ndarray
@@ -26,6 +27,8 @@ VAGUE = 1e3
 SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
 """Size in units of the channel below which structure is the cutting's own: moments of losing contact, to name one, come
 late by part of their sigma."""
+FOREIGN = 1.5
+"""Times what folds into a turn that an order must explain of rebounds, to be none that does."""
 FAR = 6.0
 """Levels of noise from the middle at which values are held."""
 FEWEST = 24
@@ -65,7 +68,7 @@ def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[S
         highest: order that is looked for.
     """
     parts = _parts(records, rest)
-    found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts),
+    found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts, highest),
              *_loss(records, parts), *_drive(records, parts)]  # fmt: skip
     looked, units = max(len(found), 1), _units(records)
     found = [one._replace(chance=min(1.0, one.chance * looked)) for one in found]
@@ -155,16 +158,41 @@ def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest
     yield from _binned("sensor.ratio", value, sure, np.concatenate([one.time for one in seen]), "m")
 
 
-def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
+def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
+    """Rebounds; those that were not seen lie nearer to what is expected than their errors, so these are no smaller."""
     seen = [one.channels.impacts for one in records]
     sigma = np.concatenate([impact_sigma(one) for one in records])
     value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
     speed, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("velocity", "flank"))
-    yield from _binned("impact.speed", value, sure, np.abs(speed), "m/s")
-    yield from _binned("impact.flank", value, sure, flank.astype(float), "m/s", 2)
+    yield from _binned("impact.speed", value, sure, np.abs(speed), "m/s", least=1.0)
+    yield from _binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0)
+    usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
+    share = usual / np.maximum(np.abs(speed), 1e-9)  # what becomes of restitution at the usual speed
+    value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
+    teeth, orders = [], []
     for gear in ("drive", "loose"):
-        angle = np.concatenate([getattr(one, gear) for one in seen])
-        yield from _binned("impact.tooth", value, sure, np.mod(angle, 2.0 * np.pi), "m/s", 3 * PIECES)
+        turns = [getattr(one, gear) for one in seen]
+        over = np.mod(np.concatenate(turns), 2.0 * np.pi)
+        teeth += _binned("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0)
+        orders += _scanned(f"impact.order_{gear}", value, sure, turns, highest, "m/s", 1.0)
+    most = max((one.gain for one in teeth), default=np.inf)
+    yield from [one for one in orders if one.gain > FOREIGN * most] or teeth
+    yield from _wander(value, sure, [len(one.time) for one in seen])
+
+
+def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
+    """Restitution that rebounds share with those shortly before them, whatever it comes from."""
+    from scipy.special import log_ndtr
+
+    if len(value) < FEWEST:
+        return
+    level = max(_level(value * sure), 1.0)
+    held = _held(value, sure / level) * sure / level
+    share, sigmas, lag = alike(np.split(held - np.mean(held), np.cumsum(sizes)[:-1]))
+    size = float(np.sqrt(max(share, 0.0)) * level / np.sqrt(np.mean(sure**2)))
+    gain = share * float(held @ held)
+    yield Structure("impact.time", gain, min(1.0, len(LAGS) * float(np.exp(log_ndtr(-sigmas)))), size, "m/s",
+                    float(lag), gain * level**2)  # fmt: skip
 
 
 def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
@@ -180,16 +208,19 @@ def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterat
     yield from _scanned("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")
 
 
-def _scanned(name: str, value: Array, sure: Array, angle: list[Array], highest: int, unit: str) -> Iterator[Structure]:
+def _scanned(
+    name: str, value: Array, sure: Array, angle: list[Array], highest: int, unit: str, least: float = 0.0
+) -> Iterator[Structure]:
     """The strongest order of an angle, whole or not, whatever its phase in each record.
 
-    Orders stand as close as the turns of the longest record tell them apart.
+    Orders stand as close as the turns of the longest record tell them apart; errors are no smaller than ``least``
+    standard deviations.
     """
     from scipy.stats import chi2
 
     if len(value) < FEWEST:
         return
-    level = _level(value * sure)
+    level = max(_level(value * sure), least)
     weight = sure / level
     rest = _held(value, weight) * weight**2
     longest = max(float(np.ptp(one)) / (2.0 * np.pi) for one in angle if len(one))

@@ -1,20 +1,60 @@
-"""Restitution that scatters: more variance of the rebounds than their own errors, in proportion to the speed."""
+"""Restitution that scatters: more variance of the rebounds than their own errors, in proportion to the speed.
+
+Rebounds below a record's threshold of sight were not seen. They count by the chance of that: without them, restitution
+would be found too large and its scatter too small.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import log_ndtr
 
+from gears3d.diagnosis.blows import Blows
+from gears3d.diagnosis.channels import Impacts
 from gears3d.diagnosis.evidence import Evidence
 
 Array = np.ndarray
-FAR = 5.0
-"""Usual distances beyond which a rebound was measured wrongly."""
-ROUNDS = 4
 FEWEST = 20
-"""Impacts without which nothing is said of their scatter."""
+"""Rebounds without which nothing is said of their scatter."""
+STRAY = 0.003
+"""Part of the blows that may be anything: cut wrongly, or run together."""
+TRUST = 0.3
+"""Standard deviation of the logarithm of the factor by which stated errors may be off."""
+SURE = 30.0
+"""Gain in chi-square from which on a scatter of restitution is believed."""
+WEAK = 0.25
+"""Part of the rebounds that are weak."""
+TELLS = 0.01
+"""Information of a blow without rebound, as part of that of one with, below which it tells nothing of restitution."""
+
+
+class Rebounds(NamedTuple):
+    """Blows of all records, in coefficients of restitution, (b,).
+
+    Args:
+        ratio: rebound over speed before; NaN where no rebound was seen.
+        error: standard deviation of the ratio by the errors of both speeds.
+        cut: ratio above which none is overlooked.
+        speed: before [m/s].
+        side: +1 on the active, -1 on the reverse flank.
+        record: index of the record.
+    """
+
+    ratio: Array
+    error: Array
+    cut: Array
+    speed: Array
+    side: Array
+    record: Array
+
+    @property
+    def seen(self) -> Array:
+        """Whether the rebound was seen, (b,)."""
+        return np.isfinite(self.ratio)
 
 
 class Scatter(NamedTuple):
@@ -33,31 +73,61 @@ class Scatter(NamedTuple):
     noise: float
 
 
-def scatter(records: Sequence[Evidence], rest: Array) -> Scatter | None:
+def rebounds(records: Sequence[Evidence]) -> Rebounds:
+    """Return the blows of records in coefficients of restitution.
+
+    Args:
+        records: all.
+    """
+    rows = []
+    for k, one in enumerate(records):
+        seen = one.channels.blows
+        slack = np.where(seen.seen, seen.rebound_sigma, _weakest(seen))
+        error = np.hypot(slack, one.rig.restitution * seen.velocity_sigma) / seen.velocity
+        side = np.where(seen.flank == 0, 1.0, -1.0)
+        rows.append((seen.rebound / seen.velocity, error, seen.lowest / seen.velocity, seen.velocity, side,
+                     np.full(len(side), k)))  # fmt: skip
+    return Rebounds(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _weakest(seen: Blows) -> float:
+    """Return the standard deviation of the weaker rebounds that were seen, which that of the unseen ones would have."""
+    known = seen.seen & (seen.rebound <= np.nanquantile(seen.rebound, WEAK)) if np.any(seen.seen) else seen.seen
+    return float(np.median(seen.rebound_sigma[known])) if np.any(known) else 0.0
+
+
+def means(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
+    """Return the coefficient that rig and effects give to each blow, (b,).
+
+    Args:
+        records: all.
+        effects: beside those of the rig.
+    """
+    from gears3d.diagnosis.prediction import restitution
+
+    effects, found = list(effects), []
+    for one in records:
+        seen, own = one.channels.blows, [*one.scenario.effects, *effects]
+        rows = [row for effect in own for row in effect.rows(one.rig)]
+        found.append(restitution(rows, one.rig.restitution, seen.velocity, seen.flank))
+    return np.concatenate(found)
+
+
+def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter | None:
     """Return how restitution scatters beside the errors of the speeds, whose size is left free.
 
     Args:
         records: all.
-        rest: residuals of the impacts in standard deviations, (i,).
+        effects: that make the mean what it is.
 
     Returns:
-        The scatter of greatest likelihood; ``None`` of too few impacts.
+        The scatter of greatest likelihood; ``None`` of too few rebounds.
     """
-    from gears3d.diagnosis.prediction import impact_sigma
-
-    if len(rest) < FEWEST:
+    every = rebounds(records)
+    if np.sum(every.seen) < FEWEST:
         return None
-    speed = np.concatenate([np.abs(one.channels.impacts.velocity) / impact_sigma(one) for one in records])
-
-    usual = max(1.4826 * float(np.median(np.abs(rest))), 1e-3)
-    near = np.abs(rest) < FAR * usual
-    for _ in range(ROUNDS):  # a few rebounds measured wrongly are no scatter
-        plain, found = _likeliest(rest[near], speed[near], usual)
-        again = rest**2 < FAR**2 * (np.exp(2.0 * found.x[0]) + (found.x[1] * speed) ** 2)
-        if np.array_equal(again, near):
-            break
-        near = again
-    cost = _cost(rest[near], speed[near])
+    cost = _cost(every, means(records, effects), np.zeros((len(every.speed), 0)))
+    plain, found = _likeliest(every, cost, np.zeros(0))
     value = abs(float(found.x[1]))
     step = max(0.05 * value, 1e-4)
     profile = [cost(np.array([found.x[0], value + k * step])) for k in (-1.0, 0.0, 1.0)]
@@ -66,22 +136,102 @@ def scatter(records: Sequence[Evidence], rest: Array) -> Scatter | None:
     return Scatter(value, sigma, float(plain.fun - found.fun), float(np.exp(found.x[0])))
 
 
-def _cost(rest: Array, speed: Array) -> Callable[[Array], float]:
-    """Return minus twice the logarithm of the likelihood of (logarithm of the noise, scatter)."""
+def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
+    """Return records whose impacts are known as well as restitution allows that really scatters.
+
+    A cause of the mean must be held against the scatter, and against the blows without a rebound. What speed and flank
+    explain is fitted with it. A normal error stands for each blow that has the slope and the bend of its likelihood
+    there; of one without a rebound it takes the place of the impact.
+
+    Args:
+        records: all.
+
+    Source: the working response of iteratively reweighted least squares (McCullagh & Nelder 1989, section 2.5), of
+    likelihoods that are censored (Tobin 1958).
+    """
+    every = rebounds(records)
+    if np.sum(every.seen) < FEWEST:
+        return list(records)
+    middle = float(np.median(every.speed[every.seen]))
+    columns = np.column_stack([np.ones_like(every.speed), every.speed / middle - 1.0, 0.5 * every.side])
+    base = means(records)
+    cost = _cost(every, base, columns)
+    begin = np.linalg.lstsq(columns[every.seen], (every.ratio - base)[every.seen], rcond=None)[0]
+    plain, found = _likeliest(every, cost, begin)
+    if plain.fun - found.fun < SURE:
+        return list(records)
+    mean = base + columns @ found.x[2:]
+    made, sigma = working(every, mean, float(found.x[1]), float(np.exp(found.x[0])))
+    return [_with(one, made[every.record == k], sigma[every.record == k]) for k, one in enumerate(records)]
+
+
+def working(every: Rebounds, mean: Array, deviation: float, noise: float = 1.0) -> tuple[Array, Array]:
+    """Return for each blow the coefficient and its standard deviation that have its likelihood's slope and bend, (b,).
+
+    Args:
+        every: the blows.
+        mean: coefficient of each, (b,).
+        deviation: of the scatter.
+        noise: factor on the stated errors.
+
+    >>> none, one = np.array([np.nan]), np.ones(1)
+    >>> seen = Rebounds(np.array([0.5]), 0.0 * one, 0.2 * one, one, one, 0 * one)
+    >>> [x.round(3).tolist() for x in working(seen, 0.4 * one, 0.1)]
+    [[0.5], [0.1]]
+    >>> [x.round(3).tolist() for x in working(seen._replace(ratio=none), 0.2 * one, 0.1)]
+    [[0.075], [0.125]]
+    """
+    spread = np.hypot(deviation, noise * every.error)
+    at = (every.cut - mean) / spread
+    ratio = np.exp(-0.5 * at**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(at))
+    bend = np.maximum(ratio * (ratio + at), 1e-12)
+    made = np.where(every.seen, every.ratio, mean - ratio / bend * spread)
+    return made, np.where(every.seen, spread, spread / np.sqrt(bend))
+
+
+def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
+    """Return a record with its blows as impacts, except those that tell nothing."""
+    seen = one.channels.blows
+    least = float(np.median(sigma[seen.seen])) if np.any(seen.seen) else 0.0
+    kept = seen.seen | (sigma < least / np.sqrt(TELLS))
+    sign = np.where(seen.flank == 0, -1.0, 1.0)
+    none = np.zeros_like(sigma)
+    impacts = Impacts(seen.time, seen.drive, seen.loose, seen.flank, sign * seen.velocity, none,
+                      -sign * made * seen.velocity, sigma * seen.velocity, seen.seen)  # fmt: skip
+    return replace(one, channels=one.channels._replace(impacts=Impacts(*(column[kept] for column in impacts))))
+
+
+def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], float]:
+    """Return minus twice the log-likelihood of (logarithm of the noise, scatter, what the mean has more...)."""
+    seen = every.seen
 
     def cost(numbers: Array) -> float:
-        variance = np.exp(2.0 * numbers[0]) + (numbers[1] * speed) ** 2
-        return float(np.sum(np.log(variance) + rest**2 / variance))
+        mean = base + columns @ numbers[2:]
+        spread = np.hypot(np.exp(numbers[0]) * every.error, numbers[1])
+        spread = np.maximum(spread, 1e-9)
+        normal = -0.5 * np.square((every.ratio[seen] - mean[seen]) / spread[seen]) - np.log(
+            np.sqrt(2.0 * np.pi) * spread[seen]
+        )
+        below = log_ndtr((every.cut[~seen] - mean[~seen]) / spread[~seen])
+        likely = np.logaddexp(np.concatenate([normal, below]) + np.log1p(-STRAY), np.log(STRAY))
+        return float(-2.0 * np.sum(likely) + (numbers[0] / TRUST) ** 2)
 
     return cost
 
 
-def _likeliest(rest: Array, speed: Array, usual: float) -> tuple[Any, Any]:
-    """Return the likeliest noise alone, and noise and scatter together."""
+def _likeliest(every: Rebounds, cost: Callable[[Array], float], begin: Array) -> tuple[Any, Any]:
+    """Return the likeliest noise alone, and noise and scatter together, each with what the mean has more."""
     from scipy.optimize import minimize
 
-    cost = _cost(rest, speed)
-    plain = minimize(lambda x: cost(np.array([x[0], 0.0])), [np.log(usual)], method="Nelder-Mead")
-    share = usual / np.median(speed)
-    starts = [(np.log(0.5 * usual), 0.5 * share), (np.log(usual), 0.1 * share)]
-    return plain, min((minimize(cost, start, method="Nelder-Mead") for start in starts), key=lambda each: each.fun)
+    usual = max(float(np.median(every.error[every.seen])), 1e-4)
+    apart = every.ratio[every.seen] - np.median(every.ratio[every.seen])
+    wide = max(1.4826 * float(np.median(np.abs(apart))), usual)
+    options = {"xatol": 1e-5, "fatol": 1e-3, "maxiter": 4000, "maxfev": 4000, "adaptive": True}
+
+    def least(function: Callable[[Array], float], start: list[float]) -> Any:
+        first = minimize(function, [*start, *begin], method="Nelder-Mead", options=options)
+        return minimize(function, first.x, method="Nelder-Mead", options=options) if len(begin) else first
+
+    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [0.5])
+    tried = [least(cost, start) for start in ([0.0, wide], [0.2, 0.3 * usual])]
+    return plain, min(tried, key=lambda each: each.fun)

@@ -14,7 +14,8 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
-from gears3d.diagnosis.sifting import with_own_noise, without_outliers, without_strays
+from gears3d.diagnosis.scatter import with_own_noise
+from gears3d.diagnosis.sifting import without_outliers, without_strays
 
 Array = np.ndarray
 ACCEPT = 30.0

@@ -9,8 +9,8 @@ import numpy as np
 
 from gears3d.diagnosis.channels import Flights
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import bend, impact_sigma, residuals, without
-from gears3d.diagnosis.scatter import FEWEST, scatter
+from gears3d.diagnosis.prediction import bend, residuals, without
+from gears3d.diagnosis.scatter import FEWEST
 
 Array = np.ndarray
 STRAY = 6.0
@@ -19,8 +19,6 @@ UNLIKE = 0.5
 """Part of the drag's deceleration by which a flight may always differ from the others of its record."""
 USUAL = 0.9
 """Part of the flights of a record that tell how far from a parabola a flight is."""
-SURE = 30.0
-"""Gain in chi-square from which on a scatter of restitution is believed."""
 MOST = 0.2
 """Part of a channel of a record that may be left out: more are no mistakes of cutting."""
 
@@ -66,34 +64,6 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     left_out = {**one.channels.left_out, "flight": one.channels.left_out.get("flight", 0) + int(np.sum(~good))}
     seen = one.channels._replace(flights=kept, left_out=left_out)
     return replace(one, channels=seen, fine=tuple(column[good] for column in one.fine), at=one.at[good])
-
-
-def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
-    """Return records whose rebounds are known as well as they really scatter.
-
-    Restitution may scatter beyond the errors of the speeds; a cause of its mean must be held against that. What speed
-    and flank explain is taken out before.
-
-    Args:
-        records: all.
-    """
-    seen = [one.channels.impacts for one in records]
-    sigma = np.concatenate([impact_sigma(one) for one in records])
-    if len(sigma) < FEWEST:
-        return list(records)
-    speed = np.concatenate([one.velocity for one in seen])
-    side = np.where(np.concatenate([one.flank for one in seen]) == 0, 1.0, -1.0)
-    columns = np.column_stack([speed, speed * np.abs(speed), speed * side]) / sigma[:, None]
-    rest = np.concatenate([residuals(one)["impact"] for one in records])
-    spread = scatter(records, rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0])
-    if spread is None or spread.gain < SURE:
-        return list(records)
-    found = []
-    for one in records:
-        own = one.channels.impacts
-        wider = np.hypot(own.rebound_sigma, spread.value * own.velocity)
-        found.append(replace(one, channels=one.channels._replace(impacts=own._replace(rebound_sigma=wider))))
-    return found
 
 
 def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> list[Evidence] | None:

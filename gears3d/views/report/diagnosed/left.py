@@ -59,8 +59,8 @@ def _where(one: dict[str, Any]) -> str:
 
 def _unit(structure: str) -> str:
     over = structure.split(".")[1]
-    if structure == "impact.speed":
-        return "m/s"
+    if structure in ("impact.speed", "impact.time"):
+        return "m/s" if over == "speed" else "blows apart"
     return {"speed": "rad/s", "delay": "rad/s", "loss_phase": "rad/s", "time": "s", "ratio": "s", "tooth": "rad"}.get(
         over, "")  # fmt: skip
 

@@ -131,8 +131,9 @@ def _contacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
 def _impacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
     seen, sigma = one.channels.impacts, impact_sigma(one)
     size, speed = len(seen.time), np.abs(seen.velocity)
-    toward = np.where(seen.rebound < 0.0, -1.0, 1.0)  # more rebound is more on either flank
-    return [toward * rest[:size] * sigma, 1.0 / sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
+    toward = np.where(seen.flank == 0, 1.0, -1.0)  # more rebound is more on either flank
+    made = [toward * rest[:size] * sigma, 1.0 / sigma, seen.time, seen.drive, seen.loose, speed, seen.flank]
+    return [column[seen.seen] for column in made], size
 
 
 def _losses(one: Evidence, rest: Array) -> tuple[list[Array], int]:
@@ -197,7 +198,7 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
     elif where is not None and structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
         gear = "loose" if structure.endswith("loose") else "drive"
         along = _folded(getattr(seen, gear), where, gear)
-    elif structure in ("flight.time", "sensor.ratio"):
+    elif structure in ("flight.time", "impact.time", "sensor.ratio"):
         along = Coordinate("time [s]", seen.time)
     else:
         along = _speed(name, seen)

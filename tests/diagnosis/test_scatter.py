@@ -1,0 +1,108 @@
+"""Scatter of restitution is told although the weakest rebounds are overlooked, and only where it is scatter."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import plan
+from gears3d.diagnosis.blows import Blows
+from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis.neighbours import alike
+from gears3d.diagnosis.scatter import Rebounds, rebounds, scatter, with_own_noise, working
+from tests.diagnosis.test_gap_laws import hidden, judged
+
+RIG = plan(11, ()).rig
+E, DEVIATION, ERROR = RIG.impact.restitution, 0.1, 0.012
+BLOWS = 240
+
+
+def record(seed, deviation=DEVIATION, worse=1.0, lowest=E):
+    """Blows of two speeds, one of which shows few rebounds; the record sees none below a ratio."""
+    random = np.random.default_rng(seed)
+    speed = np.where(np.arange(BLOWS) % 2, 0.02, 0.02 + 0.01 * random.uniform(size=BLOWS))
+    cut = 0.02 * lowest
+    e = np.clip(random.normal(E, deviation, BLOWS) if deviation else np.full(BLOWS, E), 0.0, 1.0)
+    sigma = ERROR * speed
+    rebound = e * speed + worse * sigma * random.normal(size=BLOWS)
+    seen = rebound > cut
+    time, flank = np.arange(BLOWS) * 0.1, np.arange(BLOWS) // 2 % 2
+    blows = Blows(time, time, time, flank, speed, np.full(BLOWS, 1e-9), np.where(seen, rebound, np.nan),
+                  np.where(seen, sigma, 0.0), np.full(BLOWS, cut))  # fmt: skip
+    one = uncut(RIG)
+    return replace(one, channels=one.channels._replace(blows=blows))
+
+
+def test_scatter_is_told_though_weak_rebounds_are_overlooked():
+    pulls, naive = [], []
+    for seed in range(30):
+        told = scatter([record(seed)])
+        assert told is not None
+        pulls.append((told.value - DEVIATION) / told.sigma)
+        ratios = rebounds([record(seed)]).ratio
+        naive.append(np.nanstd(ratios) / DEVIATION - 1.0)
+    assert np.mean(naive) < -0.2  # what is seen scatters less
+    assert abs(np.mean(pulls)) < 4.0 / np.sqrt(30)
+    assert 0.7 < np.std(pulls) < 1.3
+
+
+def test_the_mean_of_what_scatters_is_that_of_all_blows():
+    pulls = []
+    for seed in range(30):
+        impacts = with_own_noise([record(seed)])[0].channels.impacts
+        e, sigma = -impacts.rebound / impacts.velocity, impacts.rebound_sigma / np.abs(impacts.velocity)
+        assert np.mean(e[impacts.seen]) > E + 0.03
+        assert not np.all(impacts.seen)
+        pulls.append((np.average(e, weights=sigma**-2) - E) * np.sqrt(np.sum(sigma**-2)))
+    assert abs(np.mean(pulls)) < 4.0 / np.sqrt(30)
+    assert np.std(pulls) < 1.4
+
+
+@pytest.mark.parametrize("worse", [1.0, 1.5])
+def test_errors_alone_are_no_scatter(worse):
+    one = record(5, deviation=0.0, worse=worse)
+    told = scatter([one])
+    assert told is not None
+    assert told.gain < 30.0
+    assert with_own_noise([one])[0] is one
+
+
+def test_working_responses_have_slope_and_bend_of_the_likelihood():
+    from scipy.special import log_ndtr
+
+    one, mean, step = np.ones(1), np.array([0.3]), 1e-4
+    blow = Rebounds(np.array([np.nan]), 0.02 * one, 0.25 * one, one, one, 0 * one)
+    spread = np.hypot(0.1, 0.02)
+    low, here, high = (log_ndtr((0.25 - mean - k * step) / spread)[0] for k in (-1, 0, 1))
+    made, sigma = working(blow, mean, 0.1)
+    assert (made - mean)[0] / sigma[0] ** 2 == pytest.approx((high - low) / (2.0 * step), rel=1e-5)
+    assert -1.0 / sigma[0] ** 2 == pytest.approx((high - 2.0 * here + low) / step**2, rel=1e-4)
+
+
+def test_rebounds_like_those_before_them_are_told():
+    random = np.random.default_rng(2)
+    white = [random.standard_normal(200) for _ in range(5)]
+    assert alike(white)[1] < 4.0
+    turning = [one + np.cos(0.5 * np.pi * np.arange(200)) for one in white]
+    share, sigmas, lag = alike(turning)
+    assert sigmas > 6.0
+    assert lag == 4
+    assert 0.15 < share < 0.4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [20, 10001])
+def test_restitution_over_the_angle_is_no_scatter(tmp_path, seed):
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", ("restitution_angle",), seed, noise=0.003))
+    assert not found.causes, found.to_dict()
+    assert found.verdict == "unexplained"
+    assert score["coordinate_right"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [21, 23])
+def test_scatter_of_restitution_comes_alone(tmp_path, seed):
+    found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", ("restitution_scatter",), seed, noise=0.015))
+    assert score["kinds_first"]
+    assert not score["wrong_names"], found.to_dict()
+    assert abs(score["parameters"][0]["error"]) < 0.1
