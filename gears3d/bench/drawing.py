@@ -9,7 +9,9 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from gears3d.bench.drop import Drops
     from gears3d.bench.ste import StaticError
+    from gears3d.bench.threshold import Thresholds
 
 COLOURS = {"phi": "#0072B2", "psi": "#D55E00", "backlash": "#444444"}
 NAMES = {"phi": "active flank, φ", "psi": "reverse flank, ψ", "backlash": "backlash, b"}
@@ -44,5 +46,57 @@ def static_picture(found: StaticError) -> Figure:
     gap.ticklabel_format(useOffset=False)
     lines.set(xlabel="cycles a turn of the drive", ylabel="amplitude [µm]", yscale="log", xscale="log")
     for axis in (flanks, gap, lines):
+        axis.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def drop_picture(found: Drops) -> Figure:
+    """Draw what each drop gave back over its speed, and the line of each flank.
+
+    Args:
+        found: what :func:`gears3d.bench.drops` gave.
+
+    Returns:
+        A figure that belongs to no window.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    axis = figure.subplots()
+    speed = np.abs(found.table["velocity_m_s"])
+    far = np.linspace(0.0, 1.05 * speed.max(), 50)
+    for flank, (name, law) in enumerate(found.laws.items()):
+        own, colour = found.table["flank"] == flank, COLOURS[("phi", "psi")[flank]]
+        label = f"{name}: {law[0]:.3f} {law[1]:+.3g} s/m · v"
+        axis.plot(1e3 * speed[own], found.restitution[own], "os"[flank], color=colour, label=label, markersize=5)
+        axis.plot(1e3 * far, law[0] + law[1] * far, color=colour, linewidth=1)
+    axis.set(xlabel="approach [mm/s]", ylabel="restitution", ylim=(0.0, 1.0))
+    axis.legend(frameon=False)
+    return figure
+
+
+def threshold_picture(found: Thresholds) -> Figure:
+    """Draw how far the gap opened over Λ, up and down, for each frequency.
+
+    Args:
+        found: what :func:`gears3d.bench.thresholds` gave.
+
+    Returns:
+        A figure that belongs to no window.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 2.8 * len(found.sweeps)), layout="constrained")
+    for axis, one in zip(np.atleast_1d(figure.subplots(len(found.sweeps), 1)), found.sweeps, strict=True):
+        time, level, opening = one.losses.T
+        rising = time < time[np.argmax(level)] if len(time) else np.zeros(0, bool)
+        for part, mark, name in ((rising, "^", "up"), (~rising, "v", "down")):
+            colour = COLOURS["phi" if name == "up" else "psi"]
+            at = one.up if name == "up" else one.down
+            label = f"{name}: none" if np.isnan(at) else f"{name}: Λ* = {at:.3f}"
+            axis.plot(level[part], 1e6 * opening[part], mark, color=colour, markersize=4, label=label)
+        label = f"riding asks for a pull: Λ = {one.predicted:.3f}"
+        axis.axvline(one.predicted, color=COLOURS["backlash"], linewidth=1, label=label)
+        axis.set(xlabel="Λ", ylabel="gap opens to [µm]", yscale="log", title=f"{one.frequency:g} Hz")
         axis.legend(frameon=False, fontsize=8)
     return figure

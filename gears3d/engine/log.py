@@ -115,6 +115,10 @@ class Log:
         """Return the loose gear's angle at the samples [rad], (n,), NaN at those that were not reached."""
         return np.where(np.arange(len(self.times)) < self._next, self._loose[:, 0], np.nan)
 
+    def states(self) -> np.ndarray:
+        """Return the loose gear's angle [rad] and speed [rad/s] at the samples that were reached, (n, 2)."""
+        return self._loose[: self._next].copy()
+
     def signals(self, motion: np.ndarray, base_radii: tuple[float, float]) -> dict[str, np.ndarray]:
         """Return the columns of the recording.
 

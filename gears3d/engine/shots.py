@@ -16,7 +16,7 @@ from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, fastest, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
-from gears3d.engine.torques import FREE, friction, until_kink
+from gears3d.engine.torques import FREE, acceleration, friction, until_kink
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
 
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 
 NEAR = 1e-9
 """Gap at which an impact's approach begins [m]."""
+APART = 1e-6
+"""Part of the gap by which a gear that is thrown from a flank is off it already."""
+LATE = 4.0
+"""Time that a drop may take, in those at half its speed on arrival."""
 AFTER = 5.0
 """Time that an impact may take, in those of its approach, or in swings of yielding flanks."""
 
@@ -82,6 +86,48 @@ class Bench:
         run = self._run(times, float(times[-1]), True)
         run.begin(float(times[0]), theta, omega)
         return run.path()
+
+    def coast(self, omega: float, times: np.ndarray) -> np.ndarray:
+        """Return angle [rad] and speed [rad/s] of the loose gear running down out of mesh from angle 0, (n, 2).
+
+        Args:
+            omega: its speed at the first of the times [rad/s].
+            times: rising [s], (n,).
+        """
+        run = self._run(times, float(times[-1]), True)
+        run.begin(float(times[0]), 0.0, omega)
+        run.path()
+        return run.log.states()
+
+    def drop(self, time: float, side: int, speed: float) -> Impact:
+        """Return the first impact of a loose gear that is let go, or thrown, to come upon a flank at a speed.
+
+        It starts from the other flank, with the speed against it that drag asks for; where drag alone would make it too
+        fast it is let go nearer.
+
+        Args:
+            time: of the start [s].
+            side: flank that it comes upon, 0 active, 1 reverse.
+            speed: on arrival, nearly [m/s].
+
+        Raises:
+            EngineError: it does not arrive.
+        """
+        here, omega = self._on_flank(side, time)
+        there, _ = self._on_flank(1 - side, time)
+        radius, sense = self._radii[1], 1.0 if side else -1.0
+        plant = self._plant
+        way_of = float(np.sign(omega)) or sense  # the sign of motion that dry drag acts against
+        pull = sense * radius * acceleration(plant.torques, plant.inertia, FREE, time, there, omega, way_of)
+        way = abs(there - here) * radius
+        launch = speed * speed - 2.0 * pull * way
+        if launch < 0.0:  # drag alone gets it there faster: let go where it is not
+            way, launch = speed * speed / (2.0 * pull), 0.0
+        launch = math.sqrt(launch)
+        start = min(way, abs(there - here) * radius * (1.0 - APART))
+        run = self._run(np.zeros(0), time + LATE * (2.0 * start / speed))
+        run.begin(time, here - sense * start / radius, omega + sense * launch / radius)
+        return run.first()
 
     def strike(self, time: float, side: int, speed: float) -> Impact:
         """Return the impact of a loose gear that comes upon a flank.

@@ -31,6 +31,7 @@ def sweep(
     scenario: Scenario,
     span: tuple[float, float] | None = None,
     progress: Callable[[float], None] | None = None,
+    model: str = "rigid",
 ) -> Recording:
     """Return a run in which the first harmonic's amplitude grows from one value to another and falls back.
 
@@ -39,9 +40,10 @@ def sweep(
         span: smallest and largest amplitude of the drive's speed [rad/s]; 0.5 to 1.6 times that at which Λ = 1 unless
             given.
         progress: called now and then with the simulated time done [s].
+        model: ``"rigid"`` or ``"bullet"``.
 
     Returns:
-        The recording of the rigid model, sampled at the rate of the sensors.
+        The recording, sampled at the rate of the sensors.
 
     Raises:
         InputError: no harmonic, a recorded motion, no span where there is no drag, or less than 20 periods.
@@ -71,7 +73,7 @@ def sweep(
         Recording({"time_s": time, "theta_drive_rad": angle, "theta_loose_rad": angle}).write(file)
         rate = f"{scenario.sensors.sample_rate!r} Hz"
         asked = scenario.with_({"motion.record": str(file), "run.output_rate": rate})
-        return simulate(asked, "rigid", progress=progress)
+        return simulate(asked, model, progress=progress)
 
 
 def _usual(scenario: Scenario) -> tuple[float, float]:

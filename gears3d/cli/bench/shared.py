@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -75,9 +75,9 @@ def write(
     scenario: Scenario,
     summary: dict[str, Any],
     *,
-    records: Mapping[str, Recording],
     tables: Mapping[str, Mapping[str, np.ndarray]],
     pictures: Mapping[str, Callable[[], Figure]],
+    records: Mapping[str, Recording] | None = None,
 ) -> dict[str, Any]:
     """Write the folder of a test, whole or not at all; return the summary.
 
@@ -85,9 +85,9 @@ def write(
         place: of the folder.
         scenario: of the rig, written as ``scenario.toml``.
         summary: what was found, written as ``summary.json`` with the names of the files and the command.
-        records: measured records by file name.
         tables: columns by file name.
         pictures: drawers by file name.
+        records: as measured ones, by file name.
 
     Raises:
         InputError: the place is taken by something else, or cannot be written.
@@ -95,7 +95,7 @@ def write(
     from gears3d import __version__
     from gears3d.runs import RunFolder
 
-    command = shlex.join(["gears3d", *sys.argv[1:]])
+    command, records = shlex.join(["gears3d", *sys.argv[1:]]), records or {}
     summary = {
         **summary,
         "title": scenario.title,
@@ -123,3 +123,20 @@ def _write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
         out = csv.writer(file)
         out.writerow(columns)
         out.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def finish(summary: dict[str, Any], as_json: bool, lines: Sequence[str]) -> None:
+    """Print what was found: the summary as JSON, or lines for people.
+
+    Args:
+        summary: what :func:`write` returned.
+        as_json: whether programs read it.
+        lines: for people.
+    """
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(summary)
+        return
+    for line in lines:
+        typer.echo(line)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, quantity, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, finish, quantity, write
 
 
 def ste(
@@ -49,13 +49,10 @@ def ste(
         tables={"ste.csv": table},
         pictures={"ste.png": lambda: static_picture(found)},
     )
-    if as_json:
-        from gears3d.cli.output import print_json
-
-        print_json(summary)
-        return
+    lines = []
     for name, about in (("phi", "active flank φ"), ("psi", "reverse flank ψ"), ("backlash", "backlash b")):
         told = summary[name]
         reach = 1e6 * (told["largest_m"] - told["smallest_m"])
-        typer.echo(f"{about:16} mean {1e6 * told['mean_m']:9.3f} µm, peak to peak {reach:8.3f} µm")
-    typer.echo(f"\ngears3d identify transmission-error {out}/record.parquet --rig {out}/scenario.toml")
+        lines.append(f"{about:16} mean {1e6 * told['mean_m']:9.3f} µm, peak to peak {reach:8.3f} µm")
+    then = f"gears3d identify transmission-error {out}/record.parquet --rig {out}/scenario.toml"
+    finish(summary, as_json, [*lines, "", then])

@@ -1,0 +1,46 @@
+"""``gears3d bench rundown``: the drag on the loose gear from a run-down."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, finish, quantity, write
+
+
+def rundown(
+    scenario: ScenarioFile,
+    out: OutFolder,
+    speed: Annotated[str | None, typer.Option(help="Of the loose gear at the start; default as the drive's.")] = None,
+    seed: Seed = None,
+    set_: Overrides = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let the loose gear run down out of mesh, slowed by its drag alone, and find that drag from the record.
+
+    Example: gears3d bench rundown scenarios/base/rigaud-2020.toml --speed "60 rpm" --out rundown
+    """
+    from gears3d.bench import rundown as run
+    from gears3d.cli.progress import bars
+    from gears3d.identification import rundown_picture
+    from gears3d.runs.folder import refuse_foreign
+    from gears3d.scenario import load
+
+    refuse_foreign(out)
+    rig = load(scenario, overrides=set_ or [])
+    with bars() as track:
+        found = run(rig, None if speed is None else quantity(speed, "speed", "--speed"), seed, track("rundown", 60.0))
+    summary = write(
+        out,
+        rig,
+        found.to_dict(),
+        records={"record.parquet": found.record},
+        tables={
+            "rundown.csv": {"time_s": found.time, "theta_loose_rad": found.theta, "omega_loose_rad_s": found.omega}
+        },
+        pictures={"rundown.png": lambda: rundown_picture(found.found)},
+    )
+    lines = [f"stands after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]
+    lines += [f"  {name:12} {p.value:.6g} {p.unit}" for name, p in found.found.parameters.items()]
+    finish(summary, as_json, [*lines, "", f"gears3d identify rundown {out}/record.parquet --rig {out}/scenario.toml"])
