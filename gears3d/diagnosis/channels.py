@@ -231,10 +231,11 @@ def _impacts(cut: Segments) -> tuple[Impacts, int]:
     good = np.isfinite(table["rebound_m_s"]) & np.isfinite(table["rebound_sigma_m_s"]) & (table["testifies"] == 1)
     time = table["time_s"][good]
     names = ("velocity_m_s", "velocity_sigma_m_s", "rebound_m_s", "rebound_sigma_m_s")
-    speeds = [table[name][good] for name in names]
-    return Impacts(time, *_angles(cut, time), table["flank"][good].astype(int), *speeds, np.isfinite(time)), int(
-        np.sum(~good)
-    )
+    before, before_sigma, after, after_sigma = (table[name][good] for name in names)
+    drive, loose = _angles(cut, time)
+    flank, seen = table["flank"][good].astype(int), np.ones(len(time), bool)
+    found = Impacts(time, drive, loose, flank, before, before_sigma, after, after_sigma, seen)
+    return found, int(np.sum(~good))
 
 
 def _losses(cut: Segments) -> tuple[Losses, int]:
