@@ -20,6 +20,7 @@ from gears3d.diagnosis.heldout import Split, parts_of, worth
 from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals, without
 from gears3d.diagnosis.verdict import heldout
+from gears3d.diagnosis.zeros import in_mesh
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import GearsError
 
@@ -83,6 +84,7 @@ def in_bodies(
         effects = [cause.effect for cause in fit(train, rest, causes).causes if cause.effect is not None]
         some = thinned(parts[k], effects)
         try:
+            some, effects = in_mesh(some, effects)
             before = predicted(some, ())
             if progress is not None:
                 progress((done + 0.5) / len(chosen))

@@ -13,7 +13,7 @@ from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
-from gears3d.diagnosis.grounds import Note, of_channels
+from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_zeros
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
@@ -125,7 +125,7 @@ def diagnose(
     if not admitted:
         raise InputError(Fault("", "no record is given", "name at least one"))
     tell = progress or (lambda doing, part: None)
-    admitted_all, notes = admitted, of_channels(admitted)
+    admitted_all, notes = admitted, [*of_channels(admitted), *of_zeros(admitted)]
     admitted = _moving(admitted, notes)
     paths = Paths()
     seen = law_of(admitted, notes, tell, paths)
@@ -154,9 +154,10 @@ def diagnose(
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
     left += amiss(found)
+    told = (*parted.notes, *of_phases(causes))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
-                     found, others, parted.notes, parted.suspects, solid, runs=apart)  # fmt: skip
+                     found, others, told, parted.suspects, solid, runs=apart)  # fmt: skip
 
 
 def _further(

@@ -75,6 +75,8 @@ class Evidence:
         at: where the points of flights stand among the fine ones, (f, BINS).
         spared: sensor effects that were taken out of the readings before the record was cut; predictions without them
             miss them, as they would have missed the readings as they came.
+        unmarked: gears whose encoders begin anywhere in this record.
+        turned: what was added to the angles of drive and loose gear as they were read [rad].
         kept: what was worked out from the others and is asked for again; a record with other points starts anew.
     """
 
@@ -88,6 +90,8 @@ class Evidence:
     fine: tuple[Array, Array, Array]
     at: Array
     spared: tuple[Any, ...] = ()
+    unmarked: tuple[str, ...] = ()
+    turned: tuple[float, float] = (0.0, 0.0)
     kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property

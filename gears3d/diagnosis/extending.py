@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gears3d.diagnosis.named import worth_of
@@ -38,7 +39,10 @@ def about(cause: Named) -> list[str]:
     Args:
         cause: of a diagnosis.
     """
-    return [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in intervals(cause))]
+    told = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in intervals(cause))]
+    if cause.zero:
+        told.append(f"phase and tooth count from where the encoder of {Path(cause.zero).name} began, not from a mark")
+    return told
 
 
 def intervals(cause: Named) -> list[str]:

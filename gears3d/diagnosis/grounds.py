@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.zeros import gear_of
 from gears3d.units import show
 
 if TYPE_CHECKING:
@@ -210,3 +211,39 @@ def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
         text = f"the rig is hardly that of these records: {', '.join(off)}"
         notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
     return notes
+
+
+def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:
+    """Return what a rig has that goes by the angle of a gear whose encoder begins anywhere.
+
+    Args:
+        admitted: through the gate, each with the rig of its condition.
+    """
+    told = []
+    for one in admitted:
+        lost = one.channels.meta.get("zero_arbitrary", ())
+        effects = one.rig.effects if one.rig is not None else ()
+        bound = [each.kind for each in effects if gear_of(each.kind, getattr(each, "gear", None)) in lost]
+        if bound:
+            text = f"the rig has {', '.join(bound)}, which goes by an angle; encoders of this record begin anywhere"
+            remedy = "give records with an index mark, or leave it out of the rig: it will be found anew"
+            told.append(Note("zeros-unknown", text, remedy, one.file, True))
+    return told
+
+
+def of_phases(causes: Iterable[Any]) -> list[Note]:
+    """Return from where phases count that go by no mark.
+
+    Args:
+        causes: as they are told, with ``kind`` and ``zero``.
+    """
+    told: dict[str, list[str]] = {}
+    for one in causes:
+        if one.zero:
+            told.setdefault(one.zero, []).append(one.kind)
+    remedy = "phases and teeth on the gears need an index mark that all records count from"
+    return [
+        Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth counts from where the encoder of this record "
+             "began; the zeros of the other records are taken from what they show of it", remedy, record)
+        for record, kinds in told.items()
+    ]  # fmt: skip

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.diagnosis.aligned import aligned
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.search import Search, search
+from gears3d.diagnosis.search import Search
+from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.measurement import segments_of
@@ -47,7 +49,13 @@ def delay_of(admitted: Sequence[Admitted]) -> float:
     return float(np.median(seen)) if len(seen) > MOST * len(admitted) else 0.0
 
 
-def ready(one: Admitted, delay: float = 0.0, teeth: Sequence[Any] = (), paths: Paths | None = None) -> Evidence:
+def ready(
+    one: Admitted,
+    delay: float = 0.0,
+    teeth: Sequence[Any] = (),
+    paths: Paths | None = None,
+    turned: tuple[float, float] = (0.0, 0.0),
+) -> Evidence:
     """Return a record as evidence, cut as if the loose gear had been read in time with the drive.
 
     Args:
@@ -55,15 +63,17 @@ def ready(one: Admitted, delay: float = 0.0, teeth: Sequence[Any] = (), paths: P
         delay: of the loose gear's readings [s]; the evidence has it as spared, so that it remains to be explained.
         teeth: pitch errors that the flanks are known to have, whatever their sizes.
         paths: of the records, as far as they are known.
+        turned: what is added to the angles of drive and loose gear [rad].
 
     Raises:
         InputError: the record cannot be measured.
     """
     assert one.rig is not None
     spared = () if delay == 0.0 else (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
-    shapes = tuple(_shape(one.rig, each, flank) for each in teeth for flank in (0, 1))
+    shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in (0, 1))
     known = (paths or Paths()).of(one, delay)
-    return of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
+    made = of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
+    return turn(replace(made, unmarked=tuple(one.channels.meta.get("zero_arbitrary", ()))), *turned)
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:
@@ -97,7 +107,8 @@ def searched(
         highest: order that is looked for.
         paths: of the records, as far as they are known.
     """
-    found, known = search(records, highest), ()
+    known: tuple[Any, ...] = ()
+    records, found = aligned(records, highest)
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
     for _ in range(AGAIN):
         teeth = single_teeth(found)
@@ -105,7 +116,7 @@ def searched(
             break
         known = teeth
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
-        found = search(records, highest)
+        records, found = aligned(records, highest)
     return records, found
 
 
@@ -116,17 +127,18 @@ def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
 def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any], paths: Paths | None) -> Evidence:
     """Return a record cut with flanks that may have single teeth; as before where it cannot be."""
     try:
-        return ready(one, delay, teeth, paths)
+        return ready(one, delay, teeth, paths, before.turned)
     except InputError:
         return before
 
 
-def _shape(rig: Scenario, tooth: Any, flank: int) -> Shape:
+def _shape(rig: Scenario, tooth: Any, flank: int, turned: tuple[float, float]) -> Shape:
     """Return what a pitch error of unit size and of its sign does to a flank, over both angles."""
     whole = replace(tooth, flank="both")
     rows, pair = whole.rows(rig.rig()), rig.pair()
 
     def shape(drive: Array, loose: Array) -> Array:
-        return deviation(rows, pair, drive, loose, np.full(len(drive), flank)) / abs(tooth.offset)
+        own = deviation(rows, pair, drive + turned[0], loose + turned[1], np.full(len(drive), flank))
+        return own / abs(tooth.offset)
 
     return shape

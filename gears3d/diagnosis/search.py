@@ -16,6 +16,7 @@ from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.scatter import with_own_noise
 from gears3d.diagnosis.sifting import without_outliers, without_strays
+from gears3d.diagnosis.zeros import dear, goes_by
 
 Array = np.ndarray
 ACCEPT = 30.0
@@ -80,21 +81,33 @@ def _base(records: Sequence[Evidence]) -> Array:
     return np.concatenate([one[name] for name in CHANNELS for one in told])
 
 
-def _search(records: Sequence[Evidence], highest: int, most: int, before: Library | None = None) -> Search:
+def known_of(records: Sequence[Evidence], highest: int, before: Library | None = None) -> tuple[Array, Library]:
+    """Return the residuals of the rig as it is, stacked, (n,), and the candidates that are looked for in them.
+
+    Args:
+        records: of one rig.
+        highest: order that is looked for.
+        before: candidates of the same records, some of whose channels may have had other points.
+    """
     base = _base(records)
     duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
     rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
-    known = library(records, candidates(rig, duration, highest, *lines(records)), before)
+    return base, library(records, candidates(rig, duration, highest, *lines(records)), before)
+
+
+def _search(records: Sequence[Evidence], highest: int, most: int, before: Library | None = None) -> Search:
+    base, known = known_of(records, highest, before)
+    more = {gear: dear(records, gear) for gear in ("drive", "loose", "")}
     now, left = fit(records, base, ()), score(known, base)
-    while len(now.causes) < most and (able := _able(left)):
-        now = _best(records, base, now, able)
+    while len(now.causes) < most and (able := _able(left, more)):
+        now = _best(records, base, now, able, more)
         left = score(known, now.rest, directions(records, now))
-    now = _pruned(records, base, now)
+    now = _pruned(records, base, now, more)
     left = score(known, now.rest, directions(records, now))
     return Search(now, base, left, known, list(records))
 
 
-def _able(left: list[Scored]) -> list[Scored]:
+def _able(left: list[Scored], more: dict[str, float]) -> list[Scored]:
     """Return the candidates that would gain enough at a size that matters, most first.
 
     Where one that is too small gains more in the same channel, that is what is there, and others only look like it.
@@ -103,6 +116,8 @@ def _able(left: list[Scored]) -> list[Scored]:
     for one in left:
         if one.gain <= ACCEPT:
             break
+        if one.gain <= ACCEPT + more[goes_by(one.candidate)]:
+            continue
         size = float(np.hypot.reduce(one.units))
         if size <= SMALLEST:
             small |= set(one.candidate.channels)
@@ -111,7 +126,7 @@ def _able(left: list[Scored]) -> list[Scored]:
     return able
 
 
-def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]) -> Fit:
+def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored], more: dict[str, float]) -> Fit:
     """Return the fit with one more cause, the best of several."""
     tried, kinds = [], {}
     for one in left:
@@ -123,20 +138,23 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
         if kinds[kind] > (1 if bends else 2):
             continue
         tried.append(fit(records, base, [*now.causes, begin(one.candidate, one.units)], 8 if bends else 2))
-    return min(tried, key=_worth)
+    return min(tried, key=lambda one: _worth(one, more))
 
 
-def _worth(found: Fit) -> float:
-    return found.chi2 + PRICE * len(found.covariance) + sum(price(cause.candidate) for cause in found.causes)
+def _worth(found: Fit, more: dict[str, float]) -> float:
+    gears = {goes_by(cause.candidate) for cause in found.causes}
+    zeros = sum(more[gear] for gear in gears)
+    return found.chi2 + PRICE * len(found.covariance) + sum(price(cause.candidate) for cause in found.causes) + zeros
 
 
-def _pruned(records: Sequence[Evidence], base: Array, now: Fit) -> Fit:
+def _pruned(records: Sequence[Evidence], base: Array, now: Fit, more: dict[str, float]) -> Fit:
     """Return the fit without causes that the others make needless."""
     now = fit(records, base, now.causes)
     k = 0
     while k < len(now.causes):
         less = fit(records, base, now.causes[:k] + now.causes[k + 1 :])
-        if less.chi2 - now.chi2 < ACCEPT or not _everywhere(records, now.causes[k], less.rest, now.rest):
+        least = ACCEPT + more[goes_by(now.causes[k].candidate)]
+        if less.chi2 - now.chi2 < least or not _everywhere(records, now.causes[k], less.rest, now.rest):
             now, k = less, 0
         else:
             k += 1

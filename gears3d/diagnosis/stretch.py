@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.deviation import deviation
+from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import reading_error
+from gears3d.diagnosis.zeros import moved, turn
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import Fault, InputError
 from gears3d.lumped.pickup import Start, pick_up
@@ -98,7 +100,10 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
     assert one.rig is not None
     known = path_of(one.recording, one.rig, one.file)
     seen = next((each for each in found.found.records if each.name == one.file), None)
-    changes = [("effect[+]", cause.table) for cause in found.causes]
+    turned = (0.0, 0.0) if seen is None else seen.turned
+    seen = seen and turn(seen, -turned[0], -turned[1])
+    changes = [("effect[+]", cause.table if turned == (0.0, 0.0) else table(moved(cause.effect, *turned)))
+               for cause in found.causes]  # fmt: skip
     extended = one.rig.with_(changes) if changes else one.rig
     zero, noise = _of_law(known, found, one.file), known.noise
     zero = _zero(known, seen, extended) if zero is None else zero

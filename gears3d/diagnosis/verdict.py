@@ -19,6 +19,8 @@ from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
 from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
+from gears3d.diagnosis.zeros import GEARS, counted_from, free
+from gears3d.diagnosis.zeros import covariance as zeros_free
 from gears3d.identification import Parameter
 from gears3d.units import FAMILIES
 
@@ -49,6 +51,7 @@ class Named:
         effect: of the scenario.
         table: for the scenario's ``[[effect]]``.
         excluded: ``kind`` and ``why`` of causes that were tried in its place, and that the data exclude.
+        zero: record from whose zero its phase, or tooth, counts; empty where encoders count from marks.
     """
 
     kind: str
@@ -60,13 +63,17 @@ class Named:
     effect: Any = field(repr=False)
     table: dict[str, Any] = field(repr=False)
     excluded: tuple[dict[str, str], ...] = ()
+    zero: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
         fixed = {name: chosen(self.effect, name, value) for name, value in self.table.items()
                  if name != "kind" and name not in numbers}  # fmt: skip
-        rivals = {"alternatives": list(self.alternatives), "excluded": list(self.excluded)}
+        if self.zero and "phase" in fixed:
+            fixed["phase"] = {"value": None, "unit": "rad", "ci95": None}
+        rivals: dict[str, Any] = {"phase_from": self.zero} if self.zero else {}
+        rivals |= {"alternatives": list(self.alternatives), "excluded": list(self.excluded)}
         return {"kind": self.kind, "place": self.place, "parameters": {**numbers, **fixed}, "evidence": self.evidence,
                 "gain": self.gain, **rivals}  # fmt: skip
 
@@ -94,9 +101,12 @@ def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None
         spread: scatter of the restitution, where it was accepted.
     """
     now, at, told = found.fit, 0, []
+    whole = now.covariance
+    if now.causes and any(free(found.records, gear) for gear in GEARS):
+        whole = zeros_free(found.records, now.causes)
     level = max(now.chi2 / max(len(now.rest), 1), 1.0)
     for k, cause in enumerate(now.causes):
-        covariance = level * now.covariance[at : at + len(cause.numbers), at : at + len(cause.numbers)]
+        covariance = level * whole[at : at + len(cause.numbers), at : at + len(cause.numbers)]
         at += len(cause.numbers)
         less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
         gain = less.chi2 - now.chi2
@@ -104,9 +114,12 @@ def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None
         alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
         excluded = tuple(refused(one) for one in others[k] if one.excluded)
         numbers = parameters(cause, covariance)
+        written, zero = table(effect, numbers), counted_from(found.records, effect)
+        if zero and zero != found.records[0].name:
+            numbers.pop("phase", None)
         told.append(
             Named(effect.kind, effect.place, numbers, evidence_for(found, cause, less.rest, gain), gain, alternatives,
-                  effect, table(effect, numbers), excluded)
+                  effect, written, excluded, zero)
         )  # fmt: skip
     if spread is not None:
         told.append(_scattered(spread))

@@ -1,0 +1,81 @@
+"""The search for causes in records whose encoders begin anywhere: align, search, and align anew by what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+
+from gears3d.diagnosis.cause import contribution
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.scatter import with_own_noise
+from gears3d.diagnosis.search import Search, known_of, search
+from gears3d.diagnosis.sifting import without_strays
+from gears3d.diagnosis.zeros import GEARS, Phases, apart, free, goes_by, order_of, reference, turn, turns
+
+Array = np.ndarray
+ROUNDS = 3
+"""Times that records are aligned and searched at most."""
+
+
+def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Search]:
+    """Return the records with angles that count from the zeros of one of them, and what a search finds there.
+
+    Each gear is aligned by the strongest that goes by its angle. First that is taken from the records as they are;
+    later what was found without it is taken out before.
+
+    Args:
+        records: all; those whose encoders count from marks stay as they are.
+        highest: order that is looked for.
+    """
+    gears = [gear for gear in GEARS if free(records, gear)]
+    if not gears:
+        return records, search(records, highest)
+    base, known = known_of(with_own_noise([without_strays(one) for one in records]), highest)
+    told = {gear: turns(known, base, gear) for gear in gears}
+    found = None
+    for _ in range(ROUNDS):
+        by = {gear: _by(records, gear, told.get(gear)) for gear in GEARS}
+        if found is not None and not any(one is not None and apart(one[1], by[gear]) for gear, one in told.items()):
+            break
+        records = [turn(*each) for each in zip(records, by["drive"], by["loose"], strict=True)]
+        found = search(records, highest)
+        told = {gear: _anew(found, gear) for gear in gears}
+    assert found is not None
+    return records, found
+
+
+def _by(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | None) -> Array:
+    """Return by how much records are turned, so that one in which something is to be seen stays as it was read."""
+    if told is None:
+        return np.zeros(len(records))
+    by, seen = told
+    if not all(gear in one.unmarked for one in records):
+        return by
+    first, side = reference(seen.worth), GEARS.index(gear)
+    return by - (records[first].turned[side] + by[first])
+
+
+def _anew(found: Search, gear: str) -> tuple[Array, Phases] | None:
+    """Return by how much records must still be turned, by what the causes of other angles leave."""
+    own = [cause for cause in found.fit.causes if goes_by(cause.candidate) == gear]
+    effects = [cause.effect for cause in own if cause.effect is not None]
+    parts = contribution(found.records, effects)
+    told = turns(found.known, found.fit.rest + parts, gear)
+    if told is None or order_of(told[1].candidate) == 1 or apart(told[1], told[0]):
+        return told
+    strongest = [one for one in effects if getattr(one, "order", 1) == order_of(told[1].candidate)]
+    rest = found.fit.rest + parts - contribution(found.records, strongest)
+    return _branched(told, turns(found.known, rest, gear, [order_of(told[1].candidate)]))
+
+
+def _branched(told: tuple[Array, Phases], other: tuple[Array, Phases] | None) -> tuple[Array, Phases]:
+    """Return turns by whole periods of the strongest order, of which another order tells which."""
+    if other is None:
+        return told
+    period, own = 2.0 * pi / order_of(told[1].candidate), 2.0 * pi / order_of(other[1].candidate)
+    tried = period * np.arange(order_of(told[1].candidate))
+    off = np.abs((tried[None] - other[0][:, None] + own / 2.0) % own - own / 2.0)
+    best = tried[np.argmin(off, axis=1)]
+    return np.where(other[0] == 0.0, 0.0, best), other[1]

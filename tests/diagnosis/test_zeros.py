@@ -1,0 +1,157 @@
+"""Records whose encoders begin anywhere: the same causes and sizes, phases from the first record, else nothing."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import hide, plan, reveal
+from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.candidates import candidates
+from gears3d.diagnosis.extending import extended_text
+from gears3d.diagnosis.prediction import CHANNELS, added
+from gears3d.diagnosis.readied import ready
+from gears3d.diagnosis.zeros import gear_of, moved, turn
+from gears3d.effects import catalogue
+from gears3d.gate import admit
+from gears3d.readers import files_of
+from gears3d.scenario import load
+
+BY_ANGLE = {
+    "eccentricity": {"offset": 3e-5, "gear": "drive"},
+    "transmission_error": {"amplitude": 2e-5, "order": 3, "gear": "loose"},
+    "backlash_variation": {"amplitude": 2e-5, "order": 2},
+    "drag_position": {"amplitude": 1e-2, "order": 2},
+    "encoder_eccentricity": {"amplitude": 1e-4, "order": 1, "gear": "loose"},
+}
+ORDERS = 4
+
+
+def few(*about):
+    """Candidates of low orders, which do to tell zeros apart."""
+    return [one for one in candidates(*about)
+            if one.kind != "pitch_error" and one.shape.get("order", 1) <= ORDERS]  # fmt: skip
+
+
+def written(folder, kinds, seed, table=None, **options):
+    """Return the records of a challenge with arbitrary zeros, and its rig."""
+    made = plan(seed, kinds, zero="arbitrary", **options)
+    if table is not None:
+        made = replace(made, effects=({**made.effects[0], **table},))
+    hide(made, folder)
+    rig = load(folder / "rig.toml")
+    return [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])], rig
+
+
+def judged(folder, *about, **options):
+    """Return diagnosis and score."""
+    admitted, rig = written(folder, *about, **options)
+    found = diagnose(admitted, rig)
+    (folder / "diagnosis.json").write_text(json.dumps(found.to_dict(), allow_nan=False), encoding="utf-8")
+    return found, reveal(folder, folder)
+
+
+@pytest.fixture(scope="module")
+def record(tmp_path_factory):
+    """A record as evidence."""
+    return ready(written(tmp_path_factory.mktemp("zeros"), (), 10101, records=1, duration=3.0)[0][0])
+
+
+def test_every_kind_that_goes_by_an_angle_is_known():
+    """What has a phase or a tooth goes by an angle, but for the drive's own motion, which goes by time."""
+    for kind, effect in catalogue().items():
+        angled = ("phase" in effect.params or "tooth" in effect.params) and kind != "drive_motion"
+        gear = "loose" if "gear" in effect.params else None
+        assert bool(gear_of(kind, gear)) == angled, kind
+
+
+@pytest.mark.parametrize("kind", BY_ANGLE)
+def test_a_turned_record_asks_for_the_moved_effect(record, kind):
+    assert record.unmarked == ("drive", "loose")
+    effect = catalogue()[kind](phase=0.4, **BY_ANGLE[kind])
+    for by in ((1.3, 0.0), (0.0, -2.1), (0.7, 2.9)):
+        there, here = turn(record, *by), moved(effect, *by)
+        assert there.turned == by
+        for name in CHANNELS:
+            expected = added(record, [here], name)
+            # a flight's points and the fine grid between them are rounded apart
+            assert np.allclose(added(there, [effect], name), expected, atol=1e-6 * np.abs(expected).max(initial=1.0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed", "table"),
+    [
+        pytest.param("transmission_error", 10102, {"order": 3}, id="transmission error of order 3"),
+        pytest.param("drag_position", 10021, {"order": 1}, id="drag over the angle", marks=pytest.mark.slow),
+    ],
+)
+def test_a_cause_by_angle_is_named_with_its_size_and_its_phase_in_the_first_record(
+    tmp_path, monkeypatch, kind, seed, table
+):
+    monkeypatch.setattr("gears3d.diagnosis.search.candidates", few)
+    found, score = judged(tmp_path, (kind,), seed, table, size=0.3, records=3, duration=4.0)
+    assert score["set_right"], found.to_dict()
+    assert found.verdict == "explained"
+    assert not score["wrong_names"]
+    rows = {one["name"]: one for one in score["parameters"]}
+    assert rows["order"]["right"]
+    assert abs(rows["amplitude"]["error"]) < 0.01
+    assert abs(rows["phase"]["error"]) < 0.01
+    assert found.to_dict()["heldout"]["gain"] > 0.95
+    cause = found.to_dict()["causes"][0]
+    assert cause["phase_from"].endswith("record-1.parquet")
+    assert any(note.kind == "zeros-arbitrary" and "record-1" in note.record for note in found.notes)
+    assert "# phase and tooth count from where the encoder of record-1.parquet began" in extended_text(found)
+
+
+def test_phases_cost_freedom(record):
+    """Five records with a phase each must gain what chance gives six numbers as seldom as two the usual gain."""
+    from scipy.stats import chi2
+
+    from gears3d.diagnosis.search import ACCEPT
+    from gears3d.diagnosis.zeros import dear
+
+    more = dear([record] * 5, "loose")
+    assert chi2.sf(ACCEPT + more, 6) == pytest.approx(chi2.sf(ACCEPT, 2), rel=0.05)
+    assert dear([record], "loose") == dear([record] * 5, "") == 0.0
+    marked = replace(record, unmarked=())
+    assert dear([marked, record], "loose") == pytest.approx(dear([record] * 2, "loose"))
+
+
+def test_a_rig_that_goes_by_an_angle_is_not_held_against_records_without_marks(tmp_path, monkeypatch):
+    monkeypatch.setattr("gears3d.diagnosis.search.candidates", few)
+    admitted, rig = written(tmp_path, (), 10103, records=2, duration=2.0)
+    bound = rig.with_([("effect[+]", {"kind": "eccentricity", "offset": "30 um", "gear": "loose"})])
+    found = diagnose([replace(one, rig=bound) for one in admitted], bound)
+    assert found.verdict == "not_decidable"
+    assert not found.causes
+    assert any(note.kind == "zeros-unknown" and "eccentricity" in note.text for note in found.notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "seed"),
+    [("eccentricity", 10010), ("drag_position", 10021), ("encoder_eccentricity", 10031), ("transmission_error", 10051),
+     ("backlash_variation", 10061), ("drag_viscous", 10071)],
+)  # fmt: skip
+def test_kinds_are_right_first_whatever_the_zeros(tmp_path, kind, seed):
+    found, score = judged(tmp_path, (kind,), seed, size=0.3, records=3, duration=5.0)
+    assert score["set_right"], found.to_dict()
+    assert not score["wrong_names"], found.to_dict()
+    assert all(abs(one["error"]) < 0.01 for one in score["parameters"] if one["error"] is not None)
+    assert all(one["right"] is not False for one in score["parameters"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [10041, 10042, 10043])
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path, seed):
+    found, _ = judged(tmp_path, (), seed, records=5, duration=4.0)
+    assert not found.causes, found.to_dict()
+
+
+@pytest.mark.slow
+def test_two_causes_of_one_gear_share_its_zero(tmp_path):
+    found, score = judged(tmp_path, ("encoder_eccentricity", "drag_position"), 10081, size=0.2, records=3, duration=6.0)
+    assert score["kinds_first"], found.to_dict()
+    assert not score["wrong_names"], found.to_dict()
