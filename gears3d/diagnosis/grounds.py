@@ -221,7 +221,7 @@ def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:
     """
     told = []
     for one in admitted:
-        lost = one.channels.meta.get("zero_arbitrary", ())
+        lost = one.recording.meta.get("zero_arbitrary", ())
         effects = one.rig.effects if one.rig is not None else ()
         bound = [each.kind for each in effects if gear_of(each.kind, getattr(each, "gear", None)) in lost]
         if bound:

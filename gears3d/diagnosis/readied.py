@@ -73,7 +73,7 @@ def ready(
     shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in (0, 1))
     known = (paths or Paths()).of(one, delay)
     made = of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
-    return turn(replace(made, unmarked=tuple(one.channels.meta.get("zero_arbitrary", ()))), *turned)
+    return turn(replace(made, unmarked=tuple(one.recording.meta.get("zero_arbitrary", ()))), *turned)
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:
