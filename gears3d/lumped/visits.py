@@ -51,12 +51,17 @@ def _flank(at, slope, x, side):
 @njit(cache=True)
 def _accelerated(law, y, v, at, slope, x):
     """Acceleration at a part ``x`` of a step of the grid, with values and slopes of the grid there."""
+    forced = at[FORCED] + x * slope[FORCED]
+    oiled = law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0
+    if not oiled and law[STIFFNESS] == 0.0:
+        return forced
     low, low_rate = _flank(at, slope, x, ACTIVE)
     high, high_rate = _flank(at, slope, x, REVERSE)
+    if not oiled and y - low >= law[LAYER] and high - y >= law[LAYER]:
+        return forced
     rolling = at[ROLLING] + x * slope[ROLLING]
     teeth, oil = _push(law, y - low, v - low_rate, rolling)
     other, film = _push(law, high - y, high_rate - v, rolling)
-    forced = at[FORCED] + x * slope[FORCED]
     return forced + teeth * (1.0 - law[FRICTION]) - other * (1.0 + law[FRICTION]) + oil - film
 
 
@@ -135,10 +140,13 @@ def follow(law, start, given, step, out):
         out: gets the place at every point of the grid [m], (n,).
     """
     y, v, mode = start[0], start[1], FREE
+    slope = np.zeros(COLUMNS)
     rigid = law[STIFFNESS] == 0.0
     for i in range(len(given) - 1):
         out[i] = y
-        at, slope = given[i], (given[i + 1] - given[i]) / step
+        at = given[i]
+        for c in range(COLUMNS):
+            slope[c] = (given[i + 1, c] - at[c]) / step
         x = 0.0
         for _ in range(4000):
             left = step - x

@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.measurement.flanks import Flanks
 from gears3d.measurement.flights import Shafts, Touches, meet, shafts
 from gears3d.measurement.kinks import Kinks
-from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within
+from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within, tied
 from gears3d.measurement.smoothing import Blocks, Track
 from gears3d.measurement.tables import Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.zones import ACTIVE, CUT, REVERSE, Runs, clearance, readings_of, runs, touches_missed, zones
@@ -63,24 +63,25 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
         every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
         rough = fit(known, first, last)
     where = shafts(known, path, flanks)
-    start, end = _touches(known, path, every, fit(known, first, last, law=common_law(rough)), where)
+    start, end = _touches(known, path, every, tied(known, first, last, rough, common_law(rough)), where)
     first, last = _between(known, start, end, first, last)
-    slope = slope_within(known, first, last)
+    free = fit(known, first, last)
+    slope = slope_within(known, first, last, free)
     curved = slope[0] if abs(slope[0]) > SURE * slope[1] else 0.0
-    free = fit(known, first, last, curved)
-    tied = fit(known, first, last, curved, common_law(free))
-    start, end = _touches(known, path, every, tied, where)
+    free = fit(known, first, last, curved) if curved else free
+    bound = tied(known, first, last, free, common_law(free))
+    start, end = _touches(known, path, every, bound, where)
     real = end.met & (np.abs(end.velocity) > BLOW * end.velocity_sigma) & (end.time > start.time)
     dropped["no_blow"] = int(np.count_nonzero(~real))
     every = Runs(*(column[real] for column in every))
     start, end = (Touches(*(column[real] for column in one)) for one in (start, end))
-    free, tied = free.some(real), tied.some(real)
+    free, bound = free.some(real), bound.some(real)
     same = _one_touch(known, every, start, end)
-    start = _tangents(tied, where, every, start, end, same)
+    start = _tangents(bound, where, every, start, end, same)
     flights = flight_table(every, free, start, end, same)
     contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same, known.step)
     found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)
-    return Cut(found, tied, where)
+    return Cut(found, bound, where)
 
 
 def _candidates(

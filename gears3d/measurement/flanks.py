@@ -129,15 +129,11 @@ def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.n
     rows, values, strength = whole[some], place[some], weight[some]
     square = (rows * strength[:, None]).T @ rows
     right = rows.T @ (strength * values)
-    best, least = prior, np.inf
     count = len(terms.prior)
     within = np.arange(len(prior)) % count
     free = (within == 0) | (within >= count - 2 * terms.grown)
     free |= (within >= SHAPED) & (within < SHAPED + len(terms.shapes))
-    for factor in SIZES:
-        tried = np.where(free, prior, factor * prior)
-        normal = square + np.diag(tried**-2)
-        cost = -right @ np.linalg.solve(normal, right) + np.linalg.slogdet(normal)[1] + 2.0 * np.log(tried).sum()
-        if cost < least:
-            best, least = tried, cost
-    return best
+    tried = np.where(free, prior, np.array(SIZES)[:, None] * prior)
+    normal = square + (tried**-2)[:, :, None] * np.eye(len(prior))
+    gains = np.linalg.solve(normal, np.broadcast_to(right[:, None], (len(SIZES), len(right), 1)))[..., 0] @ right
+    return tried[np.argmin(np.linalg.slogdet(normal)[1] + 2.0 * np.log(tried).sum(axis=1) - gains)]

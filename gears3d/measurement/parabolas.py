@@ -53,6 +53,8 @@ class Parabolas(NamedTuple):
         chi2: per degree of freedom, NaN without any, (k,).
         readings: (k,).
         slope: change of the deceleration with the loose gear's speed within each flight [1/s], (k,).
+        base: angle from which those of each flight are summed [rad], (k,).
+        sums: of its readings, which all that is fitted to them begins with, (k, 9).
     """
 
     middle: np.ndarray
@@ -62,6 +64,8 @@ class Parabolas(NamedTuple):
     chi2: np.ndarray
     readings: np.ndarray
     slope: np.ndarray
+    base: np.ndarray
+    sums: np.ndarray
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the angles at times (k, g) [rad]."""
@@ -101,6 +105,8 @@ def bend(x: np.ndarray, change: np.ndarray | float) -> tuple[np.ndarray, np.ndar
     (True, True)
     """
     small = np.abs(change) < SLIGHT
+    if np.all(small):
+        return x * x * (1.0 - change * x / 3.0), x * (2.0 - change * x)
     safe = np.where(small, 1.0, change)
     power = -np.expm1(-safe * x)
     bent = np.where(small, x * x * (1.0 - change * x / 3.0), 2.0 * (safe * x - power) / safe**2)
@@ -123,21 +129,44 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
     Source: Rigaud & Perret-Liaudet 2020, eq. (13); Ottewill et al. 2010, eq. (4).
     """
     count = len(first)
-    middle, half = np.zeros(count), np.ones(count)
+    middle, half, base, sums = np.zeros(count), np.ones(count), np.zeros(count), np.zeros((count, 9))
     numbers, covariance = np.zeros((count, 3)), np.zeros((count, 3, 3))
     chi2, readings = np.full(count, np.nan), (last - first + 1).astype(float)
-    strength, expected = np.zeros(count), np.zeros(count)
-    if law is not None:
-        lasted, turned = (column[last] - column[first] for column in (known.time, known.shown))
-        expected = -0.125 * lasted**2 * law.at(turned / lasted)
-        strength = (0.125 * lasted**2 * law.varies) ** -2
-    given = (known.time, known.shown, known.sigma_loose, first, last, slope, strength, expected)
-    paths.fit_each(*given, middle, half, numbers, covariance, chi2)
+    given = (known.time, known.shown, known.sigma_loose, first, last, slope, middle, half, base)
+    paths.sum_each(*given, sums)
+    paths.solve_each(base, sums, *_expected(known, first, last, law), numbers, covariance)
+    paths.judge_each(*given, numbers, chi2)
     numbers[:, 0] += known.lift
-    return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope))
+    return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope), base, sums)
 
 
-def slope_within(known: Track, first: np.ndarray, last: np.ndarray) -> tuple[float, float]:
+def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
+    """Return flights as :func:`fit` has them with what is expected of their deceleration; their chi-square stays.
+
+    Args:
+        known: readings of the loose gear.
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        free: fitted without.
+        law: what is expected.
+    """
+    numbers, covariance = np.zeros_like(free.numbers), np.zeros_like(free.covariance)
+    paths.solve_each(free.base, free.sums, *_expected(known, first, last, law), numbers, covariance)
+    numbers[:, 0] += known.lift
+    return free._replace(numbers=numbers, covariance=covariance)
+
+
+def _expected(known: Track, first: np.ndarray, last: np.ndarray, law: Law | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return weight [1/rad²] and size [rad] of what is expected of each flight's third number, each (k,)."""
+    if law is None:
+        return np.zeros(len(first)), np.zeros(len(first))
+    lasted, turned = (column[last] - column[first] for column in (known.time, known.shown))
+    return (0.125 * lasted**2 * law.varies) ** -2, -0.125 * lasted**2 * law.at(turned / lasted)
+
+
+def slope_within(
+    known: Track, first: np.ndarray, last: np.ndarray, straight: Parabolas | None = None
+) -> tuple[float, float]:
     """Return how the deceleration changes with speed within flights, and its standard deviation [1/s].
 
     Under viscous drag a flight is no parabola; the third power of time in it tells the slope, the same for all flights.
@@ -147,14 +176,17 @@ def slope_within(known: Track, first: np.ndarray, last: np.ndarray) -> tuple[flo
         known: readings of the loose gear.
         first: index of each flight's first reading, (k,).
         last: index of its last one, (k,).
+        straight: the flights fitted without a slope, where they are.
     """
     slope, sigma = 0.0, np.inf
     long = last - first >= 4 * FEWEST
     if np.count_nonzero(long) < 3:
         return slope, sigma
     first, last = first[long], last[long]
-    for _ in range(4):
-        own, slack = _third_powers(known, first, last, slope)
+    made = fit(known, first, last) if straight is None else straight.some(long)
+    for turn in range(4):
+        made = made if turn == 0 else fit(known, first, last, slope)
+        own, slack = _third_powers(known, first, last, slope, made)
         told = np.isfinite(own) & (slack > 0.0)
         if np.count_nonzero(told) < 3:
             return 0.0, np.inf
@@ -167,9 +199,10 @@ def slope_within(known: Track, first: np.ndarray, last: np.ndarray) -> tuple[flo
     return slope, sigma
 
 
-def _third_powers(known: Track, first: np.ndarray, last: np.ndarray, slope: float) -> tuple[np.ndarray, np.ndarray]:
+def _third_powers(
+    known: Track, first: np.ndarray, last: np.ndarray, slope: float, made: Parabolas
+) -> tuple[np.ndarray, np.ndarray]:
     """Return by how much each flight asks for another slope, and the standard deviation of that [1/s], each (k,)."""
-    made = fit(known, first, last, slope)
     own, slack = np.full(len(first), np.nan), np.full(len(first), np.nan)
     numbers = made.numbers - np.array([known.lift, 0.0, 0.0])
     given = (known.time, known.shown, known.sigma_loose, first, last, slope, made.middle, made.half, numbers)

@@ -200,7 +200,9 @@ def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
     nothing = np.zeros(0)
     whole = nothing.astype(int)
     none = Runs(whole, whole, whole, whole, nothing)
-    empty = Parabolas(nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing)
+    empty = Parabolas(
+        nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing, nothing, np.zeros((0, 9))
+    )
     never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
     flights = flight_table(none, empty, never, never, nothing.astype(bool))
     edges = (float(known.time[0]), float(known.time[-1]), ACTIVE)

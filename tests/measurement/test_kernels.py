@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.measurement.drive import steady
+from gears3d.measurement.kernels.orders import turned
 from gears3d.measurement.parabolas import Law, bend, fit, slope_within
 from gears3d.measurement.readings import Reading
 from gears3d.measurement.smoothing import Track
@@ -77,3 +78,13 @@ def test_columns_and_their_sums_are_orders_of_both_gears():
     assert terms.columns(TIME, drive, loose) == pytest.approx(plain, abs=1e-10)
     numbers = np.random.default_rng(1).normal(size=(2, 9))
     assert terms.sums(numbers, TIME, drive, loose) == pytest.approx(numbers @ plain.T, abs=1e-10)
+
+
+def test_cosines_and_sines_are_right_to_rounding_however_far_a_gear_has_turned():
+    random = np.random.default_rng(2)
+    eighths = 0.25 * np.pi * np.arange(-40, 41)
+    for angle in (random.uniform(-10.0, 10.0, 10_000), random.uniform(0.0, 1e5, 10_000), eighths, np.zeros(3)):
+        cosine, sine = np.zeros(len(angle)), np.zeros(len(angle))
+        turned(angle, cosine, sine)
+        assert np.abs(cosine - np.cos(angle)).max() < 3e-16
+        assert np.abs(sine - np.sin(angle)).max() < 3e-16

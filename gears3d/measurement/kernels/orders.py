@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import floor
 
 import numpy as np
 
@@ -10,65 +10,149 @@ from gears3d.kernels import njit
 
 OFFSET, DRIFT, DRIVE, LOOSE = range(4)
 """What a term is: a constant, a power of time, orders of either gear."""
+BITS = 16
+"""Powers of two among orders: the highest is below 2**BITS."""
+TOGETHER = 64
+"""Times that are worked through side by side."""
+
+
+EIGHTH = (7.85398125648498535156e-1, 3.77489470793079817668e-8, 2.69515142907905952645e-15)
+"""Parts of pi/4 short enough for their products with whole numbers to be exact."""
+SINE = (1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
+        -1.98412698295895385996e-4, 8.33333333332211858878e-3, -1.66666666666666307295e-1)  # fmt: skip
+COSINE = (-1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
+          2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2)  # fmt: skip
+"""Coefficients of both over an eighth of a turn to either side, highest power first (Moshier's Cephes library)."""
 
 
 @njit(cache=True)
-def _power(re: float, im: float, order: int) -> tuple[float, float]:
-    """Return cosine and sine of a multiple of an angle, by squaring."""
-    a, b = 1.0, 0.0
-    while order > 0:
-        if order & 1:
-            a, b = a * re - b * im, a * im + b * re
-        re, im = re * re - im * im, 2.0 * re * im
-        order >>= 1
-    return a, b
-
-
-@njit(cache=True)
-def row(
-    sort: np.ndarray, order: np.ndarray, x: float, drive: float, loose: float, written: np.ndarray
-) -> None:  # fmt: skip
-    """Write the columns of one time: what each term is there.
+def turned(angle: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> None:
+    """Write cosine and sine of angles, to rounding; without branches, so that several are worked out at once.
 
     Args:
-        sort: of each term, one of the four, (m,).
-        order: or degree of each, (m,).
-        x: time, from -1 at the record's begin to 1 at its end.
-        drive: angle [rad].
-        loose: angle [rad].
-        written: one number for a constant or a power, two for an order, (p,).
+        angle: up to 1e8 [rad], (n,).
+        cosine: written, (n,) or longer.
+        sine: written, (n,) or longer.
     """
-    d0, d1, l0, l1 = cos(drive), sin(drive), cos(loose), sin(loose)
-    at = 0
+    for i in range(len(angle)):
+        quarters = floor(angle[i] * 0.6366197723675814 + 0.5)
+        y = 2.0 * quarters
+        x = ((angle[i] - y * EIGHTH[0]) - y * EIGHTH[1]) - y * EIGHTH[2]
+        z = x * x
+        s = SINE[0] * z + SINE[1]
+        s = (((s * z + SINE[2]) * z + SINE[3]) * z + SINE[4]) * z + SINE[5]
+        s = x + x * z * s
+        c = COSINE[0] * z + COSINE[1]
+        c = (((c * z + COSINE[2]) * z + COSINE[3]) * z + COSINE[4]) * z + COSINE[5]
+        c = 1.0 - 0.5 * z + z * z * c
+        quarter = quarters - 4.0 * floor(0.25 * quarters)
+        odd = quarter - 2.0 * floor(0.5 * quarter)
+        half = 1.0 - 2.0 * floor(0.5 * quarter)  # -1 in the second half of a turn
+        cosine[i] = half * (c if odd == 0.0 else -s)
+        sine[i] = half * (s if odd == 0.0 else c)
+
+
+@njit(cache=True)
+def _squared(angle: np.ndarray, sort: np.ndarray, order: np.ndarray, gear: int, re: np.ndarray, im: np.ndarray) -> None:
+    """Write cosine and sine of angles times 1, 2, 4, ..., as far as a gear's orders need them, by squaring.
+
+    Args:
+        angle: of the gear [rad], (n,), n at most TOGETHER.
+        sort: of each term, (m,).
+        order: of each, (m,).
+        gear: DRIVE or LOOSE.
+        re: written, (BITS, TOGETHER).
+        im: written, (BITS, TOGETHER).
+    """
+    top, count = 0, len(angle)
     for j in range(len(sort)):
-        if sort[j] == OFFSET:
-            written[at] = 1.0
-            at += 1
-        elif sort[j] == DRIFT:
-            written[at] = x if order[j] == 1 else 1.5 * x * x - 0.5
-            at += 1
-        else:
-            re, im = (d0, d1) if sort[j] == DRIVE else (l0, l1)
-            written[at], written[at + 1] = _power(re, im, order[j])
-            at += 2
+        if sort[j] == gear:
+            top = max(top, order[j])
+    if top == 0:
+        return
+    turned(angle, re[0], im[0])
+    bit = 1
+    while top >> bit:
+        for i in range(count):
+            a, b = re[bit - 1, i], im[bit - 1, i]
+            re[bit, i], im[bit, i] = a * a - b * b, 2.0 * a * b
+        bit += 1
+
+
+@njit(cache=True)
+def _power(order: int, re: np.ndarray, im: np.ndarray, count: int, cosine: np.ndarray, sine: np.ndarray) -> None:
+    """Write cosine and sine of a multiple of angles, from those of powers of two, (count,)."""
+    for i in range(count):
+        cosine[i], sine[i] = 1.0, 0.0
+    bit = 0
+    while order >> bit:
+        if (order >> bit) & 1:
+            for i in range(count):
+                a, b = cosine[i], sine[i]
+                cosine[i], sine[i] = a * re[bit, i] - b * im[bit, i], a * im[bit, i] + b * re[bit, i]
+        bit += 1
+
+
+@njit(cache=True)
+def _term(
+    sort: int, order: int, x: np.ndarray, turns: tuple, cosine: np.ndarray, sine: np.ndarray
+) -> int:  # fmt: skip
+    """Write the columns of one term at some times, (n,) each, and return how many there are.
+
+    Args:
+        sort: of the term.
+        order: or degree.
+        x: times from -1 to 1, (n,).
+        turns: of :func:`_squared`, for drive and loose gear.
+        cosine: first column, written.
+        sine: second one, written where there is one.
+    """
+    count = len(x)
+    if sort == OFFSET:
+        for i in range(count):
+            cosine[i] = 1.0
+        return 1
+    if sort == DRIFT:
+        for i in range(count):
+            cosine[i] = x[i] if order == 1 else 1.5 * x[i] * x[i] - 0.5
+        return 1
+    if sort == DRIVE:
+        _power(order, turns[0], turns[1], count, cosine, sine)
+    else:
+        _power(order, turns[2], turns[3], count, cosine, sine)
+    return 2
 
 
 @njit(cache=True)
 def columns(
     sort: np.ndarray, order: np.ndarray, x: np.ndarray, drive: np.ndarray, loose: np.ndarray, written: np.ndarray
 ) -> None:
-    """Write the columns at times and angles.
+    """Write the columns at times and angles: what each term is there.
 
     Args:
-        sort: of each term, (m,).
+        sort: of each term, one of the four, (m,).
         order: or degree of each, (m,).
         x: times from -1 to 1, (n,).
         drive: [rad], (n,).
         loose: [rad], (n,).
-        written: (n, p).
+        written: one number for a constant or a power, two for an order, (n, p).
     """
-    for i in range(len(x)):
-        row(sort, order, x[i], drive[i], loose[i], written[i])
+    turns = (
+        np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))
+    )  # fmt: skip
+    cosine, sine = np.zeros(TOGETHER), np.zeros(TOGETHER)
+    for first in range(0, len(x), TOGETHER):
+        last = min(first + TOGETHER, len(x))
+        _squared(drive[first:last], sort, order, DRIVE, turns[0], turns[1])
+        _squared(loose[first:last], sort, order, LOOSE, turns[2], turns[3])
+        at = 0
+        for j in range(len(sort)):
+            width = _term(sort[j], order[j], x[first:last], turns, cosine, sine)
+            for i in range(last - first):
+                written[first + i, at] = cosine[i]
+                if width == 2:
+                    written[first + i, at + 1] = sine[i]
+            at += width
 
 
 @njit(cache=True)
@@ -92,11 +176,26 @@ def sums(
         numbers: of each sum, (s, p).
         written: (s, n).
     """
-    own = np.zeros(numbers.shape[1])
-    for i in range(len(x)):
-        row(sort, order, x[i], drive[i], loose[i], own)
+    turns = (
+        np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))
+    )  # fmt: skip
+    cosine, sine = np.zeros(TOGETHER), np.zeros(TOGETHER)
+    for first in range(0, len(x), TOGETHER):
+        last = min(first + TOGETHER, len(x))
+        count = last - first
+        _squared(drive[first:last], sort, order, DRIVE, turns[0], turns[1])
+        _squared(loose[first:last], sort, order, LOOSE, turns[2], turns[3])
         for s in range(numbers.shape[0]):
-            total = 0.0
-            for p in range(len(own)):
-                total += numbers[s, p] * own[p]
-            written[s, i] = total
+            written[s, first:last] = 0.0
+        at = 0
+        for j in range(len(sort)):
+            width = _term(sort[j], order[j], x[first:last], turns, cosine, sine)
+            for s in range(numbers.shape[0]):
+                one, other = numbers[s, at], numbers[s, at + width - 1]
+                own = written[s, first:last]
+                for i in range(count):
+                    own[i] += one * cosine[i]
+                if width == 2:
+                    for i in range(count):
+                        own[i] += other * sine[i]
+            at += width

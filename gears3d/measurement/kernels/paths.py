@@ -10,6 +10,8 @@ from gears3d.kernels import njit
 
 SLIGHT = 1e-4
 """Change of the drag over half a flight below which a parabola is exact to rounding."""
+FAINT = 0.03
+"""The same below which seven powers are exact to rounding."""
 
 
 @njit(cache=True)
@@ -22,26 +24,27 @@ def bent(x: float, change: float) -> float:
     """
     if abs(change) < SLIGHT:
         return x * x * (1.0 - change * x / 3.0)
+    y = change * x
+    if abs(y) < FAINT:
+        series = 1.0 - y / 7.0 * (1.0 - y / 8.0 * (1.0 - y / 9.0))
+        return x * x * (1.0 - y / 3.0 * (1.0 - y / 4.0 * (1.0 - y / 5.0 * (1.0 - y / 6.0 * series))))
     return 2.0 * (change * x + expm1(-change * x)) / change**2
 
 
 @njit(cache=True)
-def fit_each(
+def sum_each(
     time: np.ndarray,
     angle: np.ndarray,
     sigma: np.ndarray,
     first: np.ndarray,
     last: np.ndarray,
     slope: float,
-    strength: np.ndarray,
-    expected: np.ndarray,
     middle: np.ndarray,
     half: np.ndarray,
-    numbers: np.ndarray,
-    covariance: np.ndarray,
-    chi2: np.ndarray,
+    base: np.ndarray,
+    sums: np.ndarray,
 ) -> None:
-    """Fit offset, speed and bend of each flight, and write what came of it.
+    """Write what least squares for offset, speed and bend of each flight need of its readings.
 
     Args:
         time: of the readings [s], (n,).
@@ -50,23 +53,19 @@ def fit_each(
         first: index of each flight's first reading, (k,).
         last: index of its last one, (k,).
         slope: change of the deceleration with the speed [1/s].
-        strength: weight of what is expected of the third number [1/rad²], (k,).
-        expected: of the third number [rad], (k,).
         middle: written, [s], (k,).
         half: written, [s], (k,).
-        numbers: written, [rad], (k, 3).
-        covariance: written, [rad²], (k, 3, 3).
-        chi2: written where there are degrees of freedom, (k,).
+        base: angle from which those of the flight are counted, written [rad], (k,).
+        sums: written: products of the three columns, row by row from the diagonal on, then with the angle, (k, 9).
     """
     for k in range(len(first)):
         begin, end = first[k], last[k]
         middle[k], half[k] = 0.5 * (time[begin] + time[end]), 0.5 * (time[end] - time[begin])
-        base, change = angle[begin + (end - begin + 1) // 2], slope * half[k]
-        a00 = a01 = a02 = a11 = a12 = 0.0
-        a22, b0, b1, b2 = strength[k], 0.0, 0.0, strength[k] * expected[k]
+        base[k], change = angle[begin + (end - begin + 1) // 2], slope * half[k]
+        a00 = a01 = a02 = a11 = a12 = a22 = b0 = b1 = b2 = 0.0
         for i in range(begin, end + 1):
             x = (time[i] - middle[k]) / half[k]
-            b, w, y = bent(x, change), 1.0 / sigma[i] ** 2, angle[i] - base
+            b, w, y = bent(x, change), 1.0 / sigma[i] ** 2, angle[i] - base[k]
             a00 += w
             a01 += w * x
             a02 += w * b
@@ -76,6 +75,32 @@ def fit_each(
             b0 += w * y
             b1 += w * x * y
             b2 += w * b * y
+        for j, one in enumerate((a00, a01, a02, a11, a12, a22, b0, b1, b2)):
+            sums[k, j] = one
+
+
+@njit(cache=True)
+def solve_each(
+    base: np.ndarray,
+    sums: np.ndarray,
+    strength: np.ndarray,
+    expected: np.ndarray,
+    numbers: np.ndarray,
+    covariance: np.ndarray,
+) -> None:
+    """Write offset, speed and bend of each flight.
+
+    Args:
+        base: of :func:`sum_each` [rad], (k,).
+        sums: of :func:`sum_each`, (k, 9).
+        strength: weight of what is expected of the third number [1/rad²], (k,).
+        expected: of the third number [rad], (k,).
+        numbers: written, [rad], (k, 3).
+        covariance: written, [rad²], (k, 3, 3).
+    """
+    for k in range(len(base)):
+        a00, a01, a02, a11, a12, a22, b0, b1, b2 = sums[k]
+        a22, b2 = a22 + strength[k], b2 + strength[k] * expected[k]
         s0, s1, s2 = 1.0 / sqrt(a00), 1.0 / sqrt(a11), 1.0 / sqrt(a22)
         p, q, r = a01 * s0 * s1, a02 * s0 * s2, a12 * s1 * s2
         det = 1.0 + 2.0 * p * q * r - p * p - q * q - r * r
@@ -88,16 +113,58 @@ def fit_each(
         c[0, 1] = c[1, 0] = (q * r - p) / det * s0 * s1
         c[0, 2] = c[2, 0] = (p * r - q) / det * s0 * s2
         c[1, 2] = c[2, 1] = (p * q - r) / det * s1 * s2
-        n0 = c[0, 0] * b0 + c[0, 1] * b1 + c[0, 2] * b2
-        n1 = c[1, 0] * b0 + c[1, 1] * b1 + c[1, 2] * b2
-        n2 = c[2, 0] * b0 + c[2, 1] * b1 + c[2, 2] * b2
-        if end - begin + 1 > 3:
-            total = 0.0
-            for i in range(begin, end + 1):
-                x = (time[i] - middle[k]) / half[k]
-                total += ((angle[i] - base - n0 - x * n1 - bent(x, change) * n2) / sigma[i]) ** 2
-            chi2[k] = total / (end - begin - 2)
-        numbers[k, 0], numbers[k, 1], numbers[k, 2] = n0 + base, n1, n2
+        numbers[k, 0] = c[0, 0] * b0 + c[0, 1] * b1 + c[0, 2] * b2 + base[k]
+        numbers[k, 1] = c[1, 0] * b0 + c[1, 1] * b1 + c[1, 2] * b2
+        numbers[k, 2] = c[2, 0] * b0 + c[2, 1] * b1 + c[2, 2] * b2
+
+
+@njit(cache=True)
+def judge_each(
+    time: np.ndarray,
+    angle: np.ndarray,
+    sigma: np.ndarray,
+    first: np.ndarray,
+    last: np.ndarray,
+    slope: float,
+    middle: np.ndarray,
+    half: np.ndarray,
+    base: np.ndarray,
+    numbers: np.ndarray,
+    chi2: np.ndarray,
+) -> None:
+    """Write chi-square per degree of freedom of flights that have any.
+
+    Args:
+        time: as for :func:`sum_each`.
+        angle: as for :func:`sum_each`.
+        sigma: as for :func:`sum_each`.
+        first: as for :func:`sum_each`.
+        last: as for :func:`sum_each`.
+        slope: as for :func:`sum_each`.
+        middle: of the flights [s], (k,).
+        half: [s], (k,).
+        base: of :func:`sum_each` [rad], (k,).
+        numbers: of their paths [rad], (k, 3).
+        chi2: written, (k,).
+    """
+    for k in range(len(first)):
+        begin, end = first[k], last[k]
+        if end - begin + 1 <= 3:
+            continue
+        n0, n1, n2 = numbers[k, 0] - base[k], numbers[k, 1], numbers[k, 2]
+        change, total = slope * half[k], 0.0
+        for i in range(begin, end + 1):
+            x = (time[i] - middle[k]) / half[k]
+            total += ((angle[i] - base[k] - n0 - x * n1 - bent(x, change) * n2) / sigma[i]) ** 2
+        chi2[k] = total / (end - begin - 2)
+
+
+@njit(cache=True)
+def _product(one: np.ndarray, other: np.ndarray) -> float:
+    total = 0.0
+    for i in range(len(one)):
+        total += one[i] * other[i]
+    return total
 
 
 @njit(cache=True)
@@ -142,9 +209,9 @@ def third_powers(
         for i in range(count):
             x = y = 0.0
             for j in range(begin + i * few, begin + (i + 1) * few):
-                x += (time[j] - middle[k]) / half[k]
+                x += time[j] - middle[k]
                 y += angle[j] - numbers[k, 0]
-            x, y = x / few, y / few
+            x, y = x / (few * half[k]), y / few
             w = sqrt(few) / sigma[begin + i * few]
             b = bent(x, change)
             further = (bent(x, change + 0.01) - b) / 0.01 * half[k] * numbers[k, 2]
@@ -154,14 +221,17 @@ def third_powers(
         for m in range(4):
             for _ in range(2):  # twice is enough
                 for n in range(m):
-                    rows[m] -= np.sum(rows[m] * rows[n]) * rows[n]
-            size = sqrt(np.sum(rows[m] * rows[m]))
+                    part = _product(rows[m], rows[n])
+                    for i in range(count):
+                        rows[m, i] -= part * rows[n, i]
+            size = sqrt(_product(rows[m], rows[m]))
             if m == 2:
                 scale = size
             if m < 3:
-                rows[m] /= size
+                for i in range(count):
+                    rows[m, i] /= size
             elif size > 1e-12 * scale:
-                own[k], slack[k] = np.sum(rows[3] * rest) / size**2, 1.0 / size
+                own[k], slack[k] = _product(rows[3], rest) / size**2, 1.0 / size
 
 
 @njit(cache=True)
