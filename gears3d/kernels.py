@@ -18,7 +18,16 @@ import numba
 from numba import njit as njit
 
 HOME = Path(__file__).parent
-ROOMS = ("challenge", "effects", "engine", "gears", "identification/kernels", "lumped", "measurement/kernels")
+ROOMS = (
+    "challenge",
+    "effects",
+    "engine",
+    "gears",
+    "identification/kernels",
+    "lumped",
+    "lumped/lubricated",
+    "measurement/kernels",
+)
 """Where kernels and the constants that are compiled into them live."""
 
 

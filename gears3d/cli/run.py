@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def run(
     scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     model: Annotated[
-        str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF) or plastic (its closed form).")
+        str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF), plastic (closed form) or lubricated.")
     ] = "bullet",
     contact: Annotated[str | None, typer.Option(help="Of the bullet model: located (default) or native.")] = None,
     twin: Annotated[

@@ -37,7 +37,18 @@ def _plastic(scenario: Scenario, pair: Pair | None, contact: str, progress: Prog
     return plastic.simulate(scenario, progress=progress)
 
 
-MODELS: dict[str, Callable[..., Recording]] = {"bullet": _bullet, "rigid": _rigid, "plastic": _plastic}
+def _lubricated(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
+    from gears3d.lumped import lubricated
+
+    return lubricated.simulate(scenario, progress=progress)
+
+
+MODELS: dict[str, Callable[..., Recording]] = {
+    "bullet": _bullet,
+    "rigid": _rigid,
+    "plastic": _plastic,
+    "lubricated": _lubricated,
+}
 """The models that ``simulate`` and ``gears3d run --model`` know."""
 CONTACTS = ("located", "native")
 """The contacts of the bullet model, the default first."""
@@ -55,8 +66,9 @@ def simulate(
 
     Args:
         scenario: a scenario, or the path of its file.
-        model: ``"bullet"`` (rigid bodies in PyBullet), ``"rigid"`` (the one-degree-of-freedom twin) or ``"plastic"``
-            (its closed form for one harmonic, constant drag and no rebounds).
+        model: ``"bullet"`` (rigid bodies in PyBullet), ``"rigid"`` (the one-degree-of-freedom twin), ``"plastic"`` (its
+            closed form for one harmonic, constant drag and no rebounds) or ``"lubricated"`` (oil films and teeth that
+            give way, with an effect ``oil_film``).
         contact: of the bullet model: ``"located"`` (default) or ``"native"``.
         pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
         progress: called now and then with the simulated time done [s].

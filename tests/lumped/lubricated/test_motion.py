@@ -1,0 +1,225 @@
+"""The lubricated kernel against independent integrations, closed forms and its own books."""
+
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from gears3d.laws import film
+from gears3d.lumped import rigid
+from gears3d.lumped.lubricated import Settings
+from gears3d.lumped.lubricated import layout as at
+from gears3d.lumped.lubricated.model import pack
+from gears3d.lumped.lubricated.run import run
+from gears3d.scenario import load
+
+CASE = "scenarios/dct-helical-lubricated/fig13.toml"
+BARE = Settings(friction="none", ramp=0.0, harmonics=0)
+
+
+def oil(viscosity="0.01 Pa s", **more):
+    return {"kind": "oil_film", "viscosity": viscosity, "minimum_thickness": "1 um", **more}
+
+
+def teeth(stiffness, damping):
+    return {"kind": "tooth_compliance", "stiffness": f"{stiffness!r} N/m", "damping": f"{damping!r} N s/m"}
+
+
+def scenario(*effects, **changes):
+    named = {key.replace("__", "."): value for key, value in changes.items()}
+    return load(CASE, {"run.settle": "0 s", "run.duration": "0.1 s", "effect": list(effects) or [oil()], **named})
+
+
+def law(s, settings, m):
+    """The equation of motion from the laws along the normal, and the teeth from the table of the model."""
+    rig = s.rig()
+    angles = (rig.working_pressure_angle, rig.base_helix_angle)
+    length = film.contact_length(rig.face_width, rig.contact_ratio, rig.base_helix_angle)
+    radius = film.equivalent_radius(rig.base_radius_drive, rig.base_radius_loose, *angles)
+    roll = [film.rolling_radius(rb, *angles) for rb in (rig.base_radius_drive, rig.base_radius_loose)]
+    eta, least, tilt = s.effects[0].viscosity, s.effects[0].minimum_thickness, cos(rig.base_helix_angle)
+    harmonic = s.motion.harmonics[0]
+    omega, mass = 2 * pi * harmonic.frequency, rig.inertia / (rig.base_radius_loose * tilt) ** 2
+    mean, amplitude = s.motion.mean, harmonic.amplitude
+    table = np.vstack([m.table, m.table[:1]])
+    share = np.linspace(0.0, 1.0, len(table))
+
+    def change(t, y):
+        x, v = y  # along the normal, towards the active flank
+        speed, up = mean + amplitude * sin(omega * t), amplitude * omega * cos(omega * t)
+        angle = mean * t - amplitude / omega * (cos(omega * t) - 1.0)
+        turned = (angle * rig.teeth_drive / (2 * pi)) % 1.0
+        loose = (rig.base_radius_drive * speed - v / tilt) / rig.base_radius_loose
+        half = 0.5 * rig.backlash * tilt
+        force = float(film.mesh_film_force(x, v, half, roll[0] * speed + roll[1] * loose, length, eta, radius, least))
+        for flank, (side, gap, rate) in enumerate(((1.0, half - x, -v), (-1.0, half + x, v))):
+            deep = least - gap
+            if deep > 0.0:
+                stiffness = np.interp(turned, share, table[:, flank]) / tilt**2
+                damping = 2.0 * settings.damping_ratio * sqrt(stiffness * mass)
+                force += side * max(0.0, stiffness * deep - damping * rate)
+        # x'' = −(s − φ)''·cos βb
+        return [v, (rig.base_radius_drive * up + rig.drag_torque / (mass * rig.base_radius_loose * tilt**2)) * tilt
+                - force / mass]  # fmt: skip
+
+    return change
+
+
+@pytest.mark.parametrize(("viscosity", "harmonics"), [("0.01 Pa s", 0), ("0.1 Pa s", 6)])
+def test_the_motion_is_that_of_an_independent_integration_along_the_normal(viscosity, harmonics):
+    settings = Settings(friction="none", ramp=0.0, harmonics=harmonics)
+    s = scenario(oil(viscosity), start__state="free")
+    m = pack(s, settings)
+    ours = run(m, 0.03, "free", 1e-4, tolerance=1e-9).samples
+    rig = s.rig()
+    tilt = cos(rig.base_helix_angle)
+    theirs = solve_ivp(
+        law(s, settings, m), (0.0, 0.0301), [0.0, 0.0], "DOP853", ours[:, 0], rtol=1e-10, atol=1e-15, max_step=1e-5
+    ).y
+    place = (0.5 * rig.backlash * tilt - theirs[0]) / tilt
+    assert np.ptp(place) > 0.8 * rig.backlash
+    assert np.abs(ours[:, 1] - place).max() < 1e-4 * rig.backlash
+    assert np.abs(ours[:, 2] + theirs[1] / tilt).max() < 1e-3 * np.abs(ours[:, 2]).max()
+
+
+def test_with_even_teeth_and_no_friction_it_is_the_twin_with_a_film_on_compliant_flanks():
+    """Two kernels that share the film's numbers and nothing else: power series there, Runge-Kutta here."""
+    s = scenario(oil("0.02 Pa s"), teeth(2.5e8, 3e3), run__duration="0.3 s", run__output_rate="5 kHz")
+    ours = run(pack(s, BARE), 0.3, "free", 2e-4, tolerance=1e-10).samples
+    twin = rigid.simulate(s.with_({"start.state": "free"}))
+    place = twin.signals["displacement_m"]
+    assert len(twin.impacts["time_s"]) >= 40
+    assert np.abs(ours[:, 1] - place).max() < 1e-5 * s.rig().backlash
+
+
+def test_impacts_are_those_of_the_twin_with_a_film():
+    s = scenario(oil("0.02 Pa s"), teeth(2.5e8, 3e3), run__duration="0.3 s", start__state="free")
+    found = run(pack(s, BARE), 0.3, "free", tolerance=1e-10).impacts
+    twin = rigid.simulate(s).impacts
+    felt = pack(s, BARE).numbers[at.FELT]
+    assert felt == pytest.approx(s.effects[0].felt(s.rig()), rel=1e-9)
+    assert len(found) == len(twin["time_s"])
+    assert found[:, 0] == pytest.approx(twin["time_s"], abs=1e-7)
+    assert found[:, 1] == pytest.approx(twin["flank"])
+    assert found[:, 2] == pytest.approx(twin["velocity_m_s"], rel=1e-5)
+    assert found[:, 3] == pytest.approx(twin["rebound_m_s"], rel=1e-4, abs=1e-9)
+
+
+def rebound_of(ratio):
+    """What a linear spring and damper that never pull give back: they part where the force is gone, not the depth."""
+    root = sqrt(1.0 - ratio**2)
+    turn = np.arctan2(2.0 * ratio * root, 2.0 * ratio**2 - 1.0)
+    return np.exp(-ratio * turn / root)
+
+
+def test_thin_oil_on_stiff_teeth_tends_to_the_rigid_twin():
+    """Ever thinner oil and stiffer teeth come to the impacts of rigid flanks with the restitution of their damping."""
+    ratio, off = 0.28, []
+    e = float(rebound_of(ratio))
+    bare = {"effect": [], "impact.restitution": e, "start.state": "free", "run.settle": "0 s", "run.duration": "0.04 s"}
+    rigid_ones = rigid.simulate(load(CASE, bare)).impacts
+    for step in (1.0, 0.3, 0.1):
+        stiffness = 1e8 / step**2
+        effects = [
+            oil(f"{1e-5 * step!r} Pa s", minimum_thickness=f"{0.1 * step!r} um", felt_height=f"{0.5 * step!r} um"),
+            teeth(stiffness, 2.0 * ratio * sqrt(stiffness * 0.96797)),
+        ]
+        s = scenario(*effects, impact__restitution=e, start__state="free")
+        hits = run(pack(s, BARE), 0.04, "free", tolerance=1e-8).impacts[:4]
+        assert hits[:, 1].tolist() == rigid_ones["flank"][:4].tolist()
+        off.append(np.abs(hits[:, 0] - rigid_ones["time_s"][:4]).max())
+    assert off[0] > 2.0 * off[1] > 4.0 * off[2]
+    assert off[2] < 4e-5
+    assert hits[:, 2] == pytest.approx(rigid_ones["velocity_m_s"][:4], rel=2e-2)
+    assert hits[:, 3] == pytest.approx(rigid_ones["rebound_m_s"][:4], rel=2e-2)
+
+
+@pytest.mark.parametrize("friction", ["lines", "published", "none"])
+def test_the_books_close(friction):
+    s = scenario()
+    m = pack(s, Settings(friction=friction))
+    start = run(m, 1e-9, "active")
+    done = run(m, 0.2, "active", tolerance=1e-9)
+    mesh, drag, rubbed, spring, damping, squeeze, wedge, drive = done.books
+    rig = s.rig()
+
+    def energy(state):
+        omega = s.motion.mean + s.motion.harmonics[0].amplitude * sin(2 * pi * 50.0 * state[at.TIME])
+        return 0.5 * rig.inertia * ((state[at.RATE] + rig.base_radius_drive * omega) / rig.base_radius_loose) ** 2
+
+    gained = energy(done.state) - energy(start.state)
+    assert gained == pytest.approx(mesh - drag + rubbed, abs=2e-7 * drag)
+    assert mesh == pytest.approx(drive + spring + damping + squeeze + wedge, rel=1e-9)
+    assert damping < 0.0
+    assert squeeze < 0.0
+    if friction != "published":  # one place for all lines may give as well as take
+        assert (rubbed < 0.0) == (friction == "lines")
+
+
+def test_even_teeth_give_back_what_they_take():
+    s = scenario(oil(), teeth(2.5e8, 0.0), start__state="free")
+    done = run(pack(s, BARE), 0.1, "free", tolerance=1e-9)
+    assert done.counters["touches"] > 8
+    assert done.state[at.PLACE] > 2e-6
+    assert abs(done.books[at.SPRING_WORK]) < 1e-9
+    assert done.books[at.DAMPING_WORK] == 0.0
+
+
+def test_smaller_tolerances_take_the_error_down_with_them():
+    m = pack(scenario(), BARE)
+    best = run(m, 0.05, "free", tolerance=1e-12).state[at.PLACE]
+    off = [abs(run(m, 0.05, "free", tolerance=tol).state[at.PLACE] - best) for tol in (1e-5, 1e-7, 1e-9)]
+    assert off[0] < 1e-7
+    assert off[2] < 1e-3 * off[0]
+    steps = [run(m, 0.05, "free", tolerance=tol).counters["steps"] for tol in (1e-8, 1e-11)]
+    assert steps[1] / steps[0] < 1.6 * 10 ** (3 / 5)  # order 5
+
+
+def test_at_rest_the_wedge_carries_the_drag():
+    s = scenario(oil(), motion__harmonics=[])
+    done = run(pack(s, BARE), 0.5, "active", tolerance=1e-9)
+    rig = s.rig()
+    tilt = cos(rig.base_helix_angle)
+    angles = (rig.working_pressure_angle, rig.base_helix_angle)
+    length = film.contact_length(rig.face_width, rig.contact_ratio, rig.base_helix_angle)
+    radius = film.equivalent_radius(rig.base_radius_drive, rig.base_radius_loose, *angles)
+    u = 2.0 * s.motion.mean * film.rolling_radius(rig.base_radius_drive, *angles)
+    load_ = rig.drag_torque / (rig.base_radius_loose * tilt)
+    alone = film.resting_thickness(load_, u, length, 0.01, radius)
+    found = done.state[at.PLACE] * tilt
+    assert 1.0 / found - 1.0 / (rig.backlash * tilt - found) == pytest.approx(1.0 / alone, rel=1e-6)  # both films push
+    assert abs(done.state[at.RATE]) < 1e-9
+
+
+@pytest.mark.parametrize(("viscosity", "least"), [("1 Pa s", "10 nm"), ("10 Pa s", "0.1 um"), ("1e-6 Pa s", "10 nm")])
+def test_it_survives_thick_oil_and_the_thinnest_films(viscosity, least):
+    s = scenario(oil(viscosity, minimum_thickness=least))
+    done = run(pack(s), 0.06, "free", tolerance=1e-6)
+    assert np.isfinite(done.state).all()
+    assert -1e-6 < done.state[at.PLACE] < s.rig().backlash + 1e-6
+
+
+def test_only_the_published_dead_zone_pulls():
+    s = scenario(run__output_rate="1 MHz")
+    wide = {"friction": "none", "published_gap": 5e-6}
+    for dead_zone, pulls in (("continuous", False), ("published", True)):
+        m = pack(s, Settings(dead_zone=dead_zone, **wide))
+        samples = run(m, 0.02, "free", 1e-6, tolerance=1e-7).samples
+        strongest = min(samples[:, 3].min(), samples[:, 4].min())
+        assert (strongest < -1.0) == pulls
+    stiffness = m.table[:, 0].mean()
+    assert strongest < -0.5 * stiffness * m.numbers[at.THRESHOLD]  # Km·hmax where teeth close
+
+
+def test_a_repeating_motion_forgets_a_disturbance_and_a_chaotic_one_does_not():
+    calm = run(pack(scenario()), 1.0, settle=0.4, lyapunov=True)
+    wild = run(pack(scenario(drag__torque="0.3 N m")), 1.0, settle=0.4, lyapunov=True)
+    assert calm.exponent < -5.0
+    assert wild.exponent > 10.0
+
+
+def test_the_rattle_index_has_a_limit_where_damping_comes_in_gently():
+    m = pack(scenario())
+    found = [sqrt(run(m, 0.5, settle=0.3, tolerance=tol).jerk) for tol in (1e-6, 1e-8)]
+    assert found[0] == pytest.approx(found[1], rel=0.03)
