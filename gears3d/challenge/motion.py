@@ -9,6 +9,7 @@ from gears3d.challenge.physics import (
     FREE,
     REVERSE,
     accelerate,
+    coupled,
     drive,
     dry_torque,
     flank,
@@ -113,7 +114,24 @@ def _follow(m, y, side, t):
     end[TIME], end[THETA] = t, th2
     end[OMEGA] = (m.rb1 + d1) * w1 / (m.rb2 - d2)
     a2 = ((m.rb1 + d1) * a1 + d11 * w1 * w1 + d22 * end[OMEGA] ** 2) / (m.rb2 - d2)
+    if m.second[0] > 0.0:
+        _drag_along(m, y, end)
     return end, a2, which
+
+
+@njit(cache=True)
+def _drag_along(m, y, end):
+    """Put the second body into ``end``, carried from ``y`` by a gear whose motion is known at both ends."""
+    h = end[TIME] - y[TIME]
+    half = 0.5 * (y[THETA] + end[THETA]) + 0.125 * h * (y[OMEGA] - end[OMEGA])
+    middle = 1.5 * (end[THETA] - y[THETA]) / h - 0.25 * (y[OMEGA] + end[OMEGA]) if h > 0.0 else y[OMEGA]
+    b, v = y[THETA2], y[OMEGA2]
+    q1 = -coupled(m, y[THETA], y[OMEGA], b, v) / m.second[0]
+    q2 = -coupled(m, half, middle, b + 0.5 * h * v, v + 0.5 * h * q1) / m.second[0]
+    q3 = -coupled(m, half, middle, b + 0.5 * h * (v + 0.5 * h * q1), v + 0.5 * h * q2) / m.second[0]
+    q4 = -coupled(m, end[THETA], end[OMEGA], b + h * (v + 0.5 * h * q2), v + h * q3) / m.second[0]
+    end[THETA2] = b + h * v + h * h * (q1 + q2 + q3) / 6.0
+    end[OMEGA2] = v + h * (q1 + 2.0 * q2 + 2.0 * q3 + q4) / 6.0
 
 
 @njit(cache=True)
@@ -122,7 +140,7 @@ def _holds(m, y, side, a2):
     t, th2, w2 = y[TIME], y[THETA], y[OMEGA]
     sign = 1.0 if side == ACTIVE else -1.0
     dry = dry_torque(m, t, w2)
-    others = m.inertia * a2
+    others = m.inertia * a2 - coupled(m, th2, w2, y[THETA2], y[OMEGA2])
     if m.film[0] > 0.0 or m.film[1] > 0.0:
         for other in (ACTIVE, REVERSE):
             _, film, lever = push(m, other, t, th2, w2, False)

@@ -242,6 +242,16 @@ def push(m, side, t, th2, w2, pressed):
 
 
 @njit(cache=True)
+def coupled(m, th2, w2, th3, w3):
+    """Torque on the loose gear from the second body, once its coupling has taken up its play."""
+    if m.second[0] <= 0.0:
+        return 0.0
+    wound = th3 - th2
+    beyond = wound - min(max(wound, -m.second[3]), m.second[3])
+    return m.second[1] * beyond + m.second[2] * (w3 - w2) if beyond != 0.0 else 0.0
+
+
+@njit(cache=True)
 def accelerate(m, t, th2, w2, th3, w3, direction, pressed):
     """Acceleration of the loose gear off rigid flanks and of the second body.
 
@@ -255,14 +265,9 @@ def accelerate(m, t, th2, w2, th3, w3, direction, pressed):
             dry += m.friction * m.rb2 * force
             touching = touching or force > 0.0
     torque -= smooth_torque(m, t, th2, w2, touching)
-    w3dot = 0.0
-    if m.second[0] > 0.0:
-        wound = th3 - th2
-        beyond = wound - min(max(wound, -m.second[3]), m.second[3])
-        if beyond != 0.0:
-            carried = m.second[1] * beyond + m.second[2] * (w3 - w2)
-            torque += carried
-            w3dot = -carried / m.second[0]
+    carried = coupled(m, th2, w2, th3, w3)
+    torque += carried
+    w3dot = -carried / m.second[0] if m.second[0] > 0.0 else 0.0
     if direction == 0.0:
         if abs(torque) <= dry:
             return 0.0, w3dot

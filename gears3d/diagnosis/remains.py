@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import next_fast_len
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.neighbours import LAGS, alike
 from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
+from gears3d.diagnosis.ringing import rung
+from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held, level_of, parted, scanned
 
 Array = np.ndarray
-LOWEST = 0.125
-"""Order from which on they are looked through; candidates have whole ones only."""
-FINE, PADDED = 8, 8
-"""Bins to a period of the highest order, and times their number that the transform over them has."""
-SIDES = 2.0
-"""Orders that noise may take for the strongest, to one that a record tells apart."""
-PIECES = 8
-"""Bins over a coordinate that is no angle."""
+GAP = 12
+"""Bins over the gap."""
+BEYOND = 0.03
+"""Part of the gap by which a flight's middle may lie off it: farther, it is not the gap that its place tells."""
+LINE = 2.0
+"""Times its worth that a ringing counts: blows that were not seen are missing from what it explains."""
 VAGUE = 1e3
 """Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
 SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
@@ -29,34 +27,6 @@ SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive"
 late by part of their sigma."""
 FOREIGN = 1.5
 """Times what folds into a turn that an order must explain of rebounds, to be none that does."""
-FAR = 6.0
-"""Levels of noise from the middle at which values are held."""
-FEWEST = 24
-"""Points without which a channel has no structure to show."""
-
-
-class Structure(NamedTuple):
-    """Something left in a channel.
-
-    Args:
-        name: channel and coordinate, as the contract names them.
-        gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
-        chance: probability that as much comes by chance anywhere in the search.
-        size: root mean square of the curve in the channel's unit.
-        unit: of the size.
-        where: order, or where over the coordinate it is largest; NaN for a whole channel.
-        worth: fall of chi-square, the noise taken as stated.
-        record: in which it is largest; empty where it is told of all together.
-    """
-
-    name: str
-    gain: float
-    chance: float
-    size: float
-    unit: str
-    where: float
-    worth: float = 0.0
-    record: str = ""
 
 
 def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:
@@ -77,7 +47,12 @@ def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[S
     for one in found:
         name = channel_of(one.name)
         large[name] = max(large[name], one.size / units[name])
-    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -one.gain))
+    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -_weight(one)))
+
+
+def _weight(one: Structure) -> float:
+    """Return what ranks structures of a channel; the two numbers of a ringing are told from curves that follow it."""
+    return one.worth * (LINE if one.name == "impact.duration" else 1.0)
 
 
 def channel_of(name: str) -> str:
@@ -89,7 +64,7 @@ def channel_of(name: str) -> str:
     >>> channel_of("contact.loss_phase"), channel_of("sensor.delay"), channel_of("flight.speed")
     ('loss', 'contact', 'flight')
     """
-    own = {"contact.loss_phase": "loss", "sensor.order_drive": "drive"}
+    own = {"contact.loss_phase": "loss", "sensor.order_drive": "drive", "impact.duration": "flight"}
     own |= dict.fromkeys(("sensor.delay", "sensor.ratio"), "contact")
     return own.get(name, name.split(".")[0])
 
@@ -124,7 +99,7 @@ def _parts(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
 
 def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
     """Deceleration that each flight has left, over its speed, angles, and time."""
-    slow, weight, columns = [], [], []
+    slow, weight, columns, flown = [], [], [], []
     for one, rest in zip(records, parts["flight"], strict=True):
         flights = one.channels.flights
         if not len(flights.time):
@@ -137,14 +112,55 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         time, angle, speed = (values.mean(axis=1) for values in one.fine)
         drive = np.interp(time, one.channels.drive.time, one.channels.drive.angle)
         columns.append(np.stack([time, angle, speed, drive]))
+        flown.append(one)
     if not slow:
         return
     value, sure = np.concatenate(slow), np.concatenate(weight)
     time, _, speed, _ = np.concatenate(columns, axis=1)
     for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
-        yield from _binned(name, value, sure, coordinate, "rad/s^2")
+        yield from binned(name, value, sure, coordinate, "rad/s^2")
+    locked = {1: _locked(flown, "loose"), 3: _locked(flown, "drive")}
     for name, row in (("flight.angle_loose", 1), ("flight.angle_drive", 3)):
-        yield from _scanned(name, value, sure, [one[row] for one in columns], highest, "rad/s^2")
+        yield from scanned(name, value, sure, [one[row] for one in columns], highest, "rad/s^2", locked[row])
+    yield from _gap(records, parts["flight"], value, sure)
+    yield from rung(records, parts["flight"], sure)
+
+
+def _gap(records: Sequence[Evidence], rest: list[Array], value: Array, sure: Array) -> Iterator[Structure]:
+    """Deceleration of flights over their place in the gap, from flight to flight and within them.
+
+    Within them it is what bends their paths as much as what is left there once each has a constant deceleration.
+    """
+    paths, places, used = [], [], []
+    for one, own in zip(records, rest, strict=True):
+        flights, (drive, loose) = one.channels.flights, one.radii
+        struck = one.channels.impacts
+        seen = len(np.unique(struck.flank)) == 2
+        used.append(np.full(len(flights.time), seen))
+        if not len(flights.time) or not seen:
+            continue
+        shape = bend(flights.time - flights.time.mean(axis=1, keepdims=True), flights.sigma)
+        path = own.reshape(-1, BINS)
+        paths.append(path - shape * (np.sum(shape * path, axis=1) / np.sum(shape**2, axis=1))[:, None])
+        where = drive * struck.drive - loose * struck.loose
+        active, reverse = (float(np.median(where[struck.flank == side])) for side in (0, 1))
+        at = drive * np.interp(flights.time, one.channels.drive.time, one.channels.drive.angle) - loose * flights.loose
+        places.append((at - active) / (reverse - active))
+    if not paths:
+        return
+    path, place, some = np.concatenate(paths).ravel(), np.concatenate(places), np.concatenate(used)
+    middle = place.mean(axis=1)
+    within = np.abs(middle - 0.5) < 0.5 + BEYOND
+    yield from binned("flight.gap", value[some][within], sure[some][within], middle[within], "rad/s^2", even=True)
+    for found in binned("flight.gap", path, np.ones_like(path), place.ravel(), "rad/s^2", GAP):
+        yield found._replace(size=float(np.sqrt(found.worth / np.sum(sure[some] ** 2))))
+
+
+def _locked(records: Sequence[Evidence], gear: str) -> list[float]:
+    """Return the order of the drive's slowest fluctuation in each record, 0 where it has none."""
+    ratio = {"drive": 1.0, "loose": records[0].radii[0] / records[0].radii[1]}[gear] if records else 1.0
+    slowest = [float(one.motion.harmonics[:, 2].min()) if len(one.motion.harmonics) else 0.0 for one in records]
+    return [turn / max(abs(one.motion.mean) * ratio, 1e-9) for turn, one in zip(slowest, records, strict=True)]
 
 
 def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
@@ -152,10 +168,14 @@ def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest
     value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["contact"], strict=True)])
     sure = np.concatenate([1.0 / one.sigma for one in seen])
     for gear in ("drive", "loose"):
-        yield from _scanned(f"contact.order_{gear}", value, sure, [getattr(one, gear) for one in seen], highest, "m")
+        angles = [getattr(one, gear) for one in seen]
+        yield from scanned(f"contact.order_{gear}", value, sure, angles, highest, "m", _locked(records, gear))
     speed = np.concatenate([one.motion.speed(one.channels.contacts.time) for one in records])
-    yield from _binned("sensor.delay", value, sure, speed, "m")
-    yield from _binned("sensor.ratio", value, sure, np.concatenate([one.time for one in seen]), "m")
+    yield from binned("sensor.delay", value, sure, speed, "m")
+    time, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("time", "flank"))
+    active = flank == 0
+    yield from binned("sensor.ratio", value[active], sure[active], time[active], "m")
+    yield from parted("contact.time", value, sure, time, flank)
 
 
 def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
@@ -164,8 +184,9 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     sigma = np.concatenate([impact_sigma(one) for one in records])
     value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
     speed, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("velocity", "flank"))
-    yield from _binned("impact.speed", value, sure, np.abs(speed), "m/s", least=1.0)
-    yield from _binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0)
+    approach = np.concatenate([_approach(one) for one in records])
+    yield from binned("impact.speed", value, sure, approach, "m/s", least=1.0)
+    yield from binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0)
     usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
     share = usual / np.maximum(np.abs(speed), 1e-9)  # what becomes of restitution at the usual speed
     value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
@@ -173,11 +194,18 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     for gear in ("drive", "loose"):
         turns = [getattr(one, gear) for one in seen]
         over = np.mod(np.concatenate(turns), 2.0 * np.pi)
-        teeth += _binned("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0)
-        orders += _scanned(f"impact.order_{gear}", value, sure, turns, highest, "m/s", 1.0)
+        teeth += binned("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0)
+        orders += scanned(f"impact.order_{gear}", value, sure, turns, highest, "m/s", _locked(records, gear), 1.0)
     most = max((one.gain for one in teeth), default=np.inf)
     yield from [one for one in orders if one.gain > FOREIGN * most] or teeth
     yield from _wander(value, sure, [len(one.time) for one in seen])
+
+
+def _approach(one: Evidence) -> Array:
+    """Return speeds of approach [m/s] whose errors have nothing in common with those of e times speed less rebound."""
+    seen, e = one.channels.impacts, one.rig.restitution
+    share = e * (seen.velocity_sigma / seen.rebound_sigma) ** 2
+    return (np.abs(seen.velocity) + share * np.abs(seen.rebound)) / (1.0 + share * e)
 
 
 def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
@@ -186,11 +214,11 @@ def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
 
     if len(value) < FEWEST:
         return
-    level = max(_level(value * sure), 1.0)
-    held = _held(value, sure / level) * sure / level
-    share, sigmas, lag = alike(np.split(held - np.mean(held), np.cumsum(sizes)[:-1]))
+    level = max(level_of(value * sure), 1.0)
+    kept = held(value, sure / level) * sure / level
+    share, sigmas, lag = alike(np.split(kept - np.mean(kept), np.cumsum(sizes)[:-1]))
     size = float(np.sqrt(max(share, 0.0)) * level / np.sqrt(np.mean(sure**2)))
-    gain = share * float(held @ held)
+    gain = share * float(kept @ kept)
     yield Structure("impact.time", gain, min(1.0, len(LAGS) * float(np.exp(log_ndtr(-sigmas)))), size, "m/s",
                     float(lag), gain * level**2)  # fmt: skip
 
@@ -198,90 +226,11 @@ def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
 def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
     value = np.concatenate(parts["loss"])
     speed = np.concatenate([one.motion.speed(one.channels.losses.time) for one in records])
-    yield from _binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0)
+    yield from binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0)
 
 
 def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
     seen = [one.channels.drive for one in records]
     value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["drive"], strict=True)])
     sure = np.concatenate([np.full(len(one.time), 1.0 / one.sigma) for one in seen])
-    yield from _scanned("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")
-
-
-def _scanned(
-    name: str, value: Array, sure: Array, angle: list[Array], highest: int, unit: str, least: float = 0.0
-) -> Iterator[Structure]:
-    """The strongest order of an angle, whole or not, whatever its phase in each record.
-
-    Orders stand as close as the turns of the longest record tell them apart; errors are no smaller than ``least``
-    standard deviations.
-    """
-    from scipy.stats import chi2
-
-    if len(value) < FEWEST:
-        return
-    level = max(_level(value * sure), least)
-    weight = sure / level
-    rest = _held(value, weight) * weight**2
-    longest = max(float(np.ptp(one)) / (2.0 * np.pi) for one in angle if len(one))
-    orders = np.arange(LOWEST, highest, 0.25 / max(longest, 1.0))
-    gains, at, seen = np.zeros(len(orders)), 0, 0
-    for one in angle:
-        part = slice(at, at + len(one))
-        at += len(one)
-        heavy = float(np.sum(weight[part] ** 2))
-        if heavy > 0.0:
-            gains += 2.0 / heavy * _power(one, rest[part], highest, orders)
-            seen += 1
-    best = int(np.argmax(gains))
-    alone = float(chi2.sf(gains[best], 2 * seen))
-    chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
-    size = float(np.sqrt(max(gains[best] - 2.0 * seen, 0.0) / np.sum(weight**2)))
-    gain, chance = float(gains[best]), float(np.clip(chance, 0.0, 1.0))
-    yield Structure(name, gain, chance, size, unit, float(orders[best]), gain * level**2)
-
-
-def _power(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
-    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle."""
-    width = 2.0 * np.pi / (FINE * highest)
-    place = np.floor((angle - angle.min()) / width).astype(int)
-    bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)
-    found = np.abs(np.fft.rfft(np.bincount(place, rest), bins)) ** 2
-    return np.interp(orders, np.arange(len(found)) * 2.0 * np.pi / (bins * width), found)
-
-
-def _binned(
-    name: str, value: Array, sure: Array, over: Array, unit: str, pieces: int = PIECES, least: float = 0.0
-) -> Iterator[Structure]:
-    """Means in bins over a coordinate, against one mean; errors are no smaller than ``least`` standard deviations."""
-    from scipy.stats import chi2
-
-    if len(value) < max(FEWEST, 2 * pieces):
-        return
-    level = max(_level(value * sure), least)
-    value, weight = _held(value, sure / level), (sure / level) ** 2
-    edges = np.unique(np.quantile(over, np.linspace(0.0, 1.0, pieces + 1)))
-    if len(edges) < 3:
-        edges = np.unique([over.min(), 0.5 * (over.min() + over.max()), over.max()])
-        if len(edges) < 3:
-            return
-    at = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2)
-    heavy = np.bincount(at, weight, len(edges) - 1)
-    mean = np.bincount(at, weight * value, len(edges) - 1) / np.maximum(heavy, 1e-300)
-    mean = mean - np.sum(heavy * mean) / np.sum(heavy)
-    gain = float(np.sum(heavy * mean**2))
-    where = int(np.argmax(np.abs(mean)))
-    middle = 0.5 * (edges[where] + edges[where + 1])
-    size = float(np.sqrt(np.sum(heavy * mean**2) / np.sum(heavy)))
-    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle), gain * level**2)
-
-
-def _held(value: Array, weight: Array) -> Array:
-    """Return values, those far from the others moved to where noise ends: a few of them make no structure."""
-    middle = np.median(value)
-    return middle + np.clip(value - middle, -FAR / weight, FAR / weight)
-
-
-def _level(rest: Array) -> float:
-    """Return the level of the noise in standard deviations, from the middle of the distribution."""
-    return max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3)
+    yield from scanned("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")

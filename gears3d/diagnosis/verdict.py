@@ -25,7 +25,7 @@ from gears3d.identification import Parameter
 from gears3d.units import FAMILIES
 
 Array = np.ndarray
-CHANCE = 0.01
+CHANCE = 1e-4
 """Structure that would come by chance more often is none."""
 SHARE = 0.25
 """Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""

@@ -198,7 +198,7 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
     elif where is not None and structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
         gear = "loose" if structure.endswith("loose") else "drive"
         along = _folded(getattr(seen, gear), where, gear)
-    elif structure in ("flight.time", "impact.time", "sensor.ratio"):
+    elif structure in ("flight.time", "impact.time", "sensor.ratio", "contact.time"):
         along = Coordinate("time [s]", seen.time)
     else:
         along = _speed(name, seen)

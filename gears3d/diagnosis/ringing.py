@@ -1,0 +1,82 @@
+"""What rings on after impacts: paths of flights against an oscillator that every blow strikes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import pi
+
+import numpy as np
+
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import without
+from gears3d.diagnosis.structure import FEWEST, Structure, level_of
+
+Array = np.ndarray
+LOWEST, HIGHEST, APART = 30.0, 250.0, 1.03
+"""Frequencies that are tried [Hz], and from one to the next: slower ones do not ring, but come back with the drive."""
+DAMPING = (0.01, 0.03, 0.1)
+"""Shares of critical damping that are tried; the least makes lines about as wide as they stand apart."""
+
+FINER, SHARES = 0.003, (0.5, 1.0, 1.7)
+"""Part of the best frequency, and of its damping, from one to the next that is tried around it."""
+
+
+def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Iterator[Structure]:
+    """Return the strongest ringing after impacts, in proportion to the change of speed, the same in all records.
+
+    Args:
+        records: all.
+        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
+        sure: one over the standard deviation of each flight's deceleration [s²/rad], (f,).
+    """
+    from scipy.stats import chi2
+
+    some = [(one, own) for one, own in zip(records, rest, strict=True) if len(own) and len(one.channels.impacts.time)]
+    if sum(len(own) for _, own in some) < FEWEST * BINS:
+        return
+    value = np.concatenate([own for _, own in some])
+    level = level_of(value)
+    value = np.clip(value, -60.0 * level, 60.0 * level) / level
+    turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
+
+    def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float]:
+        return max((_gain([_ringing(one, *each) for one, _ in some], value), *each) for each in tried)
+
+    tried = [(turn, damping) for turn in turns for damping in DAMPING]
+    _, turn, damping = strongest(tried)
+    gain, turn, _ = strongest([(turn * (1.0 + k * FINER), damping * share) for k in range(-10, 11) for share in SHARES])
+    chance = float(-np.expm1(10 * len(tried) * np.log1p(-min(float(chi2.sf(gain, 2)), 0.5))))
+    size = float(np.sqrt(gain * level**2 / np.sum(sure**2)))
+    yield Structure("impact.duration", gain, chance, size, "rad/s^2", float(turn / 2.0 / pi), gain * level**2)
+
+
+def _gain(waves: list[Array], value: Array) -> float:
+    """Return the fall of chi-square by one amplitude and phase."""
+    wave = np.concatenate(waves)
+    columns = np.column_stack([np.real(wave), np.imag(wave)])
+    heavy = columns.T @ columns
+    if np.linalg.det(heavy) <= 1e-12 * np.trace(heavy) ** 2:
+        return 0.0
+    force = columns.T @ value
+    return float(force @ np.linalg.solve(heavy, force))
+
+
+def _ringing(one: Evidence, turn: float, damping: float) -> Array:
+    """Return what each blow of a record sets ringing, at the points of its flights, free of start angle and speed."""
+    struck, flights = one.channels.impacts, one.channels.flights
+    order = np.argsort(struck.time)
+    time, jump = struck.time[order], (struck.rebound - struck.velocity)[order]
+    pole = turn * (1j - damping)
+    state, now = np.zeros(len(time), complex), 0j
+    for k, after in enumerate(np.diff(time, prepend=time[0])):
+        now = now * np.exp(pole * after) + jump[k]
+        state[k] = now
+    last = np.searchsorted(time, flights.time[:, 0], side="right") - 1
+    since = np.maximum(flights.time - time[np.maximum(last, 0)][:, None], 0.0)
+    width = (flights.time[:, -1:] - flights.time[:, :1]) / (BINS - 1)
+    wave = np.where(last < 0, 0j, state[np.maximum(last, 0)])[:, None] * np.exp(pole * since)
+    wave = wave * np.sinc(turn * width / (2.0 * pi)) / flights.sigma
+    x = flights.time - flights.time.mean(axis=1, keepdims=True)
+    free = (1.0 / flights.sigma, x / flights.sigma)
+    return (without(wave.real, free) + 1j * without(wave.imag, free)).ravel()

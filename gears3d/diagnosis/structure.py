@@ -1,0 +1,216 @@
+"""Structure over a coordinate: means in bins, the strongest order, what parts the flanks; each against noise alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import next_fast_len
+
+Array = np.ndarray
+LOWEST = 0.125
+"""Order from which on they are looked through; candidates have whole ones only."""
+FINE, PADDED = 8, 8
+"""Bins to a period of the highest order, and times their number that the transform over them has."""
+NEAR = 0.05
+"""Part of the order of a fluctuation within which another is none of its own."""
+SIDES = 2.0
+"""Orders that noise may take for the strongest, to one that a record tells apart."""
+PIECES = 8
+"""Bins over a coordinate that is no angle."""
+FAR = 6.0
+"""Levels of noise from the middle at which values are held."""
+FEWEST = 24
+"""Points without which a channel has no structure to show."""
+
+
+class Structure(NamedTuple):
+    """Something left in a channel.
+
+    Args:
+        name: channel and coordinate, as the contract names them.
+        gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
+        chance: probability that as much comes by chance anywhere in the search.
+        size: root mean square of the curve in the channel's unit.
+        unit: of the size.
+        where: order, or where over the coordinate it is largest; NaN for a whole channel.
+        worth: fall of chi-square, the noise taken as stated.
+        record: in which it is largest; empty where it is told of all together.
+    """
+
+    name: str
+    gain: float
+    chance: float
+    size: float
+    unit: str
+    where: float
+    worth: float = 0.0
+    record: str = ""
+
+
+def scanned(
+    name: str,
+    value: Array,
+    sure: Array,
+    angle: list[Array],
+    highest: int,
+    unit: str,
+    locked: Sequence[float] = (),
+    least: float = 0.0,
+) -> Iterator[Structure]:
+    """The strongest order of an angle, whole or not, whatever its phase in each record.
+
+    Orders stand as close as the turns of the longest record tell them apart. What comes back with the drive's
+    fluctuation is an order, too, though at one speed only: such orders count for nothing in their record, and nowhere
+    does the record count that shows an order most, where there are others.
+
+    Args:
+        name: of the structure.
+        value: in the channel's unit, all records in a row, (n,).
+        sure: one over its standard deviation, (n,).
+        angle: of each record [rad].
+        highest: order that is looked for.
+        unit: of the values.
+        locked: order of the drive's fluctuation in each record, 0 where there is none.
+        least: errors are no smaller than so many standard deviations.
+    """
+    if len(value) < FEWEST:
+        return
+    level = max(level_of(value * sure), least)
+    weight = sure / level
+    rest = held(value, weight) * weight**2
+    turns = [float(np.ptp(one)) / (2.0 * np.pi) if len(one) else 0.0 for one in angle]
+    orders = np.arange(LOWEST, highest, 0.25 / max(*turns, 1.0))
+    gains, most, at, seen = np.zeros(len(orders)), np.zeros(len(orders)), 0, 0
+    for one, lasts, spacing in zip(angle, turns, [*locked, *[0.0] * len(angle)], strict=False):
+        part = slice(at, at + len(one))
+        at += len(one)
+        heavy = float(np.sum(weight[part] ** 2))
+        if heavy > 0.0:
+            gain = 2.0 / heavy * _power(one, rest[part], highest, orders) * _apart(orders, spacing, lasts)
+            gains, most = gains + gain, np.maximum(most, gain)
+            seen += 1
+    without = gains - most if seen > 1 else gains
+    best = int(np.argmax(without))
+    alone = _by_chance(float(without[best]), seen)
+    chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
+    size = float(np.sqrt(max(gains[best] - 2.0 * seen, 0.0) / np.sum(weight**2)))
+    gain, chance = float(without[best]), float(np.clip(chance, 0.0, 1.0))
+    yield Structure(name, gain, chance, size, unit, float(orders[best]), gain * level**2)
+
+
+def _by_chance(gain: float, records: int) -> float:
+    """Return the probability that noise gains as much at one order in all records but the one that gains most.
+
+    Source: the steps between ordered exponentials are exponentials (Rényi 1953); a gamma law of their sum's mean and
+    variance.
+    """
+    from scipy.stats import gamma
+
+    rank = np.arange(1, records) if records > 1 else np.array([np.inf])
+    steps = 2.0 / (1.0 + 1.0 / rank)
+    mean, variance = float(np.sum(steps)), float(np.sum(steps**2))
+    return float(gamma.sf(gain, mean**2 / variance, scale=variance / mean))
+
+
+def _apart(orders: Array, spacing: float, turns: float) -> Array:
+    """Return which orders are no multiples of a fluctuation's, as far as so many turns tell."""
+    if spacing <= 0.0 or turns <= 0.0:
+        return np.ones(len(orders), bool)
+    off = np.abs(orders / spacing - np.round(orders / spacing)) * spacing
+    return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), 0.2 * spacing)
+
+
+def _power(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
+    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle."""
+    width = 2.0 * np.pi / (FINE * highest)
+    place = np.floor((angle - angle.min()) / width).astype(int)
+    bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)
+    found = np.abs(np.fft.rfft(np.bincount(place, rest), bins)) ** 2
+    return np.interp(orders, np.arange(len(found)) * 2.0 * np.pi / (bins * width), found)
+
+
+def binned(
+    name: str,
+    value: Array,
+    sure: Array,
+    over: Array,
+    unit: str,
+    pieces: int = PIECES,
+    least: float = 0.0,
+    even: bool = False,
+) -> Iterator[Structure]:
+    """Means in bins over a coordinate, against one mean; errors are no smaller than ``least`` standard deviations."""
+    from scipy.stats import chi2
+
+    if len(value) < max(FEWEST, 2 * pieces):
+        return
+    level = max(level_of(value * sure), least)
+    value, weight = held(value, sure / level), (sure / level) ** 2
+    edges = np.unique(np.quantile(over, np.linspace(0.0, 1.0, pieces + 1)))
+    if len(edges) < 3:
+        edges = np.unique([over.min(), 0.5 * (over.min() + over.max()), over.max()])
+        if len(edges) < 3:
+            return
+    at = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2)
+    heavy = np.bincount(at, weight, len(edges) - 1)
+    mean = np.bincount(at, weight * value, len(edges) - 1) / np.maximum(heavy, 1e-300)
+    mean = mean - np.sum(heavy * mean) / np.sum(heavy)
+    gain = float(np.sum(heavy * mean**2))
+    where = int(np.argmax(np.abs(mean)))
+    middle = 0.5 * (edges[where] + edges[where + 1])
+    size = float(np.sqrt(np.sum(heavy * mean**2) / np.sum(heavy)))
+    if even:
+        size = float(np.sqrt(max(np.mean(mean**2 - 1.0 / np.maximum(heavy, 1e-300)), 0.0)))
+    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle), gain * level**2)
+
+
+def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> Iterator[Structure]:
+    """What parts the flanks in bins over a coordinate, against what parts them everywhere."""
+    from scipy.stats import chi2
+
+    if len(value) < FEWEST:
+        return
+    level = level_of(value * sure)
+    value, weight = held(value, sure / level), (sure / level) ** 2
+    edges = np.quantile(over, np.linspace(0.0, 1.0, PIECES + 1))
+    at = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, PIECES - 1) + PIECES * flank
+    heavy = np.bincount(at, weight, 2 * PIECES)
+    mean = np.bincount(at, weight * value, 2 * PIECES) / np.maximum(heavy, 1e-300)
+    (first, second), (low, high) = heavy.reshape(2, -1), mean.reshape(2, -1)
+    both = (np.bincount(at, minlength=2 * PIECES).reshape(2, -1) > 1).all(axis=0)
+    if np.count_nonzero(both) < 2:
+        return
+    apart, heavy = (high - low)[both], (first * second / (first + second))[both]
+    apart = apart - np.sum(heavy * apart) / np.sum(heavy)
+    gain, where = float(np.sum(heavy * apart**2)), int(np.argmax(np.abs(apart)))
+    middle = float((0.5 * (edges[1:] + edges[:-1]))[both][where])
+    size = float(np.sqrt(gain / np.sum(heavy)))
+    yield Structure(name, gain, float(chi2.sf(gain, len(apart) - 1)), size, "m", middle, gain * level**2)
+
+
+def held(value: Array, weight: Array) -> Array:
+    """Return values, those far from the others moved to where noise ends: a few of them make no structure.
+
+    Args:
+        value: any, (n,).
+        weight: one over the level of noise of each, (n,).
+
+    >>> held(np.array([-1.0, 0.0, 1.0, 50.0]), np.ones(4)).tolist()
+    [-1.0, 0.0, 1.0, 6.5]
+    """
+    middle = np.median(value)
+    return middle + np.clip(value - middle, -FAR / weight, FAR / weight)
+
+
+def level_of(rest: Array) -> float:
+    """Return the level of the noise in standard deviations, from the middle of the distribution.
+
+    Args:
+        rest: residuals in standard deviations, (n,).
+
+    >>> level_of(np.array([-1.0, 0.0, 1.0]))
+    1.4826
+    """
+    return max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3)
