@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from gears3d.lumped.lubricated.settings import Settings
 
 if TYPE_CHECKING:
+    from gears3d.lumped.lubricated.drag import Bath, Bearing, Synchroniser, drag_parts
     from gears3d.lumped.lubricated.indices import error_indices, rattle_index, sensitivity
     from gears3d.lumped.lubricated.recorded import simulate
 
@@ -22,8 +23,22 @@ _HOME = {
     "rattle_index": "indices",
     "sensitivity": "indices",
     "error_indices": "indices",
+    "Bath": "drag",
+    "Bearing": "drag",
+    "Synchroniser": "drag",
+    "drag_parts": "drag",
 }
-__all__ = ["Settings", "error_indices", "rattle_index", "sensitivity", "simulate"]
+__all__ = [
+    "Bath",
+    "Bearing",
+    "Settings",
+    "Synchroniser",
+    "drag_parts",
+    "error_indices",
+    "rattle_index",
+    "sensitivity",
+    "simulate",
+]
 
 
 def __getattr__(name: str) -> Any:
