@@ -210,6 +210,35 @@ def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held) -> lis
     return found
 
 
+def gains(records: Sequence[Visits], now: Held, others: Sequence[Cause]) -> list[float]:
+    """Return the fall of chi-square that each of some causes promises beside those that are held, to first order.
+
+    Args:
+        records: all.
+        now: visits held against the causes so far.
+        others: small.
+    """
+    slopes, found = _slopes(records, (), now), []
+    normal, right, _ = _normal(records, now, slopes, 1e-3)
+    without = float(right @ np.linalg.pinv(normal) @ right)
+    for other in others:
+        wider = [own._replace(shared=np.concatenate([own.shared, _columns(one, now, k, other)], axis=-1))
+                 for k, (one, own) in enumerate(zip(records, slopes, strict=True))]  # fmt: skip
+        normal, right, _ = _normal(records, now, wider, 1e-3)
+        found.append(float(right @ np.linalg.pinv(normal) @ right) - without)
+    return found
+
+
+def _columns(one: Visits, now: Held, k: int, other: Cause) -> Array:
+    """Return what each size of a further cause does to the visits of a record, per unit, (w, k, p)."""
+    here, columns = one.place - now.rest[k], []
+    for size in np.eye(1 + other.candidate.phased):
+        rows = _rows(one, (other.candidate.effect(SMALL * other.candidate.unit * size),), now.causes)
+        moved = followed(law_of(rows, one), given(rows, one), now.starts[k], float(now.zeros[k]), one)
+        columns.append((moved - here) / SMALL)
+    return np.stack(columns, axis=-1)
+
+
 def _stepped(causes: tuple[Cause, ...]) -> list[tuple[Cause, ...]]:
     """Return the causes with each of their numbers a little larger, one after the other."""
     found = []
@@ -236,7 +265,20 @@ def _move(
     records: Sequence[Visits], now: Held, slopes: list[_Slopes], damping: float
 ) -> tuple[tuple[list[Array], Array, Array], Array]:
     """Return the moves of starts, zeros and numbers, and the covariance of the numbers."""
-    width = sum(len(cause.numbers) for cause in now.causes)
+    normal, right, kept = _normal(records, now, slopes, damping)
+    inverse = np.linalg.pinv(normal)
+    numbers = np.clip(inverse @ right, -FARTHEST, FARTHEST)
+    zeros = np.array([(t - s[1:] @ numbers) / max(s[0], 1e-300) for _, _, s, t in kept])
+    starts = [r - b @ np.concatenate([[z], numbers]) for (b, r, _, _), z in zip(kept, zeros, strict=True)]
+    units = np.concatenate([np.zeros(0), *(units_of(cause) for cause in now.causes)])
+    return (starts, zeros, numbers * units), inverse * np.outer(units, units)
+
+
+def _normal(
+    records: Sequence[Visits], now: Held, slopes: list[_Slopes], damping: float
+) -> tuple[Array, Array, list[tuple[Array, Array, Array, float]]]:
+    """Return the normal equations of the shared numbers, starts and zeros eliminated, and what gives these back."""
+    width = slopes[0].shared.shape[-1] - 1
     normal, right, kept = np.zeros((width, width)), np.zeros(width), []
     for one, rest, points, (own, shared) in zip(records, now.rest, now.points, slopes, strict=True):
         weight = (np.minimum(1.0, np.sqrt(HELD / points))[:, None] / one.sigma)[..., None]
@@ -250,12 +292,7 @@ def _move(
         normal += square[1:, 1:] - np.outer(square[0, 1:], square[0, 1:]) / zero
         right += toward[1:] - square[0, 1:] * toward[0] / zero
         kept.append((to_b, to_r[..., 0], square[0], toward[0]))
-    inverse = np.linalg.pinv(normal)
-    numbers = np.clip(inverse @ right, -FARTHEST, FARTHEST)
-    zeros = np.array([(t - s[1:] @ numbers) / max(s[0], 1e-300) for _, _, s, t in kept])
-    starts = [r - b @ np.concatenate([[z], numbers]) for (b, r, _, _), z in zip(kept, zeros, strict=True)]
-    units = np.concatenate([np.zeros(0), *(units_of(cause) for cause in now.causes)])
-    return (starts, zeros, numbers * units), inverse * np.outer(units, units)
+    return normal, right, kept
 
 
 def _damped(normal: Array, damping: float) -> Array:

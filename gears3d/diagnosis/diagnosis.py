@@ -12,7 +12,7 @@ from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
-from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, yields
+from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, with_others, yields
 from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_zeros
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.paths import Paths
@@ -132,8 +132,15 @@ def diagnose(
     if seen.law is not None:
         return _lawful(admitted_all, rig, notes, seen.law, bodies)
     if yields(rig):
+        if not seen.agrees and (law := with_others(seen)) is not None:
+            return _lawful(admitted_all, rig, notes, law, bodies)
         return _beside(admitted_all, rig, notes, seen)
-    records, notes = _measured(admitted, notes, tell, paths)
+    try:
+        records, notes = _measured(admitted, notes, tell, paths)
+    except InputError:  # what yields, or swims in oil, may not be cut at all
+        if (law := with_others(seen)) is None:
+            raise
+        return _lawful(admitted_all, rig, notes, law, bodies)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     records, found = searched(admitted, records, highest, paths)
@@ -141,6 +148,8 @@ def diagnose(
     if unlike(found, left):
         found = nothing(found)
         left = _left(found, highest)
+    if left and (law := with_others(seen)) is not None:
+        return _lawful(admitted_all, rig, notes, law, bodies)
     tell("looking for rivals", 0.85)
     others = rivals(found.records, found)
     spread = own_scatter(records, found, left)
@@ -187,13 +196,13 @@ def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
 
 def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw, bodies: bool) -> Diagnosis:
     """Return the diagnosis of a law of contact; cut by flanks held for rigid, the records say nothing beside it."""
-    cause = name_law(law)
-    extended = rig.with_([("effect[+]", cause.table)])
+    causes = name_law(law)
+    extended = rig.with_([("effect[+]", one.table) for one in causes])
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     found = blind([uncut(one.scenario, one.name) for one in law.records])
     rows = zip(evidence_of(found.records), law.records, strict=True)
     told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
-    return Diagnosis("explained", (cause,), (), law.splits, {}, extended, told, findings, found, [],
+    return Diagnosis("explained", causes, (), law.splits, {}, extended, told, findings, found, [],
                      tuple(notes), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.alongside import SMALLEST, beside, needed, size_of
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.contactlaw import OWN, Held, hold
@@ -42,8 +43,6 @@ EXACT = 1.5e-3
 """Part of a number that its standard deviation is at least: the grids of visits know no more."""
 GAIN = 30.0
 """Fall of the cost that a law must bring."""
-SMALLEST = 0.02
-"""Size in units below which a law is none."""
 VISCOSITIES = (0.2, 0.05, 0.6)
 """That are tried to begin with, in units."""
 STIFFNESSES = (3.0, 10.0, 40.0)
@@ -56,22 +55,24 @@ class GapLaw(NamedTuple):
     """A law of contact that visits to the flanks ask for.
 
     Args:
-        cause: with its numbers.
-        covariance: of the numbers [SI], (p, p).
+        causes: the law, then what stands beside it, with their numbers.
+        covariance: of all numbers [SI], (p, p).
         base: visits held against the rig as it is.
         held: against the rig with the law.
         records: the visits.
         splits: worth on records held out.
         alternatives: ``kind`` and ``why`` of causes that the visits do not exclude.
+        gains: rise of chi-square without each of the causes.
     """
 
-    cause: Cause
+    causes: tuple[Cause, ...]
     covariance: Array
     base: Held
     held: Held
     records: list[Visits]
     splits: tuple[Split, ...]
     alternatives: tuple[dict[str, str], ...]
+    gains: tuple[float, ...]
 
 
 class Seen(NamedTuple):
@@ -80,10 +81,12 @@ class Seen(NamedTuple):
     Args:
         law: of contact that they ask for, if any.
         plain: visits held against the rig as it is; ``None`` where there are too few of them.
+        records: the visits.
     """
 
     law: GapLaw | None
     plain: Held | None
+    records: tuple[Visits, ...] = ()
 
     @property
     def agrees(self) -> bool:
@@ -132,18 +135,42 @@ def gap_law(records: Sequence[Visits]) -> Seen:
         return Seen(None, None)
     plain = hold(records, [])
     if plain.level < PLAIN and plain.cost < PLAIN * plain.count:
-        return Seen(None, plain)
+        return Seen(None, plain, tuple(records))
     tried = [found for started in _laws(records[0]) if (found := _best(records, started)) is not None]
     best = min(tried, key=lambda one: one.cost, default=plain)
     if best is plain or not accepted(best, plain):
-        return Seen(None, plain)
-    rival = hold(records, [], _rebounds(records[0].rig))
+        return Seen(None, plain, tuple(records))
+    return Seen(_named(records, best, plain), plain, tuple(records))
+
+
+def with_others(seen: Seen) -> GapLaw | None:
+    """Return the law of contact that explains visits together with other causes, where no law does alone.
+
+    Args:
+        seen: what visits tell.
+    """
+    plain = seen.plain
+    if plain is None or (plain.level < PLAIN and plain.cost < PLAIN * plain.count):
+        return None
+    best = beside(seen.records, _laws(seen.records[0]))
+    if best is None or len(best.causes) < 2 or not accepted(best, plain):
+        return None
+    return _named(seen.records, best, plain)
+
+
+def _named(records: Sequence[Visits], best: Held, plain: Held) -> GapLaw | None:
+    """Return a law, and what stands beside it; ``None`` where other rebounds do as well, or a cause is needless."""
+    rival = hold(records, [], [*best.causes[1:], *_rebounds(records[0].rig)], best if best.causes[1:] else None)
     if rival.cost <= best.cost:
-        return Seen(None, plain)
-    worse = (rival.cost - best.cost) / max(best.level, 1.0)
+        return None
+    noise = max(best.level, 1.0)
+    gains = needed(records, best) if best.causes[1:] else [plain.cost - best.cost]
+    if min(gains) < GAIN * noise or min(map(size_of, best.causes)) < SMALLEST:
+        return None
+    worse = (rival.cost - best.cost) / noise
     others = () if worse > EXCLUDED else (_alternative(rival, worse),)
     splits, covariance = _held_out(records, best)
-    return Seen(GapLaw(best.causes[0], covariance, plain, best, list(records), splits, others), plain)
+    return GapLaw(best.causes, covariance, plain, best, list(records), splits, others, tuple(gains))
 
 
 def _rebounds(rig: Rig) -> list[Cause]:
@@ -165,8 +192,7 @@ def accepted(law: Held, plain: Held) -> bool:
         law: visits held against the rig with it.
         plain: against the rig as it is.
     """
-    cause = law.causes[0]
-    size = abs(float(cause.numbers[0])) / cause.candidate.unit
+    size = size_of(law.causes[0])
     gains = plain.cost - law.cost > GAIN * max(law.level, 1.0) and law.cost < BETTER * plain.cost
     return bool(law.level < GOOD and gains and size > SMALLEST)
 
@@ -214,8 +240,7 @@ def _best(records: Sequence[Visits], started: list[Cause]) -> Held | None:
 def _held_out(records: Sequence[Visits], best: Held) -> tuple[tuple[Split, ...], Array]:
     """Return the worth of the law on each record held out, and the covariance that these fits themselves show."""
     covariance = best.covariance * max(best.cost / best.count, 1.0)
-    cause = best.causes[0]
-    exact = EXACT * np.concatenate([np.abs(cause.numbers[:1]), np.ones(len(cause.free))])
+    exact = EXACT * np.concatenate([_sizes(one) for one in best.causes])
     covariance = covariance + np.diag(exact**2)
     if len(records) < 2:
         return (), covariance
@@ -223,18 +248,24 @@ def _held_out(records: Sequence[Visits], best: Held) -> tuple[tuple[Split, ...],
     for k, one in enumerate(records):
         others = [i for i in range(len(records)) if i != k]
         begun = best._replace(zeros=best.zeros[others], starts=[best.starts[i] for i in others])
-        cause = hold([records[i] for i in others], [], best.causes, begun).causes[0]
-        numbers.append(cause.numbers)
-        splits.append(_split(one, cause.effect, best, k))
+        causes = hold([records[i] for i in others], [], best.causes, begun).causes
+        numbers.append(np.concatenate([cause.numbers for cause in causes]))
+        splits.append(_split(one, [cause.effect for cause in causes], best, k))
     apart = np.array(numbers) - np.mean(numbers, axis=0)
     jackknife = (len(records) - 1) / len(records) * apart.T @ apart
     wider = np.sqrt(np.maximum(np.diag(jackknife) / np.maximum(np.diag(covariance), 1e-300), 1.0))
     return tuple(splits), covariance * np.outer(wider, wider)
 
 
-def _split(one: Visits, effect: Any, best: Held, k: int) -> Split:
+def _sizes(cause: Cause) -> Array:
+    """Return what the errors of a cause's numbers are counted by: its size, and 1 for logarithms of a shape."""
+    sizes = 1 + cause.candidate.phased
+    return np.concatenate([np.full(sizes, np.linalg.norm(cause.numbers[:sizes])), np.ones(len(cause.free))])
+
+
+def _split(one: Visits, effects: list[Any], best: Held, k: int) -> Split:
     begun = best._replace(zeros=best.zeros[k : k + 1], starts=[best.starts[k]])
-    base, extended = hold([one], []), hold([one], [effect], (), begun)
+    base, extended = hold([one], []), hold([one], effects, (), begun)
     sizes = {"visit": tuple(float(np.sqrt(np.mean(np.square(each.rest[0])))) for each in (base, extended))}
     noise = min(extended.level, extended.cost / extended.count)
     gain = 0.5 * (base.cost - extended.cost) / max(noise, 1.0)

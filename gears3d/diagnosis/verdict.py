@@ -138,20 +138,26 @@ def _scattered(spread: Scatter) -> Named:
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
 
-def name_law(law: GapLaw) -> Named:
-    """Return a law of contact in words.
+def name_law(law: GapLaw) -> tuple[Named, ...]:
+    """Return a law of contact, and what stands beside it, in words.
 
     Args:
         law: that visits to the flanks ask for.
     """
-    effect: Any = law.cause.effect
+    told, at = [], 0
     visits = sum(len(points) for points in law.held.points)
     before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
-    text = (f"in {visits} paths from amid the gap to a flank and back, uncut, it takes the error of a point from"
+    own = "it takes" if len(law.causes) == 1 else "all causes together take"
+    text = (f"in {visits} paths from amid the gap to a flank and back, uncut, {own} the error of a point from"
             f" {before:.3g} to {after:.3g} sigma")  # fmt: skip
-    numbers = parameters(law.cause, law.covariance)
-    gain = law.base.cost - law.held.cost
-    return Named(effect.kind, effect.place, numbers, text, gain, law.alternatives, effect, table(effect, numbers))
+    for cause, gain in zip(law.causes, law.gains, strict=True):
+        part = slice(at, at + len(cause.numbers))
+        at = part.stop
+        effect: Any = cause.effect
+        others = law.alternatives if cause is law.causes[0] else ()
+        numbers = parameters(cause, law.covariance[part, part])
+        told.append(Named(effect.kind, effect.place, numbers, text, gain, others, effect, table(effect, numbers)))
+    return tuple(sorted(told, key=lambda one: -one.gain))
 
 
 def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
