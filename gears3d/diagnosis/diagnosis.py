@@ -203,7 +203,7 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
     rows = zip(evidence_of(found.records), law.records, strict=True)
     told = tuple({**row, "visits": len(one.sizes)} for row, one in rows)
     return Diagnosis("explained", causes, (), law.splits, {}, extended, told, findings, found, [],
-                     tuple(notes), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
+                     (*notes, *of_phases(causes)), bodies=_RIGID if bodies else None, law=law)  # fmt: skip
 
 
 def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
