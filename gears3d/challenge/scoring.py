@@ -128,7 +128,7 @@ def _from_zeros(effect: dict[str, Any], zeros: list[list[float]] | None, teeth: 
     turned, count = zeros[0][gear == "loose"], teeth[gear == "loose"]
     moved = dict(effect)
     if "phase" in effect:
-        moved["phase"] = effect["phase"] - effect.get("order", 1) * turned
+        moved["phase"] = (effect["phase"] - effect.get("order", 1) * turned + pi) % (2.0 * pi) - pi
     if "tooth" in effect:
         moved["tooth"] = int(effect["tooth"] - 1 + round(turned * count / (2.0 * pi))) % count + 1
     return moved

@@ -7,14 +7,23 @@ from math import pi
 
 import numpy as np
 
+from gears3d.diagnosis.candidates import Candidate
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.joint import settled
+from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.scatter import with_own_noise
 from gears3d.diagnosis.search import Search, known_of, search
 from gears3d.diagnosis.sifting import without_strays
+from gears3d.diagnosis.tooth_zeros import tooth
 from gears3d.diagnosis.zeros import GEARS, Phases, apart, free, goes_by, order_of, reference, turn, turns
 
 Array = np.ndarray
+TOOTH = "pitch_error"
+LEAST = 60.0
+"""Chi-square that a single tooth must gain beyond what its free places do, to tell the zeros."""
+SETTLED, ENOUGH = 2, 1.0
+"""Times that zeros are fitted beside the causes at most, and the change in chi-square below which they are not."""
 ROUNDS = 3
 """Times that records are aligned and searched at most."""
 
@@ -33,7 +42,7 @@ def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Sear
     if not gears:
         return records, search(records, highest)
     base, known = known_of(with_own_noise([without_strays(one) for one in records]), highest)
-    told = {gear: turns(known, base, gear) for gear in gears}
+    told = {gear: _told(known, base, gear) for gear in gears}
     found = None
     for _ in range(ROUNDS):
         by = {gear: _by(records, gear, told.get(gear)) for gear in GEARS}
@@ -43,7 +52,23 @@ def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Sear
         found = search(records, highest)
         told = {gear: _anew(found, gear) for gear in gears}
     assert found is not None
+    for _ in range(SETTLED):
+        by, changed = settled(found.records, found.fit.causes)
+        if changed < ENOUGH:
+            break
+        records = [turn(one, *pair) for one, pair in zip(records, by, strict=True)]
+        found = search(records, highest)
     return records, found
+
+
+def _told(known: Library, rest: Array, gear: str) -> tuple[Array, Phases] | None:
+    """Return by how much records must be turned, by what gains most with an order, or by a single tooth."""
+    told, single = turns(known, rest, gear), tooth(known, rest, gear)
+    lost = np.array([gear in one.unmarked for one in known.records])
+    if not np.all(lost) or single.gain < (told[1].gain if told is not None else LEAST):
+        return told
+    one = Candidate(TOOTH, {"gear": gear}, "offset", 1.0, False, ("contact",))
+    return single.turns, Phases(one, single.gain, single.place, single.worth * single.teeth**2)
 
 
 def _by(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | None) -> Array:
@@ -51,7 +76,7 @@ def _by(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | Non
     if told is None:
         return np.zeros(len(records))
     by, seen = told
-    if not all(gear in one.unmarked for one in records):
+    if seen.candidate.kind == TOOTH or not all(gear in one.unmarked for one in records):
         return by
     first, side = reference(seen.worth), GEARS.index(gear)
     return by - (records[first].turned[side] + by[first])
@@ -62,8 +87,8 @@ def _anew(found: Search, gear: str) -> tuple[Array, Phases] | None:
     own = [cause for cause in found.fit.causes if goes_by(cause.candidate) == gear]
     effects = [cause.effect for cause in own if cause.effect is not None]
     parts = contribution(found.records, effects)
-    told = turns(found.known, found.fit.rest + parts, gear)
-    if told is None or order_of(told[1].candidate) == 1 or apart(told[1], told[0]):
+    told = _told(found.known, found.fit.rest + parts, gear)
+    if told is None or told[1].candidate.kind == TOOTH or order_of(told[1].candidate) == 1 or apart(told[1], told[0]):
         return told
     strongest = [one for one in effects if getattr(one, "order", 1) == order_of(told[1].candidate)]
     rest = found.fit.rest + parts - contribution(found.records, strongest)

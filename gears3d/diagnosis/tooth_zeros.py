@@ -1,0 +1,109 @@
+"""Zeros of records in which a single tooth is off: it comes by once a turn, wherever the encoder began."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from math import log, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.deviation import deviation
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.library import Library
+from gears3d.diagnosis.zeros import SHOWS
+from gears3d.effects import catalogue
+
+Array = np.ndarray
+STEPS = 8
+"""Places to a pitch that are tried."""
+FAR = 0.5
+"""Backlashes that a point counts at most."""
+
+
+class Tooth(NamedTuple):
+    """A tooth that is off, at some angle of its gear in each record.
+
+    Args:
+        gain: of a common size and a place for each record, the number of places tried taken off, in chi-square.
+        place: angle at which it stands in each record [rad], (r,).
+        worth: what it gains in each record, (r,).
+        teeth: of the gear.
+    """
+
+    gain: float
+    place: Array
+    worth: Array
+    teeth: int
+
+    @property
+    def turns(self) -> Array:
+        """What each record is turned by, so that the tooth is where teeth are, as near as may be to where it was."""
+        clear = np.flatnonzero(self.worth > SHOWS)
+        first = int(clear[0]) if len(clear) else int(np.argmax(self.worth))
+        pitch = 2.0 * pi / self.teeth
+        there = pitch * round(float(self.place[first]) / pitch)
+        return (there - self.place + pi) % (2.0 * pi) - pi
+
+
+def tooth(known: Library, rest: Array, gear: str) -> Tooth:
+    """Return the tooth of a gear that would explain most of what is off in contact.
+
+    Args:
+        known: the records, and where they lie in the residuals.
+        rest: residuals, stacked, (n,).
+        gear: drive or loose.
+    """
+    own = [rest[known.spans["contact"]][part] for part in known.parts["contact"]]
+    teeth = known.records[0].rig.teeth_drive if gear == "drive" else known.records[0].rig.teeth_loose
+    count = teeth * STEPS
+    sums = [_binned(one, part, gear, count) for one, part in zip(known.records, own, strict=True)]
+    found = [_matched(sums, _shape(known.records, gear, flank, sign, count))
+             for flank, sign in product(("both", "active", "reverse"), (1.0, -1.0))]  # fmt: skip
+    gain, place, worth = max(found, key=lambda each: each[0])
+    asked = int(np.sum(worth > 0.0))
+    return Tooth(gain - 2.0 * asked * log(6 * count), place, worth, teeth)
+
+
+def _binned(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
+    """Return sums of what is off, in standard deviations, and of points over a turn of the gear, by flank, (2, n)."""
+    seen = one.channels.contacts
+    angle = seen.drive if gear == "drive" else seen.loose
+    at = np.floor(np.mod(angle, 2.0 * pi) / (2.0 * pi) * count + 0.5).astype(int) % count + seen.flank * count
+    far = FAR * one.rig.backlash / seen.sigma
+    held = np.clip(rest - np.median(rest), -far, far) if len(rest) else rest
+    off = np.bincount(at, held / np.maximum(seen.sigma, 1e-300), 2 * count)
+    weight = np.bincount(at, 1.0 / np.maximum(seen.sigma, 1e-300) ** 2, 2 * count)
+    return off.reshape(2, count), weight.reshape(2, count)
+
+
+def _shape(records: Sequence[Evidence], gear: str, flank: str, sign: float, count: int) -> Array:
+    """Return what a tooth of a metre at angle 0 would do over a turn, by flank [m], (2, n)."""
+    one, angle = records[0], np.arange(count) * 2.0 * pi / count
+    rows = catalogue()["pitch_error"](offset=sign * 1e-6, tooth=1, gear=gear, flank=flank).rows(one.rig)
+    sides = [deviation(rows, one.pair, angle, angle, np.full(count, side)) for side in (0, 1)]
+    return np.array(sides) * 1e6
+
+
+def _matched(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[float, Array, Array]:
+    """Return the gain of the shape at its best place in each record, the places [rad], and the gains by record."""
+    turned = np.conj(np.fft.rfft(shape))
+    squared = np.conj(np.fft.rfft(shape**2))
+    count = shape.shape[1]
+    places, linear, heavy = np.zeros(len(sums)), np.zeros(len(sums)), np.zeros(len(sums))
+    for k, (off, weight) in enumerate(sums):
+        whole = max(float(weight.sum()), 1e-300)
+        mean = np.fft.irfft(np.fft.rfft(weight) * turned, count).sum(axis=0)
+        right = np.fft.irfft(np.fft.rfft(off) * turned, count).sum(axis=0) - mean * off.sum() / whole
+        square = np.fft.irfft(np.fft.rfft(weight) * squared, count).sum(axis=0) - mean**2 / whole
+        some = square > 1e-2 * max(float(square.max()), 1e-300)
+        gain = np.where(some & (right > 0.0), right**2 / np.where(some, square, 1.0), 0.0)
+        best = int(np.argmax(gain))
+        left, here, next_ = gain[best - 1], gain[best], gain[(best + 1) % count]
+        bow = left - 2.0 * here + next_
+        ahead = 0.5 * (left - next_) / bow if bow < 0.0 else 0.0
+        places[k] = (best + float(np.clip(ahead, -0.5, 0.5))) * 2.0 * pi / count
+        linear[k], heavy[k] = (right[best], square[best]) if here > 0.0 else (0.0, 0.0)
+    worth = linear**2 / np.maximum(heavy, 1e-300)
+    return float(linear.sum() ** 2 / max(heavy.sum(), 1e-300)), places, worth
