@@ -13,7 +13,7 @@ from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, with_others, yields
-from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_zeros
+from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of_zeros
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
@@ -163,7 +163,7 @@ def diagnose(
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
     left += amiss(found)
-    told = (*parted.notes, *of_phases(causes))
+    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, told, parted.suspects, solid, runs=apart)  # fmt: skip

@@ -247,3 +247,16 @@ def of_phases(causes: Iterable[Any]) -> list[Note]:
              "began; the zeros of the other records are taken from what they show of it", remedy, record)
         for record, kinds in told.items()
     ]  # fmt: skip
+
+
+def of_teeth(records: Sequence[Evidence]) -> list[Note]:
+    """Return that single teeth are not excluded in several records without marks.
+
+    Args:
+        records: all.
+    """
+    gears = sorted({gear for one in records for gear in one.unmarked})
+    if len(records) < 2 or not gears:
+        return []
+    text = f"encoders of the {' and the '.join(gears)} gear begin anywhere: a single tooth that is off may stay unseen"
+    return [Note("teeth-unseen", text, "record with an index mark that all records count from")]
