@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def papers(
-    only: Annotated[str, typer.Option(help="One paper: rigaud-2020, kadmiri-2012 or ottewill-2010.")] = "",
+    only: Annotated[str, typer.Option(help="One paper by its short name, such as rigaud-2020.")] = "",
     out: Annotated[
         Path | None, typer.Option(help="Folder for papers.html (the figures), papers.md and papers.json.")
     ] = None,

@@ -9,7 +9,7 @@ from gears3d.errors import UsageError, did_you_mean
 from gears3d.papers.claim import Claim
 from gears3d.papers.figure import Figure
 
-PAPERS = ("kadmiri-2012", "rigaud-2020", "ottewill-2010")
+PAPERS = ("kadmiri-2012", "rigaud-2020", "ottewill-2010", "dct-helical-lubricated")
 """In the order of the table; the module has ``_`` for ``-``."""
 
 
