@@ -147,8 +147,8 @@ def upright(one: Evidence, rows: Sequence[Row] = ()) -> list[tuple[str, Any]]:
     """Return changes that put the spur gears of the transverse section in the place of helical ones.
 
     Helical flanks without corrections roll on each other in every transverse section alike: displacement, backlash and
-    forces along the transverse line of action are those of that section. The engine has spur teeth only. A single tooth
-    that is off carries over another part of the path; rigs with one keep their helix, and the engine refuses them.
+    forces along the transverse line of action are those of that section, and the engine is faster with it. A single
+    tooth that is off carries over another part of the path; rigs with one keep their helix.
 
     Args:
         one: the record.

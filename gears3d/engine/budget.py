@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.engine.closing import TOUCH
+from gears3d.engine.lines import line_gap, merged
 from gears3d.engine.mesh import NOBODY, Mesh, able_to_touch, both_sides, teeth_of_points, tooth_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
@@ -43,9 +44,16 @@ def _hold_against(
     least = np.full(2, math.inf)
     for i in range(found.shape[0]):
         side = found[i, 2]
-        if side != NOBODY:
+        if side == NOBODY:
+            continue
+        if shape.planar:
             gaps[i] = tooth_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)[0]
-            least[side] = min(least[side], gaps[i])
+        else:  # Bullet measures along the normal, and teeth that only edges bring together elsewhere
+            gap, _, _, _, inside = line_gap(
+                shape.edged, shape.along, thetas[0], thetas[1], found[i, 0], found[i, 1], side
+            )
+            gaps[i] = gap * shape.along.tilt if inside else math.inf
+        least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
     for i in range(found.shape[0]):
         side = found[i, 2]
@@ -74,9 +82,10 @@ class Watch:
         pair: the gears.
         shape: flanks and edges of the pair.
         turn: of the drive gear in one step at most [rad].
+        slices: of Bullet's teeth along the face.
     """
 
-    def __init__(self, pair: Pair, shape: Mesh, turn: float) -> None:
+    def __init__(self, pair: Pair, shape: Mesh, turn: float, slices: int | None = None) -> None:
         self._shape = shape
         self._turn = turn
         self._slack = 1e-6 + _roughness(shape.edged.flanks)
@@ -85,7 +94,7 @@ class Watch:
         wandering = 2.0 * float(np.hypot(shape.offsets[::2], shape.offsets[1::2]).sum())
         self._reach = 1.1 * (pair.backlash + wandering) + self._slack + parting + 20e-6
         self._counts = (pair.drive.teeth, pair.loose.teeth)
-        self._parts = piece_budget(pair)
+        self._parts = piece_budget(pair, slices=slices)
         self._sums = np.zeros(4)
         self.allowed = self._parts["gap_error_m"]
         self.queries = 0
@@ -119,6 +128,8 @@ class Watch:
             on_drive, on_loose, raw = world.nearest(reach)
             self.queries += 1
             found = teeth_of_points(self._shape, self._counts, on_drive, on_loose, theta_drive, theta_loose)
+            if not self._shape.planar:
+                found, raw = merged(found, raw)
             if both_sides(found):
                 return found, raw
             reach *= 1.5
@@ -143,15 +154,16 @@ class Watch:
             strayed: largest distance between where Bullet arrived and the path that was planned.
 
         Returns:
-            ``facet_chord``, ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and
-            about it, margins taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` and the
-            ``total`` of what an impact's place depends on, which the hulls do not.
+            ``facet_chord``, ``slice_edge`` of helical teeth, ``hull_quantisation``, ``hull_margins`` of Bullet's hulls;
+            ``raw_minus_refined_mean``, and about it, margins taken out, ``_std``, ``_max``; ``raw_allowed``;
+            ``location``, ``step`` and the ``total`` of what an impact's place depends on, which the hulls do not.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count
         spread = math.sqrt(max(self._sums[2] / count - mean * mean, 0.0))
         return {
             "facet_chord": self._parts["chord_error_m"],
+            "slice_edge": self._parts["slice_error_m"],
             "hull_quantisation": self._parts["quantum_m"],
             "hull_margins": MARGINS,
             "raw_minus_refined_mean": mean - MARGINS,

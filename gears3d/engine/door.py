@@ -14,6 +14,7 @@ from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.impact import ImpactLaw
+from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Log
 from gears3d.engine.mesh import meshed, offset_of
@@ -86,7 +87,7 @@ def simulate(
     plant = Plant(shape, motion, torques, rig.inertia, arm)
     longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
     turn = fastest(motion)[0] * longest
-    watch = Watch(gears, shape, turn)
+    watch = Watch(gears, shape, turn, slices_of(gears))
     log = Log(scenario.run.duration, scenario.run.output_rate)
     with World(*bodies(scenario, gears), respond=contact == "native") as world:
         if contact == "native":
@@ -143,14 +144,9 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
     """Refuse what this engine, or Bullet's own contact, cannot do."""
     file = "" if scenario.path is None else str(scenario.path)
     faults = []
-    if pair.drive.helix_angle != 0.0:
-        text = f"is {show(pair.drive.helix_angle, 'angle')}: the engine finds the contact of spur teeth only"
-        faults.append(Fault("gears.helix_angle", text, "give 0 deg, or run it with --model rigid", file))
-    for which in ("drive", "loose"):
-        slope = pair.gear(which).helix_slope
-        if slope != 0.0:
-            text = f"is {show(slope, 'length')}: the engine finds the contact of straight teeth only"
-            faults.append(Fault(f"gears.{which}.helix_slope", text, "leave it out", file))
+    if pair.drive.helix_angle != 0.0 and contact == "native":
+        text = f"is {show(pair.drive.helix_angle, 'angle')}: Bullet's own contact is that of spur teeth only"
+        faults.append(Fault("gears.helix_angle", text, "use contact = located", file))
     unable = _UNKNOWN if contact == "located" else {**_UNKNOWN, **_NOT_NATIVE}
     rig = scenario.rig()
     for index, effect in enumerate(scenario.effects):
@@ -183,7 +179,8 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
         turn = pair.rotation(which, 0.0)
         flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
         off = np.append(offset_of(pair, which), 0.0)
-        made.append(Body([(piece + off) * flip for piece in pieces(pair, which)], pair.centre(which), moment, sense))
+        teeth = pieces(pair, which, slices=slices_of(pair))
+        made.append(Body([(piece + off) * flip for piece in teeth], pair.centre(which), moment, sense))
     return made[0], made[1]
 
 

@@ -28,6 +28,7 @@ from gears3d.engine.closing import (
 )
 from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
 from gears3d.engine.impact import ImpactLaw, normal_impulse
+from gears3d.engine.lines import line_gap, turn_of
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
@@ -282,7 +283,13 @@ class Located:
         frequency, phase = self.settings.stroke
         angle, speed, _ = drive_at(self.plant.motion, self.time)
         angles, speeds = (angle, self.theta), (speed, self.omega)
-        drive, loose = touching_teeth(self.plant.surfaces, self.teeth, side, angles, speeds)
+        shape = self.plant.surfaces
+        drive, loose = touching_teeth(shape, self.teeth, side, angles, speeds)
+        height, axial = math.nan, math.nan
+        if not shape.planar:
+            _, _, lever, height, _ = line_gap(shape.edged, shape.along, *angles, drive, loose, side)
+            # a flank's normal leans to the axis as its section turns with the height, times its lever
+            axial = impulse * lever * turn_of(shape.along, 1, side, loose)
         self.log.impacts.append(
             Impact(
                 time_s=when,
@@ -294,6 +301,8 @@ class Located:
                 tooth_drive=drive,
                 tooth_loose=loose,
                 flight_height_m=self.flight.height,
+                height_m=height,
+                axial_impulse_N_s=axial,
             )
         )
 

@@ -12,6 +12,9 @@ from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.kernels import njit
 
+HELICAL = ("height_m", "axial_impulse_N_s")
+"""Columns of helical teeth only."""
+
 
 class Impact(NamedTuple):
     """One impact, in the order of the recording's columns.
@@ -26,6 +29,8 @@ class Impact(NamedTuple):
         tooth_drive: number of the drive gear's tooth.
         tooth_loose: number of the loose gear's tooth.
         flight_height_m: largest distance from the flank that the flight left [m].
+        height_m: middle of the line of contact along the face, from the middle of the face [m]; helical teeth only.
+        axial_impulse_N_s: on the loose gear, along +z [N s]; helical teeth only.
     """
 
     time_s: float
@@ -37,6 +42,8 @@ class Impact(NamedTuple):
     tooth_drive: int
     tooth_loose: int
     flight_height_m: float
+    height_m: float = math.nan
+    axial_impulse_N_s: float = math.nan
 
 
 @njit(cache=True)
@@ -141,4 +148,5 @@ class Log:
 
     def impact_columns(self) -> dict[str, np.ndarray]:
         """Return the impacts, column by column, each (k,)."""
-        return {name: np.array([getattr(hit, name) for hit in self.impacts]) for name in Impact._fields}
+        columns = {name: np.array([getattr(hit, name) for hit in self.impacts]) for name in Impact._fields}
+        return {name: values for name, values in columns.items() if name not in HELICAL or np.isfinite(values).any()}

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.gears import Eccentricity
-from gears3d.gears.edge import Edged, edged, edged_gap, edged_gap_at
+from gears3d.engine.lines import Along, along_of, line_gap
+from gears3d.errors import Fault, InputError
+from gears3d.gears import Eccentricity, Misalignment, Wobble
+from gears3d.gears.arrays import compile_pair
+from gears3d.gears.edge import Edged, edged_gap, edged_gap_at, edges_of
 from gears3d.gears.flank import Flanks, roll_of
 from gears3d.kernels import njit
 
@@ -34,11 +36,15 @@ class Mesh(NamedTuple):
         offsets: of the teeth's axis from the axis of rotation in each gear's own frame, x and y of the drive, then of
             the loose gear [m].
         eccentric: whether there is any offset.
+        along: how flanks change with the height.
+        planar: whether one transverse section tells all.
     """
 
     edged: Edged
     offsets: tuple[float, float, float, float]
     eccentric: bool
+    along: Along
+    planar: bool
 
 
 def meshed(pair: Pair) -> Mesh:
@@ -48,13 +54,16 @@ def meshed(pair: Pair) -> Mesh:
         pair: deviations and eccentricities included.
 
     Raises:
-        InputError: gears whose contact needs more than one transverse section.
+        InputError: gears on axes that are not parallel.
     """
-    others = tuple(item for item in pair.mounting if not isinstance(item, Eccentricity))
-    shape = edged(replace(pair, mounting=others) if pair.mounting else pair)
+    for item in pair.mounting:
+        if isinstance(item, Misalignment | Wobble):
+            text = "tilts an axis: the engine has parallel axes only"
+            raise InputError(Fault(type(item).__name__.lower(), text, "leave it out"))
+    shape, along = edges_of(pair, compile_pair(pair)), along_of(pair)
     (x1, y1), (x2, y2) = (offset_of(pair, which).tolist() for which in ("drive", "loose"))
     offsets = (x1, y1, x2, y2)
-    return Mesh(shape, offsets, any(offsets))
+    return Mesh(shape, offsets, any(offsets), along, along.looks == 0)
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
@@ -100,6 +109,11 @@ def tooth_gap(
         tooth_loose: number of the loose gear's tooth.
         side: 0 active, 1 reverse.
     """
+    if not mesh.planar:
+        gap, by_drive, by_loose, _, _ = line_gap(
+            mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
+        )
+        return gap, by_drive, by_loose
     if not mesh.eccentric:
         gap, by_drive, by_loose, _ = edged_gap(mesh.edged, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
         return gap, by_drive, by_loose
@@ -136,7 +150,7 @@ def side_gap(
     centred = shape.edged
     for i in range(teeth.shape[0]):
         if teeth[i, 2] == side:
-            if shape.eccentric:
+            if shape.eccentric or not shape.planar:
                 gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
             else:  # without a call in between, which would cost a fifth
                 gap, drive, loose, _ = edged_gap(centred, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
@@ -190,9 +204,10 @@ def teeth_of_points(
     x2, y2 = off_axis(shape, 1, math.pi - theta_loose)
     found = np.zeros((on_drive.shape[0], 3), np.int64)
     for i in range(on_drive.shape[0]):
-        angle = math.atan2(on_drive[i, 1] - y1, on_drive[i, 0] - x1) - theta_drive
+        turn1, turn2 = shape.along.axial[0, 0] * on_drive[i, 2], shape.along.axial[1, 0] * on_loose[i, 2]
+        angle = math.atan2(on_drive[i, 1] - y1, on_drive[i, 0] - x1) - theta_drive - turn1
         found[i, 0], side = tooth_at(flanks, 0, counts[0], angle)
-        angle = math.atan2(on_loose[i, 1] - y2, on_loose[i, 0] - distance - x2) - math.pi + theta_loose
+        angle = math.atan2(on_loose[i, 1] - y2, on_loose[i, 0] - distance - x2) - math.pi + theta_loose - turn2
         found[i, 1], mate = tooth_at(flanks, 1, counts[1], angle)
         found[i, 2] = side if side == mate else NOBODY
     return found

@@ -11,6 +11,7 @@ from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.door import bodies, longest_step, prepared
 from gears3d.engine.holding import on_flank
+from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import meshed
@@ -58,7 +59,7 @@ class Bench:
         motion = standing_at(motion_table(scenario, rows), drive)
         self._plant = Plant(shape, motion, torques, rig.inertia, arm)
         longest = longest_step(motion, rows, gears)
-        self._watch = Watch(gears, shape, fastest(motion)[0] * longest)
+        self._watch = Watch(gears, shape, fastest(motion)[0] * longest, slices_of(gears))
         self._settings = Settings(
             0.0, longest, law, scenario.impact.stick_velocity, springs_of(rows), "free", (0.0, 0.0)
         )

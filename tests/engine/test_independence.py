@@ -71,7 +71,7 @@ def test_raw_gap_outside_the_hull_budget_stops_the_run(monkeypatch):
     """Flanks moved by 4 µm behind the hulls' back."""
     scenario = fig5()
     honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which: honest(scenario.pair(), which))
+    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     moved = scenario.pair().with_deviations(HarmonicDeviation("loose", "reverse", 0, 4e-6))
     with pytest.raises(EngineError, match=r"reverse flanks, drive tooth \d+ against loose tooth \d+: Bullet measures"):
         simulate(scenario, pair=moved)
@@ -81,7 +81,7 @@ def test_raw_gap_outside_the_hull_budget_stops_the_run(monkeypatch):
 def test_a_single_tooth_moved_behind_the_hulls_back_is_named(monkeypatch):
     scenario = fig5()
     honest = door.pieces
-    monkeypatch.setattr(door, "pieces", lambda pair, which: honest(scenario.pair(), which))
+    monkeypatch.setattr(door, "pieces", lambda pair, which, **how: honest(scenario.pair(), which, **how))
     moved = scenario.pair().with_deviations(ToothDeviation("loose", "active", 11, 5e-6))
     with pytest.raises(EngineError, match="against loose tooth 11"):
         simulate(scenario, pair=moved)

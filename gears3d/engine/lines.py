@@ -1,0 +1,240 @@
+"""Where two helical teeth come nearest: along the line in which they would touch, measured on their surfaces.
+
+A section at a height is the flank of the middle, turned. At fixed centres the common normal of two involutes keeps its
+direction, so the angles of both gears tell between which heights two teeth face each other, flank on flank. There the
+gap of perfect helical teeth is the same all along; beyond, an edge of a tip comes in and the gap grows. Where flanks
+are modified, or leads deviate, the gap differs along the line, and its least place is searched over the face.
+"""
+
+from __future__ import annotations
+
+from math import ceil, cos, inf, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.gears import HarmonicDeviation, ToothDeviation, piece_budget
+from gears3d.gears.arrays import TIP_ROLL
+from gears3d.gears.edge import Edged
+from gears3d.gears.flank import roll_of
+from gears3d.gears.surface import Surfaces, compile_surfaces, section_gap
+from gears3d.kernels import njit
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
+
+_TURN, _LEAN, _HALF = 0, 1, 2
+LOOKS = 13
+"""Sections in which a gap that differs along the line is looked at."""
+_LEVEL = 1e-13
+"""Gaps of neighbouring sections that differ by less need no search between them [m]."""
+_GOLDEN = 0.6180339887498949
+_STAND_OFF = 2e-6
+"""How far Bullet's slices may stand off a helical flank between their ends [m]."""
+_SLICES = 8
+
+
+class Along(NamedTuple):
+    """What makes a pair's contact differ from one transverse section.
+
+    Args:
+        axial: turn of the sections and the rest of :class:`gears3d.gears.Surfaces`, (2, 8).
+        leads: of single flanks, as there.
+        looks: sections that are looked at: 0 one transverse section tells all, 1 the gap is level along the line.
+        margin: by how much the rolls at which teeth face each other may differ from those of perfect flanks [rad].
+        tilt: cosine of the base helix angle.
+    """
+
+    axial: np.ndarray
+    leads: np.ndarray
+    looks: int
+    margin: float
+    tilt: float
+
+
+def along_of(pair: Pair) -> Along:
+    """Return what makes a pair's contact differ from one transverse section.
+
+    Args:
+        pair: deviations and mounting included.
+    """
+    surfaces = compile_surfaces(pair)
+    axial, leads = surfaces.axial, surfaces.leads
+    gears = (pair.drive, pair.loose)
+    if not (axial[:, _TURN].any() or axial[:, 5:].any() or leads.size):  # crowned spur teeth touch amid the face
+        looks = 0
+    else:
+        modified = any(gear.tip_relief is not None or gear.root_relief is not None for gear in gears)
+        modified |= any(not isinstance(each, HarmonicDeviation | ToothDeviation) for each in pair.deviations)
+        lead = abs(axial[0, _TURN] * gears[0].base_radius + axial[1, _TURN] * gears[1].base_radius)
+        looks = LOOKS if modified or lead > 1e-12 or axial[:, _LEAN].any() or axial[:, 5:].any() or leads.size else 1
+    slopes = sum(abs(d.amplitude) * d.order for d in pair.deviations if isinstance(d, HarmonicDeviation))
+    wandering = float(np.abs(axial[:, 3:5]).sum())
+    margin = 1e-6 + 2.0 * slopes / min(g.base_radius for g in gears) + 4.0 * wandering / pair.path_length
+    return Along(axial, leads, looks, margin, cos(pair.drive.base_helix_angle))
+
+
+def slices_of(pair: Pair) -> int | None:
+    """Return into how many slices along the face Bullet's teeth are cut, ``None`` for those of straight teeth.
+
+    Args:
+        pair: the pair.
+    """
+    if pair.drive.helix_angle == 0.0:
+        return None
+    whole = piece_budget(pair, slices=1)["slice_error_m"]
+    return min(max(ceil(sqrt(whole / _STAND_OFF)), 1), _SLICES)
+
+
+def turn_of(along: Along, gear: int, side: int, tooth: int) -> float:
+    """Return by how much a flank's sections turn about +z with the height, lead included [rad/m].
+
+    Args:
+        along: of the pair.
+        gear: 0 drive, 1 loose.
+        side: 0 active, 1 reverse.
+        tooth: its number.
+    """
+    own = along.leads[gear, side, tooth - 1] if along.leads.size else 0.0
+    return float(along.axial[gear, _TURN] + own)
+
+
+@njit(cache=True)
+def facing(
+    shape: Edged, along: Along, angles: tuple[float, float], teeth: tuple[int, int], side: int, margin: float
+) -> tuple[float, float, float]:
+    """Return between which heights two teeth face each other, flank on flank.
+
+    Args:
+        shape: flanks and edges of the pair.
+        along: of the pair.
+        angles: of drive and loose gear [rad].
+        teeth: numbers of drive and loose tooth.
+        side: 0 active, 1 reverse.
+        margin: roll angle by which they may do so beyond their tips, negative for what they must stay within [rad].
+
+    Returns:
+        Lower and upper height [m], the upper one below the lower where they do not face each other, and the height of
+        the face that is nearest to doing so [m].
+    """
+    half = min(along.axial[0, _HALF], along.axial[1, _HALF])
+    psi = (1.0 - 2.0 * side) * shape.flanks.mount[3]
+    low, high = -half, half
+    worst = np.zeros(2)
+    for gear in range(2):
+        tip = shape.flanks.gears[gear, TIP_ROLL] + margin
+        turn = along.axial[gear, _TURN] * half
+        u = psi - angles[0] if gear == 0 else psi + angles[1]
+        below = roll_of(shape.flanks, gear, side, teeth[gear], u + turn)
+        above = roll_of(shape.flanks, gear, side, teeth[gear], u - turn)
+        for limit, sign in ((tip, 1.0), (-margin, -1.0)):
+            first, last = sign * (below - limit), sign * (above - limit)
+            worst[0], worst[1] = max(worst[0], first), max(worst[1], last)
+            if first <= 0.0 and last <= 0.0:
+                continue
+            if first > 0.0 and last > 0.0:
+                low, high = half, -half
+                continue
+            place = half * (first + last) / (first - last)
+            if first > 0.0:
+                low = max(low, place)
+            else:
+                high = min(high, place)
+    return low, high, -half if worst[0] < worst[1] else half
+
+
+@njit(cache=True)
+def line_gap(
+    shape: Edged, along: Along, theta_drive: float, theta_loose: float, tooth_drive: int, tooth_loose: int, side: int
+) -> tuple[float, float, float, float, bool]:
+    """Return the smallest gap of two teeth over the face.
+
+    Args:
+        shape: flanks and edges of the pair.
+        along: of the pair.
+        theta_drive: angle of the drive gear [rad].
+        theta_loose: angle of the loose gear [rad].
+        tooth_drive: number of the drive gear's tooth.
+        tooth_loose: number of the loose gear's tooth.
+        side: 0 active, 1 reverse.
+
+    Returns:
+        Gap in the transverse section [m], infinite where the teeth do not face each other, its derivatives by the
+        angles of drive and loose gear [m/rad], the height of that section [m], and whether the teeth face each other
+        flank on flank.
+    """
+    surfaces = Surfaces(shape, along.axial, along.leads)
+    angles, teeth = (theta_drive, theta_loose), (tooth_drive, tooth_loose)
+    low, high, end = facing(shape, along, angles, teeth, side, -along.margin)
+    inside = low <= high
+    if along.looks > 1:
+        half = min(along.axial[0, _HALF], along.axial[1, _HALF])
+        z = _searched(surfaces, angles, teeth, side, (-half, half))
+    elif inside:
+        z = 0.5 * (low + high)
+    else:
+        low, high, end = facing(shape, along, angles, teeth, side, along.margin)
+        z = end if low > high else _lowest(surfaces, angles, teeth, side, (low, high))[0]
+    found = section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, side, z)
+    return found[0], found[1], found[2], z, inside
+
+
+@njit(cache=True)
+def _searched(
+    surfaces: Surfaces, angles: tuple[float, float], teeth: tuple[int, int], side: int, span: tuple[float, float]
+) -> float:
+    """Return the height of the smallest gap of one that may differ along the line [m]."""
+    low, high = span
+    step = (high - low) / (LOOKS - 1)
+    gaps = np.full(LOOKS + 2, inf)
+    for i in range(LOOKS):
+        gaps[i + 1] = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, low + i * step)[0]
+    i = int(np.argmin(gaps)) - 1
+    if gaps[i + 1] == inf:
+        return 0.5 * (low + high)
+    if abs(gaps[i] - gaps[i + 1]) < _LEVEL and abs(gaps[i + 2] - gaps[i + 1]) < _LEVEL:
+        return low + i * step
+    around = (low + max(i - 1, 0) * step, low + min(i + 1, LOOKS - 1) * step)
+    z, gap = _lowest(surfaces, angles, teeth, side, around)
+    return z if gap < gaps[i + 1] else low + i * step
+
+
+@njit(cache=True)
+def _lowest(
+    surfaces: Surfaces, angles: tuple[float, float], teeth: tuple[int, int], side: int, span: tuple[float, float]
+) -> tuple[float, float]:
+    """Return height and size of the smallest gap between two heights by golden sections [m]."""
+    low, high = span
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_a = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, a)[0]
+    at_b = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, b)[0]
+    while high - low > 1e-9:
+        if at_a < at_b:
+            high, b, at_b = b, a, at_a
+            a = high - _GOLDEN * (high - low)
+            at_a = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, a)[0]
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + _GOLDEN * (high - low)
+            at_b = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, b)[0]
+    return (a, at_a) if at_a < at_b else (b, at_b)
+
+
+@njit(cache=True)
+def merged(found: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return each pair of teeth once, with the smallest of Bullet's gaps of its slices.
+
+    Args:
+        found: drive tooth, loose tooth, side (n, 3).
+        raw: Bullet's gaps (n,) [m].
+    """
+    keep = np.zeros(found.shape[0], np.bool_)
+    least = raw.copy()
+    for i in range(found.shape[0]):
+        keep[i] = True
+        for k in range(i):
+            if keep[k] and found[k, 0] == found[i, 0] and found[k, 1] == found[i, 1] and found[k, 2] == found[i, 2]:
+                least[k] = min(least[k], raw[i])
+                keep[i] = False
+                break
+    return found[keep], least[keep]
