@@ -44,7 +44,11 @@ def static_picture(found: StaticError) -> Figure:
     flanks.set(ylabel="flank about its mean [µm]")
     gap.set(xlabel="turns of the drive", ylabel="backlash [µm]")
     gap.ticklabel_format(useOffset=False)
-    lines.set(xlabel="cycles a turn of the drive", ylabel="amplitude [µm]", yscale="log", xscale="log")
+    lines.set(xlabel="cycles a turn of the drive", ylabel="amplitude [µm]")
+    if any(np.any(line.get_ydata()) for line in lines.lines):
+        lines.set(xscale="log", yscale="log")
+    else:
+        lines.set_title("no order above 0.1 nm", fontsize=9)
     for axis in (flanks, gap, lines):
         axis.legend(frameon=False, fontsize=8)
     return figure
@@ -97,6 +101,8 @@ def threshold_picture(found: Thresholds) -> Figure:
             axis.plot(level[part], 1e6 * opening[part], mark, color=colour, markersize=4, label=label)
         label = f"riding asks for a pull: Λ = {one.predicted:.3f}"
         axis.axvline(one.predicted, color=COLOURS["backlash"], linewidth=1, label=label)
-        axis.set(xlabel="Λ", ylabel="gap opens to [µm]", yscale="log", title=f"{one.frequency:g} Hz")
+        axis.set(xlabel="Λ", ylabel="gap opens to [µm]", title=f"{one.frequency:g} Hz")
+        if len(time):
+            axis.set_yscale("log")
         axis.legend(frameon=False, fontsize=8)
     return figure

@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.bench import static_error
+from gears3d.bench import Drops, StaticError, Thresholds, static_error
+from gears3d.bench.drawing import static_picture, threshold_picture
+from gears3d.bench.threshold import Sweep
 from gears3d.errors import InputError
 from gears3d.gears import quasi_static
+from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.scenario.flanks import eccentricities, flank_deviations
 
@@ -31,6 +34,7 @@ torque = "0.5 N m"
 sample_rate = "20 kHz"
 counts_per_revolution = 400000
 """
+ANGLES = {"theta_drive_rad": [0.0], "theta_loose_rad": [0.0]}
 TENTH = 1e-7
 """0.1 µm."""
 
@@ -156,3 +160,14 @@ def test_the_folder_is_read_by_identify(tmp_path, capsys):
     code, said = run("bench", "stee", rig, "--out", out)
     assert code == 2
     assert "did you mean 'ste'" in said.err
+
+
+def test_pictures_of_nothing_to_be_seen(tmp_path):
+    even = np.linspace(0.0, 2 * np.pi, 100)
+    found = StaticError(even, 0.0 * even, 0.0 * even + 1e-4, Recording({"time_s": [0.0], **ANGLES}), 0.1, 1.0, {})
+    static_picture(found).savefig(tmp_path / "ste.png")
+    quiet = Sweep(3.0, 0.1, 1.0, np.nan, np.nan, np.zeros((0, 3)), found.record)
+    threshold_picture(Thresholds((quiet,), 0.2, 0.1)).savefig(tmp_path / "threshold.png")
+    assert quiet.to_dict()["excitation_up"] is None
+    nothing = {name: np.zeros(0) for name in ("velocity_m_s", "rebound_m_s")}
+    assert Drops(nothing, {}).to_dict()["drops"] == 0

@@ -25,6 +25,8 @@ def threshold(
 
     Example: gears3d bench threshold scenarios/rigaud-2020/fig5-5rpm.toml --frequencies "1.5, 3 Hz" --out threshold
     """
+    from math import isnan
+
     from gears3d.bench import thresholds
     from gears3d.bench.drawing import threshold_picture
     from gears3d.cli.progress import bars
@@ -52,7 +54,9 @@ def threshold(
         pictures={"threshold.png": lambda: threshold_picture(found)},
     )
     lines = [f"{'Hz':>8} {'Λ* up':>8} {'Λ* down':>8} {'predicted':>10}"]
-    lines += [f"{one.frequency:8g} {one.up:8.4f} {one.down:8.4f} {one.predicted:10.4f}" for one in found.sweeps]
+    for one in found.sweeps:
+        seen = ["    none" if isnan(level) else f"{level:8.4f}" for level in (one.up, one.down)]
+        lines.append(f"{one.frequency:8g} {seen[0]} {seen[1]} {one.predicted:10.4f}")
     if summary["slope"] is not None:
         lines.append(f"slope of log ω over log(ΔΩ/Td): {summary['slope']:.4f}")
     finish(summary, as_json, lines)
