@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.kernels import njit
-from gears3d.lumped.compile import inner
+from gears3d.lumped.compile import borrowed, inner
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.forces import act, drive, gaps
 from gears3d.lumped.lubricated.passages import note
@@ -58,6 +58,8 @@ def set_flags(p, sines, waves, flags, t, s, v):
     """Set all flags to what a state has."""
     for which in range(at.FLAGS):
         flags[which] = 1 if _event(p, sines, waves, t, s, v, which) < 0.0 else 0
+    if len(waves) == 0:
+        flags[at.APPROACHING + 1] = 1 - flags[at.APPROACHING]
 
 
 @inner
@@ -68,6 +70,8 @@ def _first_event(p, sines, waves, flags, held, state, end, h):
     """
     first, found = 2.0, -1
     for which in range(at.FLAGS):
+        if which == 1 and len(waves) == 0:  # one gap grows as the other one falls
+            continue
         sign = -1.0 if flags[which] == 1 else 1.0
         last = sign * _event(p, sines, waves, state[at.TIME] + h, end[0], end[1], which)
         high = 1.0
@@ -198,7 +202,11 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
     Returns:
         DONE, FULL (a table), BROKEN (not finite) or STANDSTILL.
     """
-    out, end, held = np.zeros(at.PARTS), np.zeros(3), np.zeros(at.FLAGS, dtype=np.int64)
+    parts, ends, once = np.zeros(at.PARTS), np.zeros(3), np.zeros(at.FLAGS, dtype=np.int64)
+    out, end, held = borrowed(parts), borrowed(ends), borrowed(once)
+    p, sines, waves, powers = borrowed(p), borrowed(sines), borrowed(waves), borrowed(powers)
+    table, state, flags, count = borrowed(table), borrowed(state), borrowed(flags), borrowed(count)
+    samples, impacts, contacts = borrowed(samples), borrowed(impacts), borrowed(contacts)
     rtol, longest, spacing, books = control[0], control[1], control[2], control[3] != 0.0
     if state[at.STEP] <= 0.0:
         set_flags(p, sines, waves, flags, state[at.TIME], state[at.PLACE], state[at.RATE])
@@ -244,9 +252,14 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
             held[which] = 1
             state[at.PLACE], state[at.RATE] = place, rate
             flags[which] = 1 - flags[which]
+            both = which == 0 and len(waves) == 0
+            if both:
+                flags[1] = 1 - flags[0]
             count[at.EVENTS] += 1
             state[at.CHANGE] = act(p, sines, waves, powers, table, flags, state[at.TIME], place, rate, out)
             note(p, state, flags, count, which, out, impacts, contacts)
+            if both:
+                note(p, state, flags, count, 1, out, impacts, contacts)
             if which >= at.INSIDE and which < at.NEAR and flags[which] == 1:
                 state[at.STEP] = min(h, sqrt(p[at.MASS] / table[0, at.STIFFNESS]) * 0.1)
         else:
@@ -255,4 +268,5 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
             state[at.PLACE], state[at.RATE], state[at.CHANGE] = end[0], end[1], end[2]
             if not last:
                 state[at.STEP] = h * min(factor, 5.0)
+    parts[0] = ends[0] = once[0] = 0  # kept alive to here
     return at.DONE

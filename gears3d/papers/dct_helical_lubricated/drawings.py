@@ -30,7 +30,7 @@ def rattle_indices(bench: Bench, sheet: Any) -> None:
         axes.set(xlabel=AXES[key], ylabel="RI [10⁶ N/(s kg m²)]", ylim=(0, None))
 
 
-def portraits(bench: Bench, sheet: Any, points: dict[str, dict[str, float]]) -> None:
+def portraits(bench: Bench, sheet: Any, points: dict[str, dict[str, Any]]) -> None:
     """Draw rate over displacement along the normal, the last twenty periods.
 
     Args:
@@ -49,7 +49,7 @@ def portraits(bench: Bench, sheet: Any, points: dict[str, dict[str, float]]) -> 
     sheet.axes[0].set_ylabel("velocity [mm/s]")
 
 
-def _figure(name: str, title: str, points: dict[str, dict[str, float]]) -> Figure:
+def _figure(name: str, title: str, points: dict[str, dict[str, Any]]) -> Figure:
     note = "On a representative pair; displacement from amid the backlash, active flank on the right."
     return Figure(FOLDER, name, title, lambda b, s: portraits(b, s, points), (10.0, 3.0), note)
 
