@@ -53,6 +53,7 @@ class Contacts(NamedTuple):
         flank: 0 active, 1 reverse.
         place: displacement, zero anywhere [m].
         sigma: standard deviation of ``place`` [m].
+        width: over which each is a mean [s].
     """
 
     time: Array
@@ -61,6 +62,7 @@ class Contacts(NamedTuple):
     flank: Array
     place: Array
     sigma: Array
+    width: Array
 
 
 class Impacts(NamedTuple):
@@ -222,7 +224,8 @@ def _contacts(cut: Segments) -> tuple[Contacts, int]:
         moved = np.abs(ends[1] - ends[0])
         resting = (off.min(axis=0) < clearance(path, cut.flanks)) | (moved < STILL * np.maximum(path.noise, path.slack))
     sigma = max(path.noise / np.sqrt(few), path.slack, 1e-12)
-    made = Contacts(time, drive, loose, side, place, np.full(len(time), sigma))
+    width = path.time[at[:, -1]] - path.time[at[:, 0]] + path.width
+    made = Contacts(time, drive, loose, side, place, np.full(len(time), sigma), width)
     return Contacts(*(column[resting] for column in made)), int(np.sum(~resting))
 
 

@@ -132,7 +132,7 @@ def _normal(columns: Array, owner: Array, number: Array, count: int) -> Array:
     """Return the products of the columns of each candidate, (count, 2, 2)."""
     made = np.zeros((count, 2, 2))
     begins = np.flatnonzero(number == 0)
-    for begin, end in zip(begins, [*begins[1:], len(owner)], strict=True):
+    for begin, end in zip(begins, np.append(begins[1:], len(owner))[: len(begins)], strict=True):
         own = columns[begin:end].astype(float)
         made[owner[begin], : end - begin, : end - begin] = own @ own.T
     return made

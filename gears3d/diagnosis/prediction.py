@@ -9,7 +9,7 @@ predictions alike. Everything is in standard deviations of the data, and effects
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import atan2, pi
+from math import atan2, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ from gears3d.diagnosis.torque import torque
 from gears3d.effects import Code, Gate, Row
 
 Array = np.ndarray
+GAUSS = 0.5 / sqrt(3.0)
+"""Points of Gauss's second rule, in widths from the middle."""
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
 """Names of the channels, in the order of everything that is stacked."""
 
@@ -143,11 +145,15 @@ def _contact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen, (drive, loose) = one.channels.contacts, one.radii
     if not sensors and not any(200 < row.code < 300 for row in rows):
         return np.zeros_like(seen.place)
-    place = deviation(rows, one.pair, seen.drive, seen.loose, seen.flank, one.kept)
-    if sensors:
-        speed = speed_of(one, "contacts")
-        place = place + loose * reading_error(sensors, "loose", seen.loose, speed * drive / loose, one.kept)
-        place = place - drive * reading_error(sensors, "drive", seen.drive, speed, one.kept)
+    speed, place = speed_of(one, "contacts"), np.zeros_like(seen.place)
+    for side in (-1.0, 1.0):  # means over so much turning, by Gauss's two points
+        ahead = side * GAUSS * seen.width * speed
+        first, second = seen.drive + ahead, seen.loose + ahead * drive / loose
+        known = one.kept.setdefault(("contact", side), {})
+        place = place + 0.5 * deviation(rows, one.pair, first, second, seen.flank, known)
+        if sensors:
+            place = place + 0.5 * loose * reading_error(sensors, "loose", second, speed * drive / loose, known)
+            place = place - 0.5 * drive * reading_error(sensors, "drive", first, speed, known)
     return free_contact(one, place)
 
 

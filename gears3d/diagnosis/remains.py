@@ -18,7 +18,7 @@ GAP = 12
 """Bins over the gap."""
 BEYOND = 0.03
 """Part of the gap by which a flight's middle may lie off it: farther, it is not the gap that its place tells."""
-LINE = 2.0
+LINE = 1.0
 """Times its worth that a ringing counts: blows that were not seen are missing from what it explains."""
 VAGUE = 1e3
 """Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
@@ -117,8 +117,9 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         return
     value, sure = np.concatenate(slow), np.concatenate(weight)
     time, _, speed, _ = np.concatenate(columns, axis=1)
+    record = np.repeat(np.arange(len(columns)), [one.shape[1] for one in columns])
     for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
-        yield from binned(name, value, sure, coordinate, "rad/s^2")
+        yield from binned(name, value, sure, coordinate, "rad/s^2", record=record)
     locked = {1: _locked(flown, "loose"), 3: _locked(flown, "drive")}
     for name, row in (("flight.angle_loose", 1), ("flight.angle_drive", 3)):
         yield from scanned(name, value, sure, [one[row] for one in columns], highest, "rad/s^2", locked[row])
@@ -131,8 +132,8 @@ def _gap(records: Sequence[Evidence], rest: list[Array], value: Array, sure: Arr
 
     Within them it is what bends their paths as much as what is left there once each has a constant deceleration.
     """
-    paths, places, used = [], [], []
-    for one, own in zip(records, rest, strict=True):
+    paths, places, used, owners = [], [], [], []
+    for k, (one, own) in enumerate(zip(records, rest, strict=True)):
         flights, (drive, loose) = one.channels.flights, one.radii
         struck = one.channels.impacts
         seen = len(np.unique(struck.flank)) == 2
@@ -146,12 +147,21 @@ def _gap(records: Sequence[Evidence], rest: list[Array], value: Array, sure: Arr
         active, reverse = (float(np.median(where[struck.flank == side])) for side in (0, 1))
         at = drive * np.interp(flights.time, one.channels.drive.time, one.channels.drive.angle) - loose * flights.loose
         places.append((at - active) / (reverse - active))
-    if not paths:
+        owners.append(np.full(len(at), k))
+    if len(paths) < 2:  # in one record alone, whatever comes back with the drive's fluctuation goes by the place
         return
     path, place, some = np.concatenate(paths).ravel(), np.concatenate(places), np.concatenate(used)
-    middle = place.mean(axis=1)
+    middle, record = place.mean(axis=1), np.concatenate(owners)
     within = np.abs(middle - 0.5) < 0.5 + BEYOND
-    yield from binned("flight.gap", value[some][within], sure[some][within], middle[within], "rad/s^2", even=True)
+    yield from binned(
+        "flight.gap",
+        value[some][within],
+        sure[some][within],
+        middle[within],
+        "rad/s^2",
+        record=record[within],
+        foretold=True,
+    )
     for found in binned("flight.gap", path, np.ones_like(path), place.ravel(), "rad/s^2", GAP):
         yield found._replace(size=float(np.sqrt(found.worth / np.sum(sure[some] ** 2))))
 

@@ -25,6 +25,8 @@ FINER, SHARES = 0.003, (0.5, 1.0, 1.7)
 def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Iterator[Structure]:
     """Return the strongest ringing after impacts, in proportion to the change of speed, the same in all records.
 
+    Of one record alone nothing is told: whatever comes back with the drive's fluctuation rings there.
+
     Args:
         records: all.
         rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
@@ -33,33 +35,40 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
     from scipy.stats import chi2
 
     some = [(one, own) for one, own in zip(records, rest, strict=True) if len(own) and len(one.channels.impacts.time)]
-    if sum(len(own) for _, own in some) < FEWEST * BINS:
+    if len(some) < 2 or sum(len(own) for _, own in some) < FEWEST * BINS:
         return
     value = np.concatenate([own for _, own in some])
     level = level_of(value)
     value = np.clip(value, -60.0 * level, 60.0 * level) / level
     turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
 
+    parts = np.split(value, np.cumsum([len(own) for _, own in some])[:-1])
+
     def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float]:
-        return max((_gain([_ringing(one, *each) for one, _ in some], value), *each) for each in tried)
+        return max((_gain([_ringing(one, *each) for one, _ in some], parts), *each) for each in tried)
 
     tried = [(turn, damping) for turn in turns for damping in DAMPING]
     _, turn, damping = strongest(tried)
     gain, turn, _ = strongest([(turn * (1.0 + k * FINER), damping * share) for k in range(-10, 11) for share in SHARES])
     chance = float(-np.expm1(10 * len(tried) * np.log1p(-min(float(chi2.sf(gain, 2)), 0.5))))
-    size = float(np.sqrt(gain * level**2 / np.sum(sure**2)))
-    yield Structure("impact.duration", gain, chance, size, "rad/s^2", float(turn / 2.0 / pi), gain * level**2)
+    size = float(np.sqrt(max(gain, 0.0) * level**2 / np.sum(sure**2)))
+    yield Structure("impact.duration", gain, chance, size, "rad/s^2", float(turn) / 2.0 / pi, gain * level**2)
 
 
-def _gain(waves: list[Array], value: Array) -> float:
-    """Return the fall of chi-square by one amplitude and phase."""
-    wave = np.concatenate(waves)
-    columns = np.column_stack([np.real(wave), np.imag(wave)])
-    heavy = columns.T @ columns
-    if np.linalg.det(heavy) <= 1e-12 * np.trace(heavy) ** 2:
+def _gain(waves: list[Array], parts: list[Array]) -> float:
+    """Return the fall of chi-square by one amplitude and phase in all records but the one that gains most.
+
+    What comes back with the drive's fluctuation or with a gear's angle looks like a ringing at one speed only.
+    """
+    columns = [np.column_stack([np.real(wave), np.imag(wave)]) for wave in waves]
+    heavy = [own.T @ own for own in columns]
+    force = [own.T @ part for own, part in zip(columns, parts, strict=True)]
+    whole = np.sum(heavy, axis=0)
+    if np.linalg.det(whole) <= 1e-12 * np.trace(whole) ** 2:
         return 0.0
-    force = columns.T @ value
-    return float(force @ np.linalg.solve(heavy, force))
+    told = np.linalg.solve(whole, np.sum(force, axis=0))
+    gains = [float(2.0 * told @ pull - told @ own @ told) for own, pull in zip(heavy, force, strict=True)]
+    return sum(gains) - max(gains)
 
 
 def _ringing(one: Evidence, turn: float, damping: float) -> Array:

@@ -139,9 +139,24 @@ def binned(
     unit: str,
     pieces: int = PIECES,
     least: float = 0.0,
-    even: bool = False,
+    record: Array | None = None,
+    foretold: bool = False,
 ) -> Iterator[Structure]:
-    """Means in bins over a coordinate, against one mean; errors are no smaller than ``least`` standard deviations."""
+    """Means in bins over a coordinate, against one mean.
+
+    Args:
+        name: of the structure.
+        value: in the channel's unit, (n,).
+        sure: one over its standard deviation, (n,).
+        over: coordinate, (n,).
+        unit: of the values.
+        pieces: how many bins.
+        least: errors are no smaller than so many standard deviations.
+        record: index of each value's record, (n,). With it the record that the curve gains most counts for nothing,
+            where there are others.
+        foretold: each record is told its curve by the others instead, and the size is that of the curve, all bins
+            alike, however well they are known.
+    """
     from scipy.stats import chi2
 
     if len(value) < max(FEWEST, 2 * pieces):
@@ -153,17 +168,36 @@ def binned(
         edges = np.unique([over.min(), 0.5 * (over.min() + over.max()), over.max()])
         if len(edges) < 3:
             return
-    at = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2)
-    heavy = np.bincount(at, weight, len(edges) - 1)
-    mean = np.bincount(at, weight * value, len(edges) - 1) / np.maximum(heavy, 1e-300)
-    mean = mean - np.sum(heavy * mean) / np.sum(heavy)
+    at, count = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2), len(edges) - 1
+    heavy, mean = _means(at, weight, value, count)
     gain = float(np.sum(heavy * mean**2))
+    size = float(np.sqrt(gain / np.sum(heavy)))
+    if foretold:
+        size = float(np.sqrt(max(np.mean(mean**2 - 1.0 / np.maximum(heavy, 1e-300)), 0.0)))
+    if record is not None and len(each := np.unique(record)) > 1:
+        curves = [_means(at[record != one], weight[record != one], value[record != one], count)[1] for one in each]
+        gains = [_told(at, weight, value, curve if foretold else mean, record == one)
+                 for one, curve in zip(each, curves, strict=True)]  # fmt: skip
+        gain = sum(gains) if foretold else sum(gains) - max(gains)
     where = int(np.argmax(np.abs(mean)))
     middle = 0.5 * (edges[where] + edges[where + 1])
-    size = float(np.sqrt(np.sum(heavy * mean**2) / np.sum(heavy)))
-    if even:
-        size = float(np.sqrt(max(np.mean(mean**2 - 1.0 / np.maximum(heavy, 1e-300)), 0.0)))
-    yield Structure(name, gain, float(chi2.sf(gain, len(edges) - 2)), size, unit, float(middle), gain * level**2)
+    chance = float(chi2.sf(gain, len(edges) - 2))
+    yield Structure(name, gain, chance, size, unit, float(middle), gain * level**2)
+
+
+def _means(at: Array, weight: Array, value: Array, count: int) -> tuple[Array, Array]:
+    """Return weight and mean of each bin, less the mean of all."""
+    heavy = np.bincount(at, weight, count)
+    mean = np.bincount(at, weight * value, count) / np.maximum(heavy, 1e-300)
+    return heavy, mean - np.sum(heavy * mean) / np.sum(heavy)
+
+
+def _told(at: Array, weight: Array, value: Array, curve: Array, own: Array) -> float:
+    """Return the fall of chi-square in some values by a curve, whose mean over them is free."""
+    heavy = np.bincount(at[own], weight[own], len(curve))
+    curve = curve - np.sum(heavy * curve) / np.sum(heavy)
+    pull = np.bincount(at[own], weight[own] * value[own], len(curve))
+    return float(np.sum(2.0 * curve * pull - heavy * curve**2))
 
 
 def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> Iterator[Structure]:

@@ -84,10 +84,11 @@ def test_what_rings_after_blows_is_told_with_its_frequency_and_noise_rings_not(d
     record = SimpleNamespace(channels=SimpleNamespace(impacts=impacts, flights=flights))
     noise = random.normal(size=time.shape)
     sure = np.ones(len(time))
-    (found,) = rung([record], [without(ring / sigma + noise, free).ravel()], sure)
+    (found,) = rung([record] * 2, [without(ring / sigma + noise, free).ravel()] * 2, sure)
     assert found.chance < 1e-12
     assert found.where == pytest.approx(87.0, rel=0.01)
-    (found,) = rung([record], [without(noise, free).ravel()], sure)
+    assert not list(rung([record], [without(ring / sigma + noise, free).ravel()], sure))
+    (found,) = rung([record] * 2, [without(noise, free).ravel()] * 2, sure)
     assert found.chance > 1e-4
 
 
