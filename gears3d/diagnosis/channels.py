@@ -131,6 +131,20 @@ class Drive(NamedTuple):
     width: float
 
 
+class Partings(NamedTuple):
+    """Ends of contacts, however they end, (p,).
+
+    Args:
+        drive: angle [rad].
+        loose: angle [rad].
+        flank: that is left, 0 active, 1 reverse.
+    """
+
+    drive: Array
+    loose: Array
+    flank: Array
+
+
 class Channels(NamedTuple):
     """One record in channels.
 
@@ -141,6 +155,7 @@ class Channels(NamedTuple):
         losses: of contact, without a blow.
         drive: its motion.
         left_out: how many points each channel does without, by name.
+        partings: ends of contacts.
         blows: with and without a rebound that was seen.
     """
 
@@ -151,6 +166,7 @@ class Channels(NamedTuple):
     drive: Drive
     left_out: dict[str, int]
     blows: blows.Blows = blows.none()
+    partings: Partings = Partings(np.zeros(0), np.zeros(0), np.zeros(0, int))
 
 
 def channels(cut: Segments) -> Channels:
@@ -167,7 +183,8 @@ def channels(cut: Segments) -> Channels:
     impacts, silent = _impacts(cut)
     contacts, moving = _contacts(cut)
     left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
-    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut))
+    partings = Partings(*_angles(cut, cut.contacts["end_s"]), cut.contacts["flank"].astype(int))
+    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut), partings)
 
 
 def nothing() -> Channels:

@@ -97,7 +97,7 @@ def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any]
     teeth = pair.gear(gear).teeth
     mine = np.flatnonzero(flank == row.p[1])
     since = np.mod(own[mine] - (row.p[2] - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
-    angle, moved = _influence(pair, gear, side, row.p[3] > 0.0)
+    angle, moved = influence(pair, gear, side, row.p[3] > 0.0)
     shape = np.zeros_like(own)
     shape[mine] = np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
     if known is not None:
@@ -106,10 +106,17 @@ def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any]
 
 
 @lru_cache(maxsize=64)
-def _influence(
+def influence(
     pair: Pair, gear: Literal["drive", "loose"], side: Literal["active", "reverse"], out: bool
 ) -> tuple[Array, Array]:
-    """Return what a tooth of unit thickness does to the displacement, over its gear's angle times its teeth."""
+    """Return what a tooth of unit thickness does to the displacement, over its gear's angle times its teeth.
+
+    Args:
+        pair: nominal gears.
+        gear: whose tooth it is.
+        side: which flank.
+        out: whether it stands out; back otherwise.
+    """
     pitches = np.linspace(-REACH, REACH, POINTS)
     theta = 2.0 * pi * pitches / pair.drive.teeth
     size = BENT if out else -BENT

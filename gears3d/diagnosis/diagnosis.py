@@ -15,6 +15,7 @@ from gears3d.diagnosis.experiments import Experiment, experiments
 from gears3d.diagnosis.gaplaw import GapLaw, Seen, law_of, with_others, yields
 from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of_zeros
 from gears3d.diagnosis.heldout import Split, splits
+from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import Structure, structures
@@ -144,11 +145,11 @@ def diagnose(
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     records, found = searched(admitted, records, highest, paths)
-    left = _left(found, highest)
-    if unlike(found, left):
+    left, kicks = _left(found, highest), thrown(found.records, found.fit.causes)
+    if kicks or unlike(found, left):
         found = nothing(found)
-        left = _left(found, highest)
-    if left and (law := with_others(seen)) is not None:
+        left = [*kicks, *_left(found, highest)]
+    if left and not kicks and (law := with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)
     tell("looking for rivals", 0.85)
     others = rivals(found.records, found)

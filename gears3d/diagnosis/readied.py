@@ -15,6 +15,7 @@ import numpy as np
 from gears3d.diagnosis.aligned import aligned
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
+from gears3d.diagnosis.kicked import kicking
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.search import Search
 from gears3d.diagnosis.zeros import turn
@@ -31,8 +32,6 @@ Array = np.ndarray
 
 AGAIN = 2
 """Times that records are cut anew with the teeth that were found."""
-SUSPECT, FIRST = 300.0, 3
-"""Chi-square that must be left to suspect a tooth that was not accepted, and place among all that would gain it."""
 MOST_TEETH = 2
 """Teeth that flanks may have when they are cut anew."""
 MOST = 0.5
@@ -79,17 +78,11 @@ def ready(
 def single_teeth(found: Search) -> tuple[Any, ...]:
     """Return the pitch errors among the causes of a search, by gear, tooth and whether they stand out.
 
-    Without any it is the one that would gain most of all that is left, though the records disagree about it: what they
-    tell of it was cut wrongly.
-
     Args:
         found: by the search.
     """
     effects = [cause.effect for cause in found.fit.causes if cause.candidate.kind == "pitch_error"]
     kept = {(one.gear, one.tooth, one.offset > 0.0): one for one in effects if one is not None}
-    if not kept and found.left and found.left[0].gain > SUSPECT:
-        best = [one for one in found.left[:FIRST] if one.candidate.kind == "pitch_error"][:1]
-        return tuple(one.candidate.effect(one.units * one.candidate.unit) for one in best)
     return tuple(kept[key] for key in sorted(kept)[:MOST_TEETH])
 
 
@@ -111,7 +104,7 @@ def searched(
     records, found = aligned(records, highest)
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
     for _ in range(AGAIN):
-        teeth = single_teeth(found)
+        teeth = single_teeth(found) or kicking(records)
         if _places(teeth) <= _places(known):
             break
         known = teeth

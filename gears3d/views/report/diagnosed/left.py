@@ -54,6 +54,12 @@ def _where(one: dict[str, Any]) -> str:
         return f"in the whole channel, most in {Path(one['record']).name}" if one["record"] else "in the whole channel"
     if any(word in one["structure"] for word in ORDERED):
         return f"order {one['where']:.4g}"
+    if one["structure"].startswith("contact.tooth_"):
+        return f"of all ends of contact, at tooth {one['where']:.0f}"
+    if one["structure"] == "impact.duration":
+        return f"at {plain(one['where'])} Hz"
+    if one["structure"] == "flight.gap":
+        return f"largest at {plain(100.0 * one['where'], 3)} % of the gap from the active flank"
     return f"largest at {plain(one['where'])} {_unit(one['structure'])}".strip()
 
 

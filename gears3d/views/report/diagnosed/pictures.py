@@ -195,6 +195,9 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
         return None
     if structure in ("impact.tooth", "impact.flank"):
         along = _folded(seen.drive, 1.0, "drive")
+    elif structure.startswith("contact.tooth_"):
+        gear = structure.removeprefix("contact.tooth_")
+        along = _folded(getattr(seen, gear), 1.0, gear)
     elif where is not None and structure.split(".")[1] in ("order_drive", "order_loose", "angle_drive", "angle_loose"):
         gear = "loose" if structure.endswith("loose") else "drive"
         along = _folded(getattr(seen, gear), where, gear)

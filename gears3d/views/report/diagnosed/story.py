@@ -76,15 +76,16 @@ def sized(value: float | None, unit: str) -> Figure:
         value: in ``unit``; ``None`` for none.
         unit: SI, or empty.
 
-    >>> sized(2.5e-6, "rad").text, sized(3e-6, "m").text, sized(0.5, "sigma").text
-    ('2.5\xa0µrad', '3\xa0µm', '0.5\xa0σ')
+    >>> sized(2.5e-6, "rad").text, sized(3e-6, "m").text, sized(0.5, "sigma").text, sized(0.62, "1").text
+    ('2.5\xa0µrad', '3\xa0µm', '0.5\xa0σ', '62\xa0%')
     """
     if value is None or not np.isfinite(value):
         return Figure("–")
     kind = {"s": "time", "m": "length", "m/s": "velocity"}.get(unit)
     if kind:
         return figure(float(value), kind, 3)
-    scale, name = {"rad": (1e6, "µrad"), "rad/s^2": (1.0, "rad/s²"), "sigma": (1.0, "σ")}.get(unit, (1.0, unit))
+    others = {"rad": (1e6, "µrad"), "rad/s^2": (1.0, "rad/s²"), "sigma": (1.0, "σ"), "1": (100.0, "%")}
+    scale, name = others.get(unit, (1.0, unit))
     return Figure(f"{plain(float(value) * scale, 3)}\N{NO-BREAK SPACE}{name}".strip(), float(value))
 
 

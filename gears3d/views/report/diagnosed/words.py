@@ -37,6 +37,8 @@ STRUCTURES = {
     "impact.order_drive": "rebounds with an order of the drive gear",
     "impact.order_loose": "rebounds with an order of the loose gear",
     "impact.time": "rebounds that are like those shortly before them",
+    "contact.tooth_drive": "contact that ends at one tooth of the drive gear, as if that stood out",
+    "contact.tooth_loose": "contact that ends at one tooth of the loose gear, as if that stood out",
     "contact.time": "a backlash that changes with time",
     "impact.duration": "a path that rings on after impacts",
     "contact.order_drive": "a displacement in contact with an order of the drive gear",

@@ -1,0 +1,112 @@
+"""Teeth that kick: contact that ends at one place of a gear's turn far more often than anywhere else.
+
+A tooth that stands out by more than the drag can follow throws the loose gear off whenever it comes by. No contact is
+seen on it then, and what happens beside it is cut wrongly; but where it throws, turn after turn, tells which it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import log, pi
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.deviation import influence
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.structure import Structure
+from gears3d.effects import catalogue
+
+Array = np.ndarray
+CHANCE = 1e-6
+"""Probability, anywhere in the search, below which so many ends of contact at one place are no chance."""
+PARTS = 2
+"""Bins to a pitch; a window has as many."""
+BESIDE = (3, 4, 5, 6)
+"""Pitches to either side at which as many may end: an order of the gear has its ends spread over more than a tooth."""
+BEGINS = 0.02
+"""Part of a tooth's thickness by which it moves the other gear where it begins to throw it."""
+SIZE = 0.1
+"""Thickness that a suspected tooth has, as a part of the backlash: the records tell how much it is."""
+
+
+def kicking(records: Sequence[Evidence]) -> tuple[Any, ...]:
+    """Return the pitch error of the tooth that contact ends at, none where it ends anywhere.
+
+    The record in which it does so most counts for nothing, where there are others: a drive whose fluctuation comes
+    back with the turn throws at one place, too, at one speed.
+
+    Args:
+        records: all.
+    """
+    if (peak := _sharpest(records)) is None:
+        return ()
+    place, gear, flank = peak.place, peak.gear, peak.flank
+    pair, side = records[0].pair, ("active", "reverse")[flank]
+    at, moved = influence(pair, gear, side, True)
+    begins = float(at[np.argmax(np.abs(moved) > BEGINS)]) / (2.0 * pi)
+    teeth = pair.gear(gear).teeth
+    tooth = round(place - begins) % teeth + 1
+    size = SIZE * records[0].rig.backlash
+    return (catalogue()["pitch_error"](offset=size, tooth=tooth, gear=gear, flank="both"),)
+
+
+def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure]:
+    """Return what a tooth that kicks leaves unexplained where no pitch error is among the causes.
+
+    Args:
+        records: all.
+        causes: that were found.
+
+    Returns:
+        One structure at most: its size is the part of the contacts that end there, its place the tooth.
+    """
+    if any(cause.candidate.kind == "pitch_error" for cause in causes):
+        return []
+    if (peak := _sharpest(records)) is None:
+        return []
+    (effect,) = kicking(records)
+    return [Structure(f"contact.tooth_{peak.gear}", -2.0 * log(max(peak.chance, 1e-300)), peak.chance, peak.share, "1",
+                      float(effect.tooth), -2.0 * log(max(peak.chance, 1e-300)))]  # fmt: skip
+
+
+class _Peak(NamedTuple):
+    """Where most contacts of a flank end: by what chance, place in pitches, and their part of all."""
+
+    chance: float
+    place: float
+    gear: Literal["drive", "loose"]
+    flank: int
+    share: float
+
+
+def _sharpest(records: Sequence[Evidence]) -> _Peak | None:
+    """Return the place at which contact ends by the least chance, ``None`` where it may end so anywhere."""
+    gears: tuple[Literal["drive", "loose"], ...] = ("drive", "loose")
+    found = [each for gear in gears for flank in (0, 1) if (each := _peak(records, gear, flank)) is not None]
+    best = min(found, default=None)
+    return best if best is not None and best.chance * len(found) < CHANCE else None
+
+
+def _peak(records: Sequence[Evidence], gear: Literal["drive", "loose"], flank: int) -> _Peak | None:
+    """Return where most contacts of a flank end; ``None`` where too few of them do."""
+    from scipy.stats import binom
+
+    teeth = records[0].pair.gear(gear).teeth
+    ends = [one.channels.partings for one in records]
+    places = [np.mod(getattr(each, gear)[each.flank == flank] * teeth / (2.0 * pi), teeth) for each in ends]
+    counts = np.array([np.bincount((own * PARTS).astype(int) % (PARTS * teeth), minlength=PARTS * teeth)
+                       for own in places])  # fmt: skip
+    windows = np.sum([np.roll(counts, -k, axis=1) for k in range(PARTS)], axis=0)
+    total, most = windows.sum(axis=0), windows.max(axis=0)
+    sizes = np.array([len(own) for own in places])
+    others = total - most if len(records) > 1 else total
+    left = sizes.sum() - sizes[np.argmax(windows, axis=0)] if len(records) > 1 else np.full(len(total), sizes.sum())
+    beside = np.mean([np.roll(others, side * PARTS * k) for k in BESIDE for side in (-1, 1)], axis=0)
+    usual = np.clip(np.maximum(1.0 / teeth, beside / np.maximum(left, 1)), 0.0, 1.0)
+    chances = binom.sf(others - 1, left, usual) * PARTS * teeth
+    best = int(np.argmin(chances))
+    away = np.mod(np.concatenate(places) - best / PARTS, teeth)
+    if not (here := away[away < 1.0]).size:
+        return None
+    return _Peak(float(chances[best]), best / PARTS + float(np.median(here)), gear, flank, here.size / away.size)

@@ -1,0 +1,49 @@
+"""A tooth that throws the loose gear off whenever it comes by is suspected; ends of contact anywhere suspect none."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gears3d.diagnosis.channels import Partings
+from gears3d.diagnosis.deviation import influence
+from gears3d.diagnosis.kicked import kicking
+from gears3d.gears import Gear, Pair
+
+PAIR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
+
+
+def _records(random, gear="loose", tooth=None, count=3, flank=0):
+    """Records whose contacts end anywhere, and in which those of one flank end where a tooth begins to stand out."""
+    made = []
+    for _ in range(count):
+        drive = random.uniform(0.0, 300.0, 60)
+        loose, flanks = drive * 31 / 53 + random.normal(0.0, 1e-3, 60), random.integers(0, 2, 60)
+        if tooth is not None:
+            teeth = PAIR.gear(gear).teeth
+            at, moved = influence(PAIR, gear, ("active", "reverse")[flank], True)
+            begins = at[np.argmax(np.abs(moved) > 0.02)] / teeth
+            turns = 2.0 * np.pi * random.integers(0, 40, 20) + (tooth - 1) * 2.0 * np.pi / teeth + begins
+            other = turns * (53 / 31 if gear == "loose" else 31 / 53)
+            ends = (turns, other) if gear == "drive" else (other, turns)
+            drive, loose = np.r_[drive, ends[0]], np.r_[loose, ends[1]]
+            flanks = np.r_[flanks, np.full(20, flank)]
+        channels = SimpleNamespace(partings=Partings(drive, loose, flanks))
+        made.append(SimpleNamespace(pair=PAIR, channels=channels, rig=SimpleNamespace(backlash=2e-4)))
+    return made
+
+
+@pytest.mark.parametrize(("gear", "tooth", "flank"), [("loose", 34, 0), ("drive", 11, 0), ("drive", 1, 1)])
+def test_the_tooth_that_throws_is_suspected(gear, tooth, flank):
+    (found,) = kicking(_records(np.random.default_rng(tooth), gear, tooth, flank=flank))
+    assert (found.gear, found.tooth) == (gear, tooth)
+
+
+def test_ends_of_contact_anywhere_suspect_no_tooth():
+    random = np.random.default_rng(3)
+    assert not any(kicking(_records(random)) for _ in range(50))
+
+
+def test_a_place_in_one_record_alone_is_that_of_its_speed():
+    random = np.random.default_rng(4)
+    assert not kicking([*_records(random, count=2), *_records(random, tooth=7, count=1)])
