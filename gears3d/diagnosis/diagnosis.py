@@ -20,18 +20,18 @@ from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import Structure, structures
 from gears3d.diagnosis.rivals import Rival, rivals
-from gears3d.diagnosis.search import Search, blind, nothing
+from gears3d.diagnosis.search import Search, blind, keeping
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
+    alike,
     evidence_of,
     heldout,
     judged,
     name_law,
     power,
     remaining,
-    unlike,
 )
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
@@ -145,9 +145,10 @@ def diagnose(
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     records, found = searched(admitted, records, highest, paths)
-    left, kicks = _left(found, highest), thrown(found.records, found.fit.causes)
-    if kicks or unlike(found, left):
-        found = nothing(found)
+    kicks = thrown(found.records, found.fit.causes)
+    left = [*kicks, *_left(found, highest)]
+    while found.fit.causes and len(kept := [] if kicks else alike(found, left)) < len(found.fit.causes):
+        found = keeping(found, kept)
         left = [*kicks, *_left(found, highest)]
     if left and not kicks and (law := with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)

@@ -200,13 +200,14 @@ def directions(records: Sequence[Evidence], now: Fit) -> Array | None:
     return np.linalg.qr(slopes)[0]
 
 
-def nothing(found: Search) -> Search:
-    """Return a search whose causes were not accepted after all.
+def keeping(found: Search, causes: Sequence[Cause]) -> Search:
+    """Return a search of whose causes only some were accepted after all.
 
     Args:
         found: by the search.
+        causes: that stay, in new fits.
     """
-    now = fit(found.records, found.base, ())
+    now = fit(found.records, found.base, causes)
     return found._replace(fit=now, left=score(found.known, now.rest))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import fit
+from gears3d.diagnosis.cause import Cause, fit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
@@ -233,21 +233,21 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
     return {**first, "others": others}
 
 
-def unlike(found: Search, left: Sequence[Structure]) -> bool:
-    """Whether structure that is left in the channels of the causes shows that they are not the causes.
+def alike(found: Search, left: Sequence[Structure]) -> list[Cause]:
+    """Return the causes in whose channels no structure is left that shows that they are not the causes.
 
     Args:
         found: by the search.
         left: structure that remains.
     """
-    for cause in found.fit.causes:
-        for name in cause.candidate.channels:
-            span = found.known.spans[name]
-            taken = float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
-            own = [one.worth for one in left if channel_of(one.name) == name]
-            if own and max(own) > SHARE * max(taken, 1e-9):
-                return True
-    return False
+    worth: dict[str, float] = {}
+    for one in left:
+        worth[channel_of(one.name)] = max(worth.get(channel_of(one.name), 0.0), one.worth)
+    spans = {name: found.known.spans[name] for name in worth}
+    taken = {name: float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
+             for name, span in spans.items()}  # fmt: skip
+    bad = {name for name in worth if worth[name] > SHARE * max(taken[name], 1e-9)}
+    return [cause for cause in found.fit.causes if not bad.intersection(cause.candidate.channels)]
 
 
 def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:
