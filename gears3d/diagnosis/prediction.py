@@ -24,7 +24,7 @@ from gears3d.effects import Code, Gate, Row
 
 Array = np.ndarray
 GAUSS = 0.5 / sqrt(3.0)
-"""Points of Gauss's second rule, in widths from the middle."""
+"""Points of Gauss's second rule, in widths from the middle: every point of a channel is a mean over so much time."""
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
 """Names of the channels, in the order of everything that is stacked."""
 
@@ -107,8 +107,10 @@ def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     if any(100 < row.code < 200 for row in rows):
         path = path - _fallen(one, torque(rows, speed, angle, time))
     if any(sensor.gear == "loose" for sensor in sensors):
-        fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
-        path = path + reading_error(sensors, "loose", one.channels.flights.loose, fast)
+        fast, seen = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)], one.channels.flights
+        width = (seen.time[:, -1:] - seen.time[:, :1]) / (path.shape[1] - 1)
+        for side in (-1.0, 1.0):
+            path = path + 0.5 * reading_error(sensors, "loose", seen.loose + side * GAUSS * width * fast, fast)
     return free_flight(one, path)
 
 
@@ -146,7 +148,7 @@ def _contact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     if not sensors and not any(200 < row.code < 300 for row in rows):
         return np.zeros_like(seen.place)
     speed, place = speed_of(one, "contacts"), np.zeros_like(seen.place)
-    for side in (-1.0, 1.0):  # means over so much turning, by Gauss's two points
+    for side in (-1.0, 1.0):
         ahead = side * GAUSS * seen.width * speed
         first, second = seen.drive + ahead, seen.loose + ahead * drive / loose
         known = one.kept.setdefault(("contact", side), {})
@@ -249,7 +251,9 @@ def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     seen = one.channels.drive
     if not sensors and not any(row.code == Code.MOTION_HARMONIC for row in rows):
         return np.zeros_like(seen.angle)
-    angle = reading_error(sensors, "drive", seen.angle, speed_of(one, "drive"))
+    speed = speed_of(one, "drive")
+    ahead = GAUSS * seen.width * speed
+    angle = 0.5 * sum(reading_error(sensors, "drive", seen.angle + side * ahead, speed) for side in (-1.0, 1.0))
     for row in rows:
         if row.code == Code.MOTION_HARMONIC:
             turn = 2.0 * pi * row.p[1]

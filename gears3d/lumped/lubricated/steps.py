@@ -180,6 +180,29 @@ def _sample(p, sines, waves, powers, table, flags, state, end, h, share, spacing
         count[at.SAMPLES] += 1
 
 
+@inner
+def _happen(p, sines, waves, powers, table, flags, count, held, state, end, h, share, which, out, impacts, contacts):
+    """Put the state to the event within a step, and note what happens there."""
+    place, rate = _between(state, end[0], end[1], end[2], h, share)
+    before = state[at.TIME]
+    state[at.TIME] += share * h
+    if state[at.TIME] > before:
+        held[:] = 0
+    held[which] = 1
+    state[at.PLACE], state[at.RATE] = place, rate
+    flags[which] = 1 - flags[which]
+    both = which == 0 and len(waves) == 0
+    if both:
+        flags[1] = 1 - flags[0]
+    count[at.EVENTS] += 1
+    state[at.CHANGE] = act(p, sines, waves, powers, table, flags, state[at.TIME], place, rate, out)
+    note(p, state, flags, count, which, out, impacts, contacts)
+    if both:
+        note(p, state, flags, count, 1, out, impacts, contacts)
+    if which >= at.INSIDE and which < at.NEAR and flags[which] == 1:
+        state[at.STEP] = min(h, sqrt(p[at.MASS] / table[0, at.STIFFNESS]) * 0.1)
+
+
 @whole
 def advance(p, sines, waves, powers, table, state, flags, count, until, control, samples, impacts, contacts):
     """Move a state on to a time.
@@ -244,24 +267,9 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
         if spacing > 0.0:
             _sample(p, sines, waves, powers, table, flags, state, end, h, passed, spacing, samples, count, out)
         if which >= 0:
-            place, rate = _between(state, end[0], end[1], end[2], h, share)
-            before = state[at.TIME]
-            state[at.TIME] += share * h
-            if state[at.TIME] > before:
-                held[:] = 0
-            held[which] = 1
-            state[at.PLACE], state[at.RATE] = place, rate
-            flags[which] = 1 - flags[which]
-            both = which == 0 and len(waves) == 0
-            if both:
-                flags[1] = 1 - flags[0]
-            count[at.EVENTS] += 1
-            state[at.CHANGE] = act(p, sines, waves, powers, table, flags, state[at.TIME], place, rate, out)
-            note(p, state, flags, count, which, out, impacts, contacts)
-            if both:
-                note(p, state, flags, count, 1, out, impacts, contacts)
-            if which >= at.INSIDE and which < at.NEAR and flags[which] == 1:
-                state[at.STEP] = min(h, sqrt(p[at.MASS] / table[0, at.STIFFNESS]) * 0.1)
+            _happen(
+                p, sines, waves, powers, table, flags, count, held, state, end, h, share, which, out, impacts, contacts
+            )
         else:
             held[:] = 0
             state[at.TIME] = until if last else state[at.TIME] + h
