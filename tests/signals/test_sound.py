@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.signal  # noqa: F401  (here, so that no single example has to wait for it)
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.io import wavfile
 
@@ -37,6 +37,7 @@ def test_the_sound_is_the_sum_of_bursts_at_the_exact_moments(hits, slow):
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50))
+@example([2.225073858507e-311])
 def test_normalised_is_nine_tenths_of_full_scale_by_a_stated_factor(values):
     sound = np.array(values)
     whole, factor = normalised(sound)
