@@ -150,7 +150,7 @@ def with_others(seen: Seen) -> GapLaw | None:
         seen: what visits tell.
     """
     plain = seen.plain
-    if plain is None or (plain.level < PLAIN and plain.cost < PLAIN * plain.count):
+    if plain is None or plain.level < PLAIN:  # a few paths that part are no law: that acts in all of them
         return None
     best = beside(seen.records, _laws(seen.records[0]))
     if best is None or len(best.causes) < 2 or not accepted(best, plain):
@@ -186,7 +186,7 @@ def _alternative(rival: Held, worse: float) -> dict[str, str]:
 
 
 def accepted(law: Held, plain: Held) -> bool:
-    """Whether a law is the cause.
+    """Whether a law is the cause: of much less is left, and of usual visits too.
 
     Args:
         law: visits held against the rig with it.
@@ -194,7 +194,7 @@ def accepted(law: Held, plain: Held) -> bool:
     """
     size = size_of(law.causes[0])
     gains = plain.cost - law.cost > GAIN * max(law.level, 1.0) and law.cost < BETTER * plain.cost
-    return bool(law.level < GOOD and gains and size > SMALLEST)
+    return bool(law.level < min(GOOD, plain.level) and gains and size > SMALLEST)
 
 
 def _laws(one: Visits) -> Iterator[list[Cause]]:

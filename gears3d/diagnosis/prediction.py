@@ -253,7 +253,8 @@ def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
         return np.zeros_like(seen.angle)
     speed = speed_of(one, "drive")
     ahead = GAUSS * seen.width * speed
-    angle = 0.5 * sum(reading_error(sensors, "drive", seen.angle + side * ahead, speed) for side in (-1.0, 1.0))
+    behind, before = (reading_error(sensors, "drive", seen.angle + side * ahead, speed) for side in (-1.0, 1.0))
+    angle = 0.5 * (behind + before)
     for row in rows:
         if row.code == Code.MOTION_HARMONIC:
             turn = 2.0 * pi * row.p[1]

@@ -18,8 +18,6 @@ GAP = 12
 """Bins over the gap."""
 BEYOND = 0.03
 """Part of the gap by which a flight's middle may lie off it: farther, it is not the gap that its place tells."""
-LINE = 1.0
-"""Times its worth that a ringing counts: blows that were not seen are missing from what it explains."""
 VAGUE = 1e3
 """Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
 SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
@@ -47,12 +45,7 @@ def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[S
     for one in found:
         name = channel_of(one.name)
         large[name] = max(large[name], one.size / units[name])
-    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -_weight(one)))
-
-
-def _weight(one: Structure) -> float:
-    """Return what ranks structures of a channel; the two numbers of a ringing are told from curves that follow it."""
-    return one.worth * (LINE if one.name == "impact.duration" else 1.0)
+    return sorted(found, key=lambda one: (-large[channel_of(one.name)], -(one.rank or one.worth)))
 
 
 def channel_of(name: str) -> str:

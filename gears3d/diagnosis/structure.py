@@ -37,6 +37,7 @@ class Structure(NamedTuple):
         where: order, or where over the coordinate it is largest; NaN for a whole channel.
         worth: fall of chi-square, the noise taken as stated.
         record: in which it is largest; empty where it is told of all together.
+        rank: the part of the worth that ranks it, without the record that shows it most; 0 where that is all of it.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Structure(NamedTuple):
     where: float
     worth: float = 0.0
     record: str = ""
+    rank: float = 0.0
 
 
 def scanned(
@@ -97,7 +99,8 @@ def scanned(
     chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
     size = float(np.sqrt(max(gains[best] - 2.0 * seen, 0.0) / np.sum(weight**2)))
     gain, chance = float(without[best]), float(np.clip(chance, 0.0, 1.0))
-    yield Structure(name, gain, chance, size, unit, float(orders[best]), gain * level**2)
+    worth = float(gains[best]) * level**2
+    yield Structure(name, gain, chance, size, unit, float(orders[best]), worth, rank=gain * level**2)
 
 
 def _by_chance(gain: float, records: int) -> float:
@@ -170,7 +173,7 @@ def binned(
             return
     at, count = np.clip(np.searchsorted(edges, over, side="right") - 1, 0, len(edges) - 2), len(edges) - 1
     heavy, mean = _means(at, weight, value, count)
-    gain = float(np.sum(heavy * mean**2))
+    gain = whole = float(np.sum(heavy * mean**2))
     size = float(np.sqrt(gain / np.sum(heavy)))
     if foretold:
         size = float(np.sqrt(max(np.mean(mean**2 - 1.0 / np.maximum(heavy, 1e-300)), 0.0)))
@@ -182,7 +185,8 @@ def binned(
     where = int(np.argmax(np.abs(mean)))
     middle = 0.5 * (edges[where] + edges[where + 1])
     chance = float(chi2.sf(gain, len(edges) - 2))
-    yield Structure(name, gain, chance, size, unit, float(middle), gain * level**2)
+    worth = whole * level**2
+    yield Structure(name, gain, chance, size, unit, float(middle), worth, rank=gain * level**2)
 
 
 def _means(at: Array, weight: Array, value: Array, count: int) -> tuple[Array, Array]:

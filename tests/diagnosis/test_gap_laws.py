@@ -1,11 +1,14 @@
 """Laws of contact are told from whole paths to the flanks, hidden by a generator with equations of its own."""
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.gaplaw import accepted
 from gears3d.gate import admit
 from gears3d.measurement import path_of
 from gears3d.readers import files_of
@@ -71,3 +74,12 @@ def test_small_and_large_laws_of_contact_at_high_noise(tmp_path, kind, seed, siz
     assert score["set_right"], found.to_dict()
     assert not score["wrong_names"]
     assert all(abs(one["error"]) < 0.1 for one in score["parameters"] if one["error"] is not None and one["true"])
+
+
+def test_a_law_that_makes_usual_visits_worse_is_none_whatever_it_saves_in_a_few():
+    cause = SimpleNamespace(candidate=SimpleNamespace(phased=False, unit=1.0), numbers=np.array([0.5]))
+    plain, law = (SimpleNamespace(level=level, cost=cost, causes=[cause], count=100)
+                  for level, cost in ((0.81, 1.5e5), (1.22, 9.9e4)))  # fmt: skip
+    assert not accepted(law, plain)
+    plain.level = 6.0
+    assert accepted(law, plain)
