@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.diagnosis.heldout import UNITS
-from gears3d.diagnosis.remains import Structure
+from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence

@@ -18,20 +18,21 @@ from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
-from gears3d.diagnosis.remains import Structure, structures
+from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
+from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
-    alike,
     evidence_of,
     heldout,
     judged,
     name_law,
     power,
     remaining,
+    upheld,
 )
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
@@ -147,7 +148,7 @@ def diagnose(
     records, found = searched(admitted, records, highest, paths)
     kicks = thrown(found.records, found.fit.causes)
     left = [*kicks, *_left(found, highest)]
-    while found.fit.causes and len(kept := [] if kicks else alike(found, left)) < len(found.fit.causes):
+    while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
         found = keeping(found, kept)
         left = [*kicks, *_left(found, highest)]
     if left and not kicks and (law := with_others(seen)) is not None:

@@ -20,6 +20,8 @@ from gears3d.effects import catalogue
 Array = np.ndarray
 CHANCE = 1e-6
 """Probability, anywhere in the search, below which so many ends of contact at one place are no chance."""
+LEAST = 1e-300
+"""Chance that is told at least, as the chi-square of two freedoms that comes by it."""
 PARTS = 2
 """Bins to a pitch; a window has as many."""
 BESIDE = (3, 4, 5, 6)
@@ -41,14 +43,8 @@ def kicking(records: Sequence[Evidence]) -> tuple[Any, ...]:
     """
     if (peak := _sharpest(records)) is None:
         return ()
-    place, gear, flank = peak.place, peak.gear, peak.flank
-    pair, side = records[0].pair, ("active", "reverse")[flank]
-    at, moved = influence(pair, gear, side, True)
-    begins = float(at[np.argmax(np.abs(moved) > BEGINS)]) / (2.0 * pi)
-    teeth = pair.gear(gear).teeth
-    tooth = round(place - begins) % teeth + 1
     size = SIZE * records[0].rig.backlash
-    return (catalogue()["pitch_error"](offset=size, tooth=tooth, gear=gear, flank="both"),)
+    return (catalogue()["pitch_error"](offset=size, tooth=_tooth(records[0], peak), gear=peak.gear, flank="both"),)
 
 
 def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure]:
@@ -65,9 +61,8 @@ def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure
         return []
     if (peak := _sharpest(records)) is None:
         return []
-    (effect,) = kicking(records)
-    return [Structure(f"contact.tooth_{peak.gear}", -2.0 * log(max(peak.chance, 1e-300)), peak.chance, peak.share, "1",
-                      float(effect.tooth), -2.0 * log(max(peak.chance, 1e-300)))]  # fmt: skip
+    gain, tooth = -2.0 * log(max(peak.chance, LEAST)), float(_tooth(records[0], peak))
+    return [Structure(f"contact.tooth_{peak.gear}", gain, peak.chance, peak.share, "1", tooth, gain)]
 
 
 class _Peak(NamedTuple):
@@ -78,6 +73,13 @@ class _Peak(NamedTuple):
     gear: Literal["drive", "loose"]
     flank: int
     share: float
+
+
+def _tooth(one: Evidence, peak: _Peak) -> int:
+    """Return the tooth that begins to throw at the place where contact ends."""
+    at, moved = influence(one.pair, peak.gear, ("active", "reverse")[peak.flank], True)
+    begins = float(at[np.argmax(np.abs(moved) > BEGINS)]) / (2.0 * pi)
+    return round(peak.place - begins) % one.pair.gear(peak.gear).teeth + 1
 
 
 def _sharpest(records: Sequence[Evidence]) -> _Peak | None:

@@ -15,6 +15,8 @@ from gears3d.diagnosis.structure import FEWEST, Structure, level_of
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 30.0, 250.0, 1.03
 """Frequencies that are tried [Hz], and from one to the next: slower ones do not ring, but come back with the drive."""
+FAR = 60.0
+"""Levels of noise at which points are held: what rings is far larger than its usual part."""
 DAMPING = (0.01, 0.03, 0.1)
 """Shares of critical damping that are tried; the least makes lines about as wide as they stand apart."""
 
@@ -39,9 +41,8 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
         return
     value = np.concatenate([own for _, own in some])
     level = level_of(value)
-    value = np.clip(value, -60.0 * level, 60.0 * level) / level
+    value = np.clip(value, -FAR * level, FAR * level) / level
     turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
-
     parts = np.split(value, np.cumsum([len(own) for _, own in some])[:-1])
 
     def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float]:

@@ -13,8 +13,8 @@ LOWEST = 0.125
 """Order from which on they are looked through; candidates have whole ones only."""
 FINE, PADDED = 8, 8
 """Bins to a period of the highest order, and times their number that the transform over them has."""
-NEAR = 0.05
-"""Part of the order of a fluctuation within which another is none of its own."""
+NEAR, WIDEST = 0.05, 0.2
+"""Part of the order of a fluctuation within which another is none of its own, and at most, where turns are few."""
 SIDES = 2.0
 """Orders that noise may take for the strongest, to one that a record tells apart."""
 PIECES = 8
@@ -122,7 +122,7 @@ def _apart(orders: Array, spacing: float, turns: float) -> Array:
     if spacing <= 0.0 or turns <= 0.0:
         return np.ones(len(orders), bool)
     off = np.abs(orders / spacing - np.round(orders / spacing)) * spacing
-    return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), 0.2 * spacing)
+    return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
 
 
 def _power(angle: Array, rest: Array, highest: int, orders: Array) -> Array:

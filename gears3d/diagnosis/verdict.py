@@ -14,11 +14,12 @@ from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
-from gears3d.diagnosis.remains import Structure, channel_of
+from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
 from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
+from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import GEARS, counted_from, free
 from gears3d.diagnosis.zeros import covariance as zeros_free
 from gears3d.identification import Parameter
@@ -233,7 +234,7 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
     return {**first, "others": others}
 
 
-def alike(found: Search, left: Sequence[Structure]) -> list[Cause]:
+def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
     """Return the causes in whose channels no structure is left that shows that they are not the causes.
 
     Args:

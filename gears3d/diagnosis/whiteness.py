@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gears3d.diagnosis.remains import Structure, channel_of
+from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.scatter import Scatter, scatter
 from gears3d.diagnosis.search import ACCEPT, Search
+from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence

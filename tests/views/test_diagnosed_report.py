@@ -17,7 +17,7 @@ from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import FINE
 from gears3d.diagnosis.extending import extended_text
 from gears3d.diagnosis.named import table
-from gears3d.diagnosis.remains import Structure
+from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
 from gears3d.gate import Finding
