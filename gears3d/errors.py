@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,19 @@ class InputError(GearsError):
 
 
 class EngineError(GearsError):
-    """A simulation cannot go on or cannot be trusted (jammed gears, gap outside the hull budget, NaN)."""
+    """A simulation cannot go on or cannot be trusted (jammed gears, gap outside the hull budget, NaN).
+
+    Args:
+        message: what happened, when, and what to do.
+        partial: the recording up to that instant, ``None`` when there is none; its ``meta`` has ``interrupted``,
+            ``reached_s`` and ``stopped_by``.
+    """
 
     exit_code = 4
+
+    def __init__(self, message: str, partial: Any = None) -> None:
+        super().__init__(message)
+        self.partial = partial
 
 
 def did_you_mean(word: str, known: Sequence[str]) -> str:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from gears3d.errors import EngineError, GearsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,8 +48,14 @@ def run(
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
     with RunFolder(place) as folder:
-        summary = _fill(folder, question, model, contact, twin, views, begin)
+        summary, stopped = _fill(folder, question, model, contact, twin, views, begin)
         folder.commit()
+    if stopped is not None:
+        if not as_json:
+            from gears3d.cli.run_table import show
+
+            show(summary, place)
+        raise EngineError(f"{stopped}; what happened until then is kept in {place}")
     if as_json:
         from gears3d.cli.output import print_json
 
@@ -64,20 +72,28 @@ def run(
 
 def _fill(
     folder: RunFolder, scenario: Scenario, model: str, contact: str | None, twin: str, views: bool, begin: float
-) -> dict[str, Any]:
-    """Simulate and write everything into the folder; return the summary."""
+) -> tuple[dict[str, Any], EngineError | None]:
+    """Simulate and write everything into the folder; return the summary, and what stopped the run before its end."""
     from gears3d.cli.progress import bars
     from gears3d.runs import summarise
     from gears3d.simulation import simulate
 
     wall: dict[str, float] = {}
     about = {"command": _command(), "kernels_compiled": _announce_compilation()}
+    stopped: EngineError | None = None
     with bars() as track:
         with _clock(wall, model):
-            recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
+            try:
+                recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
+            except EngineError as error:
+                if error.partial is None:
+                    raise
+                recording, stopped = error.partial, error
         other, comparison = None, None
+        # what is saved of a run that broke off must not fall with what is made of it
+        spared = suppress(GearsError) if stopped else nullcontext()
         if twin != "none":
-            with _clock(wall, "twin"):
+            with _clock(wall, "twin"), spared:
                 other = simulate(_until(scenario, recording), twin)
                 comparison = _comparison(recording, other)
         summary = {**summarise(scenario, recording, comparison), **about}
@@ -94,7 +110,7 @@ def _fill(
                 _report(folder, scenario, recording, other, summary)
     summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
     folder.write_summary(summary)
-    return summary
+    return summary, stopped
 
 
 def _announce_compilation() -> bool:

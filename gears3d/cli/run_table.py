@@ -58,7 +58,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
     out.append(("speed", _speed(summary)))
     if summary["status"] == "partial":
-        out.append(("status", f"partial: interrupted at {summary['reached_s']:.3f} s"))
+        out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
     return out
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
+from gears3d.engine.faults import YIELDED
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
@@ -23,7 +24,7 @@ from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, torque_table
 from gears3d.engine.world import Body, World
-from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.errors import EngineError, Fault, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, pieces
 from gears3d.recording import Recording
 from gears3d.scenario.flanks import eccentricities, flank_deviations
@@ -74,7 +75,8 @@ def simulate(
     Raises:
         UsageError: the contact is not known.
         InputError: gears that cannot be made, or what this engine or Bullet's own contact cannot do.
-        EngineError: jammed gears, a raw gap outside the hull budget, a state that is not a number.
+        EngineError: jammed gears, teeth that sink into each other, a raw gap outside the hull budget, a state that is
+            not a number; its ``partial`` is the recording up to that instant, with ``meta["stopped_by"]``.
     """
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
@@ -95,7 +97,11 @@ def simulate(
         else:
             longest = longest if step is None else min(step, longest)
             run = _located(scenario, rows, longest, (world, plant, watch, log))
-        complete = run.run(progress)
+        complete, stopped = False, None
+        try:
+            complete = run.run(progress)
+        except EngineError as error:
+            stopped = error
     radii = (gears.drive.base_radius, gears.loose.base_radius)
     meta: dict[str, Any] = {
         "model": "bullet",
@@ -110,7 +116,12 @@ def simulate(
         "base_radius_loose_m": radii[1],
         "wall_s": clock.perf_counter() - began,
     }
-    return Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
+    if stopped is not None:
+        meta["stopped_by"] = str(stopped)
+    made = Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
+    if stopped is not None:
+        raise EngineError(str(stopped), made if len(made.time) > 1 else None) from stopped
+    return made
 
 
 def prepared(
@@ -228,6 +239,7 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], longest: float, parts: P
         springs=springs_of(rows),
         start=scenario.start.state,
         stroke=_stroke(scenario),
+        deepest=YIELDED * scenario.gears.drive.module,
     )
     return Located(world, plant, settings, watch, log)
 

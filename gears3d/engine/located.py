@@ -26,6 +26,7 @@ from gears3d.engine.closing import (
     highest,
     plan_flight,
 )
+from gears3d.engine.faults import SUNK, jammed, jammed_at_start, see_numbers, sunk
 from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
 from gears3d.engine.impact import ImpactLaw, normal_impulse
 from gears3d.engine.lines import line_gap, turn_of
@@ -59,6 +60,7 @@ class Settings:
         springs: compliant flanks (n, 2), empty for impulses.
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
+        deepest: how deep yielding flanks may lie in each other [m].
     """
 
     duration: float
@@ -68,6 +70,7 @@ class Settings:
     springs: np.ndarray
     start: str
     stroke: tuple[float, float]
+    deepest: float = math.inf
 
 
 @dataclass
@@ -160,10 +163,7 @@ class Located:
         angle, speed, _ = drive_at(self.plant.motion, 0.0)
         gaps = [side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta) for side in (0, 1)]
         if gaps[0][0] + gaps[1][0] <= 0.0:
-            raise EngineError(
-                f"the gears are jammed at the start: their flanks overlap by {-1e6 * (gaps[0][0] + gaps[1][0]):.3g} µm"
-                " (give more backlash or a larger centre distance)"
-            )
+            raise jammed_at_start(-gaps[0][0] - gaps[1][0])
         self.omega = -gaps[0][1] / gaps[0][2] * speed
         if self.settings.start == "free":
             middle = 0.5 * (gaps[0][0] + gaps[1][0])
@@ -198,8 +198,6 @@ class Located:
             self._press(longest)
         else:
             self._hold(longest)
-        if not (math.isfinite(self.theta) and math.isfinite(self.omega)):
-            raise EngineError(f"the loose gear's state is not a number at t = {self.time:.6g} s: look at the torques")
 
     def _fly(self, longest: float) -> None:
         duration, arc, event = plan_flight(self.plant, self.teeth, self._here(), longest)
@@ -220,9 +218,10 @@ class Located:
         if duration <= 0.0:
             return
         until = arc.time + duration
-        self.log.flight(arc, until)
         mean = arc.accel + 0.5 * arc.jerk * duration
         theta, omega = self.world.step(duration, self.plant.inertia * mean)
+        see_numbers(theta, omega, self.time)
+        self.log.flight(arc, until)
         # Bullet moves on with the speed at the end of the step, which is too far by this much
         too_far = (0.5 * arc.accel + arc.jerk * duration / 3.0) * duration * duration
         self.theta, self.omega = theta - too_far, omega
@@ -249,7 +248,7 @@ class Located:
         if abs(gap) > NEAR:
             raise EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {self.time:.9g} s")
         if self._contact(1 - side)[0] < -NEAR:
-            self._jam()
+            raise jammed(self.time)
         if self.settings.springs.size:
             self.flight.entry, self.flight.began, self.flight.impulse = rate, self.time, 0.0
             self.place = 1 + side
@@ -322,6 +321,7 @@ class Located:
         """Let Bullet go along with the flank, and put the loose gear on the held teeth."""
         until = self.time + duration
         theta, omega = on_flank(self.plant, held, side, until, self.theta + self.omega * duration)
+        see_numbers(theta, omega, self.time)
         ends = np.array([(self.time, self.theta, self.omega), (until, theta, omega)])
         self.log.contact(self.plant, held, side, ends)
         self.world.step(duration, self.plant.inertia * (omega - self.omega) / duration)
@@ -329,12 +329,15 @@ class Located:
         self.steps += 1
         self._pose()
         if self._contact(1 - side)[0] < -TOUCH:
-            self._jam()
+            raise jammed(self.time)
+        self._see_depth(side, SUNK)
 
-    def _jam(self) -> None:
-        raise EngineError(
-            f"the gears jam at t = {self.time:.6g} s: both flanks of the loose gear touch (give more backlash)"
-        )
+    def _see_depth(self, side: int, deepest: float) -> float:
+        """Stop where the teeth of a side lie too deep in each other; return its gap [m]."""
+        gap = self._contact(side)[0]
+        if gap < -deepest:
+            raise sunk(-gap, self.time, "give stiffer teeth" if self.settings.springs.size else "take shorter steps")
+        return gap
 
     def _press(self, longest: float) -> None:
         """Compliant contact: one short step under the gap's own force; a passage that lasts is permanent contact."""
@@ -347,6 +350,9 @@ class Located:
         )
         flight.impulse += force * duration
         self._move(arc, duration)
+        # only one flank has a force of its own here
+        if self._see_depth(side, self.settings.deepest) < -TOUCH and self._contact(1 - side)[0] < -TOUCH:
+            raise jammed(self.time)
         if not flight.stays and self.time - flight.began > lasting(springs, mass):
             flight.stays = True
             self._note(side, flight.began, (flight.entry, 0.0), -mass * flight.entry)

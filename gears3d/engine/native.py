@@ -13,19 +13,21 @@ from dataclasses import dataclass, field
 from gears3d.effects.rows import Flank
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Arc, Plant
+from gears3d.engine.faults import SUNK_NATIVE, see_numbers, sunk
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.log import Impact, Log
-from gears3d.engine.mesh import touching_teeth
+from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
 from gears3d.engine.world import World
-from gears3d.errors import EngineError
 
 STEP = 1e-5
 """Default step [s]."""
 LONGEST_IMPACT = 3
 """Steps of contact that make one impact at most, and free steps before it at least; all else is resting contact."""
 REPORT_EVERY = 2000
+LOOK_EVERY = 100
+"""Steps between two looks at how deep the teeth lie in each other."""
 
 
 @dataclass
@@ -86,6 +88,8 @@ class Native:
             self._begin()
             for number in range(round(duration / step)):
                 self._advance(number * step, step)
+                if number % LOOK_EVERY == 0:
+                    self._see_depth()
                 if progress is not None and number % REPORT_EVERY == 0:
                     progress(self.time)
         except KeyboardInterrupt:
@@ -111,12 +115,19 @@ class Native:
             self.world.restitution(self.law.coefficient(Flank(int(approach > 0.0)), abs(approach)))
         self.world.place_drive(angle, speed)
         theta, omega = self.world.step(step, plant.inertia * accel)
-        if not math.isfinite(theta) or not math.isfinite(omega):
-            raise EngineError(f"the loose gear's state is not a number at t = {time:.6g} s: take a shorter step")
+        see_numbers(theta, omega, time)
         self.log.flight(Arc(time, self.theta, omega, 0.0, 0.0), time + step)
         self.theta, self.omega, self.time = theta, omega, time + step
         self.steps += 1
         self._watch_impact(before, speed)
+
+    def _see_depth(self) -> None:
+        """Stop where Bullet has let the teeth sink into each other."""
+        self.watch.look(self.world, self.plant, self.time, self.theta)
+        angle = drive_at(self.plant.motion, self.time)[0]
+        gap = min(side_gap(self.plant.surfaces, self.watch.teeth, side, angle, self.theta)[0] for side in (0, 1))
+        if gap < -SUNK_NATIVE:
+            raise sunk(-gap, self.time, "take a shorter step, or --contact located")
 
     def _watch_impact(self, before: float, speed: float) -> None:
         """Open, lengthen or close the impact under way; ``before`` and ``speed`` are those of the gears [rad/s]."""

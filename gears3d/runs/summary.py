@@ -31,6 +31,7 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
         "format": FORMAT,
         "status": "partial" if partial else "complete",
         "reached_s": float(meta["reached_s"]) if partial else scenario.run.duration,
+        "stopped_by": meta.get("stopped_by"),
         **{key: meta.get(key) for key in ("title", "source", "model", "contact", "version", "seed")},
         "period_s": scenario.period,
         **outcome,

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gears3d.errors import UsageError, did_you_mean
+from gears3d.errors import EngineError, UsageError, did_you_mean
 from gears3d.recording import Recording
 from gears3d.simulation.refusals import refuse_unseen
 from gears3d.simulation.sensors import observe
@@ -79,7 +79,8 @@ def simulate(
     Raises:
         InputError: the scenario is bad.
         UsageError: the model or the contact is not known, or ``contact`` or ``pair`` is given to a lumped model.
-        EngineError: the simulation cannot go on or cannot be trusted.
+        EngineError: the simulation cannot go on or cannot be trusted; its ``partial`` is the recording until then,
+            where there is one.
 
     >>> simulate("scenarios/rigaud-2020/fig5-20rpm.toml", model="rigyd")
     Traceback (most recent call last):
@@ -102,7 +103,17 @@ def simulate(
         scenario = load(scenario)
     if pair is None:
         refuse_unseen(scenario, model)
-    recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress)
+    try:
+        recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress)
+    except EngineError as stopped:
+        if stopped.partial is not None:
+            stopped.partial = _seen(stopped.partial, scenario)
+        raise
+    return _seen(recording, scenario)
+
+
+def _seen(recording: Recording, scenario: Scenario) -> Recording:
+    """Return a recording as the sensors give it, with what its reader needs to know of the scenario."""
     recording = observe(recording, scenario.effects, scenario.rig())
     return Recording(recording.signals, recording.impacts, {**_about(scenario), **recording.meta})
 

@@ -156,3 +156,25 @@ def test_ctrl_c_leaves_a_valid_partial_run_that_says_so(tmp_path):
     assert time_s[-1] == pytest.approx(partial.summary["reached_s"], abs=1e-3)
     assert (Path(out) / "report.html").exists()
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
+    soft = "effect=[{kind = 'tooth_compliance', stiffness = '7e4 N/m', damping = '0 N s/m'}]"
+    words = ["run", FILE, "--set", soft, "--set", "run.duration=2 s", "--out", tmp_path / "run"]
+    done = gears3d(*words)
+    assert done.returncode == 4
+    assert "Traceback" not in done.stderr
+    said = " ".join(done.stderr.split())
+    assert "deep in each other at t = " in said
+    assert f"what happened until then is kept in {tmp_path / 'run'}" in said
+    assert "partial: ended at" in done.stdout
+    kept = read_run(tmp_path / "run")
+    assert kept.summary["status"] == "partial"
+    assert kept.summary["stopped_by"] in said
+    assert 0 < kept.summary["reached_s"] < 2
+    assert kept.recording.meta["stopped_by"] == kept.summary["stopped_by"]
+    assert kept.recording.time[-1] == pytest.approx(kept.summary["reached_s"], abs=1e-4)
+    assert (tmp_path / "run" / "replay.rrd").exists()
+    assert (tmp_path / "run" / "report.html").exists()
+    told = json.loads(gears3d(*words, "--json", "--no-views").stdout)
+    assert told["error"]["exit_code"] == 4

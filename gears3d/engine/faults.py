@@ -1,0 +1,66 @@
+"""What stops a run: each gives the error that says when, how much, and what to do."""
+
+from __future__ import annotations
+
+import math
+
+from gears3d.errors import EngineError
+
+SUNK = 1e-7
+"""How deep the flanks of rigid teeth may lie in each other [m]."""
+SUNK_NATIVE = 2e-5
+"""The same in Bullet's own contact, whose quantised hulls are off by a tenth of it [m]."""
+YIELDED = 0.1
+"""How deep yielding flanks may, in modules: beyond it neighbouring teeth would carry too."""
+
+
+def jammed_at_start(overlap: float) -> EngineError:
+    """Return the error of flanks that overlap before anything moves.
+
+    Args:
+        overlap: of both flanks together [m].
+    """
+    return EngineError(
+        f"the gears are jammed at the start: their flanks overlap by {1e6 * overlap:.3g} µm"
+        " (give more backlash or a larger centre distance)"
+    )
+
+
+def jammed(time: float) -> EngineError:
+    """Return the error of gears of which both flanks touch.
+
+    Args:
+        time: [s].
+    """
+    return EngineError(f"the gears jam at t = {time:.6g} s: both flanks of the loose gear touch (give more backlash)")
+
+
+def sunk(depth: float, time: float, remedy: str) -> EngineError:
+    """Return the error of teeth that lie in each other.
+
+    Args:
+        depth: [m].
+        time: [s].
+        remedy: what to do about it.
+
+    >>> print(sunk(3e-6, 0.25, "give stiffer teeth"))
+    the teeth lie 3 µm deep in each other at t = 0.25 s: their contact gives way (give stiffer teeth)
+    """
+    return EngineError(
+        f"the teeth lie {depth * 1e6:.3g} µm deep in each other at t = {time:.6g} s: their contact gives way ({remedy})"
+    )
+
+
+def see_numbers(theta: float, omega: float, time: float) -> None:
+    """Stop before a state that is no number gets into what is written down.
+
+    Args:
+        theta: angle of the loose gear [rad].
+        omega: its speed [rad/s].
+        time: up to which all was well [s].
+
+    Raises:
+        EngineError: one of them is not finite.
+    """
+    if not (math.isfinite(theta) and math.isfinite(omega)):
+        raise EngineError(f"the loose gear's state is not a number after t = {time:.6g} s: look at the torques")
