@@ -28,6 +28,7 @@ VERBS = (
     "run",
     "compare",
     "describe",
+    "camera",
     "replay",
     "sound",
     "record",

@@ -8,7 +8,8 @@ from rerun.chunk import RrdReader
 
 from gears3d.cli import main
 from gears3d.diagnosis.stretch import PERIODS, stretch
-from gears3d.views.replay import colours, viewer
+from gears3d.views.mesh import colours
+from gears3d.views.replay import viewer
 from gears3d.views.replay.beside import NAMES, beside, off
 from tests.views.test_replay import columns, seconds
 from tests.views.test_replay_viewer import painted, share

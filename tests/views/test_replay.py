@@ -13,9 +13,9 @@ from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
+from gears3d.views.mesh.motion import Motion, frames
+from gears3d.views.mesh.teeth import Section
 from gears3d.views.replay import replay, viewer
-from gears3d.views.replay.motion import Motion, frames
-from gears3d.views.replay.teeth import Section
 from tests.views.film import FREQUENCY, film
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import rerun as rr
 
+from gears3d.views.mesh.motion import PLOT_RATE
 from gears3d.views.replay.layout import FRAMES_A_SECOND
-from gears3d.views.replay.motion import PLOT_RATE
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
-    from gears3d.views.replay.motion import Motion
-    from gears3d.views.replay.teeth import Section
+    from gears3d.views.mesh.motion import Motion
+    from gears3d.views.mesh.teeth import Section
 
 
 def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...]) -> rr.TextDocument:

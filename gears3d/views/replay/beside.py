@@ -10,11 +10,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from gears3d.files import replacing
-from gears3d.views.replay import colours, plots, scene, zone
+from gears3d.views.mesh import colours
+from gears3d.views.mesh.motion import Frames, Motion, frames
+from gears3d.views.mesh.teeth import Section, widening
+from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.layout import ABOUT, FRAMES_A_SECOND, axis, time_panel, zone_view
-from gears3d.views.replay.motion import Frames, Motion, frames
 from gears3d.views.replay.plots import DISPLACEMENT, STATE
-from gears3d.views.replay.teeth import Section, widening
 from gears3d.views.replay.write import scalars
 
 if TYPE_CHECKING:

@@ -9,11 +9,11 @@ import rerun as rr
 
 from gears3d.errors import InputError, UsageError
 from gears3d.files import replacing
+from gears3d.views.mesh.motion import Motion, frames
+from gears3d.views.mesh.teeth import Section, widening
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
 from gears3d.views.replay.layout import ABOUT, layout
-from gears3d.views.replay.motion import Motion, frames
-from gears3d.views.replay.teeth import Section, widening
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording

@@ -11,7 +11,7 @@ from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, VELO
 from gears3d.views.replay.write import TIMELINE
 
 if TYPE_CHECKING:
-    from gears3d.views.replay.teeth import Section
+    from gears3d.views.mesh.teeth import Section
 
 ABOUT = "/about"
 FRAMES_A_SECOND = 25.0

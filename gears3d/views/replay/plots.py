@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from gears3d.views.replay import colours
+from gears3d.views.mesh import colours
 from gears3d.views.replay.write import IMPACT, clock, scalars
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
-    from gears3d.views.replay.motion import Motion
+    from gears3d.views.mesh.motion import Motion
 
 DISPLACEMENT = "/displacement"
 VELOCITY = "/velocity"

@@ -9,12 +9,12 @@ import numpy as np
 import rerun as rr
 
 from gears3d.gears.solids import solid_arrays
-from gears3d.views.replay import colours
+from gears3d.views.mesh import colours
 from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
-    from gears3d.views.replay.motion import Frames, Motion
-    from gears3d.views.replay.teeth import Section
+    from gears3d.views.mesh.motion import Frames, Motion
+    from gears3d.views.mesh.teeth import Section
 
 ROOT = "/scene"
 HOLD = 0.01

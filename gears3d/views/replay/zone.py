@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import rerun as rr
 
-from gears3d.views.replay import colours
+from gears3d.views.mesh import colours
 from gears3d.views.replay.outline import flank_lines, ring
 from gears3d.views.replay.scene import lifted, place
 from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
-    from gears3d.views.replay.motion import Frames
-    from gears3d.views.replay.teeth import Section
+    from gears3d.views.mesh.motion import Frames
+    from gears3d.views.mesh.teeth import Section
 
 ROOT = "/zone"
 _NAMES = ("drive", "loose")

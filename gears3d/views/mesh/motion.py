@@ -13,7 +13,7 @@ from gears3d.effects import Code
 if TYPE_CHECKING:
     from gears3d.effects import Row
     from gears3d.recording import Recording
-    from gears3d.views.replay.teeth import Section
+    from gears3d.views.mesh.teeth import Section
 
 FRAME_RATE = (500.0, 4000.0)
 """Frames per second of simulated time: at least, at most."""

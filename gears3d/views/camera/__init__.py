@@ -1,0 +1,10 @@
+"""The high-speed camera: teeth in mesh in still pictures over a period, and as a film in slow motion."""
+
+from gears3d.views.camera.look import Look as Look
+from gears3d.views.camera.shots import Shot as Shot
+from gears3d.views.camera.shots import shots as shots
+from gears3d.views.camera.strip import strip as strip
+from gears3d.views.camera.strip import write_strip as write_strip
+from gears3d.views.camera.subject import Subject as Subject
+from gears3d.views.camera.subject import measured as measured
+from gears3d.views.camera.subject import subject as subject

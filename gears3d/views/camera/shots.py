@@ -1,0 +1,160 @@
+"""The instants at which the camera looks, and what is to be seen then."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import floor, pi
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.recording import FLANKS
+
+if TYPE_CHECKING:
+    from gears3d.views.camera.subject import Subject
+
+BESIDE = 1.0 / 3.0
+"""Part of a pitch within which of the pitch point a pair is named alone; amid two pairs both are."""
+WORDS = {0: "active flanks touch", 1: "reverse flanks touch", -1: "free flight"}
+"""What a picture shows, by the code of the flank."""
+
+
+class Shot(NamedTuple):
+    """One picture.
+
+    Args:
+        time: [s].
+        after: since the first picture [s].
+        drive: angle of the drive gear [rad].
+        share: way from the active to the reverse flank, 0 to 1.
+        flank: 0 active or 1 reverse flanks touch, -1 free flight.
+        gaps: at the active and at the reverse flanks along the line of action [m].
+        first: number that the gear's own tooth 1 has among the pairs, which count from the first picture.
+        place: number of the pair at the pitch point, a fraction between two.
+        pairs: numbers of the pairs in the picture's middle, one or two.
+    """
+
+    time: float
+    after: float
+    drive: float
+    share: float
+    flank: int
+    gaps: tuple[float, float]
+    first: int
+    place: float
+    pairs: tuple[int, ...]
+
+    @property
+    def state(self) -> str:
+        """``"active"``, ``"reverse"`` or ``"flight"``."""
+        return FLANKS[self.flank] if self.flank >= 0 else "flight"
+
+
+def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Shot, ...]:
+    """Return pictures evenly over a stretch of time, both ends included.
+
+    Args:
+        subject: what is filmed.
+        count: of pictures.
+        start: time of the first [s].
+        lasts: time from the first to the last [s].
+
+    Raises:
+        InputError: the stretch is not within the recording.
+
+    Source: Rigaud & Perret-Liaudet 2020, fig. 8: nine pictures over a period, tooth pairs counted from the first.
+    """
+    begin, end = subject.span
+    slack = 1e-9 * max(end, 1.0)
+    if not (begin - slack <= start and start + lasts <= end + slack):
+        what = f"is {start:.6g} to {start + lasts:.6g} s, the recording {begin:.6g} to {end:.6g} s"
+        raise InputError(Fault("--at, --over", what, "film a part of the recording"))
+    time = np.clip(np.linspace(start, start + lasts, count), begin, end)
+    drive = subject.motion.at(time, "theta_drive_rad")
+    flank, (active, reverse) = subject.flank(time), subject.gaps(time)
+    share = np.where(flank == 0, 0.0, np.where(flank == 1, 1.0, active / np.maximum(active + reverse, 1e-12)))
+    place = drive * subject.pair.drive.teeth / (2.0 * pi)
+    first = round(float(place[0])) - 1
+    return tuple(
+        Shot(float(t), float(t - time[0]), float(turn), float(part), int(one), (float(a), float(r)), -first,
+             float(where) - first, named(float(where) - first))
+        for t, turn, part, one, a, r, where in zip(time, drive, share, flank, active, reverse, place, strict=True)
+    )  # fmt: skip
+
+
+def named(place: float) -> tuple[int, ...]:
+    """Return the numbers of the pairs in the middle of a picture.
+
+    Args:
+        place: number of the pair at the pitch point, a fraction between two.
+
+    Returns:
+        The nearest pair; both where the pitch point lies in the middle third between two.
+
+    >>> named(12.2), named(6.5), named(29.9)
+    ((12,), (6, 7), (30,))
+    """
+    below = floor(place)
+    beside = place - below
+    if beside <= BESIDE:
+        return (below,)
+    return (below + 1,) if beside >= 1.0 - BESIDE else (below, below + 1)
+
+
+def told(pairs: tuple[int, ...]) -> str:
+    """Return numbers of pairs as a picture has them.
+
+    Args:
+        pairs: one or two.
+
+    >>> told((6, 7)), told((12,))
+    ('6–7', '12')
+    """
+    return "–".join(map(str, pairs))
+
+
+def moment(shot: Shot, index: int, count: int, periods: float | None) -> str:
+    """Return when a picture was taken, in parts of the period where it is one.
+
+    Args:
+        shot: the picture.
+        index: which, from 0.
+        count: of all pictures.
+        periods: periods from the first to the last; ``None`` for milliseconds alone.
+
+    >>> moment(Shot(0.1, 0.05, 0, 0, 0, (0, 0), 1, 1.0, (1,)), 3, 9, 1.0)
+    't = 3T/8'
+    """
+    if periods is None or count < 2:
+        return f"t = {1e3 * shot.after:.4g} ms"
+    part = Fraction(periods).limit_denominator(1000) * Fraction(index, count - 1)
+    if not part:
+        return "t = 0"
+    over = f"/{part.denominator}" if part.denominator > 1 else ""
+    return f"t = {part.numerator if part.numerator > 1 else ''}T{over}"
+
+
+def table(subject: Subject, shot: Shot) -> dict[str, object]:
+    """Return a picture as JSON can hold it.
+
+    Args:
+        subject: what is filmed.
+        shot: the picture.
+    """
+    drive, loose = ([(n - shot.first) % gear.teeth + 1 for n in shot.pairs] for gear in _gears(subject))
+    return {
+        "time_s": shot.time,
+        "after_s": shot.after,
+        "state": shot.state,
+        "pairs": list(shot.pairs),
+        "pair_at_pitch_point": shot.place,
+        "teeth_drive": drive,
+        "teeth_loose": loose,
+        "gap_active_m": shot.gaps[0],
+        "gap_reverse_m": shot.gaps[1],
+    }
+
+
+def _gears(subject: Subject) -> tuple:
+    return subject.pair.drive, subject.pair.loose
