@@ -27,6 +27,11 @@ def camera(
     backlit: Annotated[bool, typer.Option("--backlit", help="Dark gears before a light, no colours.")] = False,
     drive: Annotated[str, typer.Option(help="Side of the drive gear: left or right.")] = "left",
     numbers: Annotated[str, typer.Option(help="pairs, from the first picture on, or teeth of each gear.")] = "pairs",
+    video: Annotated[Path | None, typer.Option(help="Film to write too (.mp4) of the same span.")] = None,
+    rate: Annotated[float, typer.Option(min=1.0, help="Frames a second that the film is taken with.")] = 3200.0,
+    slow: Annotated[
+        float | None, typer.Option(help="Times slower that it is shown; default: 25 frames a second.")
+    ] = None,
     rig: Annotated[Path | None, typer.Option(help="Scenario of the bench, for measured records.")] = None,
     map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
     correct: Annotated[
@@ -37,6 +42,8 @@ def camera(
     """Draw the teeth in mesh in pictures over a period, from a run or from a measured record.
 
     Example: gears3d camera runs/fig5-20rpm --out strip.png
+
+    A film of a period: gears3d camera runs/fig5-20rpm --video rattle.mp4 --rate 3200 --slow 128
 
     Like the camera of a bench: gears3d camera rattle.parquet --rig rig.toml --backlit --drive right --exaggerate 1
     """
@@ -49,12 +56,26 @@ def camera(
     start = subject.begin(lasts) if at is None else _span(at, subject, "--at")[0]
     pictures = shots(subject, frames, start, lasts)
     write_strip(out, subject, look, pictures, periods)
+    film = None if video is None else _film(video, subject, look, (start, lasts), rate, slow)
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json(_found(out, subject, look, pictures))
+        print_json({**_found(out, subject, look, pictures), "film": film})
     else:
         _show(out, subject, look, pictures)
+        if film is not None:
+            told = f"{film['frames']} frames, {rate:g} a second slowed {film['slowed']:g} times"
+            typer.echo(f"film written to {video}: {told}")
+
+
+def _film(
+    path: Path, subject: Subject, look: Look, span: tuple[float, float], rate: float, slow: float | None
+) -> dict[str, Any]:
+    from gears3d.cli.progress import bars
+    from gears3d.views.camera import write_film
+
+    with bars() as track:
+        return write_film(path, subject, look, span, rate, slow, track("film", span[1] * rate))
 
 
 def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:

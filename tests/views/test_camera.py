@@ -1,6 +1,7 @@
 """The camera shows what the recording says: pairs, states, gaps, at the published instants and as drawn."""
 
 import json
+import sys
 from io import BytesIO
 
 import numpy as np
@@ -9,10 +10,10 @@ import shapely
 
 from gears3d import load, simulate
 from gears3d.cli import main
-from gears3d.errors import InputError
+from gears3d.errors import InputError, UsageError
 from gears3d.measurement import measure
 from gears3d.simulation import record
-from gears3d.views.camera import Look, measured, shots, strip, subject
+from gears3d.views.camera import Look, measured, shots, strip, subject, write_film
 from gears3d.views.camera.panel import _gear, colour_of
 from gears3d.views.camera.shots import named, table
 
@@ -180,3 +181,37 @@ def test_the_command_line(seen, scenario, tmp_path, capsys):
     assert run(tmp_path / "run", "--over", "3 apples", "--out", picture)[0] == 3
     assert run(tmp_path / "run", "--drive", "up", "--out", picture)[0] == 2
     assert "summary.json" in run(tmp_path, "--out", picture)[2]
+
+
+def test_a_film_has_its_frames_and_says_how_slow_it_is(seen, tmp_path):
+    av = pytest.importorskip("av")
+    place = tmp_path / "film.mp4"
+    told = write_film(place, seen, Look(seen.pair), (2.0 * seen.period, 12 / 12_800), rate=12_800, slow=1280)
+    assert told == {
+        "video": str(place), "camera_Hz": 12_800, "slowed": 1280, "played_Hz": 10.0, "frames": 13, "size": [640, 400]
+    }  # fmt: skip
+    with av.open(str(place)) as film:
+        assert (film.streams.video[0].average_rate, film.streams.video[0].codec_context.name) == (10, "h264")
+        pictures = [frame.to_ndarray(format="rgb24") / 255 for frame in film.decode(video=0)]
+    assert len(pictures) == 13
+    assert pictures[0].shape == (400, 640, 3)
+    state = shots(seen, 1, 2.0 * seen.period, 0.0)[0].flank
+    assert state >= 0
+    assert near(pictures[0], colour_of(state)) > 50
+
+
+@pytest.mark.parametrize(
+    ("name", "more", "word"),
+    [("a.avi", {}, "mp4"), ("a.mp4", {"slow": 1.0}, "--slow"), ("a.mp4", {"rate": 1e6}, "fewer|less")],
+)
+def test_films_that_cannot_be_are_refused(seen, tmp_path, name, more, word):
+    pytest.importorskip("av")
+    with pytest.raises((UsageError, InputError), match=word):
+        write_film(tmp_path / name, seen, Look(seen.pair), (1.0, seen.period), **more)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_an_encoder_it_says_how_to_get_one(seen, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(UsageError, match=r"pip install 'gears3d\[video\]'"):
+        write_film(tmp_path / "a.mp4", seen, Look(seen.pair), (1.0, 0.01))

@@ -1,5 +1,6 @@
 """The high-speed camera: teeth in mesh in still pictures over a period, and as a film in slow motion."""
 
+from gears3d.views.camera.film import write_film as write_film
 from gears3d.views.camera.look import Look as Look
 from gears3d.views.camera.shots import Shot as Shot
 from gears3d.views.camera.shots import shots as shots

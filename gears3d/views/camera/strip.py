@@ -125,12 +125,18 @@ def _course(axes: Axes, subject: Subject, shots: tuple[Shot, ...]) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
+def source(subject: Subject) -> str:
+    """Return where the motion comes from, for people.
+
+    Args:
+        subject: what was filmed.
+    """
+    model = str(subject.motion.recording.meta.get("model") or "")
+    return MODELS.get(model, model or "recording")
+
+
 def _head(subject: Subject, shots: tuple[Shot, ...]) -> str:
-    meta = subject.motion.recording.meta
-    model = str(meta.get("model") or "")
-    return (
-        f"{subject.title or 'Gears in mesh'}\n{MODELS.get(model, model or 'recording')}, from {shots[0].time:.6g} s on"
-    )
+    return f"{subject.title or 'Gears in mesh'}\n{source(subject)}, from {shots[0].time:.6g} s on"
 
 
 def _foot(subject: Subject, look: Look) -> str:
