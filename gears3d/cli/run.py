@@ -34,6 +34,9 @@ def run(
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
     ] = None,
     views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
+    error_estimate: Annotated[
+        bool, typer.Option("--error-estimate", help="Of the bullet model: how far off half the step finds the run.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print summary.json instead of the table.")] = False,
 ) -> None:
     """Simulate a scenario, compare it with its twin, and write the run folder.
@@ -48,7 +51,8 @@ def run(
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
     with RunFolder(place) as folder:
-        summary, stopped = _fill(folder, question, model, contact, twin, views, begin)
+        how = {"contact": contact, "error_estimate": error_estimate}
+        summary, stopped = _fill(folder, question, model, how, twin, views, begin)
         folder.commit()
     if stopped is not None:
         if not as_json:
@@ -71,7 +75,7 @@ def run(
 
 
 def _fill(
-    folder: RunFolder, scenario: Scenario, model: str, contact: str | None, twin: str, views: bool, begin: float
+    folder: RunFolder, scenario: Scenario, model: str, how: dict[str, Any], twin: str, views: bool, begin: float
 ) -> tuple[dict[str, Any], EngineError | None]:
     """Simulate and write everything into the folder; return the summary, and what stopped the run before its end."""
     from gears3d.cli.progress import bars
@@ -84,7 +88,8 @@ def _fill(
     with bars() as track:
         with _clock(wall, model):
             try:
-                recording = simulate(scenario, model, contact=contact, progress=track(model, scenario.run.duration))
+                whole = scenario.run.duration * (2.0 if how["error_estimate"] else 1.0)
+                recording = simulate(scenario, model, **how, progress=track(model, whole))
             except EngineError as error:
                 if error.partial is None:
                     raise

@@ -56,6 +56,8 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         out.append(("note", "native contact: facets tilt the normals once the gears turn; located is exact"))
     elif budget:
         out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
+    if summary.get("error_estimate"):
+        out.append(("error by half the step", _estimate(summary["error_estimate"])))
     out.append(("speed", _speed(summary)))
     if summary["status"] == "partial":
         out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
@@ -98,6 +100,12 @@ def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
     elif median is not None:
         lines.append(("speed error of the matched", f"median {_percent(median)}, 95 % below {_percent(p95)}"))
     return lines
+
+
+def _estimate(found: dict[str, Any]) -> str:
+    place, speed = found["displacement_m"] * 1e9, found["impact_velocity_m_s"] * 1e3
+    until = f" until the motions part at {found['until_s']:.3g} s" if found["parted"] else ""
+    return f"{place:.2g} nm, impact speeds {speed:.2g} mm/s{until}"
 
 
 def _percent(ratio: float) -> str:

@@ -21,7 +21,10 @@ def validate(
     quick: Annotated[bool, typer.Option(help="A part of the cases, in about a minute.")] = False,
     only: Annotated[
         str,
-        typer.Option(help="One chapter: solids, twin, agreement, native, faults, effects, film, eccentric or oracles."),
+        typer.Option(
+            help="One chapter: solids, twin, agreement, native, faults, effects, film, eccentric, helical, "
+            "convergence, oracles."
+        ),
     ] = "",
     out: Annotated[Path | None, typer.Option(help="Write the table as Markdown, too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON.")] = False,

@@ -14,6 +14,7 @@ from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
+from gears3d.engine.halving import ORDER, halved
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
@@ -57,6 +58,7 @@ def simulate(
     *,
     step: float | None = None,
     path: np.ndarray | None = None,
+    error_estimate: bool = False,
 ) -> Recording:
     """Run a scenario as rigid bodies in PyBullet.
 
@@ -68,6 +70,8 @@ def simulate(
         step: longest step of located contact, or the step of native contact [s]; ``None``: chosen, or 10 µs.
         path: of the drive in place of the scenario's motion, as :func:`gears3d.engine.motion.there_and_back` gives;
             with one, ``step`` may be longer than those of usual speeds.
+        error_estimate: run once more with half the step, and say in ``meta["error_estimate"]`` what
+            :func:`gears3d.engine.halving.halved` makes of both; progress then goes to twice the duration.
 
     Returns:
         The recording, with ``meta["error_budget"]``; after Ctrl-C what there is, with ``meta["interrupted"]``.
@@ -80,6 +84,32 @@ def simulate(
     """
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
+    made = _run(scenario, pair, contact, progress, step, path)
+    if not error_estimate or made.meta["interrupted"]:
+        return made
+
+    def later(done: float) -> None:
+        if progress is not None:
+            progress(scenario.run.duration + done)
+
+    finer = _run(scenario, pair, contact, later, 0.5 * made.meta["longest_step_s"], path)
+    backlash = (scenario.pair() if pair is None else pair).backlash
+    return Recording(
+        made.signals,
+        made.impacts,
+        {**made.meta, "error_estimate": halved(made, finer, backlash, ORDER[contact])},
+    )
+
+
+def _run(
+    scenario: Scenario,
+    pair: Pair | None,
+    contact: str,
+    progress: Callable[[float], None] | None,
+    step: float | None,
+    path: np.ndarray | None,
+) -> Recording:
+    """Run a scenario once; arguments as for :func:`simulate`."""
     rows = scenario.rows()
     gears, torques, _ = prepared(scenario, pair, rows, contact)
     began = clock.perf_counter()
@@ -93,7 +123,8 @@ def simulate(
     log = Log(scenario.run.duration, scenario.run.output_rate)
     with World(*bodies(scenario, gears), respond=contact == "native") as world:
         if contact == "native":
-            run = _native(scenario, rows, gears, (world, plant, watch, log), step)
+            longest = STEP if step is None else step
+            run = _native(scenario, rows, gears, (world, plant, watch, log), longest)
         else:
             longest = longest if step is None else min(step, longest)
             run = _located(scenario, rows, longest, (world, plant, watch, log))
@@ -107,6 +138,7 @@ def simulate(
         "model": "bullet",
         "contact": contact,
         "steps": run.steps,
+        "longest_step_s": longest,
         "queries": watch.queries,
         "contacts": run.contacts,
         "error_budget": _budget(watch.report(run.located, run.strayed), contact),
@@ -244,9 +276,9 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], longest: float, parts: P
     return Located(world, plant, settings, watch, log)
 
 
-def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float | None) -> Native:
+def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float) -> Native:
     world, plant, watch, log = parts
-    settings = (scenario.run.duration, STEP if step is None else step, scenario.impact.stick_velocity)
+    settings = (scenario.run.duration, step, scenario.impact.stick_velocity)
     radii = (pair.drive.base_radius, pair.loose.base_radius)
     law = _law(scenario, rows)
     return Native(world, plant, radii, law, watch, log, settings, _stroke(scenario))

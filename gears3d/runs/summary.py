@@ -37,6 +37,7 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
         **outcome,
         "comparison": comparison,
         "error_budget": meta.get("error_budget"),
+        "error_estimate": meta.get("error_estimate"),
         "expect": None if partial else judge(scenario, outcome),
     }
 

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 
 
-def _bullet(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
+def _bullet(
+    scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None, error_estimate: bool = False
+) -> Recording:
     from gears3d import engine
 
-    return engine.simulate(scenario, pair=pair, contact=contact, progress=progress)
+    return engine.simulate(scenario, pair=pair, contact=contact, progress=progress, error_estimate=error_estimate)
 
 
 def _rigid(scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None) -> Recording:
@@ -61,6 +63,7 @@ def simulate(
     contact: str | None = None,
     pair: Pair | None = None,
     progress: Progress | None = None,
+    error_estimate: bool = False,
 ) -> Recording:
     """Run a scenario in one model and return what was recorded.
 
@@ -72,13 +75,15 @@ def simulate(
         contact: of the bullet model: ``"located"`` (default) or ``"native"``.
         pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
         progress: called now and then with the simulated time done [s].
+        error_estimate: of the bullet model: run it once more with half the step; ``meta["error_estimate"]`` says how far
+            off that finds the recording. Progress then goes to twice the duration.
 
     Returns:
         The recording, with the scenario's sensor effects applied.
 
     Raises:
         InputError: the scenario is bad.
-        UsageError: the model or the contact is not known, or ``contact`` or ``pair`` is given to a lumped model.
+        UsageError: the model or the contact is not known, or what is of the bullet model is asked of another.
         EngineError: the simulation cannot go on or cannot be trusted; its ``partial`` is the recording until then,
             where there is one.
 
@@ -99,12 +104,15 @@ def simulate(
             )
         if pair is not None:
             raise UsageError(f"model {model!r} knows no solids: pair= goes with model='bullet'")
+        if error_estimate:
+            raise UsageError(f"model {model!r} has no step to halve: an error estimate goes with the bullet model")
     if not isinstance(scenario, Scenario):
         scenario = load(scenario)
     if pair is None:
         refuse_unseen(scenario, model)
     try:
-        recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress)
+        more = {"error_estimate": True} if error_estimate else {}
+        recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress, **more)
     except EngineError as stopped:
         if stopped.partial is not None:
             stopped.partial = _seen(stopped.partial, scenario)

@@ -6,7 +6,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
-CHAPTERS = ("solids", "twin", "agreement", "native", "faults", "effects", "film", "eccentric", "helical", "oracles")
+CHAPTERS = (
+    *("solids", "twin", "agreement", "native", "faults", "effects"),
+    *("film", "eccentric", "helical", "convergence", "oracles"),
+)
 """The modules of this room that hold claims, in the order of the table."""
 
 

@@ -75,10 +75,13 @@ def test_the_table_says_what_came_out_and_stays_quiet_otherwise(run):
 def test_the_folder_can_be_read_and_run_again(run, tmp_path):
     out, _ = run
     again = tmp_path / "again"
-    done = gears3d("run", out / "scenario.toml", "--out", again, "--no-views", "--json")
+    done = gears3d("run", out / "scenario.toml", "--out", again, "--no-views", "--json", "--error-estimate")
     assert done.returncode == 0, done.stderr
     first, second = read_run(out), read_run(again)
     assert json.loads(done.stdout) == second.summary
+    assert first.summary["error_estimate"] is None
+    assert second.summary["error_estimate"]["impacts"] > 10
+    assert second.summary["error_estimate"]["displacement_m"] < 1e-13  # constant torques: flights are parabolas
     assert first.recording.signals.keys() == second.recording.signals.keys()
     for name, column in first.recording.impacts.items():
         assert column.tolist() == second.recording.impacts[name].tolist(), name
