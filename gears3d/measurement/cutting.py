@@ -24,6 +24,8 @@ HELD = 5e-3
 """Longest impact of yielding teeth [s]; what stays longer on a flank is in contact."""
 THROWN = 0.15
 """Part of the speed of approach with which a gear must leave a flank that held it."""
+RISEN = 2.0
+"""Times what counts as flying that a path which noise lifts off its flank does not reach."""
 WRONG = 5.0
 """Median chi-square of flights from which on the flanks are not believed."""
 
@@ -71,11 +73,12 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
     free = fit(known, first, last, curved) if curved else free
     bound = tied(known, first, last, free, common_law(free))
     start, end = _touches(known, path, every, bound, where)
-    real = end.met & (np.abs(end.velocity) > BLOW * end.velocity_sigma) & (end.time > start.time)
-    dropped["no_blow"] = int(np.count_nonzero(~real))
-    every = Runs(*(column[real] for column in every))
-    start, end = (Touches(*(column[real] for column in one)) for one in (start, end))
-    free, bound = free.some(real), bound.some(real)
+    flew = _struck(start, end) | (every.height > RISEN * clearance(path, flanks))
+    every, free, bound, start, end = _only(flew, every, free, bound, start, end)
+    start, end = _met_once_more(known, path, every, bound, where, start, end)
+    real = _struck(start, end)
+    dropped["no_blow"] = len(flew) - int(np.count_nonzero(real))
+    every, free, bound, start, end = _only(real, every, free, bound, start, end)
     same = _one_touch(known, every, start, end)
     start = _tangents(bound, where, every, start, end, same)
     flights = flight_table(every, free, start, end, same)
@@ -119,8 +122,8 @@ def _touches(known: Track, path: Blocks, every: Runs, paths: Parabolas, where: S
     inner = known.time[every.first * size], known.time[np.minimum((every.last + 1) * size, len(known.time)) - 1]
     lasted = inner[1] - inner[0]
     reach = np.maximum(0.5 * lasted, 6.0 * path.width)
-    after = np.append(inner[0][1:], known.time[-1])
-    before = np.insert(inner[1][:-1], 0, known.time[0])
+    after = np.append(inner[0][1:], known.time[-1]) + path.width  # a touch shows to within a block
+    before = np.insert(inner[1][:-1], 0, known.time[0]) - path.width
     inside = 0.4 * lasted
     late = np.maximum(np.minimum(reach, after - inner[1]), path.width)
     early = np.maximum(np.minimum(reach, inner[0] - before), path.width)
@@ -128,6 +131,38 @@ def _touches(known: Track, path: Blocks, every: Runs, paths: Parabolas, where: S
     end = meet(paths, where, every.struck, inner[1] - inside, late + inside, never)
     start = meet(paths, where, every.left, inner[0] + inside, -(early + inside), never)
     return start, end
+
+
+def _struck(start: Touches, end: Touches) -> np.ndarray:
+    """Return whether each run ends with a blow on a flank, (k,)."""
+    return end.met & (np.abs(end.velocity) > BLOW * end.velocity_sigma) & (end.time > start.time)
+
+
+def _only(
+    kept: np.ndarray, every: Runs, free: Parabolas, bound: Parabolas, start: Touches, end: Touches
+) -> tuple[Runs, Parabolas, Parabolas, Touches, Touches]:
+    """Return the runs that are kept, with their parabolas and touches."""
+    first, last = (Touches(*(column[kept] for column in one)) for one in (start, end))
+    return Runs(*(column[kept] for column in every)), free.some(kept), bound.some(kept), first, last
+
+
+def _met_once_more(
+    known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts, start: Touches, end: Touches
+) -> tuple[Touches, Touches]:
+    """Return where flights begin and end; those that met no flank are looked at again.
+
+    A path that rises slowly from its flank passes what counts as flying several times in its noise. The short runs that
+    this makes stood between the flight and its touch, as long as they passed for flights themselves.
+    """
+    if np.all(start.met & end.met):
+        return start, end
+    begun, ended = _touches(known, path, every, paths, where)
+
+    def mended(before: Touches, now: Touches) -> Touches:
+        keep = before.met | ~now.met
+        return Touches(*(np.where(keep, a, b) for a, b in zip(before, now, strict=True)))
+
+    return mended(start, begun), mended(end, ended)
 
 
 def _between(
