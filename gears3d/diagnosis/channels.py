@@ -103,6 +103,10 @@ class Losses(NamedTuple):
         sigma: of the rate [m/s].
         growth: of the gap's acceleration after that time, by powers of time [m/s³, ...], (l, 3).
         span: time after that until which that holds [s].
+        after: times after that, to the last reading of the flight [s], (l, n).
+        ahead: angle that the loose gear has turned by then [rad], (l, n).
+        begun: time after that of the flight's first reading [s].
+        curved: change of the deceleration with the loose gear's speed by which the flight was followed back [1/s].
     """
 
     time: Array
@@ -113,6 +117,10 @@ class Losses(NamedTuple):
     sigma: Array
     growth: Array
     span: Array
+    after: Array
+    ahead: Array
+    begun: Array
+    curved: Array
 
 
 class Drive(NamedTuple):
@@ -178,8 +186,7 @@ def channels(cut: Segments) -> Channels:
     Returns:
         The channels; what did not pass its own test of noise is left out and counted.
     """
-    flights, few = _flights(cut)
-    losses, stray = _losses(cut)
+    (flights, few), (losses, stray) = _flights(cut), _losses(cut)
     impacts, silent = _impacts(cut)
     contacts, moving = _contacts(cut)
     left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
@@ -190,7 +197,7 @@ def channels(cut: Segments) -> Channels:
 def nothing() -> Channels:
     """Return channels without a point, of a record that could not be cut."""
     none, bins = np.zeros(0), np.zeros((0, BINS))
-    losses = Losses(none, none, none, none, none, none, np.zeros((0, 3)), none)
+    losses = Losses(none, none, none, none, none, none, np.zeros((0, 3)), none, bins, bins, none, none)
     contacts, impacts = Contacts(*[none] * len(Contacts._fields)), Impacts(*[none] * len(Impacts._fields))
     return Channels(Flights(bins, bins, bins), contacts, impacts, losses, Drive(none, none, 1.0, 0.0), {})
 
@@ -264,7 +271,7 @@ def _losses(cut: Segments) -> tuple[Losses, int]:
     found = leaving(cut, some)
     flank = table["left"][found.flight].astype(int)
     sigma = _scattered(found.rate, found.sigma, flank)
-    losses = Losses(found.time, *_angles(cut, found.time), flank, found.rate, sigma, found.growth, found.span)
+    losses = Losses(found.time, *_angles(cut, found.time), flank, found.rate, sigma, *found[4:])
     return losses, len(some) - len(found.time)
 
 

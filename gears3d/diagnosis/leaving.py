@@ -30,6 +30,8 @@ POINTS = 192
 """Moments that are looked at."""
 BESIDE = 3
 """Of these, to either side, over which rates are taken."""
+LATER = 65
+"""Points of the flight from that moment on."""
 
 
 class Leaving(NamedTuple):
@@ -42,6 +44,10 @@ class Leaving(NamedTuple):
         sigma: of the rate [m/s], (l,).
         growth: the gap's acceleration after that time is g1·τ + g2·τ² + g3·τ³ [m/s³, m/s⁴, m/s⁵], (l, 3).
         span: τ until which that holds [s], (l,).
+        after: τ from 0 to the last reading of the flight [s], (l, LATER).
+        ahead: angle that the loose gear then has turned on its parabola [rad], (l, LATER).
+        begun: τ of the first reading [s], (l,).
+        curved: change of the deceleration with the loose gear's speed that the parabola has [1/s], (l,).
     """
 
     flight: Array
@@ -50,6 +56,10 @@ class Leaving(NamedTuple):
     sigma: Array
     growth: Array
     span: Array
+    after: Array
+    ahead: Array
+    begun: Array
+    curved: Array
 
 
 def leaving(cut: Segments, which: Array) -> Leaving:
@@ -62,7 +72,8 @@ def leaving(cut: Segments, which: Array) -> Leaving:
     paths, kept = _paths(cut, which)
     if not len(kept):
         none = np.zeros(0)
-        return Leaving(np.zeros(0, int), none, none, none, np.zeros((0, 3)), none)
+        later = np.zeros((0, LATER))
+        return Leaving(np.zeros(0, int), none, none, none, np.zeros((0, 3)), none, later, later, none, none)
     where = shafts(cut.track, cut.path, cut.flanks)
     start, end = (cut.flights[name][which[kept]] for name in ("start_s", "end_s"))
     before = np.append(-np.inf, cut.flights["end_s"])[which[kept]]
@@ -73,7 +84,13 @@ def leaving(cut: Segments, which: Array) -> Leaving:
     growth = np.array([_growth(*each) for each in zip(grid, rate, time, least, at, strict=True)])
     good = np.isfinite(time) & (growth[:, 0] > 0.0)
     span = grid[:, -1] - time
-    return Leaving(which[kept][good], time[good], least[good], sigma[good], growth[good], span[good])
+    paths, time = paths.some(good), time[good]
+    since = time[:, None]
+    after = (paths.middle + paths.half - time)[:, None] * np.linspace(0.0, 1.0, LATER)
+    ahead, begun = paths.at(since + after) - paths.at(since), paths.middle - paths.half - time
+    return Leaving(
+        which[kept][good], time, least[good], sigma[good], growth[good], span[good], after, ahead, begun, paths.slope
+    )
 
 
 def _paths(cut: Segments, which: Array) -> tuple[Parabolas, Array]:

@@ -17,6 +17,7 @@ import numpy as np
 from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.deviation import deviation, wave
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.followed import fallen, followed_back
 from gears3d.diagnosis.freed import free_contact, free_drive, free_flight, speed_of
 from gears3d.diagnosis.freed import without as without
 from gears3d.diagnosis.torque import torque
@@ -120,9 +121,7 @@ def _fallen(one: Evidence, resisting: Array) -> Array:
     if not len(time):
         return np.zeros_like(one.at)
     values, step = resisting / one.rig.inertia, (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
-    rate, total = np.zeros_like(values), np.zeros_like(values)
-    rate[:, 1:] = np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]) * step, axis=1)
-    total[:, 1:] = np.cumsum(rate[:, :-1] * step + step**2 * (values[:, :-1] / 3.0 + values[:, 1:] / 6.0), axis=1)
+    total = fallen(values, step)
     below = np.clip(one.at.astype(int), 0, time.shape[1] - 2)
     part, each = one.at - below, np.arange(len(time))[:, None]
     return (1.0 - part) * total[each, below] + part * total[each, below + 1]
@@ -182,13 +181,23 @@ def impact_sigma(one: Evidence) -> Array:
 
 def _loss_base(one: Evidence) -> Array:
     """Rate at which the gap closes where the flight after a loss, followed back, has it open slowest."""
-    return one.channels.losses.rate / loss_sigma(one)
+    if not len(one.channels.losses.time):
+        return np.zeros(0)
+    return (one.channels.losses.rate - followed_back(one, None)) / loss_sigma(one)
 
 
 def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
-    """What torques that act in contact only do: the active flank is left later, the reverse one is not."""
+    """What torques do that change along a flight, and those that act in contact only."""
+    seen = one.channels.losses
+    if not len(seen.time) or not any(100 < row.code < 200 for row in rows):
+        return np.zeros_like(seen.time)
+    return (followed_back(one, rows) - _late(one, rows)) / loss_sigma(one)
+
+
+def _late(one: Evidence, rows: list[Row]) -> Array:
+    """Return the speed lost by torques that act in contact only: the active flank is left later, the reverse not."""
     seen, (drive, loose) = one.channels.losses, one.radii
-    if not len(seen.time) or not any(100 < row.code < 200 and row.gate != Gate.ALWAYS for row in rows):
+    if not any(100 < row.code < 200 and row.gate != Gate.ALWAYS for row in rows):
         return np.zeros_like(seen.time)
     late, hold = np.zeros_like(seen.time), np.zeros_like(seen.time)
     for _ in range(4):  # the torque changes little while the loss comes later
@@ -200,8 +209,7 @@ def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     g1, g2, g3 = seen.growth.T
     opened = late**2 * (g1 / 2.0 + late * (g2 / 3.0 + late * g3 / 4.0))
     held = late >= seen.span  # never let go of within what is known
-    opened = np.where(held, opened + (hold - late * (g1 + late * (g2 + late * g3))) * seen.span, opened)
-    return -opened / loss_sigma(one)
+    return np.where(held, opened + (hold - late * (g1 + late * (g2 + late * g3))) * seen.span, opened)
 
 
 def _when(seen: Losses, hold: Array) -> Array:

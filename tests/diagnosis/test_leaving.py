@@ -8,7 +8,7 @@ import pytest
 
 from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.paths import _read_in_time
-from gears3d.diagnosis.prediction import added, residuals
+from gears3d.diagnosis.prediction import added, loss_sigma, residuals
 from gears3d.diagnosis.readied import delay_of, ready
 from gears3d.diagnosis.sifting import without_strays
 from gears3d.effects import catalogue
@@ -49,10 +49,25 @@ def test_drag_of_the_mesh_leaves_the_active_flank_late_by_what_is_predicted(coef
     assert told == pytest.approx(found, rel=0.05)
 
 
-def test_drag_that_acts_in_flight_too_makes_no_loss_late():
-    seen = left([])
-    effect = catalogue()["drag_viscous"](coefficient=0.05)
-    assert not added(seen, [effect], "loss").any()
+@pytest.mark.parametrize("order", [3, 8])
+def test_drag_over_the_angle_bends_flights_and_moves_what_they_are_followed_back_to(order):
+    table = {"kind": "drag_position", "amplitude": "0.08 N m", "order": order, "phase": "0.4 rad"}
+    seen = left([table])
+    effect = catalogue()["drag_position"](amplitude=0.08, order=order, phase=0.4)
+    before, predicted = (loss_sigma(seen) * part for part in (residuals(seen)["loss"], added(seen, [effect], "loss")))
+    assert np.ptp(before) > 4e-4
+    assert np.corrcoef(before, predicted)[0, 1] > 0.95
+    assert np.std(before - predicted) < 0.3 * np.std(before)
+
+
+def test_drag_that_follows_the_speed_makes_no_loss_late():
+    table = {"kind": "drag_viscous", "coefficient": "0.2 N m s/rad"}
+    seen = left([table])
+    assert np.all(seen.channels.losses.curved > 1.0)  # flights tell the slope, and are followed back with it
+    before = residuals(seen)["loss"]
+    rest = before - added(seen, [catalogue()["drag_viscous"](coefficient=0.2)], "loss")
+    assert np.abs(rest).max() < 3.0
+    assert abs(np.mean(rest)) < 1.0
 
 
 @pytest.mark.parametrize("delay", [7.3e-5, -4.1e-5, 1e-6])
