@@ -27,10 +27,10 @@ def halved(made: Recording, finer: Recording, backlash: float, order: int) -> di
         order: of the error in the step.
 
     Returns:
-        ``order``; ``step_s`` and ``half_step_s`` as in the runs' ``meta``; ``until_s``, up to where both were compared, and
-        ``parted``, whether they parted there; ``displacement_m`` and ``displacement_rms_m``; and of ``impacts`` compared
-        one by one the largest ``impact_time_s`` and ``impact_velocity_m_s``. All errors are those of ``made``: the
-        difference times 2^order/(2^order - 1).
+        ``order``; ``step_s`` and ``half_step_s`` as in the runs' ``meta``; ``until_s``, up to where both were compared,
+        and ``parted``, whether they parted there; ``displacement_m`` and ``displacement_rms_m``; and of ``impacts``
+        compared one by one the largest ``impact_time_s`` and ``impact_velocity_m_s``. All errors are those of
+        ``made``: the difference times 2^order/(2^order - 1).
 
     Source: Richardson's extrapolation.
     """

@@ -75,8 +75,8 @@ def simulate(
         contact: of the bullet model: ``"located"`` (default) or ``"native"``.
         pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
         progress: called now and then with the simulated time done [s].
-        error_estimate: of the bullet model: run it once more with half the step; ``meta["error_estimate"]`` says how far
-            off that finds the recording. Progress then goes to twice the duration.
+        error_estimate: of the bullet model: run it once more with half the step; ``meta["error_estimate"]`` says how
+            far off that finds the recording. Progress then goes to twice the duration.
 
     Returns:
         The recording, with the scenario's sensor effects applied.

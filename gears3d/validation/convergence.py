@@ -67,7 +67,7 @@ def work_off(made: Recording, scenario: Scenario) -> float:
         spent = float(lost[some].sum()) + drag[last] - drag[first]
         off += abs(float(given[some].sum()) - spent - (energy[last] - energy[first]))
         taken += abs(spent)
-    return off / taken
+    return float(off / taken)
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
