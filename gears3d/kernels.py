@@ -55,7 +55,12 @@ def place() -> Path:
 
 def compiled() -> bool:
     """Whether the kernels have been compiled before on this machine."""
-    return next(Path(numba.config.CACHE_DIR).rglob("*.nbi"), None) is not None  # type: ignore[attr-defined]
+    return kept() > 0
+
+
+def kept() -> int:
+    """Return how many kernels are compiled and kept on this machine."""
+    return sum(1 for _ in Path(numba.config.CACHE_DIR).rglob("*.nbi"))  # type: ignore[attr-defined]
 
 
 if not os.environ.get("NUMBA_CACHE_DIR"):

@@ -1,9 +1,10 @@
 """The command line: ``gears3d VERB``.
 
-To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name (its docstring is the help and
-holds an example; it takes ``--json``), and add the name to ``VERBS``. A verb's file is loaded to show the help, so it
-imports anything heavy inside its functions. A verb of several kinds is a package with a typer ``app``. A verb raises
-``GearsError`` for what a user can mend, ``typer.Exit(code)`` for another exit code, and returns for 0.
+To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name, or ``<verb>_`` where Python has
+one of that name already (its docstring is the help and holds an example; it takes ``--json``), and add the name to
+``VERBS``. A verb's file is loaded to show the help, so it imports anything heavy inside its functions. A verb of
+several kinds is a package with a typer ``app``. A verb raises ``GearsError`` for what a user can mend,
+``typer.Exit(code)`` for another exit code, and returns for 0.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ from gears3d.cli.pipes import quiet_pipes
 from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
 
 VERBS = (
+    "new",
+    "list",
     "run",
     "compare",
     "describe",
@@ -45,6 +48,7 @@ VERBS = (
     "validate",
     "check",
     "schema",
+    "doctor",
 )
 """The verbs in the order of the help."""
 
@@ -72,7 +76,7 @@ class _Verbs(TyperGroup):
         if hasattr(made, "app"):
             return get_command(made.app)
         app = typer.Typer(add_completion=False)
-        app.command(cmd_name)(getattr(made, cmd_name))
+        app.command(cmd_name)(getattr(made, cmd_name, None) or getattr(made, f"{cmd_name}_"))
         return get_command(app)
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
@@ -132,4 +136,4 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
     with quiet_pipes():
-        get_command(app)(args=list(sys.argv[1:] if arguments is None else arguments), prog_name="gears3d")
+        get_command(app)(args=[*(sys.argv[1:] if arguments is None else arguments)], prog_name="gears3d")

@@ -52,6 +52,13 @@ MODELS: dict[str, Callable[..., Recording]] = {
     "lubricated": _lubricated,
 }
 """The models that ``simulate`` and ``gears3d run --model`` know."""
+ABOUT = {
+    "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
+    "rigid": "the twin: one degree of freedom, every impact found, all effects",
+    "plastic": "closed form for one harmonic, constant drag and impacts without rebound",
+    "lubricated": "oil films on teeth that give way, with mesh stiffness and friction",
+}
+"""What each model is, in a line."""
 CONTACTS = ("located", "native")
 """The contacts of the bullet model, the default first."""
 

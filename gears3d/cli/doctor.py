@@ -1,0 +1,210 @@
+"""``gears3d doctor``: what is installed here, whether it works, and what to type where something is missing."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import sys
+import time
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+NEEDED = ("numpy", "scipy", "numba", "pybullet", "trimesh", "rerun-sdk", "pyarrow", "matplotlib", "pydantic", "typer")
+"""Packages whose versions a report of a fault needs."""
+EXTRAS = {
+    "hdf5": ("h5py",),
+    "tdms": ("npTDMS",),
+    "mdf": ("asammdf",),
+    "uff": ("pyuff",),
+    "tables": ("pandas", "xarray"),
+    "video": ("av",),
+}
+"""Optional extras that users ask for, and their packages."""
+CHECK = """
+format = 1
+title = "self-check"
+gears = { module = "3.5 mm", face_width = "7.5 mm", drive = { teeth = 30 }, loose = { teeth = 30 } }
+mount = { backlash = "200 um" }
+motion = { mean = "60 rpm", harmonics = [ { amplitude = "20 rpm", frequency = "5 Hz" } ] }
+drag = { torque = "0.003 N m" }
+impact = { restitution = 0.3 }
+run = { duration = "1 s", settle = "0.2 s" }
+"""
+"""One second of a small pair that rattles."""
+WORST = 0.005
+"""Largest difference of an impact's speed between engine and twin that the self-check lets pass, relative, 95 %."""
+
+
+def doctor(
+    check: Annotated[bool, typer.Option(help="Hold the engine against the twin over one second.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+) -> None:
+    """Tell versions, processor, extras and viewer, and hold the engine against its twin; exit code 4 if they differ.
+
+    Example: gears3d doctor
+    """
+    from gears3d.errors import EngineError
+
+    found: dict[str, Any] = {
+        "versions": versions(),
+        "machine": machine(),
+        "extras": {name: extra(name) for name in EXTRAS},
+        "viewer": viewer(),
+        "self_check": self_check() if check else None,
+    }
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(found)
+    else:
+        _show(found)
+    if check and not found["self_check"]["passed"]:
+        raise typer.Exit(EngineError.exit_code)
+
+
+def versions() -> dict[str, str | None]:
+    """Return versions of gears3d, Python and the packages that results hang on."""
+    from gears3d import __version__
+
+    return {"gears3d": __version__, "python": platform.python_version(), **{name: _version(name) for name in NEEDED}}
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def machine() -> dict[str, Any]:
+    """Return processor, cores, memory and system."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return {"system": platform.platform(terse=True), "processor": _processor(), "cores": cores, "memory_GiB": _memory()}
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _memory() -> float | None:
+    try:
+        return round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1)
+    except (ValueError, OSError, AttributeError):
+        return None
+
+
+def extra(name: str) -> dict[str, Any]:
+    """Return whether an optional extra is installed, and what to type where it is not.
+
+    Args:
+        name: of the extra, as pyproject.toml has it.
+    """
+    missing = [one for one in EXTRAS[name] if _version(one) is None]
+    return {"packages": [*EXTRAS[name]], "remedy": f"pip install 'gears3d[{name}]'" if missing else None}
+
+
+def viewer() -> dict[str, Any]:
+    """Return whether the rerun viewer is there, whether it can open a window, and what to type where not."""
+    from gears3d.errors import GearsError
+    from gears3d.views.replay import viewer as room
+
+    try:
+        path: str | None = room.executable()
+        remedy = None
+    except GearsError as error:
+        path, remedy = None, str(error)
+    window = room.has_display()
+    if path is not None and not window:
+        remedy = "no display here: gears3d replay RUN --web shows it in a browser, gears3d camera RUN needs no screen"
+    browser = next((found for name in _BROWSERS if (found := shutil.which(name))), None)
+    return {"path": path, "display": window, "browser": browser, "remedy": remedy}
+
+
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
+
+
+def self_check() -> dict[str, Any]:
+    """Return how one second of the engine compares with its twin."""
+    from gears3d.comparison import compare
+    from gears3d.errors import GearsError
+    from gears3d.kernels import kept
+    from gears3d.scenario import load
+    from gears3d.simulation import simulate
+
+    before = kept()
+    if not before and sys.stderr.isatty():
+        typer.echo("compiling for this machine (once, about a minute) ...", err=True)
+    begin = time.perf_counter()
+    try:
+        scenario = load(CHECK)
+        engine = simulate(scenario)
+        middle = time.perf_counter()
+        one = compare(engine, simulate(scenario, "rigid")).to_dict()
+    except (GearsError, OSError, ImportError) as error:
+        return {"passed": False, "why": str(error)}
+    error = one["velocity_error_p95"]
+    fine = not one["impacts_missed"] and not one["impacts_invented"] and error is not None and error < WORST
+    return {
+        "passed": bool(fine and one["impacts_matched"]),
+        "why": None if fine else "engine and twin differ",
+        "impacts": one["impacts_matched"],
+        "missed": one["impacts_missed"],
+        "invented": one["impacts_invented"],
+        "velocity_error_p95": error,
+        "engine_s": middle - begin,
+        "twin_s": time.perf_counter() - middle,
+        "compiled_now": kept() > before,
+    }
+
+
+def _show(found: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
+    table.add_column(no_wrap=True)
+    for name, text in _lines(found):
+        table.add_row(name, escape(text))
+    Console(highlight=False).print(table)
+
+
+def _lines(found: dict[str, Any]) -> list[tuple[str, str]]:
+    own, seen, shown = found["versions"], found["machine"], found["viewer"]
+    packages = ", ".join(f"{name} {own[name] or 'MISSING'}" for name in NEEDED)
+    memory = f", {seen['memory_GiB']:g} GiB" if seen["memory_GiB"] else ""
+    there = [name for name, one in found["extras"].items() if one["remedy"] is None]
+    missing = [f"{name}: {one['remedy']}" for name, one in found["extras"].items() if one["remedy"]]
+    lines = [
+        ("gears3d", f"{own['gears3d']} on Python {own['python']}, {seen['system']}"),
+        ("packages", packages),
+        ("machine", f"{seen['processor']}, {seen['cores']} cores{memory}"),
+        ("extras", ", ".join(there) or "none"),
+        *(("", one) for one in missing),
+        ("viewer", shown["path"] or "not found"),
+    ]
+    lines += [("", shown["remedy"])] if shown["remedy"] else []
+    lines.append(("browser", shown["browser"] or "none found on the path"))
+    if (check := found["self_check"]) is not None:
+        lines.append(("self-check", _told(check)))
+    return lines
+
+
+def _told(check: dict[str, Any]) -> str:
+    if "impacts" not in check:
+        return f"FAILED: {check['why']}"
+    error = check["velocity_error_p95"]
+    size = f"{100 * error:.2g} %" if error is not None else "unknown"
+    counts = f"{check['impacts']} impacts, {check['missed']} missed, {check['invented']} invented"
+    verdict = "engine and twin agree" if check["passed"] else "FAILED"
+    once = ", kernels compiled just now" if check["compiled_now"] else ""
+    return f"{verdict}: {counts}, speeds within {size} (95 %); 1 s in {check['engine_s']:.3g} s{once}"

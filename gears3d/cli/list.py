@@ -1,0 +1,163 @@
+"""``gears3d list``: what there is by name."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Rows = list[dict[str, Any]]
+
+
+def list_(
+    what: Annotated[
+        str, typer.Argument(metavar="[WHAT]", help="effects, scenarios, papers, models, starters or units.")
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
+) -> None:
+    """List what there is by name: effects, scenarios, papers, models, scenarios to start from, units.
+
+    Example: gears3d list effects
+    """
+    from gears3d.errors import UsageError, did_you_mean
+
+    if what and what not in LISTS:
+        raise UsageError(f"there is no list of {what!r}; {did_you_mean(what, list(LISTS))}")
+    found = {name: rows() for name, rows in LISTS.items() if what in ("", name)}
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json(found[what] if what else found)
+    elif what:
+        _show(what, found[what])
+    else:
+        _show_all(found)
+
+
+def effects() -> Rows:
+    """Return the kinds of effects with their parameters."""
+    from gears3d.effects import catalogue
+
+    found = []
+    for kind, effect in catalogue().items():
+        parameters = {
+            name: {
+                "family": one.family,
+                "default": one.default,
+                "low": _finite(one.low),
+                "high": _finite(one.high),
+                "choices": [*one.choices],
+            }
+            for name, one in effect.params.items()
+        }
+        found.append({"name": kind, "about": _first(effect), "place": effect.place, "parameters": parameters})
+    return sorted(found, key=lambda one: (one["place"], one["name"]))
+
+
+def scenarios() -> Rows:
+    """Return the scenarios that come with gears3d."""
+    from gears3d.papers.bench import scenarios as place
+    from gears3d.scenario import load
+
+    found = []
+    for file in sorted(place().rglob("*.toml")):
+        one = load(file)
+        found.append({"name": _shown(file), "about": one.title, "source": one.source})
+    return found
+
+
+def papers() -> Rows:
+    """Return the papers whose figures are drawn again."""
+    from gears3d.papers import papers as every
+
+    return [
+        {"name": one.name, "about": one.citation, "rows": len(one.claims), "figures": len(one.figures)}
+        for one in every()
+    ]
+
+
+def models() -> Rows:
+    """Return the models."""
+    from gears3d.simulation.models import ABOUT
+
+    return [{"name": name, "about": about} for name, about in ABOUT.items()]
+
+
+def starters() -> Rows:
+    """Return the scenarios to start from."""
+    from gears3d.scenario.starting import STARTERS
+
+    return [{"name": name, "about": about} for name, about in STARTERS.items()]
+
+
+def units() -> Rows:
+    """Return the unit families."""
+    from gears3d.units import FAMILIES
+
+    return [
+        {"name": name, "about": one.words, "si": one.si, "example": one.example, "units": [*one.units]}
+        for name, one in FAMILIES.items()
+    ]
+
+
+LISTS: dict[str, Callable[[], Rows]] = {
+    "effects": effects,
+    "scenarios": scenarios,
+    "papers": papers,
+    "models": models,
+    "starters": starters,
+    "units": units,
+}
+"""What can be listed."""
+
+
+def _first(effect: type) -> str:
+    """Return the first sentence of a docstring, without its source."""
+    text = " ".join((inspect.getdoc(effect) or "").split("\n\n")[0].split())
+    return text.split(" Source:")[0].replace("``", "").replace("*", "")
+
+
+def _finite(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None
+
+
+def _shown(file: Any) -> str:
+    from pathlib import Path
+
+    return str(file.relative_to(Path.cwd())) if file.is_relative_to(Path.cwd()) else str(file)
+
+
+def _show(what: str, rows: Rows) -> None:
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table(box=None, padding=(0, 2, 0, 0), show_header=False)
+    table.add_column(no_wrap=True, overflow="fold", style="bold")
+    place = ""
+    for one in rows:
+        if what == "effects" and one["place"] != place:
+            place = one["place"]
+            table.add_row(f"[dim]{place.replace('_', ' ')}[/]", "")
+        table.add_row(escape(one["name"]), escape(one["about"] + _more(what, one)))
+    console.print(table)
+
+
+def _more(what: str, one: dict[str, Any]) -> str:
+    if what == "effects":
+        return " " + ", ".join(name if p["default"] is None else f"[{name}]" for name, p in one["parameters"].items())
+    if what == "units":
+        return f', e.g. "{one["example"]}"'
+    return f": {one['rows']} rows, {one['figures']} figures" if what == "papers" else ""
+
+
+def _show_all(found: dict[str, Rows]) -> None:
+    for name, rows in found.items():
+        names = ", ".join(one["name"] for one in rows) if name != "scenarios" else f"{len(rows)} of the papers"
+        typer.echo(f"{name}: {names}")
+    typer.echo(f"more: gears3d list {'|'.join(found)}")
