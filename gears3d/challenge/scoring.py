@@ -160,6 +160,8 @@ def _compared(name: str, true: Any, told: Any) -> dict[str, Any]:
         return {"true": true, "found": None, "error": None, "right": None, "covered": None}
     if not isinstance(value, int | float):
         return {"true": true, "found": value, "error": None, "right": False, "covered": None}
+    if isinstance(told, dict) and told.get("at_least"):
+        return {"true": true, "found": value, "error": None, "right": None, "covered": abs(true) >= abs(value)}
     angle = name == "phase"
     error = (value - true + pi) % (2.0 * pi) - pi if angle else value - true
     interval = told.get("ci95") if isinstance(told, dict) else None

@@ -8,6 +8,7 @@ import numpy as np
 
 from gears3d.diagnosis import blows
 from gears3d.diagnosis.leaving import leaving
+from gears3d.measurement.kinks import kinks
 from gears3d.measurement.zones import clearance
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ STILL, BESIDE = 6.0, 4
 """Times its noise that what is off both flanks may move from so many blocks before to as many after, to be contact."""
 COMMON = 0.3
 """Part of its standard deviation by which the rate at leaving a flank is off in common to a record."""
+ROUNDED = 1.0
+"""Part of the noise by which all corners may be rounded off alike; blocks are as long as that allows."""
 CLEAR = 4.0
 """Standard deviations of its ends that a flight's points keep away from them."""
 
@@ -153,6 +156,24 @@ class Partings(NamedTuple):
     flank: Array
 
 
+class Corners(NamedTuple):
+    """Where the path turns back sharply, whether or not a flank was drawn there, (k,).
+
+    Args:
+        drive: angle [rad].
+        loose: angle [rad].
+        flank: that it turns back from, 0 active, 1 reverse.
+        off: from where that flank was drawn [m].
+        sigma: standard deviation of ``off`` [m].
+    """
+
+    drive: Array
+    loose: Array
+    flank: Array
+    off: Array
+    sigma: Array
+
+
 class Channels(NamedTuple):
     """One record in channels.
 
@@ -165,6 +186,7 @@ class Channels(NamedTuple):
         left_out: how many points each channel does without, by name.
         partings: ends of contacts.
         blows: with and without a rebound that was seen.
+        corners: of the path.
     """
 
     flights: Flights
@@ -175,6 +197,7 @@ class Channels(NamedTuple):
     left_out: dict[str, int]
     blows: blows.Blows = blows.none()
     partings: Partings = Partings(np.zeros(0), np.zeros(0), np.zeros(0, int))
+    corners: Corners = Corners(np.zeros(0), np.zeros(0), np.zeros(0, int), np.zeros(0), np.zeros(0))
 
 
 def channels(cut: Segments) -> Channels:
@@ -189,9 +212,11 @@ def channels(cut: Segments) -> Channels:
     (flights, few), (losses, stray) = _flights(cut), _losses(cut)
     impacts, silent = _impacts(cut)
     contacts, moving = _contacts(cut)
+    corners, beside = _corners(cut)
+    contacts = Contacts(*(np.append(one, more) for one, more in zip(contacts, beside, strict=True)))
     left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
     partings = Partings(*_angles(cut, cut.contacts["end_s"]), cut.contacts["flank"].astype(int))
-    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut), partings)
+    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut), partings, corners)
 
 
 def nothing() -> Channels:
@@ -225,8 +250,8 @@ def _flights(cut: Segments) -> tuple[Flights, int]:
 def _contacts(cut: Segments) -> tuple[Contacts, int]:
     """Return means over neighbouring blocks well within contacts, each of the flank that is nearer.
 
-    A tooth that stands out holds the gear away from where the flanks are drawn; flights that begin or end there are not
-    seen for what they are, but they move.
+    A tooth that stands out holds the gear away from where the flanks are drawn, unless they are drawn with it; flights
+    that begin or end there are not seen for what they are, but they move.
     """
     path, table = cut.path, cut.contacts
     lasts = table["end_s"] - table["start_s"]
@@ -245,12 +270,32 @@ def _contacts(cut: Segments) -> tuple[Contacts, int]:
         off = np.abs(place - flanks)
         side = np.argmin(off, axis=0)
         ends = [path.place[np.clip(at[:, 0] + k * BESIDE, 0, len(path.place) - 1)] for k in (-1, 1)]
-        moved = np.abs(ends[1] - ends[0])
-        resting = (off.min(axis=0) < clearance(path, cut.flanks)) | (moved < STILL * np.maximum(path.noise, path.slack))
+        still = np.abs(ends[1] - ends[0]) < STILL * np.maximum(path.noise, path.slack)
+        known = bool(path.shapes) and all(shape.known for shape in path.shapes)  # nothing else holds the gear away
+        resting = (off.min(axis=0) < clearance(path, cut.flanks)) | (still & (not known))
     sigma = max(path.noise / np.sqrt(few), path.slack, 1e-12)
     width = path.time[at[:, -1]] - path.time[at[:, 0]] + path.width
     made = Contacts(time, drive, loose, side, place, np.full(len(time), sigma), width)
     return Contacts(*(column[resting] for column in made)), int(np.sum(~resting))
+
+
+def _corners(cut: Segments) -> tuple[Corners, Contacts]:
+    """Return the corners of the path, and those of them on a single tooth that a flank was drawn with, as contact.
+
+    A tooth that stands out throws the gear off: bounces are all that is seen of it.
+    """
+    path = cut.path
+    found = kinks(path)
+    at, flank = found.at, (found.jump < 0.0).astype(int)
+    time, drive, loose = path.time[at], path.drive[at], path.loose[at]
+    drawn = cut.flanks.places(time, drive, loose)
+    off = found.place - np.where(flank == 1, drawn[1], drawn[0])
+    sigma = np.full(len(at), max(path.noise, path.slack, 1e-12))
+    clear = clearance(path, cut.flanks)
+    tooth = (np.abs(cut.flanks.lifted(drive, loose, flank)) > clear) & (np.abs(off) < clear)
+    common = np.sqrt(1.0 + ROUNDED**2 * np.count_nonzero(tooth))
+    beside = Contacts(time, drive, loose, flank, found.place, sigma * common, np.full(len(at), path.width))
+    return Corners(drive, loose, flank, off, sigma), Contacts(*(column[tooth] for column in beside))
 
 
 def _impacts(cut: Segments) -> tuple[Impacts, int]:

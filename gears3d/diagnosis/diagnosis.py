@@ -26,6 +26,7 @@ from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
+    beside,
     evidence_of,
     heldout,
     judged,
@@ -145,8 +146,8 @@ def diagnose(
         return _lawful(admitted_all, rig, notes, law, bodies)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
-    records, found = searched(admitted, records, highest, paths)
-    kicks = thrown(found.records, found.fit.causes)
+    records, found, deep = searched(admitted, records, highest, paths)
+    kicks = thrown(found.records, found.fit.causes) if deep is None else []
     left = [*kicks, *_left(found, highest)]
     while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
         found = keeping(found, kept)
@@ -156,7 +157,7 @@ def diagnose(
     tell("looking for rivals", 0.85)
     others = rivals(found.records, found)
     spread = own_scatter(records, found, left)
-    parted = part(found, others, spread, rig, notes)
+    parted = part(found, others, beside(spread, deep), rig, notes)
     found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()

@@ -15,17 +15,18 @@ import numpy as np
 from gears3d.diagnosis.aligned import aligned
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
-from gears3d.diagnosis.kicked import kicking
+from gears3d.diagnosis.kicked import Pocket, kicking, pocketed
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.search import Search
+from gears3d.diagnosis.search import Search, keeping
+from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.measurement import segments_of
+from gears3d.measurement.smoothing import Shape
 
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
-    from gears3d.measurement.smoothing import Shape
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -69,7 +70,7 @@ def ready(
     """
     assert one.rig is not None
     spared = () if delay == 0.0 else (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
-    shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in (0, 1))
+    shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in _flanks(each))
     known = (paths or Paths()).of(one, delay)
     made = of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
     return turn(replace(made, unmarked=tuple(one.recording.meta.get("zero_arbitrary", ()))), *turned)
@@ -88,8 +89,8 @@ def single_teeth(found: Search) -> tuple[Any, ...]:
 
 def searched(
     admitted: Sequence[Admitted], records: list[Evidence], highest: int, paths: Paths | None = None
-) -> tuple[list[Evidence], Search]:
-    """Return what a search finds, and the records as it saw them.
+) -> tuple[list[Evidence], Search, Pocket | None]:
+    """Return the records as a search saw them, what it finds, and a tooth that stands back out of reach.
 
     A tooth that stands out is not where flanks of low orders are drawn, and spoils the cutting of what happens on it.
     Once its place is known, the records are cut anew with a flank that may have it, and searched anew.
@@ -102,15 +103,22 @@ def searched(
     """
     known: tuple[Any, ...] = ()
     records, found = aligned(records, highest)
+    deep = None if struck(records) else pocketed(records)
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
     for _ in range(AGAIN):
-        teeth = single_teeth(found) or kicking(records)
+        teeth = (*known, *struck(records)) or _effect(deep) or single_teeth(found) or kicking(records)
         if _places(teeth) <= _places(known):
             break
-        known = teeth
+        known = teeth[:MOST_TEETH]
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
         records, found = aligned(records, highest)
-    return records, found
+    if deep is not None:  # its depth is not what the search makes of where the gear was seen
+        found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
+    return records, found, deep
+
+
+def _effect(deep: Pocket | None) -> tuple[Any, ...]:
+    return () if deep is None else (deep.effect,)
 
 
 def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
@@ -125,13 +133,18 @@ def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any
         return before
 
 
+def _flanks(tooth: Any) -> tuple[int, ...]:
+    """Return the flanks that a pitch error is on, 0 active, 1 reverse."""
+    return {"active": (0,), "reverse": (1,)}.get(tooth.flank, (0, 1))
+
+
 def _shape(rig: Scenario, tooth: Any, flank: int, turned: tuple[float, float]) -> Shape:
-    """Return what a pitch error of unit size and of its sign does to a flank, over both angles."""
+    """Return what a pitch error of its sign does to a flank, over both angles, and the size it is expected to have."""
     whole = replace(tooth, flank="both")
     rows, pair = whole.rows(rig.rig()), rig.pair()
 
-    def shape(drive: Array, loose: Array) -> Array:
+    def over(drive: Array, loose: Array) -> Array:
         own = deviation(rows, pair, drive + turned[0], loose + turned[1], np.full(len(drive), flank))
         return own / abs(tooth.offset)
 
-    return shape
+    return Shape(over, flank, abs(tooth.offset), tooth.flank != "both")

@@ -13,7 +13,6 @@ from gears3d.diagnosis.verdict import Named, name_causes
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.rivals import Rival
-    from gears3d.diagnosis.scatter import Scatter
     from gears3d.diagnosis.search import Search
     from gears3d.scenario import Scenario
 
@@ -39,35 +38,30 @@ class Parted(NamedTuple):
 
 
 def part(
-    found: Search, others: list[list[Rival]], spread: Scatter | None, rig: Scenario, notes: Sequence[Note]
+    found: Search, others: list[list[Rival]], beside: Sequence[Named], rig: Scenario, notes: Sequence[Note]
 ) -> Parted:
     """Part the causes that records and rig carry from those that they do not.
 
     Args:
         found: by the search.
         others: rivals of each cause.
-        spread: scatter of the restitution, where it was accepted.
+        beside: causes that were found beside the search.
         rig: scenario of the bench.
         notes: of the records as they came in.
     """
-    named = name_causes(found, others, spread)
+    named = sorted([*name_causes(found, others), *beside], key=lambda one: -one.gain)
     weak = [carried(found.records, cause) for cause in found.fit.causes]
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     told = [*notes, *of_records(found.records), *of_causes(rig, own), *(why for why in weak if why is not None)]
     blocked = any(one.blocks for one in told)
     stays = [why is None and not blocked for why in weak]
     kept = [cause.effect for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
-    causes = tuple(one for one in named if not blocked and (one.effect in kept or _scatters(one, found)))
+    causes = tuple(one for one in named if not blocked and (one.effect in kept or one in beside))
     suspects = tuple(one for one in named if one not in causes)
     if not all(stays):
         found = _only(found, stays)
         others = [each for each, stay in zip(others, stays, strict=True) if stay]
     return Parted(found, others, causes, suspects, tuple(told), not blocked and (bool(causes) or not suspects))
-
-
-def _scatters(one: Named, found: Search) -> bool:
-    """Whether this is no cause of the search, but the scatter beside it."""
-    return all(one.effect != cause.effect for cause in found.fit.causes)
 
 
 def _only(found: Search, stays: Sequence[bool]) -> Search:

@@ -12,6 +12,7 @@ from gears3d.diagnosis.cause import Cause, fit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
+from gears3d.diagnosis.kicked import Pocket
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.remains import channel_of
@@ -22,8 +23,9 @@ from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import GEARS, counted_from, free
 from gears3d.diagnosis.zeros import covariance as zeros_free
+from gears3d.effects import catalogue
 from gears3d.identification import Parameter
-from gears3d.units import FAMILIES
+from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
 CHANCE = 1e-4
@@ -53,6 +55,7 @@ class Named:
         table: for the scenario's ``[[effect]]``.
         excluded: ``kind`` and ``why`` of causes that were tried in its place, and that the data exclude.
         zero: record from whose zero its phase, or tooth, counts; empty where encoders count from marks.
+        at_least: parameters of which only that they are as large is known.
     """
 
     kind: str
@@ -65,10 +68,13 @@ class Named:
     table: dict[str, Any] = field(repr=False)
     excluded: tuple[dict[str, str], ...] = ()
     zero: str = ""
+    at_least: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
+        for name in self.at_least:
+            numbers[name]["at_least"] = True
         fixed = {name: chosen(self.effect, name, value) for name, value in self.table.items()
                  if name != "kind" and name not in numbers}  # fmt: skip
         if self.zero and "phase" in fixed:
@@ -93,13 +99,12 @@ def chosen(effect: Any, name: str, written: Any) -> Any:
     return {"value": float(getattr(effect, name)), "unit": FAMILIES[family].si, "ci95": None}
 
 
-def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None) -> list[Named]:
+def name_causes(found: Search, others: list[list[Rival]]) -> list[Named]:
     """Return the causes of a search in words, those of greatest gain first.
 
     Args:
         found: by the search.
         others: rivals of each cause.
-        spread: scatter of the restitution, where it was accepted.
     """
     now, at, told = found.fit, 0, []
     whole = now.covariance
@@ -122,14 +127,33 @@ def name_causes(found: Search, others: list[list[Rival]], spread: Scatter | None
             Named(effect.kind, effect.place, numbers, evidence_for(found, cause, less.rest, gain), gain, alternatives,
                   effect, written, excluded, zero)
         )  # fmt: skip
-    if spread is not None:
-        told.append(_scattered(spread))
     return sorted(told, key=lambda one: -one.gain)
 
 
-def _scattered(spread: Scatter) -> Named:
-    from gears3d.effects import catalogue
+def beside(spread: Scatter | None, deep: Pocket | None) -> list[Named]:
+    """Return in words what was found beside a search.
 
+    Args:
+        spread: scatter of the restitution, where it was accepted.
+        deep: tooth that stands back out of reach.
+    """
+    found = [] if spread is None else [_scattered(spread)]
+    return found if deep is None else [*found, _out_of_reach(deep)]
+
+
+def _out_of_reach(deep: Pocket) -> Named:
+    effect = deep.effect
+    ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
+    numbers = {"offset": Parameter(effect.offset, "m", *ends)}
+    text = (
+        f"{100.0 * deep.share:.0f} % of the contacts of the {effect.flank} flank end behind this tooth, where the next"
+        f" one throws the gear off; it was seen {show(abs(effect.offset), 'length', 3)} deep, and never at the bottom"
+    )
+    return Named(effect.kind, effect.place, numbers, text, deep.gain, (), effect, table(effect, numbers),
+                 at_least=("offset",))  # fmt: skip
+
+
+def _scattered(spread: Scatter) -> Named:
     effect = catalogue()["restitution_scatter"](standard_deviation=spread.value)
     number = Parameter(spread.value, "", spread.value - 1.96 * spread.sigma, spread.value + 1.96 * spread.sigma)
     numbers = {"standard_deviation": number}

@@ -12,6 +12,8 @@ NARROWEST = 0.4
 """Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
 """Parts of the expected sizes that are tried."""
+NONE = 1e-3
+"""Part of its expected size that a shape may have on the flank that it is not on."""
 EVIDENCE = 300
 """Places that speak for a size at most."""
 
@@ -48,6 +50,18 @@ class Flanks(NamedTuple):
             return low, np.full_like(low, np.inf)
         low, width = self.terms.sums(np.stack([self.active, self.gap]), time, drive, loose)
         return low, low + np.maximum(width, NARROWEST * self.gap[0])
+
+    def lifted(self, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return by how much shapes besides orders move a flank [m], (n,).
+
+        Args:
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        gap = np.zeros_like(self.active) if self.gap is None else self.gap
+        low, width = self.terms.shaped(np.stack([self.active, gap]), drive, loose)
+        return low + width * (np.asarray(flank) == 1)
 
     def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
         """Return how well the place of a flank is known [m], (n,).
@@ -96,12 +110,19 @@ def through(
         weight: of the places, (n,); all alike without.
     """
     count = columns.shape[1]
-    whole = np.hstack([columns, columns * side[:, None]]) if both else columns
-    prior = np.concatenate([terms.prior, 0.5 * terms.prior])[: whole.shape[1]] * gap
+    owner = terms.flank
+    low, high = np.where(owner < 1, terms.expected, 0.0), np.where(owner == 1, terms.expected, 0.0)
+    behind = side[:, None].astype(float)
+    whole = columns * np.where(owner == 0, 1.0 - behind, owner < 1)  # a shape of one flank is none of the other
+    whole = np.hstack([whole, columns * (owner != 0) * behind]) if both else whole
+    idle = np.concatenate([owner == 1, owner == 0])
+    prior = (np.concatenate([terms.prior, 0.5 * terms.prior]) * gap * np.where(idle, NONE, 1.0))[: whole.shape[1]]
     if both:
         prior[count] = 0.3 * gap
         place = place - gap * (side == 1)
     prior[0] = prior[0] if both or not len(place) else 1e3 * max(gap, float(np.abs(place).max()))
+    expected = np.concatenate([low, high])[: whole.shape[1]]
+    place = place - whole @ expected
     middle = float(np.median(place))
     weight = np.ones(len(place)) if weight is None else weight
     shares, numbers, strict = weight, np.zeros(whole.shape[1]), prior
@@ -113,10 +134,16 @@ def through(
             off = (place - middle - whole @ numbers) / (6.0 * scale)
             shares = weight * np.square(np.clip(1.0 - off**2, 0.0, None))
     normal = (whole * shares[:, None]).T @ whole / scale**2 + np.diag(strict**-2)
+    numbers += expected
     numbers[0] += middle
     if both:
         numbers[count] += gap
-    return Flanks(terms, numbers[:count], numbers[count:] if both else None, np.linalg.inv(normal), scale, 0.0)
+    covariance = np.linalg.inv(normal)
+    if both:
+        apart = np.eye(2 * count)
+        apart[count:, :count] = -np.diag(1.0 * (owner == 0))  # where the flank is higher, the dead band is narrower
+        numbers, covariance = apart @ numbers, apart @ covariance @ apart.T
+    return Flanks(terms, numbers[:count], numbers[count:] if both else None, covariance, scale, 0.0)
 
 
 def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, terms: Terms) -> np.ndarray:

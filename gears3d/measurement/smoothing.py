@@ -127,8 +127,20 @@ class Track:
         return drive + share * (driven - drive), loose + share * (turned - loose)
 
 
-Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""How far a flank stands out over the angles of drive and loose gear, each (n,)."""
+class Shape(NamedTuple):
+    """A form that a flank may have besides orders.
+
+    Args:
+        over: displacement of unit size over the angles of drive and loose gear [rad], each (n,).
+        flank: 0 active, 1 reverse.
+        size: that is expected [m].
+        known: whether it is known to a few hundredths already.
+    """
+
+    over: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    flank: int
+    size: float = 0.0
+    known: bool = False
 
 
 class Blocks(NamedTuple):

@@ -19,7 +19,7 @@ LOW_ORDERS = (1, 2, 3)
 """Of either gear, once per revolution and its multiples, that flanks may have."""
 MESH_ORDERS = (1, 2)
 """Multiples of the tooth number."""
-PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3}
+PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
 """Expected size of a term in gaps: what the record does not tell stays small."""
 
 
@@ -64,7 +64,7 @@ class Terms(NamedTuple):
         made = np.zeros((len(time), len(self.prior)))
         orders.columns(*self._coded(), *self._at(time, drive, loose), made)
         for number, shape in enumerate(self.shapes):
-            made[:, SHAPED + number] = shape(drive, loose)
+            made[:, SHAPED + number] = shape.over(drive, loose)
         return made
 
     def sums(self, numbers: np.ndarray, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
@@ -80,8 +80,33 @@ class Terms(NamedTuple):
         known = numbers.copy()
         known[:, SHAPED : SHAPED + len(self.shapes)] = 0.0
         orders.sums(*self._coded(), *self._at(time, drive, loose), known, made)
+        return made + self.shaped(numbers, drive, loose)
+
+    @property
+    def flank(self) -> np.ndarray:
+        """Flank that each column belongs to, 0 active, 1 reverse, -1 both, (p,)."""
+        owner = np.full(len(self.prior), -1)
+        owner[SHAPED : SHAPED + len(self.shapes)] = [shape.flank for shape in self.shapes]
+        return owner
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Numbers that the columns are expected to have beforehand, each on its flank [m], (p,)."""
+        numbers = np.zeros(len(self.prior))
+        numbers[SHAPED : SHAPED + len(self.shapes)] = [shape.size for shape in self.shapes]
+        return numbers
+
+    def shaped(self, numbers: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return what the shapes alone add to sums of the columns, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(drive)))
         for number, shape in enumerate(self.shapes):
-            made += numbers[:, SHAPED + number, None] * shape(drive, loose)
+            made += numbers[:, SHAPED + number, None] * shape.over(drive, loose)
         return made
 
     def _coded(self) -> tuple[np.ndarray, np.ndarray]:
@@ -110,9 +135,9 @@ def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
     for degree in (1, 2):
         kinds.append(("drift", degree))
         prior.append(PRIOR["drift"])
-    for number in range(len(path.shapes)):
+    for number, shape in enumerate(path.shapes):
         kinds.append(("shape", number))
-        prior.append(PRIOR["shape"])
+        prior.append(PRIOR["known" if shape.known else "shape"])
     apart = abs(turns[0] - turns[1])
     for gear in ("drive", "loose") if apart > 0.5 else ("drive",):
         for order in LOW_ORDERS:
