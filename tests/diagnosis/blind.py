@@ -6,19 +6,22 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
-from gears3d.challenge import hide, plan, reveal
+from gears3d.challenge import hide, plan, protocol, reveal
 from gears3d.challenge.causes import KINDS
 from gears3d.challenge.foreign import UNKNOWN
 from gears3d.challenge.hiding import Plan
 from gears3d.challenge.protocol import bench, excite
 from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.gaplaw import Seen
 from gears3d.errors import InputError
 from gears3d.gate import admit
 from gears3d.readers import files_of
@@ -42,6 +45,7 @@ class Case:
         hidden: kinds; none hides nothing, None lets the seed decide.
         options: of :func:`gears3d.challenge.plan`.
         bench: name of what is done to the bench; one of ``BENCHES`` or nothing.
+        without: stage of the diagnosis that is left out; one of ``STAGES`` or nothing.
     """
 
     part: str
@@ -49,12 +53,14 @@ class Case:
     hidden: tuple[str, ...] | None = ()
     options: tuple[tuple[str, float], ...] = ()
     bench: str = ""
+    without: str = ""
 
     @property
     def name(self) -> str:
         """Return what tells it from others."""
         hidden = "seed" if self.hidden is None else "+".join(self.hidden) or "nothing"
-        return " ".join([self.part, hidden, str(self.seed), *(f"{k}={v}" for k, v in self.options)])
+        less = [f"without {self.without}"] if self.without else []
+        return " ".join([self.part, hidden, str(self.seed), *(f"{k}={v}" for k, v in self.options), *less])
 
     def plan(self) -> Plan:
         """Return the plan of the challenge."""
@@ -137,8 +143,41 @@ def _unknown(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     yield from (Case(part, seed, (kind,), (noise,)) for kind in UNKNOWN)
 
 
+SETTINGS: dict[str, tuple[tuple[str, float], ...]] = {
+    "0.3 % noise": (("noise", FINE),),
+    "1.5 % noise": (("noise", NOISY),),
+    "a quarter of the length": (("noise", FINE), ("duration", 0.25 * protocol.DURATION)),
+    "two speeds": (("noise", FINE), ("records", 2)),
+}
+"""Records for which limits of detection are looked for."""
+SOME = (12, 4)
+"""Of so many seeds in turn, from every hundred on, how many are for the settings after the first."""
+
+
 def _limits(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
-    yield from (Case(part, seed, (kind,), (("size", size), ("noise", FINE))) for kind in KINDS for size in LIMITS)
+    """Yield every kind, its size by the seed; in all settings for some seeds."""
+    first, *others = SETTINGS.values()
+    for k, kind in enumerate(KINDS):
+        yield Case(part, seed, (kind,), (("size", LIMITS[(seed + k) % len(LIMITS)]), *first))
+        for setting in others if seed % 100 % SOME[0] < SOME[1] else ():
+            yield Case(part, seed, (kind,), (("size", LIMITS[(seed + k) % len(LIMITS)]), *setting))
+
+
+STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
+    "cutting anew": (("readied.AGAIN", 0),),
+    "leaving out what is far off": (("search.FAR", ()),),
+    "scatter of restitution as noise": (("search.with_own_noise", list),),
+    "what is left judging causes": (("diagnosis.upheld", lambda found, left: list(found.fit.causes)),),
+    "laws of contact": (("diagnosis.law_of", lambda *_: Seen(None, None)), ("diagnosis.with_others", lambda _: None)),
+    "the bar for small causes": (("search.SMALLEST", 0.0),),
+}  # fmt: skip
+"""Stages of the diagnosis that an ablation leaves out, one at a time: names in its modules, and what stands there."""
+
+
+def _ablated(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    for stage in ("", *STAGES):
+        yield from (Case(part, seed, (kind,), (noise,), without=stage) for kind in KINDS)
+        yield Case(part, seed, (), (noise,), without=stage)
 
 
 TWO = tuple(
@@ -162,12 +201,21 @@ def _null(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
 
 
 PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
-    "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits,
+    "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated,
     **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short"), _null),
 }  # fmt: skip
 """Sorts of blind tests."""
 NULLS = ("nothing", "chaotic", "coarse", "below", "harmonic", "short")
 """Those in which nothing is hidden."""
+
+
+@contextmanager
+def leaving_out(stage: str) -> Iterator[None]:
+    """Leave out a stage of the diagnosis for a while."""
+    with ExitStack() as stack:
+        for name, other in STAGES.get(stage, ()):
+            stack.enter_context(patch(f"gears3d.diagnosis.{name}", other))
+        yield
 
 
 def play(case: Case) -> dict[str, Any]:
@@ -183,7 +231,8 @@ def play(case: Case) -> dict[str, Any]:
         rig, began = load(folder / "rig.toml"), time.process_time()
         try:
             admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
-            told = diagnose(admitted, rig).to_dict()
+            with leaving_out(case.without):
+                told = diagnose(admitted, rig).to_dict()
         except InputError as error:
             told = {"verdict": "not_decidable", "causes": [], "remaining": {"structure": "none"}, "refused": str(error)}
         took = time.process_time() - began
@@ -192,6 +241,7 @@ def play(case: Case) -> dict[str, Any]:
     answer = score.pop("answer")
     return {
         "name": case.name, "part": case.part, "seed": case.seed, "records": len(made.conditions),
+        "setting": next((k for k, v in SETTINGS.items() if v == case.options[1:]), ""), "without": case.without,
         "hidden": [one["kind"] for one in answer["effects"]] + [one["name"] for one in answer["unknown"]],
         "size": answer["size"], "noise": answer["noise"], "visible": answer["visible"],
         "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])]}

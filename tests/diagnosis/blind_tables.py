@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 from scipy.stats import binomtest
 
 from gears3d.challenge.causes import KINDS
+from gears3d.effects import catalogue
 from tests.diagnosis.blind import FINE, NULLS
 
 WITHIN = {FINE: 0.03, 0.015: 0.10}
@@ -31,6 +32,9 @@ def rate(hits: int, count: int) -> str:
 
 def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
     """Return the lines of all tables for which there are tests."""
+    if less := [row for row in rows if row["part"] == "ablation"]:
+        yield from [*_ablation(less), ""]
+        rows = [row for row in rows if not row.get("without")]
     known = [row for row in rows if _part(row) == "kinds"]
     if known:
         yield from _known(known)
@@ -117,11 +121,39 @@ def _strange(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield "| " + " | ".join([*cells, _count(own, lambda r: r["verdict"] == "explained")]) + " |"
 
 
+def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:
+    yield "| without | right first, or its set | with a wrong name beside | nulls with a name | wrong now |"
+    yield "|---|---|---|---|---|"
+    sets: dict[str, set[str]] = {}
+    for stage in sorted({row["without"] for row in rows}):
+        own = [row for row in rows if row["without"] == stage]
+        some, none = [row for row in own if row["hidden"]], [row for row in own if not row["hidden"]]
+        sets[stage] = {row["hidden"][0] for row in some if not _right(row)}
+        cells = [stage or "nothing: all stages", _count(some, _right), _count(some, lambda r: r["wrong_names"])]
+        lost = ", ".join(sorted(sets[stage] - sets.get("", set()))) if stage else ""
+        yield "| " + " | ".join([*cells, _count(none, lambda r: r["causes"]), lost or "–"]) + " |"
+
+
 def _limits(rows: list[dict[str, Any]]) -> Iterable[str]:
-    yield "| hidden | right first by size (shares of unit_size) | 50 % limit | 90 % limit |"
+    settings = list(dict.fromkeys(row["setting"] for row in rows))
+    base = [row for row in rows if row["setting"] == settings[0]]
+    yield from _limits_by(base, "hidden", {kind: [kind] for kind in sorted({row["hidden"][0] for row in base})})
+    if len(settings) > 1:
+        both = {row["seed"] for row in rows if row["setting"] != settings[0]}
+        rows = [row for row in rows if row["seed"] in both]
+        places: dict[str, list[str]] = {}
+        for kind in sorted({row["hidden"][0] for row in rows}):
+            places.setdefault(catalogue()[kind].place, []).append(kind)
+        for setting in settings:
+            yield from ["", *_limits_by([row for row in rows if row["setting"] == setting], setting, places)]
+
+
+def _limits_by(rows: list[dict[str, Any]], title: str, groups: dict[str, list[str]]) -> Iterable[str]:
+    """Return limits of detection, by groups of kinds."""
+    yield f"| {title} | right first by size (shares of unit_size) | 50 % limit | 90 % limit |"
     yield "|---|---|---|---|"
-    for kind in sorted({row["hidden"][0] for row in rows}):
-        own = [row for row in rows if row["hidden"] == [kind]]
+    for kind, kinds in groups.items():
+        own = [row for row in rows if row["hidden"][0] in kinds]
         sizes = sorted({row["size"] for row in own})
         told = [f"{size:g}: {sum(_right(r) for r in own if r['size'] == size)}/{sum(r['size'] == size for r in own)}"
                 for size in sizes]  # fmt: skip

@@ -1,10 +1,12 @@
 """The door of blind tests: every part draws what it says, and the tables count what the rows say."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 from gears3d.challenge.causes import KINDS
-from tests.diagnosis.blind import NULLS, PARTS, Case, cases
+from tests.diagnosis.blind import LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out
 from tests.diagnosis.blind_tables import limits, rate, tables
 
 
@@ -64,3 +66,30 @@ def test_tables_count_what_rows_say():
     assert f"| drag_viscous | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 1)} | {rate(0, 1)} |" in lines
     assert "| drag_viscous | drag_viscous 1, *unexplained* 1 |" in lines
     assert any(line.startswith(f"| short | 1 (5) | {rate(1, 1)}") for line in lines)
+
+
+def test_limits_are_looked_for_at_every_size_and_in_every_setting():
+    made = list(cases("limits", 100, len(LIMITS)))
+    for kind in KINDS:
+        own = [case for case in made if case.hidden == (kind,)]
+        base = next(iter(SETTINGS.values()))
+        assert {case.options[0][1] for case in own if case.options[1:] == base} == set(LIMITS)
+        assert {case.options[1:] for case in own} == set(SETTINGS.values())
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_stage_that_is_left_out_comes_back(stage):
+    names = [f"gears3d.diagnosis.{name}".rsplit(".", 1) for name, _ in STAGES[stage]]
+    before = [getattr(import_module(module), name) for module, name in names]
+    with leaving_out(stage):
+        assert all(getattr(import_module(m), n) is not b for (m, n), b in zip(names, before, strict=True))
+    assert [getattr(import_module(module), name) for module, name in names] == before
+
+
+def test_tables_tell_what_a_stage_is_worth():
+    row = {"part": "ablation", "seed": 1, "records": 5, "hidden": ["drag_viscous"], "size": 0.2, "noise": 0.003,
+           "visible": True, "causes": [{"kind": "drag_viscous", "or": []}], "gain": 0.9, "without": "",
+           "seconds": 2.0, "set_right": True, "wrong_names": []}  # fmt: skip
+    lost = {**row, "without": "cutting anew", "set_right": False}
+    lines = list(tables([row, lost]))
+    assert f"| cutting anew | {rate(0, 1)} | {rate(0, 1)} | – | drag_viscous |" in lines
