@@ -29,6 +29,7 @@ VERBS = (
     "new",
     "list",
     "run",
+    "sweep",
     "compare",
     "describe",
     "camera",

@@ -91,7 +91,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
             count[at.N_IMPACTS] = row
             count[at.BOUNCES] += done
             count[at.STEPS] += done + 1
-            _land(m, state, t, flank, place, speed, rate, height, pull, size)
+            land(m, state, t, flank, place, speed, rate, height, pull, size)
             impact(m, state, count, flank, w)
             return True
         change = rebound - rate
@@ -108,7 +108,7 @@ def bounce_on(m, state, count, impacts, spacing, n_samples, end, w):
     count[at.N_IMPACTS] = row
     count[at.BOUNCES] += done
     count[at.STEPS] += done
-    _land(m, state, t, flank, place, speed, v, 0.0, pull, size)
+    land(m, state, t, flank, place, speed, v, 0.0, pull, size)
     state[at.LAST_IMPACT] = t
     let_go(m, state, w)
     return True
@@ -147,7 +147,7 @@ def _height(v, pull, size, omega, c0, s0, start):
 
 
 @inner
-def _land(m, state, t, flank, place, speed, rate, height, pull, size):
+def land(m, state, t, flank, place, speed, rate, height, pull, size):
     """Put the state on the flank at time t."""
     theta = m[at.MEAN] * t
     amplitude, omega = m[at.HARMONICS], m[at.HARMONICS + 1]
@@ -185,7 +185,7 @@ def ride(m, state, count, spacing, n_samples, end, w):
     if count[at.N_SAMPLES] < n_samples and count[at.N_SAMPLES] * spacing <= min(until, end):
         return False
     place = 0.0 if flank == 0 else m[at.BACKLASH]
-    _land(m, state, min(until, end), flank, place, 0.0, 0.0, state[at.HEIGHT], 1.0, 0.0)
+    land(m, state, min(until, end), flank, place, 0.0, 0.0, state[at.HEIGHT], 1.0, 0.0)
     state[at.SPEED] = ratio * state[at.DRIVE_SPEED]
     if until < end:
         close_contact(state, count, flank)

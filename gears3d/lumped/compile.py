@@ -7,10 +7,11 @@ from numba.extending import intrinsic
 
 from gears3d.kernels import njit
 
-inner: Any = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", fastmath={"contract"})  # type: ignore[call-overload]
+inner: Any = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy")  # type: ignore[call-overload]
 """Decorator of functions that only compiled code calls; leaving out their Python wrappers saves compile time.
 
-Divisions are not checked one by one (a motion that is not finite ends the run), and a product may be fused with a sum.
+Divisions are not checked one by one (a motion that is not finite ends the run). Products are never fused with sums: the
+compiler would do so here and not there, and a kernel from the cache would differ from a fresh one in the last digit.
 """
 
 

@@ -10,6 +10,7 @@ from gears3d.kernels import njit
 from gears3d.lumped import layout as at
 from gears3d.lumped.bounces import bounce_on, eligible, ride
 from gears3d.lumped.compile import borrowed
+from gears3d.lumped.crossings import cross_over
 from gears3d.lumped.film_steps import film_step, hush
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
@@ -21,7 +22,7 @@ SHORTEST = 1e-12
 
 
 def _compiled(oiled: bool):
-    @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
+    @njit(cache=True, nogil=True, error_model="numpy")
     def advance(m, state, count, out, end):
         m, state, count = borrowed(m), borrowed(state), borrowed(count)
         w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
@@ -40,7 +41,8 @@ def _compiled(oiled: bool):
             elif oiled and (mode == at.FREE or mode >= at.PRESSED):
                 film_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             elif mode == at.FREE:
-                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+                if not cross_over(m, state, count, spacing, samples.shape[0], end, w):
+                    free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             elif mode < at.PRESSED:
                 if m[at.SIMPLE] == 0.0 or not ride(m, state, count, spacing, samples.shape[0], end, w):
                     contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
@@ -70,7 +72,7 @@ def _compiled(oiled: bool):
     return advance
 
 
-_dry, _oiled = (_compiled(oiled) for oiled in (False, True))
+dry, oiled = (_compiled(oiled) for oiled in (False, True))
 
 
 def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers, end: float) -> int:
@@ -88,4 +90,4 @@ def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers
     Returns:
         How it ended, one of those in :mod:`gears3d.lumped.layout`.
     """
-    return (_oiled if m[at.FLOOR] > 0.0 else _dry)(m, state, count, out, end)
+    return (oiled if m[at.FLOOR] > 0.0 else dry)(m, state, count, out, end)

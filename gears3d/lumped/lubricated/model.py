@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import cos, pi, sqrt
 from typing import TYPE_CHECKING
 
@@ -86,7 +87,8 @@ def pack(scenario: Scenario, settings: Settings | None = None) -> Model:
     numbers = _numbers(rig, rows, settings, scenario.pair())
     numbers[at.MEAN] = mean
     numbers[at.BACKLASH] -= thinner
-    table = _table(scenario.pair(), rows, settings)
+    springs = [row.p[0] for row in rows if row.code == Code.GAP_SPRING]
+    table = _table(scenario.pair(), float(sum(springs)) if springs else None, settings).copy()
     slowest = 2.0 * pi / float(moving[:, 1].min()) if len(moving) else scenario.run.duration
     fastest = abs(mean) + float(np.abs(moving[:, 0]).sum())
     fast = [2.0 * pi / float(moving[:, 1].max()) / 12.0] if len(moving) else []
@@ -126,15 +128,15 @@ def _numbers(rig: Rig, rows: tuple[Row, ...], settings: Settings, pair: Pair) ->
     return p
 
 
-def _table(pair: Pair, rows: tuple[Row, ...], settings: Settings) -> np.ndarray:
-    """Stiffness and levers over one pitch of the drive."""
+@lru_cache(maxsize=8)
+def _table(pair: Pair, spring: float | None, settings: Settings) -> np.ndarray:
+    """Stiffness and levers over one pitch of the drive; many runs of one pair share them."""
     theta = np.arange(POINTS) / POINTS * 2.0 * pi / pair.drive.teeth
-    springs = [row.p[0] for row in rows if row.code == Code.GAP_SPRING]
     table = np.zeros((POINTS, at.COLUMNS))
     printed = settings.friction == "published"
     length = contact_length(pair.drive.face_width, pair.contact_ratio, pair.drive.base_helix_angle)
     for flank, name in enumerate(("active", "reverse")):
-        teeth = harmonics(pair, settings.harmonics, name)(theta) if not springs else np.full(POINTS, sum(springs))
+        teeth = harmonics(pair, settings.harmonics, name)(theta) if spring is None else np.full(POINTS, spring)
         table[:, at.STIFFNESS + flank] = teeth
         if settings.friction != "none":
             rubbing = (settings.average_friction, settings.regularisation, printed)

@@ -17,7 +17,7 @@ from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.forces import act, drive, gaps
 from gears3d.lumped.lubricated.passages import note
 
-whole: Any = njit(cache=True, error_model="numpy", fastmath={"contract"})  # type: ignore[call-overload]
+whole: Any = njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[call-overload]
 LEAST_STEP = 1e-14
 """Of time [s]; below it the motion stands still."""
 LOBATTO = 0.2763932022500210

@@ -1,0 +1,148 @@
+"""``gears3d sweep``: many runs over a grid become one dataset and its figures."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gears3d.sweep import Done, Plan
+
+
+def sweep(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder; one that holds a part of the same sweep is gone on with.")],
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            metavar="KEY=VALUES", help='"KEY=A..B UNIT lin N", "... log N", "KEY=a,b,c UNIT", "KEY=@file.csv UNIT".'
+        ),
+    ],
+    model: Annotated[str, typer.Option(help="rigid (1-DOF), lubricated, plastic (closed form) or bullet.")] = "rigid",
+    measure: Annotated[
+        str, typer.Option(help="Of threshold,regime,velocities,impulses,poincare,ri,level; default all the model has.")
+    ] = "",
+    follow: Annotated[
+        str, typer.Option(metavar="KEY", help="Follow the motion along this axis, up and down, from point to point.")
+    ] = "",
+    periods: Annotated[int | None, typer.Option(help="Of every point; default as many as run.duration holds.")] = None,
+    settle: Annotated[int | None, typer.Option(help="Of these, left out at the begin; default run.settle.")] = None,
+    keep: Annotated[int | None, typer.Option(help="Of these, at the end, with sections; default 32.")] = None,
+    strobe: Annotated[float, typer.Option(help="When in the period sections are taken, in cycles.")] = 0.0,
+    workers: Annotated[int | None, typer.Option(help="Processes; default all cores. 0: in this process.")] = None,
+    scheduler: Annotated[str, typer.Option(help="Of a dask cluster, e.g. tcp://127.0.0.1:8786.")] = "",
+    point_limit: Annotated[str, typer.Option(help="Time that a point may take, e.g. '60 s'; default none.")] = "",
+    longest: Annotated[str, typer.Option(help="A sweep expected to take longer is not begun.")] = "86400 s",
+    block: Annotated[int | None, typer.Option(help="Points of a block; default some seconds' worth.")] = None,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+    ] = None,
+    estimate: Annotated[bool, typer.Option(help="Only say how long it would take.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Draw what the dataset has a picture for.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what became of it as JSON.")] = False,
+) -> None:
+    """Run a scenario over a grid of values and write one labelled dataset, sweep.nc, and its figures.
+
+    The same command goes on where it was broken off.
+
+    Example: gears3d sweep scenarios/rigaud-2020/fig5-20rpm.toml --vary "drag.torque=0.1..1.5 N m lin 50" --out sweep
+    """
+    from gears3d.scenario import load
+    from gears3d.sweep import make_plan
+    from gears3d.sweep import sweep as run
+
+    words = tuple(word.strip() for word in measure.split(",") if word.strip())
+    plan = make_plan(load(scenario, set_ or ()), vary, model, words, follow, periods, settle, keep, strobe)
+    limit = _seconds(point_limit, "--point-limit") if point_limit else float("inf")
+    if estimate:
+        _tell_estimate(plan, workers, limit, as_json)
+        return
+    about = {
+        "command": shlex.join(["gears3d", *sys.argv[1:]]),
+        "machine": f"Python {platform.python_version()}, {platform.machine()}",
+    }
+    say = (lambda _: None) if as_json else lambda text: typer.echo(text, err=True)
+    with _bar(plan.size) as track:
+        try:
+            done = run(plan, out, workers, scheduler, limit, _seconds(longest, "--longest"), block, about, say, track)
+        except KeyboardInterrupt:
+            typer.echo(f"interrupted: finished blocks are kept in {out}; the same command goes on", err=True)
+            raise typer.Exit(130) from None
+    drawn = _draw(done.place) if pictures else []
+    _report(done, drawn, as_json)
+
+
+def _seconds(text: str, key: str) -> float:
+    from gears3d.errors import Fault, InputError
+    from gears3d.units import parse
+
+    try:
+        value = parse(text, "time")
+    except InputError as why:
+        raise InputError([Fault(key, fault.message, fault.remedy) for fault in why.faults]) from None
+    if value <= 0.0:
+        raise InputError(Fault(key, f"is {text}", "give a time above 0 s"))
+    return value
+
+
+def _bar(points: int) -> Any:
+    """Give a function that takes the number of points that are done; it raises after Ctrl-C."""
+    from contextlib import contextmanager
+
+    from gears3d.cli.progress import bars
+
+    @contextmanager
+    def bar() -> Any:
+        with bars() as track:
+            yield track("points", points)
+
+    return bar()
+
+
+def _tell_estimate(plan: Plan, workers: int | None, limit: float, as_json: bool) -> None:
+    from gears3d.sweep.estimate import estimate
+    from gears3d.sweep.run import cores
+
+    found = estimate(plan, workers or cores(), limit)
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json({"points": found.points, "point_s": found.point_s, "workers": found.workers, "s": found.total_s})
+        return
+    typer.echo(str(found))
+
+
+def _draw(place: Path) -> list[Path]:
+    from gears3d.sweep.drawing import draw
+
+    return draw(place)
+
+
+def _report(done: Done, drawn: list[Path], as_json: bool) -> None:
+    files = [done.place / "sweep.nc", *drawn]
+    if (done.place / "failed.csv").exists():
+        files.append(done.place / "failed.csv")
+    if as_json:
+        from gears3d.cli.output import print_json
+
+        print_json({
+            "points": done.plan.size, **done.counts, "resumed": done.resumed,
+            "wall_s": done.seconds, "processors_s": done.work_s, "dims": dict(done.plan.dims), "key": done.plan.key,
+            "files": [str(path) for path in files],
+        })  # fmt: skip
+        return
+    from gears3d.sweep.estimate import duration
+
+    grid = " x ".join(f"{size} {name}" for name, size in done.plan.dims)
+    typer.echo(f"{done.plan.size} points ({grid}) in {duration(done.seconds)}, {done.plan.periods} periods each")
+    bad = {word: count for word, count in done.counts.items() if word != "done" and count}
+    if bad:
+        told = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in bad.items())
+        typer.echo(f"not done: {told}; why is in {done.place / 'failed.csv'}")
+    for path in files:
+        typer.echo(str(path))

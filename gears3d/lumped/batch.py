@@ -1,0 +1,259 @@
+"""Many points of a map in one call of compiled code: the rigid model over numbers that change from point to point.
+
+A point is a run of whole periods from rest, or from where the point before it ended. It keeps its counts and a section
+once a period, no tables. Points know nothing of each other, so that any division of a map among threads and machines
+gives the same bits.
+"""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+
+from gears3d.kernels import njit
+from gears3d.lumped import kernel, tally
+from gears3d.lumped import layout as at
+from gears3d.lumped.compile import borrowed, inner
+
+DONE, BROKEN, STANDSTILL, TOO_LONG = 0, 1, 2, 3
+"""How a point ended."""
+ALL = -2
+"""What ``stop`` holds when the whole batch is given up."""
+ROOM, MOST = 64, 1 << 16
+"""Impacts of either flank in a period, and altogether, that are kept to see whether the motion repeats."""
+AT_ONCE = 16
+"""Periods that run without a look at what may stop them."""
+_AWAY = 1e-6
+"""Part of the backlash that is left to either flank where a motion goes on."""
+
+
+@inner
+def _carry(numbers, old, new):
+    """Put a new run, amid the gap, to where an old one ended in flight."""
+    shift = old[at.GAPS] - new[at.GAPS]
+    room = new[at.GAPS] + new[at.GAPS + 1]
+    low, high = _AWAY * room - new[at.GAPS], (1.0 - _AWAY) * room - new[at.GAPS]
+    shift = min(max(shift, low), high)
+    kick = old[at.RATES] - new[at.RATES]
+    new[at.DISPLACEMENT] += shift
+    new[at.GAPS] += shift
+    new[at.GAPS + 1] -= shift
+    new[at.ANGLE] += shift / numbers[at.RADIUS_LOOSE]
+    new[at.RATES] += kick
+    new[at.RATES + 1] -= kick
+    new[at.SPEED] += kick / numbers[at.RADIUS_LOOSE]
+    new[at.SIGN] = 1.0 if new[at.SPEED] >= 0.0 else -1.0
+    new[at.LIFT], new[at.GUESS] = -1.0, inf
+
+
+def _compiled(oiled: bool) -> Any:
+    @njit(cache=True, nogil=True, error_model="numpy")
+    def batch(table, start, periods, follow, times, strobe, out, kept, stop, cursor, status, found, sections):
+        """Run the points of a table; see :func:`run_points`."""
+        table, out_impacts = borrowed(table), borrowed(out.impacts)
+        state, before = np.zeros(at.STATE + 2 * int(table[:, at.N_TABLES].max())), np.zeros(at.STATE)
+        count = np.zeros(at.COUNTERS, dtype=np.int64)
+        carried = False
+        for i in range(table.shape[0]):
+            cursor[0] = i
+            m, period, section = table[i], periods[i], sections[i]
+            mass = m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
+            total, settle, keep = times[0], times[1], section.shape[0]
+            begin, end = settle * period, total * period
+            first = total - settle - keep
+            tally.clear(found[i], section)
+            count[:] = 0
+            out.work[:] = 0.0  # what an earlier point left there would show in the last digit
+            mode = before[at.MODE]
+            state[:] = 0.0
+            state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
+            state[at.DEPARTED] = start[i]
+            if follow and carried:
+                state[at.DEPARTED] = mode - at.STUCK if at.STUCK <= mode < at.PRESSED else 2.0
+            if oiled:  # known when it is compiled; a kernel in the closure would never be found in the cache
+                kernel.oiled(m, state, count, out, 0.0)
+            else:
+                kernel.dry(m, state, count, out, 0.0)
+            if follow and carried and mode == at.FREE:
+                _carry(m, before, state)
+            status[i] = DONE
+            quiet = (total - keep) // AT_ONCE  # stretches before the sections
+            for turn in range(quiet + 1 + 2 * keep):
+                cycle = total - keep + (turn - quiet - 1) // 2
+                sampled = turn > quiet and (turn - quiet) % 2 == 1
+                until = (cycle + strobe) * period if sampled else (cycle + 1) * period
+                if turn <= quiet:
+                    until = min((turn + 1) * AT_ONCE, total - keep) * period
+                while status[i] == DONE:
+                    if oiled:
+                        ended = kernel.oiled(m, state, count, out, until)
+                    else:
+                        ended = kernel.dry(m, state, count, out, until)
+                    hits = count[at.N_IMPACTS]
+                    tally.take(out_impacts, hits, begin, end, period, first, found[i], section, kept, mass)
+                    count[at.N_IMPACTS] = count[at.N_CONTACTS] = 0
+                    if ended == at.BROKEN:
+                        status[i] = BROKEN
+                    elif ended == at.STANDSTILL:
+                        status[i] = STANDSTILL
+                    elif stop[0] == i or stop[0] == ALL:
+                        status[i] = TOO_LONG
+                    elif ended == at.DONE:
+                        break
+                row = cycle - settle - first
+                if sampled and status[i] == DONE:
+                    section[row, tally.PLACE] = state[at.DISPLACEMENT]
+                    section[row, tally.RATE] = state[at.RATES]
+                if status[i] != DONE:
+                    break
+            found[i, tally.REPETITION] = tally.repetition(kept, found[i], begin, end, period)
+            carried = status[i] == DONE
+            for k in range(at.STATE):
+                before[k] = state[k]
+            if stop[0] == ALL:
+                return i
+            cursor[1] = i + 1
+        return table.shape[0]
+
+    return batch
+
+
+_dry, _oiled = (_compiled(oiled) for oiled in (False, True))
+
+
+@njit(cache=True, error_model="numpy")
+def count_impacts(rows, begin, end, period, first, numbers, sections, kept, mass):
+    """Count the impacts of one run.
+
+    Args:
+        rows: of the run, in order of time, as :func:`gears3d.lumped.tally.take` has them; (n, 7).
+        begin: of what counts [s].
+        end: of what counts [s].
+        period: of the excitation [s].
+        first: period since ``begin`` that the first of the sections belongs to.
+        numbers: filled, (NUMBERS,).
+        sections: the first impacts' speeds are filled, (k, SECTIONS).
+        kept: room, (2, m, 2).
+        mass: of the loose gear on the line of action [kg].
+    """
+    tally.clear(numbers, sections)
+    tally.take(rows, len(rows), begin, end, period, first, numbers, sections, kept, mass)
+    numbers[tally.REPETITION] = tally.repetition(kept, numbers, begin, end, period)
+
+
+def room(periods: int) -> np.ndarray:
+    """Return room for the impacts of a point, (2, m, 2).
+
+    Args:
+        periods: in which impacts count.
+
+    >>> room(2).shape
+    (2, 128, 2)
+    """
+    return np.zeros((2, min(ROOM * max(periods, 1), MOST), 2))
+
+
+class Batch:
+    """The buffers of a batch, and what stops it from another thread.
+
+    Args:
+        table: the packed model of every point, flat, (n, m).
+        periods: of the excitation [s], (n,).
+        times: whole periods of a run, those left out at its begin, and those at its end of which sections are kept.
+        start: 0 on the active, 1 on the reverse flank, 2 free amid the gap, (n,).
+        follow: whether a point begins where the one before it ended.
+        strobe: when in the period the sections are taken, in cycles, 0 to below 1.
+
+    Attributes:
+        stop: a point's place makes the batch give up that point, ``ALL`` everything; (1,).
+        cursor: place of the point that runs, and how many are done; (2,).
+        status: DONE, BROKEN, STANDSTILL or TOO_LONG, (n,).
+        found: numbers of the points as :mod:`gears3d.lumped.tally` has them, (n, NUMBERS).
+        sections: once a period, (n, keep, SECTIONS).
+    """
+
+    def __init__(
+        self,
+        table: np.ndarray,
+        periods: np.ndarray,
+        times: tuple[int, int, int],
+        start: np.ndarray,
+        follow: bool = False,
+        strobe: float = 0.0,
+    ) -> None:
+        total, settle, keep = times
+        self._arguments = (
+            np.ascontiguousarray(table), start.astype(np.int64), np.ascontiguousarray(periods), follow, (total, settle),
+            strobe,
+        )  # fmt: skip
+        rows = int(table[:, at.N_TORQUES].max() + table[:, at.N_FLANKS].max()) if len(table) else 0
+        self._buffers = at.buffers(rows, 1024, 1024, 0, inf)
+        self._kept = room(total - settle)
+        self.stop = np.full(1, -1, dtype=np.int64)
+        self.cursor = np.zeros(2, dtype=np.int64)
+        self.status = np.full(len(table), TOO_LONG, dtype=np.int8)
+        self.found = np.full((len(table), tally.NUMBERS), nan)
+        self.sections = np.full((len(table), keep, tally.SECTIONS), nan)
+
+    def run(self) -> int:
+        """Run the points one after the other, without Python's lock, and return how many were run."""
+        table, start, periods, follow, times, strobe = self._arguments
+        if not len(table):
+            return 0
+        compiled = _oiled if table[0, at.FLOOR] > 0.0 else _dry
+        results = (self.stop, self.cursor, self.status, self.found, self.sections)
+        return compiled(table, start, periods, follow, times, strobe, self._buffers, self._kept, *results)
+
+
+def pack_points(base: np.ndarray, quantities: dict[str, np.ndarray]) -> np.ndarray:
+    """Return packed models that differ in the numbers of the rig and of one harmonic alone.
+
+    Args:
+        base: a packed model with one harmonic and no effects, flat, (m,).
+        quantities: ``mean`` and ``amplitude`` [rad/s], ``frequency`` [Hz], ``phase`` [rad], ``torque`` [N·m],
+            ``restitution``, ``stick_velocity`` [m/s], ``backlash`` [m], ``inertia`` [kg·m²], ``seed``; (n,) each.
+
+    Returns:
+        What :meth:`gears3d.lumped.model.Model.flat` gives of each point, (n, m).
+
+    >>> from gears3d.effects import Rig
+    >>> from gears3d.lumped.model import model
+    >>> rig = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.0, 3.1, 90, 90)
+    >>> plain = model(rig, [(2.0, 3.0, 0.1)]).flat()
+    >>> names = ("mean", "amplitude", "frequency", "phase", "torque", "restitution", "stick_velocity", "backlash")
+    >>> values = dict(zip(names, (3.1, 2.0, 3.0, 0.1, 0.22, 0.0, 1e-4, 250e-6))) | {"inertia": 0.0695, "seed": 0}
+    >>> bool(np.all(pack_points(plain, {name: np.array([value]) for name, value in values.items()}) == plain))
+    True
+    """
+    q = quantities
+    table = np.repeat(base[None, :], len(q["mean"]), axis=0)
+    omega = 2 * np.pi * q["frequency"]
+    fastest = np.abs(q["mean"]) + np.abs(q["amplitude"])
+    rate = np.maximum(omega, 1e-3)
+    heaviest = np.abs(q["torque"]) * base[at.RADIUS_LOOSE] / q["inertia"]
+    columns = {
+        at.INERTIA: q["inertia"],
+        at.BACKLASH: q["backlash"],
+        at.MEAN: q["mean"],
+        at.STICK_VELOCITY: q["stick_velocity"],
+        at.REST: np.maximum(1e-13 * fastest, 1e-300),
+        at.UNFELT: 1e-12 * (base[at.RADIUS_DRIVE] * fastest * rate + heaviest),
+        at.SEED: q["seed"],
+        at.SIMPLE: q["amplitude"] > 0.0,
+        at.RATE: rate,
+        at.RATE + 1: rate,
+        at.RATE + 2: rate,
+        at.RESTITUTION: q["restitution"],
+        at.BASE: q["torque"],
+        at.BASE + 3: q["torque"],
+        at.BASE + 6: q["torque"],
+        at.HARMONICS: q["amplitude"],
+        at.HARMONICS + 1: omega,
+        at.HARMONICS + 2: q["phase"],
+        at.HARMONICS + 3: np.cos(q["phase"]),
+    }
+    for column, values in columns.items():
+        table[:, column] = values
+    return table

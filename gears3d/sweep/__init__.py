@@ -1,0 +1,35 @@
+"""Many runs: a grid of scenarios in any model becomes one labelled dataset.
+
+A **plan** says which scenario, which keys are varied, which model and which times; its points are cut into blocks, a
+block runs in one process here or on a cluster, and finished blocks become one netCDF file. A point's numbers depend on
+its own values alone, so they are the same to the bit in any order, on any number of processes.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gears3d.sweep.axes import Axis, parse_axis
+    from gears3d.sweep.dataset import open_dataset
+    from gears3d.sweep.plan import Plan
+    from gears3d.sweep.run import Done, make_plan, sweep
+
+_HOME = {
+    "Axis": "axes",
+    "parse_axis": "axes",
+    "Plan": "plan",
+    "Done": "run",
+    "make_plan": "run",
+    "sweep": "run",
+    "open_dataset": "dataset",
+}
+__all__ = ["Axis", "Done", "Plan", "make_plan", "open_dataset", "parse_axis", "sweep"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name on first use."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'gears3d.sweep' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"gears3d.sweep.{_HOME[name]}"), name)

@@ -1,0 +1,189 @@
+"""One labelled dataset of all blocks, written block by block so that memory stays bounded."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.files import replacing
+from gears3d.signals.pattern import REGIMES
+from gears3d.sweep.block import STATUS
+from gears3d.sweep.measures import MISSING, Variable, variables
+from gears3d.sweep.plan import DIRECTIONS, FORMAT, Plan
+from gears3d.sweep.store import DATA, FAILED, Store, slabs
+from gears3d.version import __version__
+
+if TYPE_CHECKING:
+    import xarray
+
+LACKING = "needs xarray and h5netcdf"
+REMEDY = "pip install 'gears3d[sweep]'"
+_OWN = (
+    Variable("status", "1", "how the point ended: " + ", ".join(f"{i} {word}" for i, word in enumerate(STATUS)), True),
+    Variable("seed", "1", "run.seed of the point"),
+)
+
+
+FLAGS = {"status": STATUS, "regime": REGIMES}
+"""Words of the numbers of a variable, in order."""
+
+
+def refuse_lacking() -> None:
+    """Refuse to begin where the dataset could not be written.
+
+    Raises:
+        InputError: xarray or h5netcdf are not installed.
+    """
+    from importlib.util import find_spec
+
+    if any(find_spec(name) is None for name in ("xarray", "h5netcdf")):
+        raise InputError(Fault("sweep", LACKING, REMEDY))
+
+
+def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
+    """Write ``sweep.nc`` and, where points failed, ``failed.csv``.
+
+    Args:
+        store: all of whose blocks are finished.
+        about: attributes of the dataset.
+
+    Returns:
+        How many points ended in which way.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    import h5netcdf
+
+    plan, failed = store.plan, []
+    counts: dict[str, int] = dict.fromkeys(STATUS, 0)
+    with replacing(store.place / DATA) as unfinished, h5netcdf.File(unfinished, "w") as file:
+        targets = _layout(file, plan, about)
+        for begin, end in store.blocks():
+            values, why = store.read(begin, end)
+            failed += [(point, text) for point, text in why.items()]
+            for code, word in enumerate(STATUS):
+                counts[word] += int(np.count_nonzero(values["status"] == code))
+            for name, target in targets.items():
+                ordered = _ordered(plan, begin, values[name])
+                for box, first, after in slabs(plan.shape, begin, end):
+                    shape = tuple(part.stop - part.start for part in box) + ordered.shape[1:]
+                    target[(*box, *(slice(None),) * (ordered.ndim - 1))] = ordered[
+                        first - begin : after - begin
+                    ].reshape(shape)
+    _write_failed(store, sorted(failed))
+    return counts
+
+
+def _ordered(plan: Plan, begin: int, values: np.ndarray) -> np.ndarray:
+    """Return the values of a block in the order of the grid: the way down was run from the end."""
+    if not plan.follow:
+        return values
+    rows = values.reshape(-1, plan.chain, *values.shape[1:]).copy()
+    first_down = plan.size // 2
+    down = begin + plan.chain * np.arange(len(rows)) >= first_down
+    rows[down] = rows[down, ::-1]
+    return rows.reshape(values.shape)
+
+
+def _layout(file: Any, plan: Plan, about: dict[str, Any]) -> dict[str, Any]:
+    """Make dimensions, coordinates and empty variables; return the variables by name."""
+    sizes = dict(plan.dims)
+    some = variables(plan.measures)
+    if any(variable.sections for variable in some):
+        sizes["period"] = plan.keep
+    file.dimensions = sizes
+    if plan.follow:
+        made = file.create_variable("direction", ("direction",), data=np.array(DIRECTIONS, dtype=object), dtype=_text())
+        made.attrs["long_name"] = "way along the axis that is followed"
+    if "period" in sizes:
+        made = file.create_variable("period", ("period",), data=np.arange(-plan.keep, 0))
+        made.attrs["long_name"] = "periods before the end of the point's run"
+    for axis in plan.axes:
+        if axis.family == "choice":
+            words = np.array(axis.written, dtype=object)
+            made = file.create_variable(axis.name, (axis.name,), data=words, dtype=_text())
+        else:
+            made = file.create_variable(axis.name, (axis.name,), data=np.array(axis.values))
+        made.attrs.update({"units": axis.unit or "1", "long_name": axis.key, "written": axis.text})
+    targets = {}
+    for variable in (*some, *_OWN):
+        dims = tuple(name for name, _ in plan.dims) + (("period",) if variable.sections else ())
+        dtype = "i1" if variable.whole else "i8" if variable.name == "seed" else "f8"
+        always = variable.name in ("status", "seed")
+        fill = {} if always else {"fillvalue": np.int8(MISSING) if variable.whole else np.nan}
+        made = file.create_variable(variable.name, dims, dtype, compression="gzip", compression_opts=1, **fill)
+        made.attrs.update({"units": variable.unit, "long_name": variable.about})
+        if variable.name in FLAGS:
+            words = FLAGS[variable.name]
+            made.attrs.update({"flag_values": np.arange(len(words), dtype="i1"), "flag_meanings": " ".join(words)})
+        targets[variable.name] = made
+    times = {"periods": plan.periods, "settle_periods": plan.settle, "strobe_cycles": plan.strobe, "seed": plan.seed}
+    own = {"Conventions": "CF-1.11", "gears3d_format": FORMAT, "version": __version__, "key": plan.key}
+    told = {"model": plan.model, "scenario": plan.document, "plan": json.dumps(plan.table())}
+    file.attrs.update({**own, **told, **times, **about})
+    return targets
+
+
+def _text() -> Any:
+    import h5py
+
+    return h5py.string_dtype()
+
+
+def _write_failed(store: Store, failed: list[tuple[int, str]]) -> None:
+    place = store.place / FAILED
+    if not failed:
+        place.unlink(missing_ok=True)
+        return
+    plan = store.plan
+    with replacing(place) as unfinished, unfinished.open("w", newline="", encoding="utf-8") as file:
+        lines = csv.writer(file)
+        lines.writerow(["point", *(["direction"] if plan.follow else []), *(axis.key for axis in plan.axes), "why"])
+        for point, why in failed:
+            places = plan.places(np.array([point]))
+            told = [axis.written[int(at[0])] for axis, at in zip(plan.axes, places, strict=True)]
+            way = [DIRECTIONS[int(point >= plan.size // 2)]] if plan.follow else []
+            lines.writerow([point, *way, *told, why])
+
+
+def counted(place: Path) -> dict[str, int]:
+    """Return how many points of a dataset ended in which way.
+
+    Args:
+        place: the folder of the sweep.
+    """
+    import h5netcdf
+
+    with h5netcdf.File(place / DATA, "r") as file:
+        status = np.asarray(file["status"][...])
+    return {word: int(np.count_nonzero(status == code)) for code, word in enumerate(STATUS)}
+
+
+def open_dataset(place: str | Path) -> xarray.Dataset:
+    """Open the dataset of a sweep; its variables are read when they are asked for.
+
+    Args:
+        place: the folder of the sweep, or its ``sweep.nc``.
+
+    Returns:
+        Coordinates are the varied keys with underscores, SI units in ``attrs``.
+
+    Raises:
+        InputError: there is none, or xarray is not installed.
+    """
+    refuse_lacking()
+    import xarray
+
+    path = Path(place)
+    path = path / DATA if path.is_dir() else path
+    if not path.is_file():
+        raise InputError(
+            Fault("", "there is no such dataset", "a sweep that was broken off goes on when it is run again", str(path))
+        )
+    return xarray.open_dataset(path, engine="h5netcdf")

@@ -1,0 +1,216 @@
+"""What is kept of a point: groups of variables, from the counts of its impacts and its sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.lumped import tally as at
+from gears3d.signals.pattern import REGIMES, SHARE
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the dataset.
+
+    Args:
+        name: as the dataset names it.
+        unit: SI.
+        about: what it is.
+        whole: whether it is a small whole number, with a place for ``missing``.
+        sections: whether there is one value a kept period.
+    """
+
+    name: str
+    unit: str
+    about: str
+    whole: bool = False
+    sections: bool = False
+
+
+class Setting(NamedTuple):
+    """What the numbers of points are held against; (n,) each.
+
+    Args:
+        period: of the excitation [s].
+        mass: of the loose gear on the line of action [kg].
+        swing: amplitude of the drive's speed in the first harmonic [rad/s].
+        radius: base radius of the drive gear [m].
+        force: base drag on the line of action [N].
+        inertia: of the loose gear [kg·m²].
+        tilt: cosine of the base helix angle.
+    """
+
+    period: Array
+    mass: Array
+    swing: Array
+    radius: Array
+    force: Array
+    inertia: Array
+    tilt: Array
+
+
+MISSING = -9
+"""A whole number that is not known."""
+_FLANKS = ("active", "reverse")
+
+
+def _both(name: str, unit: str, about: str, **more: bool) -> tuple[Variable, ...]:
+    return tuple(Variable(f"{flank}_{name}", unit, f"{about} {flank} flank", **more) for flank in _FLANKS)
+
+
+GROUPS: dict[str, tuple[Variable, ...]] = {
+    "threshold": (
+        Variable("excitation", "1", "Λ of the first harmonic and the base drag"),
+        Variable("opening_m", "m", "highest flight after settling; 0: contact holds"),
+    ),
+    "regime": (
+        Variable("regime", "1", "flanks that are struck: 0 contact, 1 single_sided, 2 double_sided", whole=True),
+        Variable("repetition", "1", "periods after which impacts repeat; 0 no impacts, -1 beyond 8", whole=True),
+        Variable("impacts_per_period", "1", "mean number of impacts in a period"),
+    ),
+    "velocities": (
+        *_both("velocity_mean_m_s", "m/s", "mean velocity before impacts on the"),
+        *_both("velocity_std_m_s", "m/s", "standard deviation of the velocity before impacts on the"),
+        *_both("velocity_largest_m_s", "m/s", "largest speed before an impact on the"),
+        *_both("impacts_per_period", "1", "mean number of impacts in a period on the"),
+    ),
+    "impulses": _both("impulse_dimensionless", "1", "mean of I/(m·H·ω) over impacts on the"),
+    "poincare": (
+        Variable("section_displacement_m", "m", "displacement once a period", sections=True),
+        Variable("section_velocity_m_s", "m/s", "relative velocity once a period", sections=True),
+        *_both("section_impact_m_s", "m/s", "velocity of the first impact of a period on the", sections=True),
+    ),
+    "ri": (
+        Variable("rattle_index", "N/(s kg m^2)", "effective rate of the mesh force over the loose gear's inertia"),
+    ),
+    "level": (
+        Variable("energy_J_s", "W", "energy lost in impacts, a second"),
+        Variable("energy_level_dB", "dB", "the same re 1 pW"),
+        Variable("rattle_drive_rad3_s3", "rad^3/s^3", "ω²·ΔΩ of the first harmonic"),
+        Variable("rattle_drive_level_dB", "dB", "the same re 1 rad³/s³"),
+    ),
+}  # fmt: skip
+"""Variables by the word that ``--measure`` takes."""
+ONLY = {"ri": ("lubricated",)}
+"""Groups that not every model has."""
+
+
+def chosen(words: tuple[str, ...], model: str) -> tuple[str, ...]:
+    """Return groups in the order of the catalogue; all that the model has when none is named.
+
+    Args:
+        words: as asked for.
+        model: of the sweep.
+
+    Raises:
+        InputError: an unknown word, or one that the model has not.
+
+    >>> chosen(("velocities", "regime"), "rigid")
+    ('regime', 'velocities')
+    """
+    faults = []
+    for word in words:
+        if word not in GROUPS:
+            faults.append(Fault("--measure", f"there is no measure {word!r}", did_you_mean(word, list(GROUPS))))
+        elif model not in ONLY.get(word, (model,)):
+            remedy = f"leave it out, or --model {ONLY[word][0]}"
+            faults.append(Fault("--measure", f"the {model} model has no {word!r}: its flanks have no force", remedy))
+    if faults:
+        raise InputError(faults)
+    return tuple(name for name in GROUPS if (name in words if words else model in ONLY.get(name, (model,))))
+
+
+def variables(groups: tuple[str, ...]) -> list[Variable]:
+    """Return the variables of some groups.
+
+    Args:
+        groups: their words.
+    """
+    return [variable for group in groups for variable in GROUPS[group]]
+
+
+def reduce(
+    groups: tuple[str, ...], numbers: Array, sections: Array, setting: Setting, periods: int
+) -> dict[str, Array]:
+    """Return the variables of points.
+
+    Args:
+        groups: that are asked for.
+        numbers: as :mod:`gears3d.lumped.tally` has them, rows of NaN for points that failed; (n, NUMBERS).
+        sections: once a period, (n, keep, SECTIONS).
+        setting: of the points.
+        periods: that the numbers are taken over.
+    """
+    made = {
+        "threshold": _threshold,
+        "regime": _regime,
+        "velocities": _velocities,
+        "impulses": _impulses,
+        "ri": lambda n, s, p: {"rattle_index": np.sqrt(n[:, at.JERK]) / s.tilt / s.inertia},
+        "level": _level,
+    }
+    found: dict[str, Array] = {}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for group in groups:
+            if group == "poincare":
+                places = (at.PLACE, at.RATE, at.FIRST, at.FIRST + 1)
+                found |= {v.name: sections[:, :, i] for v, i in zip(GROUPS[group], places, strict=True)}
+            else:
+                found |= made[group](numbers, setting, periods)
+    return found
+
+
+def _threshold(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
+    push = setting.mass * setting.radius * setting.swing * 2.0 * np.pi / setting.period
+    excitation = np.where(push == 0.0, 0.0, np.divide(push, setting.force))
+    return {"excitation": excitation, "opening_m": numbers[:, at.OPENING]}
+
+
+def _regime(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
+    bad = np.isnan(numbers[:, at.COUNT])
+    struck = sum((numbers[:, at.CYCLES + flank] > SHARE * periods).astype(int) for flank in (0, 1))
+    assert len(REGIMES) == 3
+    whole = {"regime": struck, "repetition": np.where(bad, MISSING, numbers[:, at.REPETITION])}
+    total = (numbers[:, at.COUNT] + numbers[:, at.COUNT + 1]) / periods
+    return {name: np.where(bad, MISSING, value).astype(np.int8) for name, value in whole.items()} | {
+        "impacts_per_period": total
+    }
+
+
+def _velocities(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
+    found = {}
+    for flank, name in enumerate(_FLANKS):
+        count = numbers[:, at.COUNT + flank]
+        some = count > 0
+        found[f"{name}_velocity_mean_m_s"] = np.where(some, numbers[:, at.MEAN + flank], np.nan)
+        found[f"{name}_velocity_std_m_s"] = np.where(some, np.sqrt(numbers[:, at.SPREAD + flank] / count), np.nan)
+        found[f"{name}_velocity_largest_m_s"] = np.where(some, numbers[:, at.LARGEST + flank], np.nan)
+        found[f"{name}_impacts_per_period"] = count / periods
+    return found
+
+
+def _impulses(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
+    scale, found = setting.mass * setting.radius * setting.swing, {}
+    for flank, name in enumerate(_FLANKS):
+        count = numbers[:, at.COUNT + flank]
+        mean = numbers[:, at.IMPULSE + flank] / count / scale
+        found[f"{name}_impulse_dimensionless"] = np.where(count > 0, mean, np.nan)
+    return found
+
+
+def _level(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
+    rate = numbers[:, at.ENERGY] / (periods * setting.period)
+    driven = (2.0 * np.pi / setting.period) ** 2 * setting.swing
+    return {
+        "energy_J_s": rate,
+        "energy_level_dB": np.where(rate > 0.0, 10.0 * np.log10(rate / 1e-12), np.nan),
+        "rattle_drive_rad3_s3": driven,
+        "rattle_drive_level_dB": np.where(driven > 0.0, 10.0 * np.log10(driven), np.nan),
+    }
