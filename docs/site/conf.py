@@ -1,0 +1,13 @@
+"""Settings of the documentation site, which tools/docs builds."""
+
+project = "gears3d"
+author = "The gears3d developers"
+extensions = ["myst_parser"]
+html_theme = "furo"
+html_title = "gears3d"
+myst_heading_anchors = 4
+nitpicky = True
+pygments_style = "friendly"
+pygments_dark_style = "monokai"
+highlight_options = {"default": {"stripall": True}}
+linkcheck_timeout = 20

@@ -1,0 +1,118 @@
+"""Builds the documentation site; called by tools/docs."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from docs_reference import commands, effects, scenario
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCE = ROOT / "build" / "docs" / "source"
+HTML = ROOT / "build" / "docs" / "html"
+RUN = {"docs/tutorial.md": ("sh", "python"), "gallery.md": ("sh",)}
+"""Pages whose blocks are run, in order, in a folder of their own."""
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LINES = 40
+"""Of what a block prints, shown below it."""
+
+
+def main() -> int:
+    """Copy the pages, make the reference, run the blocks, build."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--no-run", action="store_true", help="do not run the blocks; leaves the gallery out")
+    options.add_argument("--external", action="store_true", help="follow links to other sites, too")
+    options.add_argument("--out", type=Path, default=HTML, help="folder of the site")
+    chosen = options.parse_args()
+    gather()
+    if chosen.no_run:
+        (SOURCE / "gallery.md").write_text(
+            "# Gallery\nThe pictures are made when the site is built without `--no-run`.\n"
+        )
+    else:
+        for page, languages in RUN.items():
+            execute(SOURCE / page, languages)
+    code = build("html", chosen.out)
+    if code == 0 and chosen.external:
+        code = build("linkcheck", ROOT / "build" / "docs" / "links")
+    if code == 0:
+        print(f"documentation: {chosen.out / 'index.html'}")
+    return code
+
+
+def gather() -> None:
+    """Copy what is written and write what comes from the code."""
+    shutil.rmtree(SOURCE, ignore_errors=True)
+    SOURCE.mkdir(parents=True)
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        shutil.copy(ROOT / name, SOURCE)
+    shutil.copytree(ROOT / "docs", SOURCE / "docs", ignore=shutil.ignore_patterns("site"))
+    for file in (ROOT / "docs" / "site").iterdir():
+        if file.is_file():
+            shutil.copy(file, SOURCE)
+    reference = SOURCE / "reference"
+    reference.mkdir()
+    for name, made in (("commands", commands()), ("scenario", scenario()), ("effects", effects())):
+        (reference / f"{name}.md").write_text(made, encoding="utf-8")
+
+
+def execute(page: Path, languages: tuple[str, ...]) -> None:
+    """Run a page's blocks in order in an empty folder, and show below each what it printed.
+
+    Raises:
+        SystemExit: a block failed.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        here = Path(scratch)
+        (here / "scenarios").symlink_to(ROOT / "scenarios")
+        (here / "made").mkdir()
+
+        def run(found: re.Match[str]) -> str:
+            language, block = found.groups()
+            if language not in languages:
+                return found.group()
+            printed = ran(page.name, language, block, here)
+            shown = f"\n\n```text\n{printed}\n```" if printed else ""
+            return found.group() + shown
+
+        page.write_text(FENCE.sub(run, page.read_text(encoding="utf-8")), encoding="utf-8")
+        if any((here / "made").iterdir()):
+            shutil.copytree(here / "made", page.parent / "made", dirs_exist_ok=True)
+
+
+def ran(page: str, language: str, block: str, here: Path) -> str:
+    """Run one block and return what it printed, shortened.
+
+    Raises:
+        SystemExit: it failed.
+    """
+    print(f"{page}: {block.strip().splitlines()[0]}", flush=True)
+    command = ["bash", "-euo", "pipefail", "-c", block] if language == "sh" else [sys.executable, "-c", block]
+    own = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "COLUMNS": "110", "NO_COLOR": "1"}
+    own["PYTHONPATH"] = f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"
+    done = subprocess.run(command, cwd=here, env={**os.environ, **own}, capture_output=True, text=True, check=False)
+    if done.returncode:
+        print(f"FAIL  {page}: ended with {done.returncode}\n{block}\n{done.stdout}{done.stderr}")
+        raise SystemExit(1)
+    lines = [line.rstrip() for line in done.stdout.replace(str(here), ".").splitlines()]
+    return "\n".join(lines[:LINES] + (["..."] if len(lines) > LINES else [])).strip()
+
+
+def build(kind: str, out: Path) -> int:
+    """Build with sphinx; every warning fails.
+
+    Returns:
+        The exit code.
+    """
+    command = [sys.executable, "-m", "sphinx", "-b", kind, "-n", "-W", "--keep-going", "-q", str(SOURCE), str(out)]
+    return subprocess.run(command, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,159 @@
+"""Pages of the documentation that come from the code: commands, scenario keys, effects."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any
+
+
+def commands() -> str:
+    """Return the page of all verbs with their options, as their help has them."""
+    from typer.main import get_command
+
+    from gears3d import cli
+
+    group = get_command(cli.app)
+    context = group.make_context("gears3d", ["--help"], resilient_parsing=True)
+    page = ["# Commands", "Made from the help of every verb. All understand `--json` and `--help`."]
+    for name in group.list_commands(context):
+        page += verb(("gears3d", name), group.get_command(context, name))
+    return "\n\n".join(page) + "\n"
+
+
+def verb(path: tuple[str, ...], command: Any) -> Iterator[str]:
+    """Yield the paragraphs of one verb, and of its kinds where it has some."""
+    yield f"{'#' * len(path)} {' '.join(path)}"
+    text = inspect.cleandoc(command.help or "")
+    for paragraph in re.split(r"\n\s*\n", text):
+        before, example, line = paragraph.partition("Example: ")
+        yield " ".join((before if example else paragraph).split())
+        if example:
+            yield f"```sh\n{' '.join(line.split())}\n```"
+    if hasattr(command, "list_commands"):
+        inner = command.make_context(path[-1], ["--help"], resilient_parsing=True)
+        for name in command.list_commands(inner):
+            yield from verb((*path, name), command.get_command(inner, name))
+        return
+    rows = []
+    for one in command.params:
+        if one.name in ("help", "as_json"):
+            continue
+        told = getattr(one, "help", "") or ""
+        default = one.default if isinstance(one.default, str | int | float) and not callable(one.default) else ""
+        default = "" if isinstance(default, bool) else str(default)
+        names = ", ".join(f"`{name}`" for name in (*one.opts, *one.secondary_opts))
+        if one.param_type_name == "argument":
+            names = f"`{one.metavar or one.name.upper()}`"
+        rows.append(f"| {names} | {cell(told)} | {f'`{default}`' if default else ''} |")
+    if rows:
+        yield "| option | what it does | default |\n|---|---|---|\n" + "\n".join(rows)
+
+
+def scenario() -> str:
+    """Return the page of all keys of a scenario, from its JSON Schema."""
+    from gears3d.scenario import schema
+
+    page = [
+        "# Scenario keys",
+        "Made from `gears3d schema`; [contracts](../docs/contracts.md) says how they work together. Quantities are "
+        "texts with units. `[]` stands for the place in a list.",
+    ]
+    tables: dict[str, list[str]] = {}
+    for path, key in keys(schema(), ()):
+        if path[0] == "effect":
+            continue
+        place = ".".join(path[:-1])
+        default = key.get("default")
+        shown = f"`{default}`" if default not in (None, "") else ""
+        tables.setdefault(place, []).append(f"| `{path[-1]}` | {cell(key.get('description', ''))} | {shown} |")
+    for place, rows in tables.items():
+        page.append(f"## {place or 'top level'}")
+        page.append("| key | what it is | default |\n|---|---|---|\n" + "\n".join(rows))
+    page.append("## effect[]\nThe kinds and their parameters are on [a page of their own](effects.md).")
+    return "\n\n".join(page) + "\n"
+
+
+def keys(node: dict[str, Any], path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], dict[str, Any]]]:
+    """Yield every key below a node of the schema with its path; tables and lists are gone into."""
+    for name, one in node.get("properties", {}).items():
+        place = (*path, name)
+        inner = next((part for part in (one, *one.get("anyOf", ())) if is_table(part)), None)
+        item = one.get("items")
+        if inner is not None:
+            if one.get("description"):
+                yield place, one
+            yield from keys(inner, place)
+        elif isinstance(item, dict) and "properties" in item:
+            yield from keys(item, (*path, f"{name}[]"))
+        elif isinstance(item, dict) and name == "effect":
+            continue
+        else:
+            yield place, one
+
+
+def is_table(node: dict[str, Any]) -> bool:
+    """Whether a node is a table of its own keys, no quantity with its uncertainty."""
+    inner = node.get("properties", {})
+    return bool(inner) and "uncertainty" not in inner
+
+
+def effects() -> str:
+    """Return the page of all effects: what each is, where it acts, its source and its parameters."""
+    from gears3d.effects import catalogue
+    from gears3d.units import FAMILIES
+
+    page = [
+        "# Effects",
+        "Made from `gears3d.effects`. An effect is one physical cause; it is appended to a scenario as `[[effect]]` "
+        "and acts in the engine and in the twin. Parameters without a default must be given.",
+    ]
+    known = sorted(catalogue().items(), key=lambda one: (one[1].place, one[0]))
+    place = ""
+    for kind, effect in known:
+        if effect.place != place:
+            place = effect.place
+            page.append(f"## {place.replace('_', ' ')}")
+        page.append(f"### {kind}")
+        page.append(prose(inspect.getdoc(effect) or ""))
+        rows, told = [], arguments(inspect.getdoc(effect) or "")
+        for name, one in effect.params.items():
+            family = FAMILIES.get(one.family)
+            if one.choices:
+                kind_of = ", ".join(f"`{word}`" for word in one.choices)
+            else:
+                kind_of = f'{family.words}, e.g. `"{family.example}"`' if family else one.family
+            default = "" if one.default is None else f"`{given(one.default, one.family)}`"
+            rows.append(f"| `{name}` | {cell(told.get(name, ''))} | {cell(kind_of)} | {default} |")
+        page.append("| parameter | what it is | given as | default |\n|---|---|---|---|\n" + "\n".join(rows))
+    return "\n\n".join(page) + "\n"
+
+
+def given(value: Any, family: str) -> str:
+    """Return a default as a scenario would give it."""
+    from gears3d.units import FAMILIES, show
+
+    return (
+        show(value, family) if isinstance(value, float) and family in FAMILIES and FAMILIES[family].si else str(value)
+    )
+
+
+def arguments(text: str) -> dict[str, str]:
+    """Return what a docstring says of its arguments."""
+    part = re.search(r"\nArgs:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL)
+    found = re.findall(r"^ {4}(\w+): (.*?)(?=^ {4}\w|\Z)", part.group(1) if part else "", re.MULTILINE | re.DOTALL)
+    return {name: " ".join(words.split()).replace("``", "`") for name, words in found}
+
+
+def prose(text: str) -> str:
+    """Return the words of a docstring before its arguments, with code in single backticks and its source apart."""
+    words = re.split(r"\n(?:Args|Returns|Raises):\n|\n>>> ", text)[0]
+    words = words.replace("``", "`")
+    words = re.sub(r"\s+Source: ", "\n\n*Source:* ", words)
+    return "\n\n".join(" ".join(part.split()) for part in re.split(r"\n\s*\n", words)).replace("<", "&lt;")
+
+
+def cell(text: str) -> str:
+    """Return a text that may stand in a cell of a table."""
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
