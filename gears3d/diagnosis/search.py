@@ -15,7 +15,7 @@ from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.scatter import with_own_noise
-from gears3d.diagnosis.sifting import without_outliers, without_strays
+from gears3d.diagnosis.sifting import without_outliers, without_rolling, without_strays
 from gears3d.diagnosis.zeros import dear, goes_by
 
 Array = np.ndarray
@@ -68,6 +68,9 @@ def search(records: Sequence[Evidence], highest: int = 40) -> Search:
     records = with_own_noise([without_strays(one) for one in records])
     strongest = _search(records, highest, 1)
     now = strongest.fit
+    if now.causes and (better := without_rolling(records, now.rest)) is not None:
+        records = better
+        now = fit(records, _base(records), now.causes)
     for far in FAR:  # the worst first: they bend the fit that the others are held against
         if (better := without_outliers(records, now.rest, far)) is not None:
             records = better

@@ -66,6 +66,21 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     return replace(one, channels=seen, fine=tuple(column[good] for column in one.fine), at=one.at[good])
 
 
+def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
+    """Return records without the few flights that a cause leaves unlike all others; ``None`` where there are none.
+
+    Where the readings of all flights are bent alike, those that were cut wrongly show only once that is explained.
+
+    Args:
+        records: all.
+        rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+    """
+    cuts = np.cumsum([one.channels.flights.time.size for one in records])
+    parts = np.split(rest[: cuts[-1]], cuts[:-1])
+    found = [_without_rolling(one, own) for one, own in zip(records, parts, strict=True)]
+    return found if any(a is not b for a, b in zip(found, records, strict=True)) else None
+
+
 def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> list[Evidence] | None:
     """Return records without points of contact and impacts that a cause leaves far off; ``None`` where there are none.
 
