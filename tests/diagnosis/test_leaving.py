@@ -10,7 +10,7 @@ from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.paths import _read_in_time
 from gears3d.diagnosis.prediction import added, loss_sigma, residuals
 from gears3d.diagnosis.readied import delay_of, ready
-from gears3d.diagnosis.sifting import without_strays
+from gears3d.diagnosis.sifting import without_rolling, without_strays
 from gears3d.effects import catalogue
 from gears3d.measurement import measure
 from gears3d.recording import Recording
@@ -122,3 +122,20 @@ def test_a_few_flights_that_are_none_are_left_out():
     assert len(kept.channels.flights.time) == len(seen.channels.flights.time) - many
     assert kept.channels.left_out["flight"] == many
     assert np.abs(residuals(kept)["flight"]).max() < 8.0
+
+
+def test_flights_cut_wrongly_show_once_what_bends_all_readings_is_known():
+    seen = left([])
+    many = 12 // len(seen.channels.flights.time) + 1  # of each, so that there are enough to tell the usual from others
+    flights = type(seen.channels.flights)(*(np.concatenate([column] * many) for column in seen.channels.flights))
+    fine = tuple(np.concatenate([column] * many) for column in seen.fine)
+    channels = seen.channels._replace(flights=flights)
+    seen = replace(seen, channels=channels, fine=fine, at=np.concatenate([seen.at] * many))
+    count, x = len(flights.time), flights.time - flights.time.mean(axis=1, keepdims=True)
+    known = np.zeros(len(added(seen, (), "flight")))
+    known[1 * x.shape[1] : 2 * x.shape[1]] = (30.0 * x[1] ** 2) / flights.sigma[1]
+    rest = residuals(seen)["flight"] + known
+    bends = 200.0 * np.random.default_rng(2).normal(size=(count, 1))
+    assert without_rolling([seen], rest + (bends * x**2 / flights.sigma).ravel()) is None
+    (kept,) = without_rolling([seen], rest) or [seen]
+    assert len(kept.channels.flights.time) == count - 1
