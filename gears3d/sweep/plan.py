@@ -127,12 +127,12 @@ class Plan:
         values = self.values(points)
         if "run.seed" in values:
             return values["run.seed"].astype(np.int64)
-        names = sorted(values)
-        found = np.zeros(len(points), dtype=np.int64)
-        for row in range(len(points)):
-            told = ";".join([str(self.seed), *(f"{name}={float(values[name][row]).hex()}" for name in names)])
-            found[row] = int.from_bytes(hashlib.blake2b(told.encode(), digest_size=6).digest(), "little")
-        return found
+        found = np.full(len(points), self.seed, dtype=np.uint64)
+        for name in sorted(values):
+            told = hashlib.blake2b(name.encode(), digest_size=8).digest()
+            found = _mixed(found ^ np.uint64(int.from_bytes(told, "little")))
+            found = _mixed(found ^ (values[name] + 0.0).view(np.uint64))
+        return (found >> np.uint64(16)).astype(np.int64)
 
     def scenario(self, point: int | None = None) -> Any:
         """Return the scenario, or that of one point.
@@ -152,6 +152,14 @@ class Plan:
             seed = int(self.seeds(np.array([point]))[0])
             apply(document, {**self.changes(point), "run.seed": seed})
         return build(document)
+
+
+def _mixed(numbers: np.ndarray) -> np.ndarray:
+    """Return numbers of 64 bits stirred so that every bit depends on all (splitmix64)."""
+    z = numbers + np.uint64(0x9E3779B97F4A7C15)
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
 
 
 def from_table(table: dict[str, Any]) -> Plan:

@@ -41,8 +41,8 @@ def machines(tmp_path, workers, port):
 
 
 def _start(tmp_path, *command):
-    log = (tmp_path / f"{command[0]}.log").open("a")
-    return subprocess.Popen([sys.executable, "-m", "dask", *command], stdout=log, stderr=log)
+    with (tmp_path / f"{command[0]}.log").open("a") as log:
+        return subprocess.Popen([sys.executable, "-m", "dask", *command], stdout=log, stderr=log)
 
 
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
