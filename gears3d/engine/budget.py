@@ -9,7 +9,16 @@ import numpy as np
 
 from gears3d.engine.closing import TOUCH
 from gears3d.engine.lines import line_gap, merged
-from gears3d.engine.mesh import NOBODY, Mesh, able_to_touch, both_sides, teeth_of_points, tooth_gap
+from gears3d.engine.mesh import (
+    NOBODY,
+    Mesh,
+    able_to_touch,
+    both_sides,
+    lean_of,
+    teeth_of_points,
+    tilt_of,
+    tooth_gap,
+)
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
@@ -92,11 +101,15 @@ class Watch:
         # two arcs of a quarter of the path's length as radius part by this much over the turn of a step
         parting = (turn * pair.drive.base_radius) ** 2 / (0.25 * pair.path_length)
         wandering = 2.0 * float(np.hypot(shape.offsets[::2], shape.offsets[1::2]).sum())
+        tilts = [float(np.hypot(*tilt)) for tilt in (lean_of(pair), tilt_of(pair, "drive"), tilt_of(pair, "loose"))]
+        wandering += max(gear.face_width for gear in (pair.drive, pair.loose)) * sum(tilts)
         self._reach = 1.1 * (pair.backlash + wandering) + self._slack + parting + 20e-6
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = piece_budget(pair, slices=slices)
         self._sums = np.zeros(4)
-        self.allowed = self._parts["gap_error_m"]
+        # flanks are refined in sections across the drive's axis
+        self._parts["tilt_error_m"] = 0.5 * sum(tilts) ** 2 * (pair.drive.tip_radius + pair.loose.tip_radius)
+        self.allowed = self._parts["gap_error_m"] + self._parts["tilt_error_m"]
         self.queries = 0
         self.teeth = np.zeros((0, 3), dtype=np.int64)
 
@@ -154,9 +167,10 @@ class Watch:
             strayed: largest distance between where Bullet arrived and the path that was planned.
 
         Returns:
-            ``facet_chord``, ``slice_edge`` of helical teeth, ``hull_quantisation``, ``hull_margins`` of Bullet's hulls;
-            ``raw_minus_refined_mean``, and about it, margins taken out, ``_std``, ``_max``; ``raw_allowed``;
-            ``location``, ``step`` and the ``total`` of what an impact's place depends on, which the hulls do not.
+            ``facet_chord``, ``slice_edge`` of helical teeth, ``axis_tilt`` of axes that are not parallel,
+            ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and about it, margins
+            taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` and the ``total`` of what an impact's
+            place depends on, which the hulls do not.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count
@@ -164,6 +178,7 @@ class Watch:
         return {
             "facet_chord": self._parts["chord_error_m"],
             "slice_edge": self._parts["slice_error_m"],
+            "axis_tilt": self._parts["tilt_error_m"],
             "hull_quantisation": self._parts["quantum_m"],
             "hull_margins": MARGINS,
             "raw_minus_refined_mean": mean - MARGINS,

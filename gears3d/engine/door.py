@@ -19,7 +19,7 @@ from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Log
-from gears3d.engine.mesh import meshed, offset_of
+from gears3d.engine.mesh import lean_of, meshed, offset_of, tilt_of
 from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
@@ -221,9 +221,10 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     for which, sense, moment in (("drive", 1, 1e3 * inertia), ("loose", -1, inertia)):
         turn = pair.rotation(which, 0.0)
         flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
-        off = np.append(offset_of(pair, which), 0.0)
-        teeth = pieces(pair, which, slices=slices_of(pair))
-        made.append(Body([(piece + off) * flip for piece in teeth], pair.centre(which), moment, sense))
+        off, tilt = np.append(offset_of(pair, which), 0.0), np.append(tilt_of(pair, which), 0.0)
+        teeth = [piece + off + piece[:, 2:] * tilt for piece in pieces(pair, which, slices=slices_of(pair))]
+        lean = (0.0, 0.0) if which == "drive" else (float(lean_of(pair)[0]), float(lean_of(pair)[1]))
+        made.append(Body([piece * flip for piece in teeth], pair.centre(which), moment, sense, lean))
     return made[0], made[1]
 
 

@@ -3,7 +3,8 @@
 A section at a height is the flank of the middle, turned. At fixed centres the common normal of two involutes keeps its
 direction, so the angles of both gears tell between which heights two teeth face each other, flank on flank. There the
 gap of perfect helical teeth is the same all along; beyond, an edge of a tip comes in and the gap grows. Where flanks
-are modified, or leads deviate, the gap differs along the line, and its least place is searched over the face.
+are modified, leads deviate or axes are not parallel, the gap differs along the line, and its least place is searched
+over the face: an end of it, where teeth lean on each other, or a place on a crowned flank.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ LOOKS = 13
 """Sections in which a gap that differs along the line is looked at."""
 _LEVEL = 1e-13
 """Gaps of neighbouring sections that differ by less need no search between them [m]."""
+_BESIDE = 1e-4
+"""How far from the end of the face a gap is looked at to tell whether it falls to that end, in face widths."""
 _GOLDEN = 0.6180339887498949
 _STAND_OFF = 2e-6
 """How far Bullet's slices may stand off a helical flank between their ends [m]."""
@@ -194,6 +197,10 @@ def _searched(
         return 0.5 * (low + high)
     if abs(gaps[i] - gaps[i + 1]) < _LEVEL and abs(gaps[i + 2] - gaps[i + 1]) < _LEVEL:
         return low + i * step
+    if i in (0, LOOKS - 1):  # a gap that falls to an end of the face is least in its edge
+        beside = low + (_BESIDE if i == 0 else 1.0 - _BESIDE) * (high - low)
+        if section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, beside)[0] >= gaps[i + 1]:
+            return low + i * step
     around = (low + max(i - 1, 0) * step, low + min(i + 1, LOOKS - 1) * step)
     z, gap = _lowest(surfaces, angles, teeth, side, around)
     return z if gap < gaps[i + 1] else low + i * step

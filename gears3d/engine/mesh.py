@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.engine.lines import Along, along_of, line_gap
-from gears3d.errors import Fault, InputError
 from gears3d.gears import Eccentricity, Misalignment, Wobble
 from gears3d.gears.arrays import compile_pair
 from gears3d.gears.edge import Edged, edged_gap, edged_gap_at, edges_of
@@ -51,15 +50,8 @@ def meshed(pair: Pair) -> Mesh:
     """Return the flanks of a pair for this room's compiled functions.
 
     Args:
-        pair: deviations and eccentricities included.
-
-    Raises:
-        InputError: gears on axes that are not parallel.
+        pair: deviations and mounting included.
     """
-    for item in pair.mounting:
-        if isinstance(item, Misalignment | Wobble):
-            text = "tilts an axis: the engine has parallel axes only"
-            raise InputError(Fault(type(item).__name__.lower(), text, "leave it out"))
     shape, along = edges_of(pair, compile_pair(pair)), along_of(pair)
     (x1, y1), (x2, y2) = (offset_of(pair, which).tolist() for which in ("drive", "loose"))
     offsets = (x1, y1, x2, y2)
@@ -79,6 +71,31 @@ def offset_of(pair: Pair, which: str) -> np.ndarray:
         if isinstance(item, Eccentricity) and item.gear == which:
             offset += item.offset * np.array([math.cos(item.phase), sense * math.sin(item.phase)])
     return offset
+
+
+def lean_of(pair: Pair) -> np.ndarray:
+    """Return by how much the loose gear's axis leans with the height, x away from the drive and y (2,) [m/m].
+
+    Args:
+        pair: with its mounting.
+    """
+    leans = [(item.in_plane, item.out_of_plane) for item in pair.mounting if isinstance(item, Misalignment)]
+    return np.tan(np.array(leans).reshape(-1, 2)).sum(axis=0)
+
+
+def tilt_of(pair: Pair, which: str) -> np.ndarray:
+    """Return by how much the teeth's axis stands off the axis of rotation with the height (2,) [m/m].
+
+    Args:
+        pair: with its mounting.
+        which: ``"drive"`` or ``"loose"``, in whose own frame it is.
+    """
+    sense = 1.0 if which == "drive" else -1.0
+    tilt = np.zeros(2)
+    for item in pair.mounting:
+        if isinstance(item, Wobble) and item.gear == which:
+            tilt += math.tan(item.angle) * np.array([math.cos(item.phase), sense * math.sin(item.phase)])
+    return tilt
 
 
 @njit(cache=True)

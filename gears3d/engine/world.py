@@ -37,12 +37,28 @@ class Body:
         centre: of its axis in the world [m].
         inertia: about its axis [kg m²].
         sense: +1 when its positive rotation is counterclockwise seen from +z, else -1.
+        lean: of its axis, x and y for a unit of height.
     """
 
     pieces: Sequence[np.ndarray]
     centre: tuple[float, float, float]
     inertia: float
     sense: int
+    lean: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def orientation(self) -> tuple[float, float, float, float]:
+        """Quaternion x, y, z, w that turns +z onto its axis.
+
+        >>> Body([], (0.0, 0.0, 0.0), 1.0, 1, (0.0, 1.0)).orientation[0] == -math.sin(math.pi / 8)
+        True
+        """
+        steep = math.hypot(*self.lean)
+        if steep == 0.0:
+            return 0.0, 0.0, 0.0, 1.0
+        half = 0.5 * math.atan(steep)
+        size = math.sin(half) / steep
+        return -self.lean[1] * size, self.lean[0] * size, 0.0, math.cos(half)
 
 
 class World:
@@ -163,6 +179,7 @@ class World:
         ident = pybullet.createMultiBody(
             baseMass=0.0,
             basePosition=[MM * x for x in body.centre],
+            baseOrientation=body.orientation,
             linkMasses=[1.0],
             linkCollisionShapeIndices=[shape],
             linkVisualShapeIndices=[-1],

@@ -77,5 +77,5 @@ def _touching(pair: Pair) -> bool:
     return touching_ratio(pair, 1e-9) + pair.overlap_ratio >= 1.0
 
 
-_UNSEEN = {"bullet": _off_axis, "plastic": _beyond_perfect, "lubricated": _beyond_perfect}
-"""What a model does not see; the rigid one takes its flanks from the surfaces."""
+_UNSEEN = {"plastic": _beyond_perfect, "lubricated": _beyond_perfect}
+"""What a model does not see; the rigid one takes its flanks from the surfaces, the bullet one is made of them."""
