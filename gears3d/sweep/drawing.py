@@ -220,9 +220,16 @@ def threshold_picture(data: xarray.Dataset) -> Figure:
             mark = "^" if way == "up" else "v"
             axis.plot(data[x].values, line, mark, color=COLOURS[way], markersize=4, label=way if column == 0 else None)
     axis.axhline(1.0, color="black", linewidth=0.8)
-    axis.set(xlabel=label(data, x) if x else "", ylabel="Λ at the threshold")
+    axis.set(xlabel=label(data, x) if x else f"along {label(data, found.attrs['along'])}", ylabel="Λ at the threshold")
+    if x is None:
+        axis.set_xticks([])
     axis.legend(frameon=False)
     return figure
+
+
+def _has_threshold(data: xarray.Dataset) -> bool:
+    found = thresholds(data)
+    return any(np.isfinite(found[name].values).any() for name in ("excitation_up", "excitation_down"))
 
 
 def _flat(data: xarray.Dataset, variable: str, count: int) -> bool:
@@ -233,7 +240,7 @@ def _flat(data: xarray.Dataset, variable: str, count: int) -> bool:
 PICTURES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Figure]]] = {
     "bifurcation": (lambda data: _flat(data, "section_displacement_m", 1), bifurcation_picture),
     "threshold": (
-        lambda data: "direction" in data.dims and "regime" in data and "excitation" in data,
+        lambda data: "direction" in data.dims and "regime" in data and "excitation" in data and _has_threshold(data),
         threshold_picture,
     ),
     "map": (lambda data: _flat(data, "regime", 2), map_picture),

@@ -65,6 +65,20 @@ def test_impulses_and_levels_are_those_of_the_dataset(plane):
     assert y1 - y0 == pytest.approx(x1 - x0)
 
 
+def test_thresholds_are_found_whichever_end_rattles(tmp_path, line):
+    with swept(
+        tmp_path, ["drag.torque=0.1..4 N m lin 40"], follow="drag.torque", measures=["regime", "threshold"]
+    ) as data:
+        found = thresholds(data)
+    exact = RIG.gears.loose.inertia * 2 * np.pi * 3 * RIG.motion.harmonics[0].amplitude
+    for way in ("up", "down"):
+        assert abs(float(found[way]) - exact) <= 1.01 * float(found[f"within_{way}"])
+        assert float(found[f"within_{way}"]) == pytest.approx(0.05)
+    quiet = line[1].isel(motion_harmonics_0_amplitude=slice(0, 3))
+    assert np.isnan(thresholds(quiet).up)
+    assert np.isnan(thresholds(quiet).down)
+
+
 def test_thresholds_need_a_followed_axis(plane):
     with pytest.raises(InputError, match="--follow KEY"):
         thresholds(plane[1])
