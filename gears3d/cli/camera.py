@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gears3d.scenario import Scenario
     from gears3d.views.camera import Look, Shot, Subject
 
 
@@ -87,37 +86,13 @@ def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:
 
 
 def _subject(source: Path, rig: Path | None, map_file: Path | None, correct: list[str]) -> Subject:
-    """Return what is to be filmed: a run, a measured folder or a measured record."""
-    from gears3d import measurement
-    from gears3d.errors import Fault, InputError
-    from gears3d.gate import admit
-    from gears3d.readers import files_of
-    from gears3d.runs import read_run
-    from gears3d.scenario import load
+    from gears3d.cli.filmed import filmed
     from gears3d.views.camera import measured, subject
 
-    if source.is_dir() or not source.exists():
-        if rig is None:
-            run = read_run(source)
-            return subject(run.recording, run.scenario)
-        from gears3d.recording import read
-
-        return subject(read(source), load(rig))
-    if rig is None:
-        remedy = "give --rig SCENARIO: a record does not tell what its gears look like"
-        raise InputError(Fault("--rig", "is missing", remedy, str(source)))
-    pairs = files_of([source], map_file)
-    if len(pairs) != 1:
-        raise InputError(Fault("", f"names {len(pairs)} records", "name one of them, with --map", str(source)))
-    admitted = admit(*pairs[0][:1], _bench(rig), pairs[0][1], correct)
-    found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
-    return measured(found, admitted.rig or _bench(rig))
-
-
-def _bench(rig: Path) -> Scenario:
-    from gears3d.scenario import load
-
-    return load(rig)
+    seen = filmed(source, rig, map_file, correct)
+    if seen.measurement is not None:
+        return measured(seen.measurement, seen.scenario)
+    return subject(seen.recording, seen.scenario)
 
 
 def _factor(text: str) -> float | None:

@@ -12,26 +12,38 @@ _MAGIC = b"RRF"
 
 
 def replay(
-    run: Annotated[Path, typer.Argument(help="Run folder, or an rrd file.")],
-    out: Annotated[Path | None, typer.Option(help="File to write; default RUN/replay.rrd.")] = None,
+    run: Annotated[
+        Path, typer.Argument(metavar="RUN|RECORD", help="Run folder, an rrd file, or with --rig a measured record.")
+    ],
+    out: Annotated[Path | None, typer.Option(help="File to write; default RUN/replay.rrd or RECORD.rrd.")] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Put the time cursor there, in seconds, and hold.")] = None,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
+    rig: Annotated[Path | None, typer.Option(help="Scenario of the bench, for measured records.")] = None,
+    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
+    correct: Annotated[
+        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
 ) -> None:
-    """Make the replay of a run if it is not there and open it in the rerun viewer.
+    """Make the replay of a run or of a measured record and open it in the rerun viewer; a run's is made once.
 
     Without a display it writes a picture beside the replay instead.
 
     Example: gears3d replay runs/fig5-20rpm --at 2.115
+
+    What was measured: gears3d replay rattle.parquet --rig rig.toml --out rattle.rrd
     """
     from gears3d.errors import UsageError
 
     if web and at is not None:
         raise UsageError("--at works in the window only: leave out --web, or set the time in the browser")
-    if at is not None:
-        _inside(run, at)
-    file = _file(run, out)
+    if rig is not None:
+        file = _measured(run, rig, map_file, correct, out, at)
+    else:
+        if at is not None:
+            _inside(run, at)
+        file = _file(run, out)
     made: dict[str, Any] = {"replay": str(file), "bytes": file.stat().st_size, "picture": None}
     if open_:
         made["picture"] = _open(file, web, at)
@@ -66,6 +78,32 @@ def _file(run: Path, out: Path | None) -> Path:
     return write(run, out=out or there)
 
 
+def _measured(
+    source: Path, rig: Path, map_file: Path | None, correct: list[str] | None, out: Path | None, at: float | None
+) -> Path:
+    """Return the replay of what was measured, made anew."""
+    from gears3d.cli.filmed import filmed
+    from gears3d.views.replay import replay as write
+
+    seen = filmed(source, rig, map_file, correct)
+    if at is not None:
+        _within(seen.recording.time, at, source)
+    return write(seen.recording, seen.scenario, out=out or _beside(source))
+
+
+def _beside(source: Path) -> Path:
+    return source / "replay.rrd" if source.is_dir() else source.with_suffix(".rrd")
+
+
+def _within(time: Any, at: float, source: Path) -> None:
+    from gears3d.errors import Fault, InputError
+
+    if len(time) and not time[0] <= at <= time[-1]:
+        remedy = f"give {time[0]:.6g} to {time[-1]:.6g} s"
+        what = "run" if (source / "scenario.toml").is_file() else "record"
+        raise InputError(Fault("--at", f"is {at:.6g} s, outside the {what}", remedy, str(source)))
+
+
 def _inside(run: Path, at: float) -> None:
     """Refuse a time that the run does not hold; what a bare rrd file holds is not known."""
     from gears3d.errors import Fault, InputError
@@ -73,10 +111,7 @@ def _inside(run: Path, at: float) -> None:
     if run.is_dir():
         from gears3d.runs import read_run
 
-        time = read_run(run).recording.time
-        if len(time) and not time[0] <= at <= time[-1]:
-            remedy = f"give {time[0]:.6g} to {time[-1]:.6g} s"
-            raise InputError(Fault("--at", f"is {at:.6g} s, outside the run", remedy, str(run)))
+        _within(read_run(run).recording.time, at, run)
     elif at < 0:
         raise InputError(Fault("--at", f"is {at:.6g} s, before the recording", "give 0 s or more", str(run)))
 

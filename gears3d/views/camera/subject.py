@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.views.mesh.motion import Motion, states
+from gears3d.views.mesh.motion import Motion, as_measured, is_measured, states
 from gears3d.views.mesh.teeth import Section
 
 if TYPE_CHECKING:
@@ -130,15 +130,13 @@ def subject(recording: Recording, scenario: Scenario) -> Subject:
     pair = scenario.pair()
     if "displacement_m" not in recording.signals:
         recording = recording.with_base_radii(pair.drive.base_radius, pair.loose.base_radius)
-    measured = recording.meta.get("model") == "measured"
-    rows = () if measured else tuple(scenario.rows())
-    drawn = _drawn(pair, recording.meta.get("backlash_m") if measured else None)
-    motion = Motion(recording, Section(drawn), rows)
+    drawn = replace(as_measured(pair, recording), deviations=(), mounting=())
+    motion = Motion(recording, Section(drawn), () if is_measured(recording) else tuple(scenario.rows()))
     return Subject(
         motion,
         drawn,
         scenario.period,
-        0.0 if measured else scenario.run.settle,
+        0.0 if is_measured(recording) else scenario.run.settle,
         scenario.title,
         recording.meta.get("teeth_from") != "record",
     )
@@ -160,11 +158,3 @@ def measured(found: Measurement, rig: Scenario) -> Subject:
         return low - zero, high - zero
 
     return replace(seen, places=places)
-
-
-def _drawn(pair: Pair, backlash: float | None) -> Pair:
-    """Return a pair as it is drawn, with the backlash that was measured."""
-    ideal = replace(pair, deviations=(), mounting=())
-    if backlash is None or not backlash > 0.0:
-        return ideal
-    return replace(ideal, thinning=ideal.thinning + 0.5 * (backlash - ideal.backlash))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from gears3d.effects import Code
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
+    from gears3d.gears import Pair
     from gears3d.recording import Recording
     from gears3d.views.mesh.teeth import Section
 
@@ -152,6 +153,8 @@ def frames(motion: Motion, time: np.ndarray | None = None) -> Frames:
     displacement = motion.at(time, "displacement_m")
     active, reverse = motion.flanks(drive, loose)
     flank = states(displacement, active, reverse, motion.tolerance)
+    if "state" in motion.recording.signals:
+        flank = _recorded(motion.recording, time)
     impacts = motion.recording.impacts
     here = np.searchsorted(time, impacts["time_s"])
     inside = (here < len(time)) & (time[np.minimum(here, len(time) - 1)] == impacts["time_s"])
@@ -159,6 +162,37 @@ def frames(motion: Motion, time: np.ndarray | None = None) -> Frames:
     share = np.clip((displacement - active) / np.maximum(reverse - active, 1e-12), 0.0, 1.0)
     share = np.where(flank == 0, 0.0, np.where(flank == 1, 1.0, share))
     return Frames(time, drive, loose, share, flank)
+
+
+def _recorded(recording: Recording, time: np.ndarray) -> np.ndarray:
+    """Return the state that a measurement wrote down at the nearest sample: 0 active, 1 reverse, -1 flight, (n,)."""
+    own = recording.time
+    after = np.clip(np.searchsorted(own, time), 1, len(own) - 1)
+    nearest = after - (time - own[after - 1] < own[after] - time)
+    state = recording.signals["state"][nearest]
+    return np.where(state == 0, 0, np.where(state == 1, 1, -1))
+
+
+def is_measured(recording: Recording) -> bool:
+    """Return whether a recording was measured: effects of a rig's scenario have no known phase in it.
+
+    Args:
+        recording: any.
+    """
+    return recording.meta.get("model") == "measured"
+
+
+def as_measured(pair: Pair, recording: Recording) -> Pair:
+    """Return a pair with the backlash that a measurement found, by thinner or thicker teeth; others as they are.
+
+    Args:
+        pair: of the scenario.
+        recording: simulated or measured.
+    """
+    found = recording.meta.get("backlash_m")
+    if not is_measured(recording) or not found or found <= 0.0:
+        return pair
+    return replace(pair, thinning=pair.thinning + 0.5 * (found - pair.backlash))
 
 
 def states(displacement: np.ndarray, active: np.ndarray, reverse: np.ndarray, tolerance: float) -> np.ndarray:

@@ -9,7 +9,7 @@ import rerun as rr
 
 from gears3d.errors import InputError, UsageError
 from gears3d.files import replacing
-from gears3d.views.mesh.motion import Motion, frames
+from gears3d.views.mesh.motion import Motion, as_measured, frames, is_measured
 from gears3d.views.mesh.teeth import Section, widening
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
@@ -47,8 +47,8 @@ def replay(
     recording, scenario, twin = _opened(source, scenario, twin)
     if not len(recording.time):
         raise InputError("nothing was recorded: there is nothing to replay")
-    pair = scenario.pair()
-    rows = tuple(scenario.rows())
+    pair = as_measured(scenario.pair(), recording)
+    rows = () if is_measured(recording) else tuple(scenario.rows())
     if "displacement_m" not in recording.signals:
         recording = recording.with_base_radii(pair.drive.base_radius, pair.loose.base_radius)
     true, wide = Section(pair), Section(pair, widening(pair))

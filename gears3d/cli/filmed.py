@@ -1,0 +1,73 @@
+"""What is to be seen: a run folder, the folder that ``measure`` wrote, or a measured record with its rig."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from gears3d.measurement import Measurement
+    from gears3d.recording import Recording
+    from gears3d.runs import Run
+    from gears3d.scenario import Scenario
+
+
+class Filmed(NamedTuple):
+    """A recording and its gears.
+
+    Args:
+        recording: simulated or measured.
+        scenario: what was simulated, or the rig.
+        run: where it comes from a run folder.
+        measurement: where it was measured just now.
+    """
+
+    recording: Recording
+    scenario: Scenario
+    run: Run | None = None
+    measurement: Measurement | None = None
+
+
+def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct: list[str] | None = None) -> Filmed:
+    """Open what is to be seen.
+
+    Args:
+        source: a run folder; with ``rig`` a folder with a recording, or a measured record of any format.
+        rig: scenario of the bench.
+        map_file: ``record.toml``.
+        correct: kinds of findings to correct.
+
+    Raises:
+        InputError: it is not there, cannot be read, or comes without its rig.
+    """
+    from gears3d.errors import Fault, InputError
+    from gears3d.scenario import load
+
+    if source.is_dir() or not source.exists():
+        if rig is None:
+            from gears3d.runs import read_run
+
+            run = read_run(source)
+            return Filmed(run.recording, run.scenario, run)
+        from gears3d.recording import read
+
+        return Filmed(read(source), load(rig))
+    if rig is None:
+        remedy = "give --rig SCENARIO: a record does not tell what its gears look like"
+        raise InputError(Fault("--rig", "is missing", remedy, str(source)))
+    return _measured(source, load(rig), map_file, correct or [])
+
+
+def _measured(source: Path, rig: Scenario, map_file: Path | None, correct: list[str]) -> Filmed:
+    from gears3d import measurement
+    from gears3d.errors import Fault, InputError
+    from gears3d.gate import admit
+    from gears3d.readers import files_of
+
+    pairs = files_of([source], map_file)
+    if len(pairs) != 1:
+        raise InputError(Fault("", f"names {len(pairs)} records", "name one of them, with --map", str(source)))
+    file, chart = pairs[0]
+    admitted = admit(file, rig, chart, correct)
+    found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
+    return Filmed(found.recording, admitted.rig or rig, measurement=found)
