@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
@@ -65,13 +66,14 @@ def duration(seconds: float) -> str:
     return f"{seconds * 1e6:.3g} us"
 
 
-def estimate(plan: Plan, workers: int, limit: float = inf) -> Estimate:
+def estimate(plan: Plan, workers: int, limit: float = inf, tick: Callable[[int], None] | None = None) -> Estimate:
     """Try a few points in a process of its own and return what all will take.
 
     Args:
         plan: of the sweep.
         workers: processes that will run it.
         limit: of a point [s].
+        tick: called now and then with a number; may raise.
     """
     from gears3d.sweep.pool import Pool
     from gears3d.sweep.rigid import is_plain
@@ -84,7 +86,7 @@ def estimate(plan: Plan, workers: int, limit: float = inf) -> Estimate:
     points = sorted({(2 * i + 1) * short.size // (2 * tried) for i in range(tried)})
     spans = [(point, min(point + width, short.size)) for point in points]
     pool = Pool(short, 1, max(limit, SLOWEST_S))
-    tried_blocks = list(pool.blocks(spans))
+    tried_blocks = list(pool.blocks(spans, tick))
     tried_blocks = tried_blocks[1:] or tried_blocks  # the first one reads the scenario, too
     each = sum(block.seconds for block in tried_blocks) / sum(block.end - block.begin for block in tried_blocks)
     return Estimate(plan.size, each * plan.periods / few, workers)

@@ -195,7 +195,7 @@ def sweep(
         with closing(_crew(plan, workers, scheduler, limit)) as crew:
             if not store.block:
                 if workers or scheduler:
-                    expected = estimate(plan, max(crew.workers, 1), limit)
+                    expected = estimate(plan, max(crew.workers, 1), limit, lambda _: track(0) if track else None)
                     refuse_endless(expected, longest)
                     (tell or _silent)(str(expected))
                 size = block or (block_size(plan, expected) if expected else min(SERIAL * plan.chain, plan.size))

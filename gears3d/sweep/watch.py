@@ -35,6 +35,7 @@ class Watch:
         self.limit, self._tell, self._stopped = limit, tell, stopped
         self._begin = time.monotonic()
         self._point = self._done = 0
+        self._interrupted = False
 
     def start(self, point: int, done: int) -> None:
         """Note that a point begins.
@@ -79,7 +80,7 @@ class Watch:
         finally:
             over.set()
             thread.join()
-        if self._stopped is not None and self._stopped():
+        if self._interrupted or (self._stopped is not None and self._stopped()):
             raise KeyboardInterrupt
 
     def _look(self, batch: Batch, points: Sequence[int], over: threading.Event) -> None:
@@ -90,9 +91,12 @@ class Watch:
             now = int(batch.cursor[0])
             if now != place:
                 place, begin = now, time.monotonic()
-            if self._tell is not None:
-                self._tell(int(points[min(now, len(points) - 1)]), int(batch.cursor[1]))
-            if self._stopped is not None and self._stopped():
+            try:
+                if self._tell is not None:
+                    self._tell(int(points[min(now, len(points) - 1)]), int(batch.cursor[1]))
+            except KeyboardInterrupt:  # belongs to the thread that waits for the batch
+                self._interrupted = True
+            if self._interrupted or (self._stopped is not None and self._stopped()):
                 batch.stop[0] = ALL
             elif time.monotonic() - begin > self.limit:
                 batch.stop[0] = now

@@ -136,6 +136,20 @@ def test_a_block_that_was_torn_is_run_again(plan, tmp_path):
     assert sweep(plan, place, workers=0, block=3).resumed == 3
 
 
+def test_an_interrupt_amid_compiled_code_is_raised_where_one_waits_for_it(tmp_path):
+    long = make_plan(RIG, [f"{AMPLITUDE}=5..20 rpm log 40"], measures=["regime"], periods=20000, settle=3)
+
+    def stop(done):
+        if done > 2:
+            raise KeyboardInterrupt
+
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        sweep(long, tmp_path / "a", workers=0, block=40, track=stop)
+    assert time.monotonic() - begin < 20.0
+    assert not list((tmp_path / "a" / "parts").iterdir())
+
+
 def test_two_processes_do_not_fill_one_folder(plan, tmp_path):
     def other(done):
         if done:
