@@ -127,6 +127,7 @@ def _near(path: str, known: list[str]) -> str:
     if told.startswith("did you mean"):
         return told
     alike = [key for key in known if key.rpartition(".")[2] == path.rpartition(".")[2]]
+    alike.sort(key=lambda key: not key.endswith(path) and "[" not in key)
     return f"did you mean {' or '.join(alike[:3])}?" if alike else "e.g. drag.torque; `gears3d schema` tells all keys"
 
 
