@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.run_stream import refuse_with_stream, streamed
 from gears3d.errors import EngineError, GearsError
 
 if TYPE_CHECKING:
@@ -37,6 +38,9 @@ def run(
     error_estimate: Annotated[
         bool, typer.Option("--error-estimate", help="Of the bullet model: how far off half the step finds the run.")
     ] = False,
+    stream: Annotated[
+        bool, typer.Option("--stream", help="Write samples as they come: no twin, no views, memory stays flat.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print summary.json instead of the table.")] = False,
 ) -> None:
     """Simulate a scenario, compare it with its twin, and write the run folder.
@@ -47,19 +51,25 @@ def run(
     from gears3d.scenario import load
 
     begin = time.perf_counter()
+    if stream:
+        refuse_with_stream(model, twin, error_estimate)
     question = load(scenario, overrides=set_ or [])
     twin = twin or ("rigid" if model == "bullet" else "none")
     place = out or default_folder(question)
     with RunFolder(place) as folder:
         how = {"contact": contact, "error_estimate": error_estimate}
-        summary, stopped = _fill(folder, question, model, how, twin, views, begin)
+        if stream:
+            about = {"command": _command(), "kernels_compiled": _announce_compilation()}
+            summary, stopped = streamed(folder, question, contact, about, _header)
+        else:
+            summary, stopped = _fill(folder, question, model, how, twin, views, begin)
         folder.commit()
     if stopped is not None:
         if not as_json:
             from gears3d.cli.run_table import show
 
             show(summary, place)
-        raise EngineError(f"{stopped}; what happened until then is kept in {place}")
+        raise type(stopped)(f"{stopped}; what happened until then is kept in {place}")
     if as_json:
         from gears3d.cli.output import print_json
 

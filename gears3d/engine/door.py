@@ -6,7 +6,7 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, torque_table
 from gears3d.engine.world import Body, World
-from gears3d.errors import EngineError, Fault, InputError, UsageError, did_you_mean
+from gears3d.errors import EngineError, Fault, GearsError, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, pieces
 from gears3d.recording import Recording
 from gears3d.scenario.flanks import eccentricities, flank_deviations
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Parts = tuple[World, Plant, Watch, Log]
+Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
 _UNKNOWN = {Code.GAP_FILM: "oil between the flanks, which the engine does not have yet"}
 _NOT_NATIVE = {
@@ -82,8 +83,7 @@ def simulate(
         EngineError: jammed gears, teeth that sink into each other, a raw gap outside the hull budget, a state that is
             not a number; its ``partial`` is the recording up to that instant, with ``meta["stopped_by"]``.
     """
-    if contact not in CONTACTS:
-        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
+    check_contact(contact)
     made = _run(scenario, pair, contact, progress, step, path)
     if not error_estimate or made.meta["interrupted"]:
         return made
@@ -101,6 +101,35 @@ def simulate(
     )
 
 
+def check_contact(contact: str) -> None:
+    """Refuse a contact that there is not.
+
+    Args:
+        contact: its name.
+
+    Raises:
+        UsageError: it is not known.
+    """
+    if contact not in CONTACTS:
+        raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
+
+
+class Outcome(NamedTuple):
+    """What a run came to.
+
+    Args:
+        log: samples and impacts.
+        meta: what is known about them.
+        signals: the columns of the samples.
+        stopped: why it could not go on.
+    """
+
+    log: Log
+    meta: dict[str, Any]
+    signals: Callable[[], dict[str, np.ndarray]]
+    stopped: GearsError | None
+
+
 def _run(
     scenario: Scenario,
     pair: Pair | None,
@@ -110,6 +139,34 @@ def _run(
     path: np.ndarray | None,
 ) -> Recording:
     """Run a scenario once; arguments as for :func:`simulate`."""
+    found = simulated(scenario, pair, contact, progress, step, path)
+    made = Recording(found.signals(), found.log.impact_columns(), found.meta)
+    if found.stopped is not None:
+        raise EngineError(str(found.stopped), made if len(made.time) > 1 else None) from found.stopped
+    return made
+
+
+def simulated(
+    scenario: Scenario,
+    pair: Pair | None,
+    contact: str,
+    progress: Callable[[float], None] | None,
+    step: float | None,
+    path: np.ndarray | None,
+    begin: Begin | None = None,
+) -> Outcome:
+    """Run a scenario once, to wherever it gets.
+
+    Args:
+        scenario: what is simulated.
+        pair: as for :func:`simulate`, like the rest.
+        contact: ``"located"`` or ``"native"``.
+        progress: called now and then.
+        step: longest, or of native contact [s].
+        path: of the drive in place of the scenario's motion.
+        begin: gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
+            memory.
+    """
     rows = scenario.rows()
     gears, torques, _ = prepared(scenario, pair, rows, contact)
     began = clock.perf_counter()
@@ -120,7 +177,9 @@ def _run(
     longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
     turn = fastest(motion)[0] * longest
     watch = Watch(gears, shape, turn, slices_of(gears))
-    log = Log(scenario.run.duration, scenario.run.output_rate)
+    radii = (gears.drive.base_radius, gears.loose.base_radius)
+    span = (scenario.run.duration, scenario.run.output_rate)
+    log, contacts = (Log(*span), []) if begin is None else begin(plant, radii)
     with World(*bodies(scenario, gears), respond=contact == "native") as world:
         if contact == "native":
             longest = STEP if step is None else step
@@ -128,12 +187,12 @@ def _run(
         else:
             longest = longest if step is None else min(step, longest)
             run = _located(scenario, rows, longest, (world, plant, watch, log))
+        run.contacts = contacts
         complete, stopped = False, None
         try:
             complete = run.run(progress)
-        except EngineError as error:
+        except (EngineError, InputError) as error:
             stopped = error
-    radii = (gears.drive.base_radius, gears.loose.base_radius)
     meta: dict[str, Any] = {
         "model": "bullet",
         "contact": contact,
@@ -150,10 +209,7 @@ def _run(
     }
     if stopped is not None:
         meta["stopped_by"] = str(stopped)
-    made = Recording(log.signals(plant.motion, radii), log.impact_columns(), meta)
-    if stopped is not None:
-        raise EngineError(str(stopped), made if len(made.time) > 1 else None) from stopped
-    return made
+    return Outcome(log, meta, lambda: log.signals(plant.motion, radii), stopped)
 
 
 def prepared(

@@ -149,7 +149,8 @@ def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
     try:
         table = pq.read_table(path)
-        meta = from_json((table.schema.metadata or {}).get(KEY, b"{}"))
+        told = (table.schema.metadata or {}).get(KEY) or (pq.read_metadata(path).metadata or {}).get(KEY, b"{}")
+        meta = from_json(told)
     except (OSError, ValueError, pa.ArrowException) as error:
         why = f": {error}" if path.suffix == ".parquet" else ""
         remedy = "name a run folder, a .parquet or a .csv file"

@@ -2,5 +2,6 @@
 
 from gears3d.simulation.models import MODELS as MODELS
 from gears3d.simulation.models import simulate as simulate
+from gears3d.simulation.models import stream as stream
 from gears3d.simulation.recorder import TESTS as TESTS
 from gears3d.simulation.recorder import record as record

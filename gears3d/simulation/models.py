@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gears3d.errors import EngineError, UsageError, did_you_mean
+from gears3d.errors import EngineError, Fault, InputError, UsageError, did_you_mean
 from gears3d.recording import Recording
 from gears3d.simulation.refusals import refuse_unseen
 from gears3d.simulation.sensors import observe
@@ -151,3 +151,42 @@ def _about(scenario: Scenario) -> dict[str, Any]:
         "drag_torque_N_m": rig.drag_torque,
         "effects": [effect.kind for effect in scenario.effects],
     }
+
+
+def stream(
+    scenario: Scenario | str | Path,
+    folder: str | Path,
+    *,
+    contact: str | None = None,
+    pair: Pair | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Run a scenario in the 3D engine and write the recording as it goes, in memory that does not grow.
+
+    Args:
+        scenario: a scenario, or the path of its file.
+        folder: gets ``signals.parquet``, ``impacts.parquet`` and ``contacts.parquet`` (permanent contacts).
+        contact: ``"located"`` (default) or ``"native"``.
+        pair: gears that take the place of the scenario's.
+        progress: called now and then with the simulated time done [s].
+
+    Returns:
+        The recording's metadata, without its contacts.
+
+    Raises:
+        InputError: the scenario is bad, has sensor effects, which act on whole recordings, or the disk is full.
+        UsageError: the contact is not known.
+        EngineError: the simulation cannot go on; the tables are kept up to that instant and say so.
+    """
+    from gears3d import engine
+    from gears3d.effects import SensorEffect
+    from gears3d.scenario import Scenario, load
+
+    if not isinstance(scenario, Scenario):
+        scenario = load(scenario)
+    file = "" if scenario.path is None else str(scenario.path)
+    seen = [(k, effect) for k, effect in enumerate(scenario.effects) if isinstance(effect, SensorEffect)]
+    if seen:
+        text = "acts on a whole recording, not on one that is written as it happens"
+        raise InputError([Fault(f"effect[{k}]", f"{effect.kind!r} {text}", "leave it out", file) for k, effect in seen])
+    return engine.stream(scenario, Path(folder), pair, contact or CONTACTS[0], progress, _about(scenario))

@@ -181,3 +181,23 @@ def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
     assert (tmp_path / "run" / "report.html").exists()
     told = json.loads(gears3d(*words, "--json", "--no-views").stdout)
     assert told["error"]["exit_code"] == 4
+
+
+def test_a_streamed_run_has_the_tables_and_the_numbers_of_a_usual_one(run, tmp_path):
+    words = ["run", FILE, "--set", "run.duration=1.2 s", "--stream", "--json", "--out", tmp_path / "long"]
+    done = gears3d(*words)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    usual, long = read_run(run[0]), read_run(tmp_path / "long")
+    assert told == long.summary
+    for name in ("regime", "impacts", "active_velocity_mean_m_s", "energy_J_s", "flight_share", "reached_s", "status"):
+        assert told[name] == pytest.approx(usual.summary[name]), name
+    assert told["excitation"] == pytest.approx(usual.summary["excitation"], rel=1e-3)
+    for name, column in usual.recording.signals.items():
+        assert column.tolist() == long.recording.signals[name].tolist(), name
+    assert {path.name for path in (tmp_path / "long").iterdir()} == {
+        *["scenario.toml", "signals.parquet", "impacts.parquet", "contacts.parquet", "summary.json"]
+    }
+    done = gears3d(*words, "--twin", "rigid")
+    assert done.returncode == 2
+    assert "needs the whole recording" in done.stderr
