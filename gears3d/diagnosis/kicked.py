@@ -25,8 +25,8 @@ LEAST = 1e-300
 """Chance that is told at least, as the chi-square of two freedoms that comes by it."""
 PARTS = 2
 """Bins to a pitch; a window has as many."""
-BESIDE = (3, 4, 5, 6)
-"""Pitches to either side at which as many may end: an order of the gear has its ends spread over more than a tooth."""
+AWAY = 3
+"""Pitches from a place to where as many may end: an order of the gear throws at more places than one."""
 BEGINS = 0.02
 """Part of a tooth's thickness by which it moves the other gear where it begins to throw it."""
 FEWEST, DEEPEST = 3, 0.9
@@ -133,8 +133,8 @@ def _peak(records: Sequence[Evidence], gear: Literal["drive", "loose"], flank: i
     from scipy.stats import binom
 
     teeth = records[0].pair.gear(gear).teeth
-    ends = [one.channels.partings for one in records]
-    places = [np.mod(getattr(each, gear)[each.flank == flank] * teeth / (2.0 * pi), teeth) for each in ends]
+    partings = [one.channels.partings for one in records]
+    places = [np.mod(getattr(each, gear)[each.flank == flank] * teeth / (2.0 * pi), teeth) for each in partings]
     counts = np.array([np.bincount((own * PARTS).astype(int) % (PARTS * teeth), minlength=PARTS * teeth)
                        for own in places])  # fmt: skip
     windows = np.sum([np.roll(counts, -k, axis=1) for k in range(PARTS)], axis=0)
@@ -142,11 +142,13 @@ def _peak(records: Sequence[Evidence], gear: Literal["drive", "loose"], flank: i
     sizes = np.array([len(own) for own in places])
     others = total - most if len(records) > 1 else total
     left = sizes.sum() - sizes[np.argmax(windows, axis=0)] if len(records) > 1 else np.full(len(total), sizes.sum())
-    beside = np.mean([np.roll(others, side * PARTS * k) for k in BESIDE for side in (-1, 1)], axis=0)
-    usual = np.clip(np.maximum(1.0 / teeth, beside / np.maximum(left, 1)), 0.0, 1.0)
+    here = np.arange(len(total))
+    apart = np.minimum(np.mod(here[:, None] - here, len(total)), np.mod(here - here[:, None], len(total)))
+    elsewhere = np.where(apart >= AWAY * PARTS, others / np.maximum(left, 1), 0.0).max(axis=1)
+    usual = np.clip(np.maximum(1.0 / teeth, elsewhere), 0.0, 1.0)
     chances = binom.sf(others - 1, left, usual) * PARTS * teeth
     best = int(np.argmin(chances))
     away = np.mod(np.concatenate(places) - best / PARTS, teeth)
-    if not (here := away[away < 1.0]).size:
+    if not (ends := away[away < 1.0]).size:
         return None
-    return _Peak(float(chances[best]), best / PARTS + float(np.median(here)), gear, flank, here.size / away.size)
+    return _Peak(float(chances[best]), best / PARTS + float(np.median(ends)), gear, flank, ends.size / away.size)

@@ -104,7 +104,7 @@ def searched(
     known: tuple[Any, ...] = ()
     records, found = aligned(records, highest)
     deep = None if struck(records) else pocketed(records)
-    came, delay = {one.file: one for one in admitted}, delay_of(admitted)
+    came, delay, before = {one.file: one for one in admitted}, delay_of(admitted), (records, found)
     for _ in range(AGAIN):
         teeth = (*known, *struck(records)) or _effect(deep) or single_teeth(found) or kicking(records)
         if _places(teeth) <= _places(known):
@@ -112,6 +112,9 @@ def searched(
         known = teeth[:MOST_TEETH]
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
         records, found = aligned(records, highest)
+    named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
+    if deep is None and not named & _places(known):
+        return *before, None  # what was suspected is no tooth
     if deep is not None:  # its depth is not what the search makes of where the gear was seen
         found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
     return records, found, deep

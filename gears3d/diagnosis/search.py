@@ -15,7 +15,7 @@ from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
 from gears3d.diagnosis.prediction import CHANNELS, added, residuals
 from gears3d.diagnosis.scatter import with_own_noise
-from gears3d.diagnosis.sifting import without_outliers, without_rolling, without_strays
+from gears3d.diagnosis.sifting import badly_cut, emptied, without_outliers, without_rolling, without_strays
 from gears3d.diagnosis.zeros import dear, goes_by
 
 Array = np.ndarray
@@ -25,6 +25,8 @@ SMALLEST = 0.01
 """Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
 LARGEST = 3.0
 """Size in units above which a cause is none: it makes up for what is hardly its own."""
+APART = 5.0
+"""Times the usual error of contact of a record from which on one does not agree with the others."""
 FAR = (100.0, 30.0, 12.0, 7.0)
 """Standard deviations from what the strongest cause leaves beyond which points of contact and impacts are left out, one
 after the other."""
@@ -72,10 +74,36 @@ def search(records: Sequence[Evidence], highest: int = 40) -> Search:
         records = better
         now = fit(records, _base(records), now.causes)
     for far in FAR:  # the worst first: they bend the fit that the others are held against
-        if (better := without_outliers(records, now.rest, far)) is not None:
+        if (better := without_outliers(records, _held(records, now), far)) is not None:
             records = better
             now = fit(records, _base(records), now.causes)
+    bad = ~_agreeing(records, now) & [badly_cut(one) for one in records]
+    records = [emptied(one) if worse else one for one, worse in zip(records, bad, strict=True)]
     return _search(records, highest, MOST, strongest.known)
+
+
+def _held(records: Sequence[Evidence], now: Fit) -> Array:
+    """Return residuals that causes leave with the numbers of those records that agree, (n,).
+
+    Args:
+        records: all.
+        now: causes with the numbers that a record that was cut badly may have bent.
+    """
+    agree = _agreeing(records, now)
+    if np.all(agree) or not now.causes:
+        return now.rest
+    some = [one for one, good in zip(records, agree, strict=True) if good]
+    effects = [cause.effect for cause in fit(some, _base(some), now.causes).causes]
+    return _base(records) - contribution(records, [effect for effect in effects if effect is not None])
+
+
+def _agreeing(records: Sequence[Evidence], now: Fit) -> Array:
+    """Return whether contact of each record is as near to what a fit makes of it as that of most others, (r,)."""
+    sizes = np.array([len(one.channels.contacts.time) for one in records])
+    begin = sum(one.channels.flights.time.size for one in records)
+    own = np.split(now.rest[begin : begin + int(sizes.sum())], np.cumsum(sizes)[:-1])
+    errors = np.array([np.sqrt(np.mean(part**2)) if part.size else 0.0 for part in own])
+    return errors <= APART * max(float(np.median(errors)), 1.0)
 
 
 def _base(records: Sequence[Evidence]) -> Array:
@@ -177,7 +205,7 @@ def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest:
     if effect is None or not _within(cause):
         return False
     owner = [np.full(len(added(one, (), name)), k) for name in CHANNELS for k, one in enumerate(records)]
-    expected = np.bincount(np.concatenate(owner), contribution(records, [effect]) ** 2, len(records))
+    expected = np.bincount(np.concatenate(owner), (without - rest) ** 2, len(records))
     gained = np.bincount(np.concatenate(owner), without**2 - rest**2, len(records))
     asked = expected > OWN
     return bool(np.sum(gained[asked] > 0.25 * expected[asked]) > 0.5 * np.sum(asked)) or not np.any(asked)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -66,6 +67,33 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     return replace(one, channels=seen, fine=tuple(column[good] for column in one.fine), at=one.at[good])
 
 
+def badly_cut(one: Evidence) -> bool:
+    """Whether more of a record's contact was left out than mistakes of cutting explain.
+
+    Args:
+        one: the record.
+    """
+    out = one.channels.left_out.get("contact", 0)
+    return out > MOST * (out + len(one.channels.contacts.time))
+
+
+def emptied(one: Evidence) -> Evidence:
+    """Return a record of which only the drive's motion is left.
+
+    Args:
+        one: the record.
+    """
+    seen, names = one.channels, {"flights": "flight", "contacts": "contact", "impacts": "impact", "losses": "loss"}
+    sizes = {channel: len(getattr(seen, name).time) for name, channel in names.items()}
+    left_out = {channel: seen.left_out.get(channel, 0) + size for channel, size in sizes.items()}
+    gone: dict[str, Any] = {}
+    for name in (*names, "blows", "partings", "corners"):
+        points = getattr(seen, name)
+        gone[name] = type(points)(*(column[:0] for column in points))
+    kept = seen._replace(**gone, left_out=left_out)
+    return replace(one, channels=kept, fine=tuple(column[:0] for column in one.fine), at=one.at[:0])
+
+
 def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
     """Return records without the few flights that a cause leaves unlike all others; ``None`` where there are none.
 
@@ -96,7 +124,10 @@ def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> l
         seen = one.channels
         kept, left_out = {}, dict(seen.left_out)
         for name, own, begin in (("contact", seen.contacts, at), ("impact", seen.impacts, behind)):
-            far = np.abs(rest[begin : begin + len(own.time)]) > most
+            off = rest[begin : begin + len(own.time)]
+            if name == "contact" and len(off):  # its zero is anywhere, and was drawn towards what is far off
+                off = off - np.median(off)
+            far = np.abs(off) > most
             if not np.any(far) or np.mean(far) > MOST:
                 continue
             kept[name + "s"] = type(own)(*(column[~far] for column in own))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.scatter import Scatter, scatter
 from gears3d.diagnosis.search import ACCEPT, Search
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
 FAINT = 0.05
 """Scatter of restitution, in units of the coefficient, that the cutting of records makes by itself."""
+ALIKE, MOST = 0.5, 0.5
+"""Part of the scatter of all that a record must have by itself, and of the records that must have it: it belongs to the
+gears, and what shows in some of the records alone to their cutting."""
 ORDERED = 0.1
 """Part of what impacts have left that structure may explain, where the rest is called scatter."""
 
@@ -30,9 +35,14 @@ def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Struc
         found: by the search.
         left: structure that remains.
     """
-    spread = scatter(records, [cause.effect for cause in found.fit.causes if cause.effect is not None])
+    effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
+    spread = scatter(records, effects)
     unit = max(found.records[0].rig.restitution, 0.1)
     if spread is None or spread.gain < ACCEPT or spread.value < FAINT * unit:
+        return None
+    own = np.array([each.value for one in records if (each := scatter([one], effects)) is not None])
+    like = (own > ALIKE * spread.value) & (own < spread.value / ALIKE)
+    if len(own) and float(np.mean(like)) < MOST:
         return None
     rest = found.fit.rest[found.known.spans["impact"]]
     worth = max((one.worth for one in left if channel_of(one.name) == "impact"), default=0.0)

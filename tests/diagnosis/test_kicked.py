@@ -44,6 +44,19 @@ def test_ends_of_contact_anywhere_suspect_no_tooth():
     assert not any(kicking(_records(random)) for _ in range(50))
 
 
+@pytest.mark.parametrize("order", [2, 7])
+def test_an_order_that_throws_at_several_places_is_no_tooth(order):
+    """A wave of the flank ends contact at each of its crests."""
+    random = np.random.default_rng(order)
+    made = _records(random)
+    for one in made:
+        ends = one.channels.partings
+        crest = 2.0 * np.pi * (random.integers(0, 40 * order, 120) / order) + 0.3 + random.normal(0.0, 0.02, 120)
+        one.channels.partings = Partings(np.append(ends.drive, crest), np.append(ends.loose, crest * 31 / 53),
+                                         np.append(ends.flank, np.zeros(120, int)))  # fmt: skip
+    assert kicking(made) == ()
+
+
 def test_a_place_in_one_record_alone_is_that_of_its_speed():
     random = np.random.default_rng(4)
     assert not kicking([*_records(random, count=2), *_records(random, tooth=7, count=1)])

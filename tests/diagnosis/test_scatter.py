@@ -1,6 +1,8 @@
 """Scatter of restitution is told although the weakest rebounds are overlooked, and only where it is scatter."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from gears3d.diagnosis.blows import Blows
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.neighbours import alike
 from gears3d.diagnosis.scatter import Rebounds, rebounds, scatter, with_own_noise, working
+from gears3d.diagnosis.search import Search
+from gears3d.diagnosis.whiteness import own_scatter
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 RIG = plan(11, ()).rig
@@ -65,6 +69,21 @@ def test_errors_alone_are_no_scatter(worse):
     assert told is not None
     assert told.gain < 30.0
     assert with_own_noise([one])[0] is one
+
+
+def test_scatter_belongs_to_the_gears_and_shows_in_their_records():
+    def told(deviations):
+        records = [record(k, deviation) for k, deviation in enumerate(deviations)]
+        rest = np.full(100, 3.0)
+        found = SimpleNamespace(records=records, fit=SimpleNamespace(causes=(), rest=rest),
+                                known=SimpleNamespace(spans={"impact": slice(0, len(rest))}))  # fmt: skip
+        return own_scatter(records, cast(Search, found), [])
+
+    assert scatter([record(k, deviation) for k, deviation in enumerate([0.0, 0.0, 0.0, 0.3, 0.3])]) is not None
+    assert told([0.0, 0.0, 0.0, 0.3, 0.3]) is None  # two records that were cut badly
+    alike = told([DEVIATION] * 5)
+    assert alike is not None
+    assert alike.value == pytest.approx(DEVIATION, abs=4.0 * alike.sigma)
 
 
 def test_working_responses_have_slope_and_bend_of_the_likelihood():

@@ -1,0 +1,105 @@
+"""Records that were cut badly do not decide: neither on numbers, nor on which cause stays."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gears3d.diagnosis.candidates import Candidate
+from gears3d.diagnosis.cause import begin, fit
+from gears3d.diagnosis.channels import Contacts, Drive
+from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis.search import _base, _everywhere, _held, search
+from gears3d.diagnosis.sifting import badly_cut, without_outliers
+from gears3d.scenario import load
+
+SIZE, NOISE = 2e-5, 5e-7
+WAVE = Candidate("transmission_error", {"gear": "drive", "order": 3, "flank": "both"}, "amplitude", 1e-4, True,
+                 ("contact",))  # fmt: skip
+
+
+def _records(wrong=0.0, count=5, points=600, far=2e-3):
+    """Records of contact on a wave; in the last one part of the points lie far off, all on one side."""
+    random, rig, made = (
+        np.random.default_rng(4),
+        load("scenarios/rigaud-2020/fig5-20rpm.toml", {"motion.harmonics": []}),
+        [],
+    )
+    for k in range(count):
+        drive = np.sort(random.uniform(0.0, 40.0, points))
+        place = SIZE * np.cos(3.0 * drive) + NOISE * random.normal(size=points)
+        if k == count - 1:
+            place[: int(wrong * points)] += far
+        none = np.zeros(points)
+        contacts = Contacts(drive, drive, drive, none.astype(int), place, none + NOISE, none)
+        one = uncut(rig, str(k))
+        even = np.linspace(0.0, 40.0, points)
+        steady = Drive(even, one.motion.mean * even, NOISE, 40.0 / points)
+        made.append(replace(one, channels=one.channels._replace(contacts=contacts, drive=steady)))
+    return made
+
+
+def _found(records):
+    return fit(records, _base(records), [begin(WAVE, np.array([0.1, 0.0]))])
+
+
+def test_a_record_cut_badly_does_not_bend_what_the_others_are_held_against():
+    records = _records(wrong=0.06)
+    bent = _found(records)
+    assert abs(np.hypot(*bent.causes[0].numbers) - SIZE) > 10.0 * NOISE  # that is what it did
+    rest = _held(records, bent)
+    cuts = np.cumsum([len(one.channels.contacts.time) for one in records])
+    own = np.split(rest, cuts[:-1])
+    assert all(np.sqrt(np.mean(part**2)) == pytest.approx(1.0, rel=0.1) for part in own[:-1])
+    kept = without_outliers(records, rest, 100.0)
+    assert kept is not None
+    assert [len(one.channels.contacts.time) for one in kept] == [600] * 4 + [600 - 36]
+    assert np.hypot(*_found(kept).causes[0].numbers) == pytest.approx(SIZE, abs=5.0 * NOISE / np.sqrt(3000))
+
+
+def test_records_that_agree_are_held_against_all_of_them():
+    records = _records()
+    found = _found(records)
+    assert _held(records, found) is found.rest
+
+
+def test_a_cause_beside_one_that_is_like_it_still_shows_in_every_record():
+    """Two causes that nearly cancel are each far larger than what they bring."""
+    records = _records()
+    near = WAVE._replace(shape={**WAVE.shape, "order": 3.0})
+    alone = _found(records)
+    nothing = fit(records, _base(records), ())
+    assert _everywhere(records, alone.causes[0], nothing.rest, alone.rest)
+    numbers = np.array([5.0, 0.0]) * SIZE
+    large = begin(near, numbers / near.unit)
+    assert _everywhere(records, large, nothing.rest, alone.rest)
+
+
+def test_a_cause_that_gains_in_one_record_alone_is_none():
+    records = _records()
+    base = _base(records)
+    cause = begin(WAVE, np.array([0.2, 0.0]))
+    cuts = np.cumsum([len(one.channels.contacts.time) for one in records])
+    rest = base.copy()
+    rest[: cuts[3]] *= 1.2
+    rest[cuts[3] : cuts[4]] *= 0.1
+    assert not _everywhere(records, cause, base, rest)
+
+
+def test_a_record_cut_badly_is_left_out_as_a_whole_where_it_agrees_with_no_other():
+    records = _records(wrong=0.4, far=1e-4)
+    last = records[-1].channels
+    records[-1] = replace(records[-1], channels=last._replace(left_out={"contact": 300}))
+    assert badly_cut(records[-1])
+    found = search(records, 5)
+    assert [len(one.channels.contacts.time) for one in found.records] == [600] * 4 + [0]
+    assert found.records[-1].channels.left_out["contact"] == 900
+    assert len(found.records[-1].channels.drive.time) == 600
+    (cause,) = [one for one in found.fit.causes if one.candidate.kind == "transmission_error"]
+    assert np.hypot(*cause.numbers) == pytest.approx(SIZE, abs=5.0 * NOISE / np.sqrt(2400))
+
+
+def test_a_record_that_disagrees_but_was_cut_well_stays():
+    records = _records(wrong=0.4, far=1e-4)
+    assert not any(map(badly_cut, records))
+    assert len(search(records, 5).records[-1].channels.contacts.time) == 600
