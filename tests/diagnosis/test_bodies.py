@@ -127,6 +127,7 @@ def test_helical_gears_stand_in_the_engine_as_their_transverse_section():
     assert np.abs(bodies["contact"] - rigid["contact"]).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_a_tooth_that_is_off_is_asked_of_helical_teeth():
     bench = load(BENCH, {**PLAIN, "gears.helix_angle": "20 deg", "gears.face_width": "10 mm", "run.duration": "2 s"})
     own = evidence(measure(record(bench), bench), bench, "r")
