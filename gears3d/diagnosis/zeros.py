@@ -72,7 +72,7 @@ def turn(one: Evidence, drive: float, loose: float) -> Evidence:
         return one
     seen, (time, angle, speed) = one.channels, one.fine
     both = {name: (own := getattr(seen, name))._replace(drive=own.drive + drive, loose=own.loose + loose)
-            for name in ("contacts", "impacts", "losses", "partings")}  # fmt: skip
+            for name in ("contacts", "impacts", "losses", "partings", "corners", "blows")}  # fmt: skip
     flights = seen.flights._replace(loose=seen.flights.loose + loose)
     moved = seen._replace(**both, flights=flights, drive=seen.drive._replace(angle=seen.drive.angle + drive))
     turned = one.turned[0] + drive, one.turned[1] + loose

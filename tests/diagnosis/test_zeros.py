@@ -61,6 +61,19 @@ def record(tmp_path_factory):
     return ready(written(tmp_path_factory.mktemp("zeros"), (), 10101, records=1, duration=3.0)[0][0])
 
 
+def test_every_channel_with_angles_is_turned(record):
+    there = turn(record, 0.3, -0.2)
+    asked = 0
+    for name in record.channels._fields:
+        before, after = getattr(record.channels, name), getattr(there.channels, name)
+        if {"drive", "loose"} <= set(getattr(before, "_fields", ())):
+            asked += 1
+            assert len(before.drive) > 0, name
+            np.testing.assert_allclose(after.drive - before.drive, 0.3, atol=1e-9)
+            np.testing.assert_allclose(after.loose - before.loose, -0.2, atol=1e-9)
+    assert asked == 6
+
+
 def test_every_kind_that_goes_by_an_angle_is_known():
     """What has a phase or a tooth goes by an angle, but for the drive's own motion, which goes by time."""
     for kind, effect in catalogue().items():
