@@ -73,7 +73,7 @@ def _impact_angle(scenario: Scenario, size: float, random: np.random.Generator) 
 def _warming(scenario: Scenario, size: float, random: np.random.Generator) -> Foreign:
     change = size * scenario.pair().backlash * float(random.choice((-1.0, 1.0)))
     time = float(random.uniform(0.2, 0.6)) * scenario.run.duration
-    where = ("contact.time", "contact.order_drive", "contact.order_loose", "flight.time", "flight.gap")
+    where = ("contact.time", "flight.gap")
     row = (float(WARMING), change, time, 0.0, 0.0)
     return Foreign("backlash that drifts", {"change": change, "time_constant": time}, where, (row,))
 

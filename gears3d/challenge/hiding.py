@@ -15,7 +15,8 @@ from gears3d.challenge import encoders, foreign, protocol, seal
 from gears3d.challenge.causes import KINDS, quantity
 from gears3d.challenge.causes import draw as draw_cause
 from gears3d.challenge.history import happen
-from gears3d.challenge.plan import values
+from gears3d.challenge.physics import moved
+from gears3d.challenge.plan import machine, values
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import write_text
 from gears3d.recording import Recording
@@ -61,7 +62,7 @@ class Plan:
         full = self.rig.with_({"effect": [*_tables(self.rig), *self.effects]})
         hidden = [values(effect) for effect in full.effects[len(self.rig.effects) :]]
         others = [{"name": u.name, **u.parameters, "coordinates": list(u.coordinates)} for u in self.unknown]
-        visible = not (self.effects and all(self._blind(effect) for effect in hidden))
+        visible = not (self.effects and all(map(self._blind, self.effects, hidden)))
         about = {"size": self.size, "noise": self.noise, "ratio": self._ratio()}
         about |= {"zeros": [list(pair) for pair in self.zeros]} if self.zeros else {}
         return {"seed": self.seed, "effects": hidden, "unknown": others, "visible": visible, **about}
@@ -69,8 +70,13 @@ class Plan:
     def _ratio(self) -> list[int]:
         return [self.rig.gears.drive.teeth, self.rig.gears.loose.teeth]
 
-    def _blind(self, effect: dict[str, Any]) -> bool:
-        """Whether an effect leaves no trace in any angle: friction of flanks that do not yield."""
+    def _blind(self, written: dict[str, Any], effect: dict[str, Any]) -> bool:
+        """Whether an effect leaves no trace in any angle.
+
+        Friction of flanks that do not yield; a tooth that stands back where others carry beside it almost always.
+        """
+        if effect["kind"] == "pitch_error":
+            return moved(machine(self.rig.with_({"effect": [written]}))) < self.noise * self.rig.pair().backlash
         return effect["kind"] == "mesh_friction" and all(e.kind != "tooth_compliance" for e in self.rig.effects)
 
     def digest(self) -> str:
@@ -83,7 +89,8 @@ class Plan:
                 return [rounded(each) for each in value]
             return f"{value:.4g}" if isinstance(value, float) else value
 
-        facts = [self.told(), list(self.conditions), _facts(self.rig)]
+        drawn = {**self.told(), "visible": True}  # what is to be seen of it follows from the rest
+        facts = [drawn, list(self.conditions), _facts(self.rig)]
         return hashlib.sha256(json.dumps(rounded(facts), sort_keys=True).encode()).hexdigest()[:16]
 
 

@@ -13,6 +13,8 @@ import numpy as np
 from gears3d.kernels import njit
 
 ACTIVE, REVERSE, FREE = 0, 1, 2
+AMONG = 40
+"""Places to a pitch at which the movement of flanks by teeth is looked at."""
 DRIVE, LOOSE = 0.0, 1.0
 
 BEARING, COGGING, STICK_SLIP, DRIVE_ANGLE, ADHESION, IMPACT_ANGLE, WARMING = range(7)
@@ -142,6 +144,16 @@ def _tooth(m, side, th1):
         if both - gap > best:
             best, d, dd, which = both - gap, -sign * slope, -bend, k
     return sign * best, sign * d, sign * dd, which
+
+
+def moved(m) -> float:
+    """Return by how much teeth out of step move either flank at most [m].
+
+    Args:
+        m: of the type ``MACHINE``.
+    """
+    turn = m["pitch"][0] * np.arange(0.0, float(np.max(m["teeth"][:, 1])), 1.0 / AMONG)
+    return max((abs(_tooth(m, side, at)[0]) for side in (ACTIVE, REVERSE) for at in turn), default=0.0)
 
 
 @njit(cache=True)

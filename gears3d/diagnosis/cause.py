@@ -47,6 +47,15 @@ class Cause(NamedTuple):
         return self.candidate._replace(shape=shape).effect(self.numbers[:sizes])
 
     @property
+    def possible(self) -> bool:
+        """Whether all numbers are such as the catalogue admits: no drag drives a gear."""
+        effect: Any = self.effect
+        if effect is None:
+            return False
+        values = ((getattr(effect, name), one) for name, one in effect.params.items())
+        return all(one.low <= value <= one.high for value, one in values if isinstance(value, int | float))
+
+    @property
     def units(self) -> Array:
         """Size of a unit of each number, (p,)."""
         sizes = 2 if self.candidate.phased else 1

@@ -94,15 +94,30 @@ def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any]
         return known[key]
     gear: Literal["drive", "loose"] = "drive" if row.p[0] == 0 else "loose"
     side: Literal["active", "reverse"] = "active" if row.p[1] == 0 else "reverse"
-    teeth = pair.gear(gear).teeth
-    mine = np.flatnonzero(flank == row.p[1])
-    since = np.mod(own[mine] - (row.p[2] - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
-    angle, moved = influence(pair, gear, side, row.p[3] > 0.0)
-    shape = np.zeros_like(own)
-    shape[mine] = np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
+    mine, shape = np.flatnonzero(flank == row.p[1]), np.zeros_like(own)
+    shape[mine] = over_tooth(pair, gear, row.p[2], side, row.p[3] > 0.0, own[mine])
     if known is not None:
         known[key] = shape
     return shape
+
+
+def over_tooth(
+    pair: Pair, gear: Literal["drive", "loose"], tooth: float, side: Literal["active", "reverse"], out: bool, own: Array
+) -> Array:
+    """Return what a tooth of unit thickness does to the displacement [m/m].
+
+    Args:
+        pair: nominal gears.
+        gear: whose tooth it is.
+        tooth: its number.
+        side: which flank.
+        out: whether it stands out; back otherwise.
+        own: angle of its gear [rad], (n,).
+    """
+    teeth = pair.gear(gear).teeth
+    since = np.mod(own - (tooth - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
+    angle, moved = influence(pair, gear, side, out)
+    return np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
 
 
 @lru_cache(maxsize=64)

@@ -19,6 +19,7 @@ from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import structures
+from gears3d.diagnosis.resonance import resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
 from gears3d.diagnosis.structure import Structure
@@ -138,16 +139,20 @@ def diagnose(
         if not seen.agrees and (law := with_others(seen)) is not None:
             return _lawful(admitted_all, rig, notes, law, bodies)
         return _beside(admitted_all, rig, notes, seen)
+    rings = resonance(admitted, paths)
     try:
         records, notes = _measured(admitted, notes, tell, paths)
-    except InputError:  # what yields, or swims in oil, may not be cut at all
-        if (law := with_others(seen)) is None:
-            raise
-        return _lawful(admitted_all, rig, notes, law, bodies)
+    except InputError:  # what yields, swims in oil, or rings, may not be cut at all
+        if (law := with_others(seen)) is not None:
+            return _lawful(admitted_all, rig, notes, law, bodies)
+        if rings is not None:
+            return _uncut(admitted_all, rig, notes, "unexplained", (rings,))
+        raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     records, found, deep = searched(admitted, records, highest, paths)
-    kicks = thrown(found.records, found.fit.causes) if deep is None else []
+    kicks = [] if rings is None else [rings]
+    kicks += thrown(found.records, found.fit.causes) if deep is None else []
     left = [*kicks, *_left(found, highest)]
     while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
         found = keeping(found, kept)
@@ -156,7 +161,7 @@ def diagnose(
         return _lawful(admitted_all, rig, notes, law, bodies)
     tell("looking for rivals", 0.85)
     others = rivals(found.records, found)
-    spread = own_scatter(records, found, left)
+    spread = own_scatter(records, found, left) if rings is None else None
     parted = part(found, others, beside(spread, deep), rig, notes)
     found, others, causes = parted.found, parted.others, parted.causes
     tell("holding out records", 0.9)
@@ -212,8 +217,6 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
 
 def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
     """Return what is said of a rig that has a law of contact already: that it agrees, or that this is not decided."""
-    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
-    found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
     if not seen.agrees:
         text = "records are not cut by flanks that yield or swim in oil, and too few paths to the flanks were seen"
         if seen.plain is not None:
@@ -222,8 +225,16 @@ def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen
             )
         remedy = "causes beside a law of contact that the rig has are not looked for, but for mesh_friction"
         notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
-    verdict = "nothing_to_add" if seen.agrees else "not_decidable"
-    return Diagnosis(verdict, (), (), (), {}, rig, tuple(evidence_of(found.records)), findings, found, [],
+    return _uncut(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable", ())
+
+
+def _uncut(
+    admitted: Sequence[Admitted], rig: Scenario, notes: Sequence[Note], verdict: str, left: tuple[Structure, ...]
+) -> Diagnosis:
+    """Return what is said of records that are not cut, or cannot be."""
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
+    return Diagnosis(verdict, (), left, (), {}, rig, tuple(evidence_of(found.records)), findings, found, [],
                      tuple(notes))  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gears3d.diagnosis.deviation import influence
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.struck import beyond, outward
+from gears3d.diagnosis.struck import GEARS, beyond, outward
 from gears3d.diagnosis.structure import Structure
 from gears3d.effects import catalogue
 
@@ -122,8 +122,7 @@ def _tooth(one: Evidence, peak: _Peak, out: bool = True) -> int:
 
 def _sharpest(records: Sequence[Evidence]) -> _Peak | None:
     """Return the place at which contact ends by the least chance, ``None`` where it may end so anywhere."""
-    gears: tuple[Literal["drive", "loose"], ...] = ("drive", "loose")
-    found = [each for gear in gears for flank in (0, 1) if (each := _peak(records, gear, flank)) is not None]
+    found = [each for gear in GEARS for flank in (0, 1) if (each := _peak(records, gear, flank)) is not None]
     best = min(found, default=None)
     return best if best is not None and best.chance * len(found) < CHANCE else None
 

@@ -12,6 +12,7 @@ from gears3d.diagnosis.neighbours import LAGS, alike
 from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held, level_of, parted, scanned
+from gears3d.diagnosis.waving import waved
 
 Array = np.ndarray
 GAP = 12
@@ -92,7 +93,7 @@ def _parts(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
 
 def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
     """Deceleration that each flight has left, over its speed, angles, and time."""
-    slow, weight, columns, flown = [], [], [], []
+    slow, weight, columns, flown, own = [], [], [], [], []
     for one, rest in zip(records, parts["flight"], strict=True):
         flights = one.channels.flights
         if not len(flights.time):
@@ -102,20 +103,19 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         square = np.sum(shape**2, axis=1)
         slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
         weight.append(np.sqrt(square))
-        time, angle, speed = (values.mean(axis=1) for values in one.fine)
-        drive = np.interp(time, one.channels.drive.time, one.channels.drive.angle)
-        columns.append(np.stack([time, angle, speed, drive]))
+        columns.append(np.stack([one.fine[0].mean(axis=1), one.fine[2].mean(axis=1)]))
         flown.append(one)
+        own.append(rest)
     if not slow:
         return
     value, sure = np.concatenate(slow), np.concatenate(weight)
-    time, _, speed, _ = np.concatenate(columns, axis=1)
+    time, speed = np.concatenate(columns, axis=1)
     record = np.repeat(np.arange(len(columns)), [one.shape[1] for one in columns])
     for name, coordinate in (("flight.speed", speed), ("flight.time", time)):
         yield from binned(name, value, sure, coordinate, "rad/s^2", record=record)
-    locked = {1: _locked(flown, "loose"), 3: _locked(flown, "drive")}
-    for name, row in (("flight.angle_loose", 1), ("flight.angle_drive", 3)):
-        yield from scanned(name, value, sure, [one[row] for one in columns], highest, "rad/s^2", locked[row])
+    driven = [np.interp(one.fine[0], one.channels.drive.time, one.channels.drive.angle) for one in flown]
+    for gear, angle in (("loose", [one.fine[1] for one in flown]), ("drive", driven)):
+        yield from waved(f"flight.angle_{gear}", flown, own, angle, highest, _locked(flown, gear))
     yield from _gap(records, parts["flight"], value, sure)
     yield from rung(records, parts["flight"], sure)
 

@@ -131,7 +131,10 @@ def _search(records: Sequence[Evidence], highest: int, most: int, before: Librar
     more = {gear: dear(records, gear) for gear in ("drive", "loose", "")}
     now, left = fit(records, base, ()), score(known, base)
     while len(now.causes) < most and (able := _able(left, more)):
-        now = _best(records, base, now, able, more)
+        best = _best(records, base, now, able, more)
+        if not best.causes[-1].possible:
+            break
+        now = best
         left = score(known, now.rest, directions(records, now))
     now = _pruned(records, base, now, more)
     left = score(known, now.rest, directions(records, now))
@@ -169,7 +172,7 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
         if kinds[kind] > (1 if bends else 2):
             continue
         tried.append(fit(records, base, [*now.causes, begin(one.candidate, one.units)], 8 if bends else 2))
-    return min(tried, key=lambda one: _worth(one, more))
+    return min(tried, key=lambda one: (not one.causes[-1].possible, _worth(one, more)))
 
 
 def _worth(found: Fit, more: dict[str, float]) -> float:
@@ -201,8 +204,7 @@ def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest:
         without: residuals without it, (n,).
         rest: residuals with it, (n,).
     """
-    effect = cause.effect
-    if effect is None or not _within(cause):
+    if not _within(cause):
         return False
     owner = [np.full(len(added(one, (), name)), k) for name in CHANNELS for k, one in enumerate(records)]
     expected = np.bincount(np.concatenate(owner), (without - rest) ** 2, len(records))
@@ -215,7 +217,7 @@ def _within(cause: Cause) -> bool:
     """Whether the size of a cause is one that a rig may have."""
     sizes = 2 if cause.candidate.phased else 1
     size = float(np.hypot.reduce(cause.numbers[:sizes])) / cause.candidate.unit
-    return SMALLEST / 2.0 < size < LARGEST
+    return SMALLEST / 2.0 < size < LARGEST and cause.possible
 
 
 def directions(records: Sequence[Evidence], now: Fit) -> Array | None:

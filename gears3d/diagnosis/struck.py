@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.channels import Corners
-from gears3d.diagnosis.deviation import influence
+from gears3d.diagnosis.deviation import over_tooth
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.effects import catalogue
 
@@ -97,11 +97,9 @@ def _seen(records: Sequence[Evidence]) -> Corners:
 def _on(seen: Corners, pair: Pair, which: tuple[Literal["drive", "loose"], int, int, bool]) -> tuple[Array, ...]:
     """Return thicknesses that corners on a tooth tell, whether they are off, and whether those are on no such tooth."""
     gear, tooth, flank, out = which
-    mine, teeth = seen.flank == flank, pair.gear(gear).teeth
-    own = (seen.drive if gear == "drive" else seen.loose)[mine] * teeth
-    angle, moved = influence(pair, gear, "active" if flank == 0 else "reverse", out)
-    since = np.mod(own - 2.0 * np.pi * (tooth - 1) + np.pi * teeth, 2.0 * np.pi * teeth) - np.pi * teeth
-    shape = np.interp(since, angle, moved, left=0.0, right=0.0)
+    mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank that was not drawn is nowhere
+    own = (seen.drive if gear == "drive" else seen.loose)[mine]
+    shape = over_tooth(pair, gear, tooth, "active" if flank == 0 else "reverse", out, own)
     whole = np.abs(shape) > WHOLE
     size, sigma = seen.off[mine][whole] / shape[whole], seen.sigma[mine]
     return size, size > OFF * sigma[whole], np.abs(seen.off[mine]) > OFF * sigma, shape == 0.0
@@ -112,7 +110,8 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
     from scipy.stats import binom
 
     pair, seen = records[0].pair, _seen(records)
-    for gear, side, out in product(GEARS, (0, 1), (True, False)):
+    sorts = list(product(GEARS, (0, 1), (True, False)))
+    for gear, side, out in sorts:
         teeth = pair.gear(gear).teeth
         for tooth in range(1, teeth + 1):
             size, far, off, other = _on(seen, pair, (gear, tooth, side, out))
@@ -123,5 +122,5 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
             if agreed < MOSTLY * len(far):
                 continue
             share = (np.count_nonzero(off & other) + 1.0) / (np.count_nonzero(other) + 2.0)
-            chance = float(binom.sf(np.count_nonzero(far) - 1, len(far), share)) * 8 * teeth
+            chance = float(binom.sf(np.count_nonzero(far) - 1, len(far), share)) * len(sorts) * teeth
             yield _Tooth(2 * agreed - len(far), chance, usual, gear, tooth, side, out)

@@ -82,25 +82,63 @@ def scanned(
     level = max(level_of(value * sure), least)
     weight = sure / level
     rest = held(value, weight) * weight**2
-    turns = [float(np.ptp(one)) / (2.0 * np.pi) if len(one) else 0.0 for one in angle]
-    orders = np.arange(LOWEST, highest, 0.25 / max(*turns, 1.0))
-    gains, most, at, seen = np.zeros(len(orders)), np.zeros(len(orders)), 0, 0
-    for one, lasts, spacing in zip(angle, turns, [*locked, *[0.0] * len(angle)], strict=False):
+    orders, gains, at = orders_of(angle, highest), [], 0
+    for one, spacing in zip(angle, [*locked, *[0.0] * len(angle)], strict=False):
         part = slice(at, at + len(one))
         at += len(one)
         heavy = float(np.sum(weight[part] ** 2))
         if heavy > 0.0:
-            gain = 2.0 / heavy * _power(one, rest[part], highest, orders) * _apart(orders, spacing, lasts)
-            gains, most = gains + gain, np.maximum(most, gain)
-            seen += 1
-    without = gains - most if seen > 1 else gains
-    best = int(np.argmax(without))
+            gains.append(2.0 / heavy * turned_back(one, rest[part], highest, orders) * apart(orders, spacing, one))
+    yield strongest(name, orders, gains, level, np.full(len(orders), np.sum(weight**2)), unit)
+
+
+def orders_of(angle: Sequence[Array], highest: int) -> Array:
+    """Return orders that stand as close as the turns of the longest record tell them apart.
+
+    Args:
+        angle: of each record [rad].
+        highest: order that is looked for.
+    """
+    return np.arange(LOWEST, highest, 0.25 / max(*(_turns(one) for one in angle), 1.0))
+
+
+def _turns(angle: Array) -> float:
+    return float(np.ptp(angle)) / (2.0 * np.pi) if len(angle) else 0.0
+
+
+def strongest(name: str, orders: Array, gains: list[Array], level: float, heavy: Array, unit: str) -> Structure:
+    """Return the order that gains most, without the record that shows it most, where there are others.
+
+    Args:
+        name: of the structure.
+        orders: that were tried, (o,).
+        gains: of each record, noise taken as its level, each (o,).
+        level: of the noise in standard deviations.
+        heavy: sum of the squares of one over the noise, of a unit of the channel, (o,).
+        unit: of the channel.
+    """
+    total, seen, best = np.sum(gains, axis=0), len(gains), best_of(gains)
+    without = _without_most(gains)
     alone = _by_chance(float(without[best]), seen)
     chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
-    size = float(np.sqrt(max(gains[best] - 2.0 * seen, 0.0) / np.sum(weight**2)))
+    size = float(np.sqrt(max(total[best] - 2.0 * seen, 0.0) / heavy[best]))
     gain, chance = float(without[best]), float(np.clip(chance, 0.0, 1.0))
-    worth = float(gains[best]) * level**2
-    yield Structure(name, gain, chance, size, unit, float(orders[best]), worth, rank=gain * level**2)
+    worth = float(total[best]) * level**2
+    return Structure(name, gain, chance, size, unit, float(orders[best]), worth, rank=gain * level**2)
+
+
+def best_of(gains: list[Array]) -> int:
+    """Return the index of the order that gains most, without the record that shows it most.
+
+    Args:
+        gains: of each record, each (o,).
+    """
+    return int(np.argmax(_without_most(gains)))
+
+
+def _without_most(gains: list[Array]) -> Array:
+    total = np.sum(gains, axis=0)
+    return total - np.max(gains, axis=0) if len(gains) > 1 else total
 
 
 def _by_chance(gain: float, records: int) -> float:
@@ -117,16 +155,30 @@ def _by_chance(gain: float, records: int) -> float:
     return float(gamma.sf(gain, mean**2 / variance, scale=variance / mean))
 
 
-def _apart(orders: Array, spacing: float, turns: float) -> Array:
-    """Return which orders are no multiples of a fluctuation's, as far as so many turns tell."""
+def apart(orders: Array, spacing: float, angle: Array) -> Array:
+    """Return which orders are no multiples of a fluctuation's, as far as so many turns tell.
+
+    Args:
+        orders: any, (o,).
+        spacing: order of the fluctuation, 0 where there is none.
+        angle: of the record [rad].
+    """
+    turns = _turns(angle)
     if spacing <= 0.0 or turns <= 0.0:
         return np.ones(len(orders), bool)
     off = np.abs(orders / spacing - np.round(orders / spacing)) * spacing
     return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
 
 
-def _power(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
-    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle."""
+def turned_back(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
+    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle.
+
+    Args:
+        angle: of the values [rad], (n,).
+        rest: the values, (n,).
+        highest: order that is looked for.
+        orders: any below it, (o,).
+    """
     width = 2.0 * np.pi / (FINE * highest)
     place = np.floor((angle - angle.min()) / width).astype(int)
     bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)

@@ -1,6 +1,7 @@
 """Challenges: what is drawn stays drawn, what is sealed stays sealed, what is scored is what was hidden."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from gears3d.challenge.causes import KINDS
 from gears3d.challenge.foreign import UNKNOWN
 from gears3d.effects import catalogue
 from gears3d.errors import InputError, UsageError
+from gears3d.scenario import load
 
 HERE = Path(__file__).parent
 
@@ -112,7 +114,6 @@ def test_a_diagnosis_is_named_by_its_file_or_its_folder(blind, tmp_path):
 
 def test_records_come_in_by_the_gate(blind):
     from gears3d.gate import admit
-    from gears3d.scenario import load
 
     made, folder = blind
     admitted = admit(folder / "record-1.parquet", load(folder / "rig.toml"), folder / "record.toml")
@@ -192,3 +193,13 @@ def test_phases_and_teeth_are_scored_from_the_first_record_s_zeros():
 def test_a_sort_of_zero_that_is_not_there_is_named():
     with pytest.raises(UsageError, match="arbitrary"):
         plan(10071, (), zero="arbitary")
+
+
+def test_a_tooth_that_stands_back_where_two_others_carry_moves_nothing_and_is_told_so():
+    """Contact ratio and overlap come to 1.997: the tooth carries alone for 0.3 % of a pitch, sinking by nanometres."""
+    for offset, visible, least, most in (("0.1 mm", False, 0.0, 1e-8), ("-0.02 mm", True, 1e-6, 1e-3)):
+        error = {"kind": "pitch_error", "offset": offset, "tooth": 21, "gear": "drive", "flank": "reverse"}
+        made = replace(plan(86, (), duration=4.0), effects=(error,))
+        plain, odd = (observe(one, 0).signals["theta_loose_rad"] for one in (replace(made, effects=()), made))
+        assert made.told()["visible"] == visible
+        assert least <= np.max(np.abs(plain - odd)) * made.rig.pair().loose.base_radius <= most

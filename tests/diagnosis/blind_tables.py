@@ -35,10 +35,12 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
     if less := [row for row in rows if row["part"] == "ablation"]:
         yield from [*_ablation(less), ""]
         rows = [row for row in rows if not row.get("without")]
-    known = [row for row in rows if _part(row) == "kinds"]
-    if known:
+    every = [row for row in rows if _part(row) == "kinds"]
+    if known := [row for row in every if row["visible"]]:
         yield from _known(known)
         yield from ["", *_confusion(known)]
+    if unseen := [row for row in every if not row["visible"]]:
+        yield from ["", "hidden where it leaves no trace, and nothing named: " + _count(unseen, _right)]
     if nulls := [row for row in rows if _part(row) in NULLS]:
         yield from ["", *_nulls(nulls)]
     if strange := [row for row in rows if _part(row) == "unknown"]:

@@ -9,7 +9,7 @@ from gears3d.diagnosis.candidates import Candidate
 from gears3d.diagnosis.cause import begin, fit
 from gears3d.diagnosis.channels import Contacts, Drive
 from gears3d.diagnosis.evidence import uncut
-from gears3d.diagnosis.search import _base, _everywhere, _held, search
+from gears3d.diagnosis.search import _base, _everywhere, _held, _within, search
 from gears3d.diagnosis.sifting import badly_cut, without_outliers
 from gears3d.scenario import load
 
@@ -66,12 +66,11 @@ def test_records_that_agree_are_held_against_all_of_them():
 def test_a_cause_beside_one_that_is_like_it_still_shows_in_every_record():
     """Two causes that nearly cancel are each far larger than what they bring."""
     records = _records()
-    near = WAVE._replace(shape={**WAVE.shape, "order": 3.0})
     alone = _found(records)
     nothing = fit(records, _base(records), ())
     assert _everywhere(records, alone.causes[0], nothing.rest, alone.rest)
     numbers = np.array([5.0, 0.0]) * SIZE
-    large = begin(near, numbers / near.unit)
+    large = begin(WAVE, numbers / WAVE.unit)
     assert _everywhere(records, large, nothing.rest, alone.rest)
 
 
@@ -103,3 +102,13 @@ def test_a_record_that_disagrees_but_was_cut_well_stays():
     records = _records(wrong=0.4, far=1e-4)
     assert not any(map(badly_cut, records))
     assert len(search(records, 5).records[-1].channels.contacts.time) == 600
+
+
+@pytest.mark.parametrize("kind", ["drag_viscous", "mesh_drag"])
+def test_a_drag_that_drives_is_no_cause_however_well_it_fits(kind):
+    drag = Candidate(kind, {}, "coefficient", 1e-3, False, ("flight", "loss"))
+    assert begin(drag, np.array([0.3])).possible
+    assert not begin(drag, np.array([-0.3])).possible
+    assert _within(begin(drag, np.array([0.3])))
+    assert not _within(begin(drag, np.array([-0.3])))
+    assert not begin(drag, np.array([0.0])).possible  # nothing at all

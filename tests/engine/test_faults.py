@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gears3d.engine import door, located, simulate
+from gears3d.engine import located, simulate
 from gears3d.errors import EngineError
 from gears3d.gears import Eccentricity, ToothDeviation
 from gears3d.scenario import load
+from tests.engine.poison import poison
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 OFFSET = 400e-6
@@ -92,14 +93,7 @@ def test_a_rattling_pair_that_binds_is_kept_until_then(unseen):
 def test_a_state_that_is_no_number_stops_before_it_is_written(monkeypatch):
     scenario = fig5()
     whole = simulate(scenario)
-    honest, steps = door.World.step, []
-
-    def poisoned(self, duration, torque):
-        steps.append(duration)
-        state = honest(self, duration, torque)
-        return state if len(steps) < 200 else (float("nan"), state[1])
-
-    monkeypatch.setattr(door.World, "step", poisoned)
+    poison(monkeypatch, 200)
     kept = stopped(scenario, r"not a number after t = .* look at the torques")
     assert all(np.isfinite(values).all() for values in kept.signals.values())
     assert same_until_then(kept, whole) > 0

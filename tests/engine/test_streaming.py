@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from gears3d.engine import door, simulate, stream, streaming
+from gears3d.engine import simulate, stream, streaming
 from gears3d.errors import EngineError, InputError
 from gears3d.recording import describe, read
 from gears3d.recording import streaming as tables
@@ -15,6 +15,7 @@ from gears3d.recording.streaming import excerpt
 from gears3d.scenario import load
 from gears3d.simulation import simulate as any_model
 from gears3d.simulation import stream as any_stream
+from tests.engine.poison import poison
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 
@@ -68,14 +69,7 @@ def test_an_excerpt_is_described_as_the_whole(tmp_path, small):
 def test_a_run_that_cannot_go_on_leaves_its_tables(tmp_path, small, monkeypatch):
     scenario = fig5()
     whole = simulate(scenario)
-    honest, steps = door.World.step, []
-
-    def poisoned(self, duration, torque):
-        steps.append(duration)
-        state = honest(self, duration, torque)
-        return state if len(steps) < 300 else (float("nan"), state[1])
-
-    monkeypatch.setattr(door.World, "step", poisoned)
+    poison(monkeypatch, 300)
     with pytest.raises(EngineError, match="not a number") as caught:
         stream(scenario, tmp_path)
     kept = read(tmp_path)

@@ -1,0 +1,81 @@
+"""A resonance in the readings: a frequency that stands out of every record's spectrum, whatever the speed.
+
+What comes back with the drive or with an angle moves with the speed. What rings where an encoder is mounted, or in the
+body that it is mounted on, does not; it shows before anything is cut, and spoils the cutting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.structure import Structure
+
+if TYPE_CHECKING:
+    from gears3d.gate import Admitted
+
+Array = np.ndarray
+LOWEST, HIGHEST, APART = 20.0, 1000.0, 1.01
+"""Frequencies that are tried [Hz], and from one to the next."""
+SECONDS = 1.0
+"""Length of the stretches whose spectra are averaged."""
+WIDE, BESIDE = 0.06, 1.6
+"""Part of a frequency over which power is taken, at least the drive's fluctuation, of whose multiples it is made;
+times the frequency up and down where it is held against."""
+STANDS_OUT = 10.0
+"""Times what lies on a straight line between both sides that the power must be, in the record that shows it least."""
+SMALL = 0.005
+"""Part of the backlash by which it must move the readings (root mean square), to spoil anything."""
+RECORDS, UNLIKE = 3, 1.2
+"""Records without which a frequency that does not move is none, and by how much neighbours' speeds must differ."""
+
+
+def resonance(admitted: Sequence[Admitted], paths: Paths) -> Structure | None:
+    """Return the resonance that stands out of all records; ``None`` where there is none.
+
+    Args:
+        admitted: records.
+        paths: of the records.
+    """
+    rigs = [one.rig for one in admitted if one.rig is not None]
+    speeds = sorted(abs(rig.motion.mean) for rig in rigs)
+    if len(rigs) < RECORDS or speeds[-1] < UNLIKE ** (RECORDS - 1) * speeds[0]:
+        return None
+    tried = LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
+    seen = [_spectrum(one, paths, tried) for one in admitted]
+    least = np.min([ratio for ratio, _ in seen], axis=0)
+    best = int(np.argmax(least))
+    if not least[best] > STANDS_OUT:
+        return None
+    size = float(np.sqrt(np.mean([power[best] for _, power in seen])))
+    if size < SMALL * rigs[0].rig().backlash:
+        return None
+    gain = float(np.sum(np.log([ratio[best] for ratio, _ in seen])))
+    return Structure("impact.duration", gain, 0.0, size, "m", float(tried[best]), gain)
+
+
+def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array]:
+    """Return by how much power about each frequency stands out, and what of it does [m²], each (t,)."""
+    from scipy.signal import welch
+
+    assert one.rig is not None
+    known = paths.of(one)
+    place = known.radii[0] * known.drive - known.radii[1] * known.loose
+    rate = 1.0 / known.step
+    turn, power = welch(place, rate, nperseg=min(int(SECONDS * rate), len(place)), detrend="linear")
+    total = np.concatenate([[0.0], np.cumsum(power)]) * turn[1]
+    slowest = min((each.frequency for each in one.rig.motion.harmonics), default=0.0)
+
+    def about(middle: Array) -> Array:
+        half = 0.5 * np.maximum(WIDE * middle, slowest)
+        ends = (np.interp(middle + sign * half, turn - 0.5 * turn[1], total[:-1]) for sign in (1.0, -1.0))
+        return np.subtract(*ends) / half
+
+    usual = np.sqrt(about(tried / BESIDE) * about(tried * BESIDE))
+    own = about(tried)
+    known_there = tried * BESIDE < 0.4 * rate
+    ratio = np.where(known_there, own / np.maximum(usual, 1e-300), 0.0)
+    return ratio, np.maximum(own - usual, 0.0) * 0.5 * np.maximum(WIDE * tried, slowest)

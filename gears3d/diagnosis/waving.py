@@ -1,0 +1,137 @@
+"""Orders of an angle by which something pulls at gears in flight: what they do to the paths, not to their means.
+
+A flight that turns by a whole period of an order is as slow as without it; its path bends all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.followed import fallen
+from gears3d.diagnosis.freed import free_flight
+from gears3d.diagnosis.structure import (
+    FEWEST,
+    LOWEST,
+    Structure,
+    apart,
+    best_of,
+    level_of,
+    orders_of,
+    strongest,
+    turned_back,
+)
+
+Array = np.ndarray
+BAND, BETWEEN = 2.0, 6
+"""Ratio of the ends of a band of orders, each of which has its own flights, and orders in it at which the worth of a
+wave is worked out; others lie between."""
+FREE = np.sqrt(BINS / (BINS - 2.0))
+"""Times the level of what flights have left that their noise is: start angle and speed took some of it."""
+LONGEST = np.pi
+"""Angle of an order's wave that a bin of a flight may span: a mean over more says little of it."""
+FAR = 60.0
+"""Levels of noise at which points are held: a wave may be far larger than its usual part."""
+ANEW = 50
+"""Orders at most whose gains are worked out again, with cosines and sines as unlike as the drive makes them."""
+
+
+def waved(
+    name: str, records: Sequence[Evidence], rest: Sequence[Array], angle: Sequence[Array], highest: int,
+    locked: Sequence[float],
+) -> Iterator[Structure]:  # fmt: skip
+    """Return the strongest order of an angle in the paths of flights, whatever its phase in each record.
+
+    Args:
+        name: of the structure.
+        records: all, each with flights.
+        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
+        angle: of each record on the fine grid of its flights [rad], each (f, n).
+        highest: order that is looked for.
+        locked: order of the drive's fluctuation in each record, 0 where there is none.
+    """
+    if sum(len(own) for own in rest) < FEWEST * BINS:
+        return
+    level, orders = level_of(np.concatenate(rest)) * FREE, orders_of([one.ravel() for one in angle], highest)
+    held = [np.clip(own, -FAR * level, FAR * level) / level for own in rest]
+    gains, total = [], np.zeros(len(orders))
+    for one, own, turned, spacing in zip(records, held, angle, locked, strict=True):
+        power, heavy = _in_bands(one, _backwards(one, own), turned, orders, highest)
+        gain = np.where(heavy > 0.0, 2.0 * power / np.where(heavy > 0.0, heavy, 1.0), 0.0)
+        gains.append(gain * apart(orders, spacing, turned))
+        total += heavy / level**2
+    if not np.any(total > 0.0):
+        return
+    anew: set[int] = set()
+    while (best := best_of(gains)) not in anew and len(anew) < ANEW:
+        anew.add(best)
+        for one, own, turned, gain in zip(records, held, angle, gains, strict=True):
+            gain[best] = _gain(one, own, turned, float(orders[best])) if gain[best] > 0.0 else 0.0
+    yield strongest(name, orders, gains, level, total, "rad/s^2")
+
+
+def _gain(one: Evidence, rest: Array, angle: Array, order: float) -> float:
+    """Return the fall of chi-square in a record by one order of any size and phase."""
+    told = _telling(angle, _band(np.array(order)))
+    wave = _paths(one, np.exp(1j * order * angle))[told].ravel()
+    columns = np.column_stack([np.real(wave), np.imag(wave)])
+    pull = columns.T @ rest.reshape(-1, BINS)[told].ravel()
+    return float(pull @ np.linalg.lstsq(columns.T @ columns, pull, rcond=1e-6)[0])
+
+
+def _band(orders: Array) -> Array:
+    return np.floor(np.log(orders / LOWEST) / np.log(BAND)).astype(int)
+
+
+def _telling(angle: Array, band: Array | int) -> Array:
+    """Return which flights say something of the orders of a band: those whose bins span little of a wave, (f,)."""
+    return np.ptp(angle, axis=1) / (BINS - 1) * LOWEST * BAND ** (band + 1) < LONGEST
+
+
+def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: int) -> tuple[Array, Array]:
+    """Return what flights say of each order, squared, and what a wave of a unit does to them, squared, each (o,)."""
+    power, heavy, band = np.zeros(len(orders)), np.zeros(len(orders)), _band(orders)
+    for each in range(int(band[-1]) + 1):
+        told, within = _telling(angle, each), band == each
+        if not np.any(told):
+            break
+        power[within] = turned_back(angle[told].ravel(), back[told].ravel(), highest, orders[within])
+        some = LOWEST * BAND ** (each + np.linspace(0.0, 1.0, BETWEEN))
+        own = [float(np.sum(np.abs(_paths(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
+        heavy[within] = np.exp(np.interp(np.log(orders[within]), np.log(some), np.log(np.maximum(own, 1e-300))))
+    return power, heavy
+
+
+def _paths(one: Evidence, slowing: Array) -> Array:
+    """Return what decelerations do to the points of flights, in standard deviations, free of start angle and speed."""
+    total = fallen(slowing, _step(one))
+    below, part, each = _between(one)
+    path = (1.0 - part) * total[each, below] + part * total[each, below + 1]
+    return (free_flight(one, path.real) + 1j * free_flight(one, path.imag)).reshape(-1, BINS)
+
+
+def _backwards(one: Evidence, rest: Array) -> Array:
+    """Return the transpose of ``_paths``: what points of flights say of decelerations on the fine grid, (f, n)."""
+    sigma = one.channels.flights.sigma
+    value = free_flight(one, rest.reshape(-1, BINS) * sigma).reshape(-1, BINS) / sigma
+    below, part, each = _between(one)
+    spread = np.zeros_like(one.fine[0])
+    np.add.at(spread, (each, below), (1.0 - part) * value)
+    np.add.at(spread, (each, below + 1), part * value)
+    count = spread.shape[1]
+    response = fallen(np.eye(count), np.ones((count, 1)))
+    return _step(one) ** 2 * (spread @ response.T)
+
+
+def _step(one: Evidence) -> Array:
+    time = one.fine[0]
+    return (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
+
+
+def _between(one: Evidence) -> tuple[Array, Array, Array]:
+    """Return the fine points before those of the flights, the part of the way to the next, and whose they are."""
+    below = np.clip(one.at.astype(int), 0, one.fine[0].shape[1] - 2)
+    return below, one.at - below, np.arange(len(below))[:, None]

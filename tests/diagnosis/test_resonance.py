@@ -1,0 +1,66 @@
+"""A frequency that stays where it is at every speed, in closed form: lines of the drive and of angles are none."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gears3d.diagnosis.resonance import resonance
+
+RATE, LASTS, BACKLASH = 5000.0, 4.0, 3e-4
+SPEEDS = (5.0, 9.0, 21.0)
+
+
+def _bench(place, speeds=SPEEDS, fluctuation=4.0):
+    """Records with a displacement of ``place(time, speed)`` [m]."""
+    time = np.arange(0.0, LASTS, 1.0 / RATE)
+    rig = SimpleNamespace(backlash=BACKLASH)
+    records, tracks = [], {}
+    for speed in speeds:
+        motion = SimpleNamespace(mean=speed, harmonics=[SimpleNamespace(frequency=fluctuation)])
+        one = SimpleNamespace(rig=SimpleNamespace(motion=motion, rig=lambda: rig))
+        tracks[id(one)] = SimpleNamespace(
+            radii=(1.0, 1.0), drive=place(time, speed), loose=np.zeros_like(time), step=1.0 / RATE
+        )
+        records.append(one)
+    return records, SimpleNamespace(of=lambda one: tracks[id(one)])
+
+
+def _rattle(time, speed):
+    """Triangles across the gap with the drive's fluctuation: lines that fall with the square of their frequency."""
+    random = np.random.default_rng(int(10 * speed))
+    return BACKLASH * np.abs(np.mod(4.0 * time, 1.0) - 0.5) + 1e-7 * random.normal(size=len(time))
+
+
+def _swayed(damping):
+    def place(time, speed):
+        blows = np.arange(0.03, LASTS, 0.125)
+        since = time[:, None] - blows
+        turn = 2.0 * np.pi * 92.0
+        ring = np.where(since > 0.0, np.exp(-damping * turn * np.maximum(since, 0.0)) * np.sin(turn * since), 0.0)
+        return _rattle(time, speed) + 3e-5 * ring @ np.where(np.arange(len(blows)) % 2, 1.0, -1.0)
+
+    return place
+
+
+@pytest.mark.parametrize("damping", [0.01, 0.03])
+def test_what_rings_at_every_speed_is_told_with_its_frequency(damping):
+    found = resonance(*_bench(_swayed(damping)))
+    assert found is not None
+    assert found.where == pytest.approx(92.0, rel=0.05)
+    assert found.name == "impact.duration"
+    assert 3e-6 < found.size < 3e-5
+
+
+def test_rattle_alone_and_an_order_that_moves_with_the_speed_are_none():
+    assert resonance(*_bench(_rattle)) is None
+    assert resonance(*_bench(lambda time, speed: _rattle(time, speed) + 3e-5 * np.cos(25.3 * speed * time))) is None
+
+
+def test_of_one_speed_alone_nothing_is_told():
+    assert resonance(*_bench(_swayed(0.02), (9.0, 9.1, 9.2))) is None
+
+
+def test_what_spoils_nothing_is_not_told():
+    small = lambda time, speed: _rattle(time, speed) + 0.03 * (_swayed(0.02)(time, speed) - _rattle(time, speed))  # noqa: E731
+    assert resonance(*_bench(small)) is None
