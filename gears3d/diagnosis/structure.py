@@ -89,7 +89,7 @@ def scanned(
         heavy = float(np.sum(weight[part] ** 2))
         if heavy > 0.0:
             gains.append(2.0 / heavy * turned_back(one, rest[part], highest, orders) * apart(orders, spacing, one))
-    yield strongest(name, orders, gains, level, np.full(len(orders), np.sum(weight**2)), unit)
+    yield strongest(name, orders, gains, best_of(gains), level, float(np.sum(weight**2)), unit)
 
 
 def orders_of(angle: Sequence[Array], highest: int) -> Array:
@@ -106,25 +106,28 @@ def _turns(angle: Array) -> float:
     return float(np.ptp(angle)) / (2.0 * np.pi) if len(angle) else 0.0
 
 
-def strongest(name: str, orders: Array, gains: list[Array], level: float, heavy: Array, unit: str) -> Structure:
-    """Return the order that gains most, without the record that shows it most, where there are others.
+def strongest(
+    name: str, orders: Array, gains: list[Array], best: int, level: float, heavy: float, unit: str
+) -> Structure:
+    """Return an order that was chosen among many, as what it gains without the record that shows it most.
 
     Args:
         name: of the structure.
         orders: that were tried, (o,).
         gains: of each record, noise taken as its level, each (o,).
+        best: index of the order.
         level: of the noise in standard deviations.
-        heavy: sum of the squares of one over the noise, of a unit of the channel, (o,).
+        heavy: sum of the squares of one over the noise, of a unit of the channel.
         unit: of the channel.
     """
-    total, seen, best = np.sum(gains, axis=0), len(gains), best_of(gains)
-    without = _without_most(gains)
-    alone = _by_chance(float(without[best]), seen)
+    own = np.array([each[best] for each in gains])
+    total, seen = float(np.sum(own)), len(own)
+    gain = total - float(np.max(own)) if seen > 1 else total
+    alone = _by_chance(gain, seen)
     chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
-    size = float(np.sqrt(max(total[best] - 2.0 * seen, 0.0) / heavy[best]))
-    gain, chance = float(without[best]), float(np.clip(chance, 0.0, 1.0))
-    worth = float(total[best]) * level**2
-    return Structure(name, gain, chance, size, unit, float(orders[best]), worth, rank=gain * level**2)
+    size = float(np.sqrt(max(total - 2.0 * seen, 0.0) / heavy))
+    chance = float(np.clip(chance, 0.0, 1.0))
+    return Structure(name, gain, chance, size, unit, float(orders[best]), total * level**2, rank=gain * level**2)
 
 
 def best_of(gains: list[Array]) -> int:
@@ -133,12 +136,8 @@ def best_of(gains: list[Array]) -> int:
     Args:
         gains: of each record, each (o,).
     """
-    return int(np.argmax(_without_most(gains)))
-
-
-def _without_most(gains: list[Array]) -> Array:
     total = np.sum(gains, axis=0)
-    return total - np.max(gains, axis=0) if len(gains) > 1 else total
+    return int(np.argmax(total - np.max(gains, axis=0) if len(gains) > 1 else total))
 
 
 def _by_chance(gain: float, records: int) -> float:

@@ -6,6 +6,7 @@ A flight that turns by a whole period of an order is as slow as without it; its 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,10 @@ LONGEST = np.pi
 """Angle of an order's wave that a bin of a flight may span: a mean over more says little of it."""
 FAR = 60.0
 """Levels of noise at which points are held: a wave may be far larger than its usual part."""
+MOST = 1.0 - 1e-6
+"""Part of what bends a record's flights that an order explains at most."""
+SHARE = 0.1
+"""Part of what bends flights beyond noise that an order must explain, where it may: else it follows something else."""
 ANEW = 50
 """Orders at most whose gains are worked out again, with cosines and sines as unlike as the drive makes them."""
 
@@ -60,17 +65,31 @@ def waved(
     gains, total = [], np.zeros(len(orders))
     for one, own, turned, spacing in zip(records, held, angle, locked, strict=True):
         power, heavy = _in_bands(one, _backwards(one, own), turned, orders, highest)
-        gain = np.where(heavy > 0.0, 2.0 * power / np.where(heavy > 0.0, heavy, 1.0), 0.0)
-        gains.append(gain * apart(orders, spacing, turned))
+        heavy *= apart(orders, spacing, turned)
+        gains.append(np.where(heavy > 0.0, 2.0 * power / np.where(heavy > 0.0, heavy, 1.0), 0.0))
         total += heavy / level**2
     if not np.any(total > 0.0):
         return
+    told = [_likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
     anew: set[int] = set()
-    while (best := best_of(gains)) not in anew and len(anew) < ANEW:
+    while (best := best_of(told)) not in anew and len(anew) < ANEW:
         anew.add(best)
-        for one, own, turned, gain in zip(records, held, angle, gains, strict=True):
+        for one, own, turned, gain, sure in zip(records, held, angle, gains, told, strict=True):
             gain[best] = _gain(one, own, turned, float(orders[best])) if gain[best] > 0.0 else 0.0
-    yield strongest(name, orders, gains, level, total, "rad/s^2")
+            sure[best] = _likelihood(gain[best], own)
+    own = np.array([gain[best] for gain in gains])
+    excess = np.array([float(each @ each) - len(each) / level**2 for each in held])[own > 0.0]
+    if np.sum(own) > SHARE * np.sum(excess) and np.any(own > 0.0):
+        yield strongest(name, orders, gains, best, level, float(total[best]), "rad/s^2")
+
+
+def _likelihood(gain: Any, rest: Array) -> Any:
+    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being what is left of it.
+
+    So an order that most records have almost all of their bends from goes before one that gains more in one of them.
+    """
+    whole = float(rest @ rest)
+    return -len(rest) * np.log1p(-np.minimum(gain / whole, MOST))
 
 
 def _gain(one: Evidence, rest: Array, angle: Array, order: float) -> float:
