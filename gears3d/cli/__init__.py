@@ -72,6 +72,8 @@ class _Verbs(TyperGroup):
             UsageError: there is none of that name.
         """
         if cmd_name not in (known := self.list_commands(ctx)):
+            if ctx.resilient_parsing:  # a shell asks how the line may go on
+                return None
             raise UsageError(f"there is no verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
         made = import_module(f"gears3d.cli.{cmd_name}")
         if hasattr(made, "app"):
@@ -102,7 +104,6 @@ class _Verbs(TyperGroup):
 
 app = typer.Typer(
     cls=_Verbs,
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},

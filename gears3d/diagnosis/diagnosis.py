@@ -19,7 +19,7 @@ from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import delay_of, ready, searched
 from gears3d.diagnosis.remains import structures
-from gears3d.diagnosis.resonance import resonance
+from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
 from gears3d.diagnosis.structure import Structure
@@ -68,6 +68,7 @@ class Diagnosis:
         bodies: worth in the 3D engine; ``None`` where it was not asked for.
         law: of contact, where visits to the flanks ask for one; then nothing stands that cutting found.
         runs: that would tell causes from rivals.
+        rings: a resonance of the readings, where there is one.
     """
 
     verdict: str
@@ -85,6 +86,7 @@ class Diagnosis:
     bodies: Bodies | None = None
     law: GapLaw | None = field(default=None, repr=False)
     runs: tuple[Experiment, ...] = ()
+    rings: Resonance | None = field(default=None, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
@@ -146,12 +148,12 @@ def diagnose(
         if (law := with_others(seen)) is not None:
             return _lawful(admitted_all, rig, notes, law, bodies)
         if rings is not None:
-            return _uncut(admitted_all, rig, notes, "unexplained", (rings,))
+            return _uncut(admitted_all, rig, notes, "unexplained", rings)
         raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     tell("looking for causes", 0.6)
     records, found, deep = searched(admitted, records, highest, paths)
-    kicks = [] if rings is None else [rings]
+    kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
     left = [*kicks, *_left(found, highest)]
     while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
@@ -167,7 +169,7 @@ def diagnose(
     tell("holding out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
     solid, apart = _further(found, others, tell, bodies, runs)
-    limits = power(found.known)
+    limits = power(found.known) if rings is None else {}
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
@@ -175,7 +177,7 @@ def diagnose(
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
-                     found, others, told, parted.suspects, solid, runs=apart)  # fmt: skip
+                     found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
 
 
 def _further(
@@ -225,17 +227,18 @@ def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen
             )
         remedy = "causes beside a law of contact that the rig has are not looked for, but for mesh_friction"
         notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
-    return _uncut(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable", ())
+    return _uncut(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable")
 
 
 def _uncut(
-    admitted: Sequence[Admitted], rig: Scenario, notes: Sequence[Note], verdict: str, left: tuple[Structure, ...]
+    admitted: Sequence[Admitted], rig: Scenario, notes: Sequence[Note], verdict: str, rings: Resonance | None = None
 ) -> Diagnosis:
     """Return what is said of records that are not cut, or cannot be."""
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
+    left = () if rings is None else (rings.structure,)
     return Diagnosis(verdict, (), left, (), {}, rig, tuple(evidence_of(found.records)), findings, found, [],
-                     tuple(notes))  # fmt: skip
+                     tuple(notes), rings=rings)  # fmt: skip
 
 
 def _measured(

@@ -7,7 +7,7 @@ body that it is mounted on, does not; it shows before anything is cut, and spoil
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,21 @@ RECORDS, UNLIKE = 3, 1.2
 """Records without which a frequency that does not move is none, and by how much neighbours' speeds must differ."""
 
 
-def resonance(admitted: Sequence[Admitted], paths: Paths) -> Structure | None:
+class Resonance(NamedTuple):
+    """A frequency that stands out of all records.
+
+    Args:
+        structure: as it is told.
+        frequency: that were tried [Hz], (t,).
+        power: of the displacement about each of them, a row a record [m²], (r, t).
+    """
+
+    structure: Structure
+    frequency: Array
+    power: Array
+
+
+def resonance(admitted: Sequence[Admitted], paths: Paths) -> Resonance | None:
     """Return the resonance that stands out of all records; ``None`` where there is none.
 
     Args:
@@ -46,19 +60,22 @@ def resonance(admitted: Sequence[Admitted], paths: Paths) -> Structure | None:
         return None
     tried = LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
     seen = [_spectrum(one, paths, tried) for one in admitted]
-    least = np.min([ratio for ratio, _ in seen], axis=0)
-    best = int(np.argmax(least))
-    if not least[best] > STANDS_OUT:
+    ratio, power, sure = (np.array(column) for column in zip(*seen, strict=True))
+    best = int(np.argmax(ratio.min(axis=0)))
+    if not np.min(ratio[:, best]) > STANDS_OUT:
         return None
-    size = float(np.sqrt(np.mean([power[best] for _, power in seen])))
+    size = float(np.sqrt(np.mean(power[:, best] * (1.0 - 1.0 / ratio[:, best]))))
     if size < SMALL * rigs[0].rig().backlash:
         return None
-    gain = float(np.sum(np.log([ratio[best] for ratio, _ in seen])))
-    return Structure("impact.duration", gain, 0.0, size, "m", float(tried[best]), gain)
+    gain = float(np.sum(sure[:, best] * np.log(ratio[:, best]) ** 2))
+    return Resonance(Structure("impact.duration", gain, 0.0, size, "m", float(tried[best]), gain), tried, power)
 
 
-def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array]:
-    """Return by how much power about each frequency stands out, and what of it does [m²], each (t,)."""
+def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, Array]:
+    """Return by how much power about each frequency stands out, that power [m²], and how surely it is known, each (t,).
+
+    The logarithm of power over a width, in so much time, is known to the root of one over their product.
+    """
     from scipy.signal import welch
 
     assert one.rig is not None
@@ -69,13 +86,16 @@ def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array]:
     total = np.concatenate([[0.0], np.cumsum(power)]) * turn[1]
     slowest = min((each.frequency for each in one.rig.motion.harmonics), default=0.0)
 
-    def about(middle: Array) -> Array:
-        half = 0.5 * np.maximum(WIDE * middle, slowest)
-        ends = (np.interp(middle + sign * half, turn - 0.5 * turn[1], total[:-1]) for sign in (1.0, -1.0))
-        return np.subtract(*ends) / half
+    def width(middle: Array) -> Array:
+        return np.maximum(WIDE * middle, slowest)
 
-    usual = np.sqrt(about(tried / BESIDE) * about(tried * BESIDE))
-    own = about(tried)
-    known_there = tried * BESIDE < 0.4 * rate
-    ratio = np.where(known_there, own / np.maximum(usual, 1e-300), 0.0)
-    return ratio, np.maximum(own - usual, 0.0) * 0.5 * np.maximum(WIDE * tried, slowest)
+    def about(middle: Array) -> Array:
+        half = 0.5 * width(middle)
+        ends = (np.interp(middle + sign * half, turn - 0.5 * turn[1], total[:-1]) for sign in (1.0, -1.0))
+        return np.subtract(*ends)
+
+    own, usual = about(tried), np.sqrt(about(tried / BESIDE) * about(tried * BESIDE))
+    usual *= width(tried) / np.sqrt(width(tried / BESIDE) * width(tried * BESIDE))
+    seen = tried * BESIDE < 0.4 * rate
+    ratio = np.where(seen, own / np.maximum(usual, 1e-300), 0.0)
+    return ratio, np.where(seen, own, np.nan), width(tried) * len(place) * known.step

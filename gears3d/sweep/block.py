@@ -12,6 +12,7 @@ import numpy as np
 
 from gears3d.errors import GearsError
 from gears3d.lumped import tally
+from gears3d.lumped.batch import count_impacts
 from gears3d.sweep.measures import Setting, reduce
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import TooLongError, Watch
@@ -192,6 +193,23 @@ def one_by_one(
             raw.fail(row, str(error).replace("\n", "; "))
         except (ArithmeticError, ValueError, LookupError, RuntimeError, MemoryError) as error:
             raw.fail(row, f"{type(error).__name__}: {error}")
+
+
+def fill(plan: Plan, raw: Raw, row: int, impacts: np.ndarray, period: float, mass: float, kept: np.ndarray) -> None:
+    """Count the impacts of one run.
+
+    Args:
+        plan: of the sweep.
+        raw: filled.
+        row: of the point.
+        impacts: in order of time, (n, 7).
+        period: of the excitation [s].
+        mass: of the loose gear on the line of action [kg].
+        kept: room, (2, m, 2).
+    """
+    span = plan.settle * period, plan.periods * period
+    first = plan.periods - plan.settle - plan.keep
+    count_impacts(impacts, *span, period, first, raw.numbers[row], raw.sections[row], kept, mass)
 
 
 def too_long(limit: float) -> str:

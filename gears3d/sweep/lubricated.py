@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.lumped import tally
-from gears3d.lumped.batch import count_impacts, room
+from gears3d.lumped.batch import room
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.model import pack
 from gears3d.lumped.lubricated.run import run
 from gears3d.lumped.lubricated.settings import Settings
-from gears3d.sweep.block import Raw, one_by_one
+from gears3d.sweep.block import Raw, fill, one_by_one
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
 
@@ -61,23 +61,6 @@ def run_points(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> N
             raw.numbers[row, tally.JERK] = outcome.jerk
 
     one_by_one(plan, raw, watch, skip, one)
-
-
-def fill(plan: Plan, raw: Raw, row: int, impacts: np.ndarray, period: float, mass: float, kept: np.ndarray) -> None:
-    """Count the impacts of one run.
-
-    Args:
-        plan: of the sweep.
-        raw: filled.
-        row: of the point.
-        impacts: in order of time, (n, 7).
-        period: of the excitation [s].
-        mass: of the loose gear on the line of action [kg].
-        kept: room, (2, m, 2).
-    """
-    span = plan.settle * period, plan.periods * period
-    first = plan.periods - plan.settle - plan.keep
-    count_impacts(impacts, *span, period, first, raw.numbers[row], raw.sections[row], kept, mass)
 
 
 def _going_on(state: np.ndarray) -> np.ndarray:

@@ -11,8 +11,7 @@ from gears3d.lumped import tally
 from gears3d.lumped.batch import room
 from gears3d.signals.strobe import stroboscope
 from gears3d.simulation import simulate
-from gears3d.sweep.block import Raw, one_by_one
-from gears3d.sweep.lubricated import fill
+from gears3d.sweep.block import Raw, fill, one_by_one
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
 

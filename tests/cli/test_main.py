@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -92,6 +93,23 @@ def test_a_wrong_command_line_is_usage(gears3d, arguments, text):
     code, _, err = gears3d(*arguments)
     assert code == 2
     assert text in err
+
+
+@pytest.mark.parametrize(
+    ("line", "word", "told"),
+    [
+        ("gears3d dia", 1, ["diagnose"]),
+        ("gears3d run --mo", 2, ["--model"]),
+        ("gears3d identify ", 2, ["rundown", "restitution", "transmission-error", "backlash", "threshold"]),
+        ("gears3d nix --i", 2, ["--install-completion"]),
+    ],
+)
+def test_a_shell_is_told_how_a_line_may_go_on(line, word, told):
+    asked = {"_GEARS3D_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(word)}
+    code = "from gears3d.cli import main; main([])"
+    done = subprocess.run([sys.executable, "-c", code], env={**os.environ, **asked}, capture_output=True, text=True)
+    assert done.stdout.split() == told
+    assert "Traceback" not in done.stderr
 
 
 def test_version(gears3d):

@@ -47,9 +47,10 @@ def _swayed(damping):
 def test_what_rings_at_every_speed_is_told_with_its_frequency(damping):
     found = resonance(*_bench(_swayed(damping)))
     assert found is not None
-    assert found.where == pytest.approx(92.0, rel=0.05)
-    assert found.name == "impact.duration"
-    assert 3e-6 < found.size < 3e-5
+    assert found.structure.where == pytest.approx(92.0, rel=0.05)
+    assert found.structure.name == "impact.duration"
+    assert 3e-6 < found.structure.size < 3e-5
+    assert found.power.shape == (len(SPEEDS), len(found.frequency))
 
 
 def test_rattle_alone_and_an_order_that_moves_with_the_speed_are_none():

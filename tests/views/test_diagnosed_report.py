@@ -14,9 +14,11 @@ from gears3d.cli.diagnosed import show
 from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.cause import contribution, fit
 from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.evidence import FINE
+from gears3d.diagnosis.evidence import FINE, uncut
 from gears3d.diagnosis.extending import extended_text
 from gears3d.diagnosis.named import table
+from gears3d.diagnosis.resonance import Resonance
+from gears3d.diagnosis.search import blind
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
@@ -231,6 +233,32 @@ def test_silence_is_told_with_what_would_have_shown(found, verdict, power):
     assert ("too little of torques on the loose gear" in text) == (verdict == "not_decidable")
     assert ("effects of 5\xa0% would have shown" in text) == (verdict == "nothing_to_add")
     assert 'class="snippet"' not in page
+
+
+@pytest.mark.parametrize("cut", [True, False])
+def test_a_resonance_is_drawn_as_spectra_with_a_line_a_record_whether_or_not_records_were_cut(found, cut):
+    frequency = np.geomspace(20.0, 400.0, 300)
+    peaks = 1e-12 * (1.0 + 1e3 * np.exp(-(((frequency - 90.0) / 4.0) ** 2)))
+    structure = Structure("impact.duration", 900.0, 0.0, 3e-5, "m", 90.0)
+    rings = Resonance(structure, frequency, np.stack([peaks, 2.0 * peaks, np.where(frequency < 380.0, peaks, np.nan)]))
+    bare = silent(found, verdict="unexplained", left=(structure,), power={}, rings=rings)
+    if not cut:
+        bare = dataclasses.replace(bare, found=blind([uncut(one.scenario, one.name) for one in found.found.records]))
+    page = render(bare)
+    lines = re.findall(r'<polyline class="curve flight" points="([^"]+)"', page)
+    assert len(lines) == 3
+    for line, power in zip(lines, rings.power, strict=True):
+        across, down = np.array(line.split(), float).reshape(-1, 2).T
+        shown = frequency < 3.0 * 90.0
+        assert len(across) == np.count_nonzero(shown)
+        assert np.corrcoef(across, frequency[shown])[0, 1] > 0.9999
+        assert np.corrcoef(down, -np.log(power[shown]))[0, 1] > 0.9999  # up is more
+        assert abs(frequency[np.argmin(down)] - 90.0) < 1.0
+    text = html.unescape(re.sub(r"<[^>]+>", " ", page))
+    assert "ring at one frequency, whatever the speed" in text
+    assert "30\xa0µm" in text.replace("30 µm", "30\xa0µm")
+    assert "would have been named" not in text
+    assert ("were not cut into flights" in text) != cut
 
 
 def test_findings_of_the_gate_and_foreign_text_are_escaped(found):

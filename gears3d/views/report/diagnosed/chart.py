@@ -38,6 +38,7 @@ class Series(NamedTuple):
         sure: one over the standard deviation of ``y``, (n,).
         curve: what is expected at each point, (n,); ``None`` draws none.
         edge: half width of a band about zero, (n,); ``None`` draws none.
+        line: whether the points are one line, and nothing but that is drawn.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Series(NamedTuple):
     sure: Array
     curve: Array | None = None
     edge: Array | None = None
+    line: bool = False
 
 
 class Frame(NamedTuple):
@@ -126,8 +128,10 @@ def chart(series: list[Series], frame: Frame, says: str) -> Markup:
         frame: what it is drawn in.
         says: what the picture shows, for those who do not see it.
     """
-    parts = [_axes(frame), *(_points(one, frame) for one in series), *(_means(one, frame) for one in series)]
-    for one in series:
+    dots = [one for one in series if not one.line]
+    parts = [_axes(frame), *(_points(one, frame) for one in dots), *(_means(one, frame) for one in dots)]
+    parts += [_line(one, frame) for one in series if one.line]
+    for one in dots:
         lines = [] if one.curve is None else [one.curve]
         lines += [] if one.edge is None else [one.edge, -one.edge]
         parts += [_curve(one, line, frame) for line in lines]
@@ -207,6 +211,12 @@ def _means(one: Series, frame: Frame) -> str:
         else f'<circle cx="{a:.1f}" cy="{b:.1f}" r="4.2"/>' for a, b in zip(across, down, strict=True)
     )  # fmt: skip
     return f'<g class="means {one.look}"><path d="{bars}"/>{marks}</g>'
+
+
+def _line(one: Series, frame: Frame) -> str:
+    across, down = _place(one.x, np.clip(one.y, *frame.up), frame)
+    drawn = " ".join(f"{a:.1f} {b:.1f}" for a, b in zip(across, down, strict=True))
+    return f'<polyline class="curve {one.look}" points="{drawn}"/>'
 
 
 def _curve(one: Series, values: Array, frame: Frame) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.diagnosis.verdict import POWER
 from gears3d.views.report.diagnosed.story import percent, sized
-from gears3d.views.report.diagnosed.words import LEFT_OUT, PLACES, STRUCTURES
+from gears3d.views.report.diagnosed.words import LEFT_OUT, PLACES, called
 from gears3d.views.report.figures import Figure, plain
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
     if left["structure"] == "none":
         return []
     return [
-        {"name": STRUCTURES.get(one["structure"], one["structure"]), "raw": one["structure"],
+        {"name": called(one["structure"], one["unit"]), "raw": one["structure"],
          "size": sized(one["size"], one["unit"]), "significance": sized(one["significance"], "sigma"),
          "where": _where(one), "at": one["where"]}
         for one in (left, *left["others"])

@@ -18,6 +18,7 @@ from gears3d.views.report.diagnosed.chart import Frame, Series, chart, limits
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis.resonance import Resonance
 
 Array = np.ndarray
 VALUES = {
@@ -30,6 +31,8 @@ VALUES = {
 """What is off in each channel, and its scale."""
 PLACES = {"torque": "flight", "geometry": "contact", "impact": "impact", "motion": "drive", "sensor": "contact"}
 """Channel in which causes of each place are shown."""
+WIDE, REFERENCE = 3.0, 1e-6
+"""Times the frequency of a resonance up to which spectra are shown; 0 dB [m]."""
 RPM = 30.0 / pi
 TEETH = 3.0
 """To either side of a tooth that are shown of its pitch error."""
@@ -83,6 +86,7 @@ class Picture(NamedTuple):
         after: chart, or ``None``.
         legend: looks and names.
         caption: of ``before``.
+        points: whether points and their means are drawn, not lines alone.
     """
 
     channel: str
@@ -91,6 +95,7 @@ class Picture(NamedTuple):
     after: Markup | None
     legend: list[tuple[str, str]]
     caption: str
+    points: bool = True
 
 
 def samples(records: Sequence[Evidence], name: str, rest: Array) -> Samples:
@@ -189,6 +194,8 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
         structure: channel and coordinate, as the contract names them.
         where: order, where the coordinate is an angle; ``None`` for a whole channel.
     """
+    if structure == "impact.duration" and found.rings is not None:
+        return _spectra(found.rings)
     records, name = found.found.records, channel_of(structure)
     seen = samples(records, name, found.found.fit.rest[found.found.known.spans[name]])
     if len(seen.value) < 2:
@@ -206,6 +213,20 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
     else:
         along = _speed(name, seen)
     return _picture(name, along, [_series(seen, along, name)], structure, "What is left.")
+
+
+def _spectra(rings: Resonance) -> Picture:
+    """Return the spectra of all records about a resonance: a line a record, all with a peak at the same frequency."""
+    near = rings.frequency < WIDE * rings.structure.where
+    near &= np.isfinite(rings.power).all(axis=0)
+    level = 10.0 * np.log10(np.maximum(rings.power[:, near], 1e-30) / REFERENCE**2)
+    ones, words = np.ones(np.count_nonzero(near)), "each record"
+    lines = [Series(words, "flight", rings.frequency[near], row, ones, line=True) for row in level]
+    frame = Frame("frequency [Hz]", "displacement about it [dB re 1 µm]", (0.0, float(rings.frequency[near][-1])),
+                  (float(level.min()) - 3.0, float(level.max()) + 3.0))  # fmt: skip
+    drawn = chart(lines, frame, f"{frame.y} over {frame.x}: a peak of every record at {rings.structure.where:.0f} Hz")
+    told = "What comes with the drive or with an angle moves with the speed; this does not."
+    return Picture("flight", frame.x, drawn, None, [("flight", words)], told, False)
 
 
 def _picture(name: str, along: Coordinate, charts: list[list[Series]], what: str, words: str) -> Picture:

@@ -15,7 +15,7 @@ from gears3d.diagnosis.prediction import CHANNELS
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
 from gears3d.views.report.diagnosed.pictures import samples
-from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, STRUCTURES, joined
+from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, called, joined
 from gears3d.views.report.figures import Figure, figure, plain
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     records = "The record parts" if many == 1 else f"The {many} records part"
     named = joined([f"{one.kind} ({_leading(one)})" for one in found.causes])
     left = told["remaining"]
-    over = STRUCTURES.get(left["structure"], left["structure"])
+    over = called(left["structure"], left.get("unit", ""))
     if found.verdict == "nothing_to_add":
         if not found.power:
             return "Rig and records agree on every path to the flanks: nothing is to be added."

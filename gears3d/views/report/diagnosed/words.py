@@ -48,12 +48,27 @@ STRUCTURES = {
     "contact.all": "a displacement in contact that is off without any order over angle, speed or time",
 }
 """What is left, in words, by its name in the contract."""
+RINGS = "readings that ring at one frequency, whatever the speed, as of an encoder that sways on its mount"
+"""What is left where a resonance is told of the readings themselves, in metres."""
 PLACES = {
     "geometry": "flanks and backlash",
     "torque": "torques on the loose gear",
     "impact": "restitution",
 }
 """What the power of each place is about."""
+
+
+def called(structure: str, unit: str) -> str:
+    """Return what is left in words.
+
+    Args:
+        structure: its name in the contract.
+        unit: of its size.
+
+    >>> called("impact.flank", "m/s"), called("impact.duration", "m").split()[0]
+    ('rebounds that differ by flank', 'readings')
+    """
+    return RINGS if (structure, unit) == ("impact.duration", "m") else STRUCTURES.get(structure, structure)
 
 
 def joined(names: Sequence[str]) -> str:
