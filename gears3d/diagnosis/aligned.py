@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import contribution
+from gears3d.diagnosis.cause import Cause, contribution
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.joint import settled
 from gears3d.diagnosis.library import Library
@@ -28,7 +28,7 @@ ROUNDS = 3
 """Times that records are aligned and searched at most."""
 
 
-def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Search]:
+def aligned(records: list[Evidence], highest: int, first: Sequence[Cause] = ()) -> tuple[list[Evidence], Search]:
     """Return the records with angles that count from the zeros of one of them, and what a search finds there.
 
     Each gear is aligned by the strongest that goes by its angle. First that is taken from the records as they are;
@@ -37,10 +37,11 @@ def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Sear
     Args:
         records: all; those whose encoders count from marks stay as they are.
         highest: order that is looked for.
+        first: causes that are known to be there.
     """
     gears = [gear for gear in GEARS if free(records, gear)]
     if not gears:
-        return records, search(records, highest)
+        return records, search(records, highest, first)
     base, known = known_of(with_own_noise([without_strays(one) for one in records]), highest)
     told = {gear: _told(known, base, gear) for gear in gears}
     found = None
@@ -49,7 +50,7 @@ def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Sear
         if found is not None and not any(one is not None and apart(one[1], by[gear]) for gear, one in told.items()):
             break
         records = [turn(*each) for each in zip(records, by["drive"], by["loose"], strict=True)]
-        found = search(records, highest)
+        found = search(records, highest, first)
         told = {gear: _anew(found, gear) for gear in gears}
     assert found is not None
     for _ in range(SETTLED):
@@ -57,7 +58,7 @@ def aligned(records: list[Evidence], highest: int) -> tuple[list[Evidence], Sear
         if changed < ENOUGH:
             break
         records = [turn(one, *pair) for one, pair in zip(records, by, strict=True)]
-        found = search(records, highest)
+        found = search(records, highest, first)
     return records, found
 
 

@@ -299,12 +299,15 @@ def _corners(cut: Segments) -> tuple[Corners, Contacts]:
 
 
 def _impacts(cut: Segments) -> tuple[Impacts, int]:
+    """Return impacts on flanks; those on a tooth that is off are on its edges, too, which throw otherwise."""
     table = cut.impacts
     good = np.isfinite(table["rebound_m_s"]) & np.isfinite(table["rebound_sigma_m_s"]) & (table["testifies"] == 1)
-    time = table["time_s"][good]
+    drive, loose = _angles(cut, table["time_s"])
+    off = cut.flanks.lifted(drive, loose, table["flank"].astype(int)) if cut.path.shapes else np.zeros(len(drive))
+    good &= np.abs(off) < max(cut.path.noise, cut.path.slack, 1e-12)
+    time, drive, loose = table["time_s"][good], drive[good], loose[good]
     names = ("velocity_m_s", "velocity_sigma_m_s", "rebound_m_s", "rebound_sigma_m_s")
     before, before_sigma, after, after_sigma = (table[name][good] for name in names)
-    drive, loose = _angles(cut, time)
     flank, seen = table["flank"][good].astype(int), np.ones(len(time), bool)
     found = Impacts(time, drive, loose, flank, before, before_sigma, after, after_sigma, seen)
     return found, int(np.sum(~good))

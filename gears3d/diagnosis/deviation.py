@@ -16,10 +16,17 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = np.ndarray
+THICK, THIN = 0.95, 1e-3
+"""Thickness, as a part of the backlash, with which the gap of a tooth is worked out where others carry, and by which
+one stands back that might as well be missing [m]."""
+NEVER = 1.0
+"""Gap of a tooth that does not come near, in any case [m]."""
 BENT = 1e-6
-"""Thickness with which the influence of one tooth is worked out [m]."""
-REACH, POINTS = 3.0, 385
+"""Thickness of a tooth that is off by next to nothing [m]."""
+REACH, POINTS = 2.25, 289
 """Pitches to either side that a tooth's influence is looked for, and points there."""
+Gear = Literal["drive", "loose"]
+Side = Literal["active", "reverse"]
 
 
 def deviation(
@@ -41,7 +48,7 @@ def deviation(
         drive: angle [rad], (n,).
         loose: angle [rad], (n,).
         flank: 0 active, 1 reverse, (n,).
-        known: gets, and has, the shapes of unit size at these very points; without it none is kept.
+        known: gets, and has, the shapes at these very points; without it none is kept.
 
     >>> from gears3d.effects.rows import flank_harmonic
     >>> from gears3d.gears import Gear, Pair
@@ -62,7 +69,7 @@ def deviation(
             lean = np.where(flank == 0, 1.0, -1.0) * pair.working_pressure_angle
             total = total + p[1] * (np.sin(own + p[2] + lean) if p[0] == 0 else -np.sin(own + p[2] - lean))
         elif row.code == Code.FLANK_TOOTH:
-            total = total + abs(p[3]) * _tooth(row, pair, own, flank, known)
+            total = total + _tooth(row, pair, own, flank, known)
     return total
 
 
@@ -88,54 +95,84 @@ def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any,
 
 
 def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any] | None) -> Array:
-    """Return what a tooth of unit size does to its flank, nothing to the other."""
-    key = ("tooth", *row.p[:3], row.p[3] > 0.0)
+    """Return what a tooth does to its flank, nothing to the other [m]."""
+    key = ("tooth", *row.p[:4])
     if known is not None and key in known:
         return known[key]
-    gear: Literal["drive", "loose"] = "drive" if row.p[0] == 0 else "loose"
-    side: Literal["active", "reverse"] = "active" if row.p[1] == 0 else "reverse"
+    gear: Gear = "drive" if row.p[0] == 0 else "loose"
+    side: Side = "active" if row.p[1] == 0 else "reverse"
     mine, shape = np.flatnonzero(flank == row.p[1]), np.zeros_like(own)
-    shape[mine] = over_tooth(pair, gear, row.p[2], side, row.p[3] > 0.0, own[mine])
+    shape[mine] = over_tooth(pair, gear, row.p[2], side, row.p[3], own[mine])
     if known is not None:
         known[key] = shape
     return shape
 
 
-def over_tooth(
-    pair: Pair, gear: Literal["drive", "loose"], tooth: float, side: Literal["active", "reverse"], out: bool, own: Array
-) -> Array:
-    """Return what a tooth of unit thickness does to the displacement [m/m].
+def over_tooth(pair: Pair, gear: Gear, tooth: float, side: Side, thickness: float, own: Array) -> Array:
+    """Return what a tooth does to the displacement [m].
 
     Args:
         pair: nominal gears.
         gear: whose tooth it is.
         tooth: its number.
         side: which flank.
-        out: whether it stands out; back otherwise.
+        thickness: by which it stands out; back where it is negative [m].
         own: angle of its gear [rad], (n,).
     """
     teeth = pair.gear(gear).teeth
     since = np.mod(own - (tooth - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
-    angle, moved = influence(pair, gear, side, out)
+    angle, moved = influence(pair, gear, side, thickness)
     return np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
 
 
-@lru_cache(maxsize=64)
-def influence(
-    pair: Pair, gear: Literal["drive", "loose"], side: Literal["active", "reverse"], out: bool
-) -> tuple[Array, Array]:
-    """Return what a tooth of unit thickness does to the displacement, over its gear's angle times its teeth.
+def influence(pair: Pair, gear: Gear, side: Side, thickness: float) -> tuple[Array, Array]:
+    """Return what a tooth does to the displacement [m], over its gear's angle times its teeth.
+
+    Rigid gears lie on the pair of teeth that holds them furthest apart. A tooth that stands out does so wherever the
+    gap that it would have without is less than its thickness, before and behind its place in mesh, too; one that stands
+    back lets them as near as it is thin, or as the edges of its neighbours let them, whichever is less.
 
     Args:
         pair: nominal gears.
         gear: whose tooth it is.
         side: which flank.
-        out: whether it stands out; back otherwise.
+        thickness: by which it stands out; back where it is negative [m].
     """
-    pitches = np.linspace(-REACH, REACH, POINTS)
-    theta = 2.0 * pi * pitches / pair.drive.teeth
-    size = BENT if out else -BENT
-    bent = quasi_static(pair.with_deviations(ToothDeviation(gear, side, 1, size)), theta)
-    true = quasi_static(pair, theta)
-    name = "phi_active" if side == "active" else "phi_reverse"
-    return 2.0 * pi * pitches, (getattr(bent, name) - getattr(true, name)) / BENT
+    at, here, gap, depth = _beside(pair, gear, side)
+    sign = 1.0 if side == "active" else -1.0
+    if thickness > 0.0:
+        moved = sign * np.maximum(thickness - np.interp(at + _ahead(pair, gear, sign * thickness), here, gap), 0.0)
+    else:
+        moved = -sign * np.minimum(-thickness, depth)
+    if gear == "drive":
+        return at, moved
+    behind = (pair.backlash if side == "reverse" else 0.0) + moved
+    return at + behind / pair.loose.base_radius * pair.loose.teeth, moved
+
+
+def _ahead(pair: Pair, gear: Gear, thickness: float) -> float:
+    """Return by how much earlier a flank comes by that stands out of the drive, times its teeth [rad]."""
+    return thickness / pair.drive.base_radius * pair.drive.teeth if gear == "drive" else 0.0
+
+
+@lru_cache(maxsize=64)
+def _beside(pair: Pair, gear: Gear, side: Side) -> tuple[Array, Array, Array, Array]:
+    """Return the gap of one tooth where others carry, over its own angle, and how deep the gear falls without it [m].
+
+    Angles are of the drive, times its teeth: first those of the depth, then those of the gap.
+    """
+    at = 2.0 * pi * np.linspace(-REACH, REACH, POINTS)
+    size, column = THICK * pair.backlash, 0 if side == "active" else 1
+    true = _rolled(pair)[column]
+    out = np.abs(_rolled(pair.with_deviations(ToothDeviation(gear, side, 1, size)))[column] - true)
+    thin = (ToothDeviation(gear, flank, 1, -THIN) for flank in ("active", "reverse"))
+    back = np.abs(_rolled(pair.with_deviations(*thin))[column] - true)
+    here = at + _ahead(pair, gear, size if side == "active" else -size)
+    return at, here, np.where(out > 1e-3 * size, size - out, NEVER), np.where(back > 1e-12, back, 0.0)
+
+
+@lru_cache(maxsize=32)
+def _rolled(pair: Pair) -> tuple[Array, Array]:
+    """Return the displacement that the active and the reverse flank impose about tooth 1 [m]."""
+    found = quasi_static(pair, 2.0 * pi * np.linspace(-REACH, REACH, POINTS) / pair.drive.teeth)
+    return found.phi_active, found.phi_reverse

@@ -11,27 +11,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.falling import fallen
 from gears3d.diagnosis.torque import torque
 from gears3d.effects import Row
 from gears3d.measurement.parabolas import bend
 
 Array = np.ndarray
-
-
-def fallen(values: Array, step: Array) -> Array:
-    """Return what an acceleration comes to when it is integrated twice from rest, (f, n).
-
-    Args:
-        values: at points of equal distance, straight lines between, (f, n).
-        step: their distance, (f, 1).
-
-    >>> fallen(np.full((1, 3), 2.0), np.ones((1, 1))).tolist()
-    [[0.0, 1.0, 4.0]]
-    """
-    rate, total = np.zeros_like(values), np.zeros_like(values)
-    rate[:, 1:] = np.cumsum(0.5 * (values[:, 1:] + values[:, :-1]) * step, axis=1)
-    total[:, 1:] = np.cumsum(rate[:, :-1] * step + step**2 * (values[:, :-1] / 3.0 + values[:, 1:] / 6.0), axis=1)
-    return total
 
 
 def followed_back(one: Evidence, rows: Iterable[Row] | None) -> Array:

@@ -12,11 +12,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.deviation import influence
+from gears3d.diagnosis.deviation import BENT, influence
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.struck import GEARS, beyond, outward
+from gears3d.diagnosis.struck import GEARS
 from gears3d.diagnosis.structure import Structure
-from gears3d.effects import catalogue
 
 Array = np.ndarray
 CHANCE = 1e-6
@@ -29,60 +28,6 @@ AWAY = 3
 """Pitches from a place to where as many may end: an order of the gear throws at more places than one."""
 BEGINS = 0.02
 """Part of a tooth's thickness by which it moves the other gear where it begins to throw it."""
-FEWEST, DEEPEST = 3, 0.9
-"""Corners that show a pocket, and the quantile of them that is about as deep as it is known to be."""
-SIZE = 1e-3
-"""Thickness that a suspected tooth has, as a part of the backlash: next to nothing, the records tell how much it is."""
-
-
-def kicking(records: Sequence[Evidence]) -> tuple[Any, ...]:
-    """Return the pitch error of the tooth that contact ends at, none where it ends anywhere.
-
-    The record in which it does so most counts for nothing, where there are others: a drive whose fluctuation comes
-    back with the turn throws at one place, too, at one speed.
-
-    Args:
-        records: all.
-    """
-    if (peak := _sharpest(records)) is None:
-        return ()
-    size = SIZE * records[0].rig.backlash * outward(peak.flank)
-    return (catalogue()["pitch_error"](offset=size, tooth=_tooth(records[0], peak), gear=peak.gear, flank="both"),)
-
-
-class Pocket(NamedTuple):
-    """A tooth that stands back further than the gear falls while no other carries.
-
-    Args:
-        effect: pitch error as deep as the gear was seen.
-        gain: of so many contacts that end behind it, in chi-square.
-        share: part of the flank's contacts that end there.
-    """
-
-    effect: Any
-    gain: float
-    share: float
-
-
-def pocketed(records: Sequence[Evidence]) -> Pocket | None:
-    """Return the tooth that stands back where contact ends, as deep as the gear was seen there; ``None`` if none does.
-
-    Where no tooth carries, the gear falls, and the next one throws it off: contact ends far more often there than
-    anywhere else, as at a tooth that stands out, but corners of the path lie beyond the flank.
-
-    Args:
-        records: all, cut without that tooth.
-    """
-    if (peak := _sharpest(records)) is None:
-        return None
-    tooth = _tooth(records[0], peak, out=False)
-    deep = beyond(records, peak.gear, tooth, peak.flank, out=False)
-    if len(deep) < FEWEST or len(deep) <= len(beyond(records, peak.gear, _tooth(records[0], peak), peak.flank)):
-        return None
-    size = -outward(peak.flank) * float(np.quantile(deep, DEEPEST))
-    side = "active" if peak.flank == 0 else "reverse"
-    effect = catalogue()["pitch_error"](offset=size, tooth=tooth, gear=peak.gear, flank=side)
-    return Pocket(effect, -2.0 * log(max(peak.chance, LEAST)), peak.share)
 
 
 def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure]:
@@ -113,11 +58,11 @@ class _Peak(NamedTuple):
     share: float
 
 
-def _tooth(one: Evidence, peak: _Peak, out: bool = True) -> int:
-    """Return the tooth that begins to throw at the place where contact ends; the one whose pocket ends there."""
-    at, moved = influence(one.pair, peak.gear, ("active", "reverse")[peak.flank], out)
-    there = at[np.abs(moved) > BEGINS]
-    return round(peak.place - float(there[0 if out else -1]) / (2.0 * pi)) % one.pair.gear(peak.gear).teeth + 1
+def _tooth(one: Evidence, peak: _Peak) -> int:
+    """Return the tooth that begins to throw at the place where contact ends."""
+    at, moved = influence(one.pair, peak.gear, ("active", "reverse")[peak.flank], BENT)
+    there = at[np.abs(moved) > BEGINS * BENT]
+    return round(peak.place - float(there[0]) / (2.0 * pi)) % one.pair.gear(peak.gear).teeth + 1
 
 
 def _sharpest(records: Sequence[Evidence]) -> _Peak | None:

@@ -17,7 +17,8 @@ import numpy as np
 from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.deviation import deviation, wave
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.followed import fallen, followed_back
+from gears3d.diagnosis.falling import held_back
+from gears3d.diagnosis.followed import followed_back
 from gears3d.diagnosis.freed import free_contact, free_drive, free_flight, speed_of
 from gears3d.diagnosis.freed import without as without
 from gears3d.diagnosis.torque import torque
@@ -97,7 +98,9 @@ def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) ->
 
 def _flight_base(one: Evidence) -> Array:
     flights = one.channels.flights
-    return free_flight(one, flights.loose + _fallen(one, one.rig.drag_torque * np.sign(one.fine[2])))
+    return free_flight(
+        one, flights.loose + held_back(one, one.rig.drag_torque / one.rig.inertia * np.sign(one.fine[2]))
+    )
 
 
 def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
@@ -106,25 +109,13 @@ def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     if not any(sensor.gear == "loose" for sensor in sensors) and not any(100 < row.code < 200 for row in rows):
         return path.ravel()
     if any(100 < row.code < 200 for row in rows):
-        path = path - _fallen(one, torque(rows, speed, angle, time))
+        path = path - held_back(one, torque(rows, speed, angle, time) / one.rig.inertia)
     if any(sensor.gear == "loose" for sensor in sensors):
         fast, seen = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)], one.channels.flights
         width = (seen.time[:, -1:] - seen.time[:, :1]) / (path.shape[1] - 1)
         for side in (-1.0, 1.0):
             path = path + 0.5 * reading_error(sensors, "loose", seen.loose + side * GAUSS * width * fast, fast)
     return free_flight(one, path)
-
-
-def _fallen(one: Evidence, resisting: Array) -> Array:
-    """Return the angle by which a torque holds flights back at their points [rad], (f, BINS)."""
-    time = one.fine[0]
-    if not len(time):
-        return np.zeros_like(one.at)
-    values, step = resisting / one.rig.inertia, (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
-    total = fallen(values, step)
-    below = np.clip(one.at.astype(int), 0, time.shape[1] - 2)
-    part, each = one.at - below, np.arange(len(time))[:, None]
-    return (1.0 - part) * total[each, below] + part * total[each, below + 1]
 
 
 def bend(x: Array, sigma: Array) -> Array:

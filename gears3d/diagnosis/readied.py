@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.aligned import aligned
+from gears3d.diagnosis.candidates import SHOWS, Candidate
+from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
-from gears3d.diagnosis.kicked import Pocket, kicking, pocketed
 from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.pockets import Pocket, on_both, pocket
 from gears3d.diagnosis.search import Search, keeping
 from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
@@ -103,21 +105,37 @@ def searched(
     """
     known: tuple[Any, ...] = ()
     records, found = aligned(records, highest)
-    deep = None if struck(records) else pocketed(records)
+    deep = None if struck(records) else pocket(records)
     came, delay, before = {one.file: one for one in admitted}, delay_of(admitted), (records, found)
     for _ in range(AGAIN):
-        teeth = (*known, *struck(records)) or _effect(deep) or single_teeth(found) or kicking(records)
+        teeth = (*known, *_others(known, struck(records))) or _effect(deep) or single_teeth(found)
+        teeth = tuple(on_both(records, one) for one in teeth)
         if _places(teeth) <= _places(known):
             break
         known = teeth[:MOST_TEETH]
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
-        records, found = aligned(records, highest)
+        records, found = aligned(records, highest, [_cause(one, records[0]) for one in known if deep is None])
     named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
     if deep is None and not named & _places(known):
         return *before, None  # what was suspected is no tooth
     if deep is not None:  # its depth is not what the search makes of where the gear was seen
         found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
     return records, found, deep
+
+
+def _others(known: Sequence[Any], found: Sequence[Any]) -> Sequence[Any]:
+    """Return teeth that are not known already: what is still off on those is how records were cut."""
+    there = {(one.gear, one.tooth) for one in known}
+    return [one for one in found if (one.gear, one.tooth) not in there]
+
+
+def _cause(tooth: Any, one: Evidence) -> Cause:
+    """Return a pitch error as a cause with its size."""
+    shape = {"gear": tooth.gear, "tooth": tooth.tooth, "flank": tooth.flank}
+    unit = one.rig.backlash
+    return begin(
+        Candidate(tooth.kind, shape, "offset", unit, False, SHOWS[tooth.place]), np.array([tooth.offset / unit])
+    )
 
 
 def _effect(deep: Pocket | None) -> tuple[Any, ...]:
@@ -150,4 +168,4 @@ def _shape(rig: Scenario, tooth: Any, flank: int, turned: tuple[float, float]) -
         own = deviation(rows, pair, drive + turned[0], loose + turned[1], np.full(len(drive), flank))
         return own / abs(tooth.offset)
 
-    return Shape(over, flank, abs(tooth.offset), tooth.flank != "both")
+    return Shape(over, flank, abs(tooth.offset), True)

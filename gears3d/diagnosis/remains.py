@@ -9,16 +9,13 @@ import numpy as np
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.neighbours import LAGS, alike
+from gears3d.diagnosis.placing import placed
 from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held, level_of, parted, scanned
 from gears3d.diagnosis.waving import waved
 
 Array = np.ndarray
-GAP = 12
-"""Bins over the gap."""
-BEYOND = 0.03
-"""Part of the gap by which a flight's middle may lie off it: farther, it is not the gap that its place tells."""
 VAGUE = 1e3
 """Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
 SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
@@ -116,47 +113,8 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     driven = [np.interp(one.fine[0], one.channels.drive.time, one.channels.drive.angle) for one in flown]
     for gear, angle in (("loose", [one.fine[1] for one in flown]), ("drive", driven)):
         yield from waved(f"flight.angle_{gear}", flown, own, angle, highest, _locked(flown, gear))
-    yield from _gap(records, parts["flight"], value, sure)
+    yield from placed(records, parts["flight"])
     yield from rung(records, parts["flight"], sure)
-
-
-def _gap(records: Sequence[Evidence], rest: list[Array], value: Array, sure: Array) -> Iterator[Structure]:
-    """Deceleration of flights over their place in the gap, from flight to flight and within them.
-
-    Within them it is what bends their paths as much as what is left there once each has a constant deceleration.
-    """
-    paths, places, used, owners = [], [], [], []
-    for k, (one, own) in enumerate(zip(records, rest, strict=True)):
-        flights, (drive, loose) = one.channels.flights, one.radii
-        struck = one.channels.impacts
-        seen = len(np.unique(struck.flank)) == 2
-        used.append(np.full(len(flights.time), seen))
-        if not len(flights.time) or not seen:
-            continue
-        shape = bend(flights.time - flights.time.mean(axis=1, keepdims=True), flights.sigma)
-        path = own.reshape(-1, BINS)
-        paths.append(path - shape * (np.sum(shape * path, axis=1) / np.sum(shape**2, axis=1))[:, None])
-        where = drive * struck.drive - loose * struck.loose
-        active, reverse = (float(np.median(where[struck.flank == side])) for side in (0, 1))
-        at = drive * np.interp(flights.time, one.channels.drive.time, one.channels.drive.angle) - loose * flights.loose
-        places.append((at - active) / (reverse - active))
-        owners.append(np.full(len(at), k))
-    if len(paths) < 2:  # in one record alone, whatever comes back with the drive's fluctuation goes by the place
-        return
-    path, place, some = np.concatenate(paths).ravel(), np.concatenate(places), np.concatenate(used)
-    middle, record = place.mean(axis=1), np.concatenate(owners)
-    within = np.abs(middle - 0.5) < 0.5 + BEYOND
-    yield from binned(
-        "flight.gap",
-        value[some][within],
-        sure[some][within],
-        middle[within],
-        "rad/s^2",
-        record=record[within],
-        foretold=True,
-    )
-    for found in binned("flight.gap", path, np.ones_like(path), place.ravel(), "rad/s^2", GAP):
-        yield found._replace(size=float(np.sqrt(found.worth / np.sum(sure[some] ** 2))))
 
 
 def _locked(records: Sequence[Evidence], gear: str) -> list[float]:

@@ -10,7 +10,7 @@ import numpy as np
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import without
-from gears3d.diagnosis.structure import FEWEST, Structure, level_of
+from gears3d.diagnosis.structure import FEWEST, Structure, level_of, likelihood
 
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 30.0, 250.0, 1.03
@@ -45,19 +45,23 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
     turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
     parts = np.split(value, np.cumsum([len(own) for _, own in some])[:-1])
 
-    def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float]:
-        return max((_gain([_ringing(one, *each) for one, _ in some], parts), *each) for each in tried)
+    def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float, float]:
+        return max((*_gain([_ringing(one, *each) for one, _ in some], parts), *each) for each in tried)
 
     tried = [(turn, damping) for turn in turns for damping in DAMPING]
-    _, turn, damping = strongest(tried)
-    gain, turn, _ = strongest([(turn * (1.0 + k * FINER), damping * share) for k in range(-10, 11) for share in SHARES])
-    chance = float(-np.expm1(10 * len(tried) * np.log1p(-min(float(chi2.sf(gain, 2)), 0.5))))
+    *_, turn, damping = strongest(tried)
+    gain, likely, turn, _ = strongest(
+        [(turn * (1.0 + k * FINER), damping * share) for k in range(-10, 11) for share in SHARES]
+    )
+    chance = float(-np.expm1(10 * len(tried) * np.log1p(-min(float(chi2.sf(likely, 2)), 0.5))))
     size = float(np.sqrt(max(gain, 0.0) * level**2 / np.sum(sure**2)))
     yield Structure("impact.duration", gain, chance, size, "rad/s^2", float(turn) / 2.0 / pi, gain * level**2)
 
 
-def _gain(waves: list[Array], parts: list[Array]) -> float:
-    """Return the fall of chi-square by one amplitude and phase in all records but the one that gains most.
+def _gain(waves: list[Array], parts: list[Array]) -> tuple[float, float]:
+    """Return the fall of chi-square by one amplitude and phase in all records but the best, and its odds.
+
+    The odds are twice the logarithm of the likelihood, or that fall where it is less.
 
     What comes back with the drive's fluctuation or with a gear's angle looks like a ringing at one speed only.
     """
@@ -66,10 +70,12 @@ def _gain(waves: list[Array], parts: list[Array]) -> float:
     force = [own.T @ part for own, part in zip(columns, parts, strict=True)]
     whole = np.sum(heavy, axis=0)
     if np.linalg.det(whole) <= 1e-12 * np.trace(whole) ** 2:
-        return 0.0
+        return 0.0, 0.0
     told = np.linalg.solve(whole, np.sum(force, axis=0))
     gains = [float(2.0 * told @ pull - told @ own @ told) for own, pull in zip(heavy, force, strict=True)]
-    return sum(gains) - max(gains)
+    likely = [likelihood(max(gain, 0.0), part) for gain, part in zip(gains, parts, strict=True)]
+    gain = sum(gains) - max(gains)
+    return gain, min(gain, sum(likely) - max(likely))
 
 
 def _ringing(one: Evidence, turn: float, damping: float) -> Array:

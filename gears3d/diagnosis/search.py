@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.candidates import FREE, candidates
+from gears3d.diagnosis.candidates import FREE, Candidate, candidates
 from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library, Scored, library, price, score
@@ -60,15 +60,16 @@ class Search(NamedTuple):
     records: list[Evidence]
 
 
-def search(records: Sequence[Evidence], highest: int = 40) -> Search:
+def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause] = ()) -> Search:
     """Return the causes that make the channels come true.
 
     Args:
         records: of one rig.
         highest: order that is looked for.
+        first: causes that are known to be there, and tried before others; they must gain as those do.
     """
     records = with_own_noise([without_strays(one) for one in records])
-    strongest = _search(records, highest, 1)
+    strongest = _search(records, highest, 1, first)
     now = strongest.fit
     if now.causes and (better := without_rolling(records, now.rest)) is not None:
         records = better
@@ -79,7 +80,7 @@ def search(records: Sequence[Evidence], highest: int = 40) -> Search:
             now = fit(records, _base(records), now.causes)
     bad = ~_agreeing(records, now) & [badly_cut(one) for one in records]
     records = [emptied(one) if worse else one for one, worse in zip(records, bad, strict=True)]
-    return _search(records, highest, MOST, strongest.known)
+    return _search(records, highest, MOST, first, strongest.known)
 
 
 def _held(records: Sequence[Evidence], now: Fit) -> Array:
@@ -126,10 +127,13 @@ def known_of(records: Sequence[Evidence], highest: int, before: Library | None =
     return base, library(records, candidates(rig, duration, highest, *lines(records)), before)
 
 
-def _search(records: Sequence[Evidence], highest: int, most: int, before: Library | None = None) -> Search:
+def _search(
+    records: Sequence[Evidence], highest: int, most: int, first: Sequence[Cause], before: Library | None = None
+) -> Search:
     base, known = known_of(records, highest, before)
     more = {gear: dear(records, gear) for gear in ("drive", "loose", "")}
-    now, left = fit(records, base, ()), score(known, base)
+    now = fit(records, base, first)
+    left = score(known, now.rest, directions(records, now))
     while len(now.causes) < most and (able := _able(left, more)):
         best = _best(records, base, now, able, more)
         if not best.causes[-1].possible:
@@ -171,8 +175,19 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
         bends = kind in FREE
         if kinds[kind] > (1 if bends else 2):
             continue
-        tried.append(fit(records, base, [*now.causes, begin(one.candidate, one.units)], 8 if bends else 2))
+        same = [one.candidate, *_on_both(one.candidate)] if kinds[kind] == 1 else [one.candidate]
+        fits = [fit(records, base, [*now.causes, begin(each, one.units)], 8 if bends else 2) for each in same]
+        tried.append(min(fits, key=lambda each: float(np.sum(np.minimum(each.rest**2, FAR[-1] ** 2)))))
     return min(tried, key=lambda one: (not one.causes[-1].possible, _worth(one, more)))
+
+
+def _on_both(one: Candidate) -> list[Candidate]:
+    """Return the candidate on both flanks of a tooth on one.
+
+    How far a tooth that stands back lets the gears fall is not as it is thick, so that none of straight lines is it.
+    """
+    beside = one.kind == "pitch_error" and one.shape["flank"] != "both"
+    return [one._replace(shape={**one.shape, "flank": "both"})] if beside else []
 
 
 def _worth(found: Fit, more: dict[str, float]) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.channels import Corners
-from gears3d.diagnosis.deviation import over_tooth
+from gears3d.diagnosis.deviation import BENT, over_tooth
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.effects import catalogue
 
@@ -73,24 +73,12 @@ class _Tooth(NamedTuple):
     out: bool
 
 
-def beyond(
-    records: Sequence[Evidence], gear: Literal["drive", "loose"], tooth: int, flank: int, out: bool = True
-) -> Array:
-    """Return how far corners are off a flank where one tooth is in mesh, as thicknesses of the tooth [m], (k,).
+def corners_of(records: Sequence[Evidence]) -> Corners:
+    """Return the corners of all records, one after the other.
 
     Args:
         records: all.
-        gear: whose tooth it is.
-        tooth: its number.
-        flank: 0 active, 1 reverse.
-        out: whether it stands out; back otherwise.
     """
-    size, far, _, _ = _on(_seen(records), records[0].pair, (gear, tooth, flank, out))
-    return size[far]
-
-
-def _seen(records: Sequence[Evidence]) -> Corners:
-    """Return the corners of all records."""
     return Corners(*(np.concatenate(column) for column in zip(*(one.channels.corners for one in records), strict=True)))
 
 
@@ -99,7 +87,7 @@ def _on(seen: Corners, pair: Pair, which: tuple[Literal["drive", "loose"], int, 
     gear, tooth, flank, out = which
     mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank that was not drawn is nowhere
     own = (seen.drive if gear == "drive" else seen.loose)[mine]
-    shape = over_tooth(pair, gear, tooth, "active" if flank == 0 else "reverse", out, own)
+    shape = over_tooth(pair, gear, tooth, "active" if flank == 0 else "reverse", BENT if out else -BENT, own) / BENT
     whole = np.abs(shape) > WHOLE
     size, sigma = seen.off[mine][whole] / shape[whole], seen.sigma[mine]
     return size, size > OFF * sigma[whole], np.abs(seen.off[mine]) > OFF * sigma, shape == 0.0
@@ -109,7 +97,7 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
     """Yield the teeth on which enough corners agree."""
     from scipy.stats import binom
 
-    pair, seen = records[0].pair, _seen(records)
+    pair, seen = records[0].pair, corners_of(records)
     sorts = list(product(GEARS, (0, 1), (True, False)))
     for gear, side, out in sorts:
         teeth = pair.gear(gear).teeth

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -15,12 +15,16 @@ FINE, PADDED = 8, 8
 """Bins to a period of the highest order, and times their number that the transform over them has."""
 NEAR, WIDEST = 0.05, 0.2
 """Part of the order of a fluctuation within which another is none of its own, and at most, where turns are few."""
+MANY = 4
+"""Records from which on an order must show in more than two of them."""
 SIDES = 2.0
 """Orders that noise may take for the strongest, to one that a record tells apart."""
 PIECES = 8
 """Bins over a coordinate that is no angle."""
 FAR = 6.0
 """Levels of noise from the middle at which values are held."""
+MOST = 1.0 - 1e-6
+"""Part of the sum of squares that a structure explains at most."""
 FEWEST = 24
 """Points without which a channel has no structure to show."""
 
@@ -123,7 +127,7 @@ def strongest(
     own = np.array([each[best] for each in gains])
     total, seen = float(np.sum(own)), len(own)
     gain = total - float(np.max(own)) if seen > 1 else total
-    alone = _by_chance(gain, seen)
+    alone = _by_chance(own)
     chance = -np.expm1(0.25 * len(orders) * SIDES * np.log1p(-min(alone, 0.5)))
     size = float(np.sqrt(max(total - 2.0 * seen, 0.0) / heavy))
     chance = float(np.clip(chance, 0.0, 1.0))
@@ -140,18 +144,21 @@ def best_of(gains: list[Array]) -> int:
     return int(np.argmax(total - np.max(gains, axis=0) if len(gains) > 1 else total))
 
 
-def _by_chance(gain: float, records: int) -> float:
-    """Return the probability that noise gains as much at one order in all records but the one that gains most.
+def _by_chance(gains: Array) -> float:
+    """Return the probability that noise gains as much at one order in all records but those that gain most.
+
+    One is left out of two or three, two of more: what comes back with the drive is alike at two speeds by chance.
 
     Source: the steps between ordered exponentials are exponentials (Rényi 1953); a gamma law of their sum's mean and
     variance.
     """
     from scipy.stats import gamma
 
-    rank = np.arange(1, records) if records > 1 else np.array([np.inf])
-    steps = 2.0 / (1.0 + 1.0 / rank)
+    left_out = min(len(gains) - 1, 1 if len(gains) < MANY else 2)
+    kept = np.sort(gains)[: len(gains) - left_out]
+    steps = 2.0 / (1.0 + left_out / np.arange(1, len(kept) + 1))
     mean, variance = float(np.sum(steps)), float(np.sum(steps**2))
-    return float(gamma.sf(gain, mean**2 / variance, scale=variance / mean))
+    return float(gamma.sf(np.sum(kept), mean**2 / variance, scale=variance / mean))
 
 
 def apart(orders: Array, spacing: float, angle: Array) -> Array:
@@ -194,7 +201,6 @@ def binned(
     pieces: int = PIECES,
     least: float = 0.0,
     record: Array | None = None,
-    foretold: bool = False,
 ) -> Iterator[Structure]:
     """Means in bins over a coordinate, against one mean.
 
@@ -208,8 +214,6 @@ def binned(
         least: errors are no smaller than so many standard deviations.
         record: index of each value's record, (n,). With it the record that the curve gains most counts for nothing,
             where there are others.
-        foretold: each record is told its curve by the others instead, and the size is that of the curve, all bins
-            alike, however well they are known.
     """
     from scipy.stats import chi2
 
@@ -226,13 +230,9 @@ def binned(
     heavy, mean = _means(at, weight, value, count)
     gain = whole = float(np.sum(heavy * mean**2))
     size = float(np.sqrt(gain / np.sum(heavy)))
-    if foretold:
-        size = float(np.sqrt(max(np.mean(mean**2 - 1.0 / np.maximum(heavy, 1e-300)), 0.0)))
     if record is not None and len(each := np.unique(record)) > 1:
-        curves = [_means(at[record != one], weight[record != one], value[record != one], count)[1] for one in each]
-        gains = [_told(at, weight, value, curve if foretold else mean, record == one)
-                 for one, curve in zip(each, curves, strict=True)]  # fmt: skip
-        gain = sum(gains) if foretold else sum(gains) - max(gains)
+        gains = [_told(at, weight, value, mean, record == one) for one in each]
+        gain = sum(gains) - max(gains)
     where = int(np.argmax(np.abs(mean)))
     middle = 0.5 * (edges[where] + edges[where + 1])
     chance = float(chi2.sf(gain, len(edges) - 2))
@@ -291,6 +291,22 @@ def held(value: Array, weight: Array) -> Array:
     """
     middle = np.median(value)
     return middle + np.clip(value - middle, -FAR / weight, FAR / weight)
+
+
+def likelihood(gain: Any, rest: Array) -> Any:
+    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being what is left of it.
+
+    An order that most records have almost all of their bends from so goes before one that gains more in one of them,
+    and errors of which a few are far larger than most are no structure.
+
+    Args:
+        gain: fall of the sum of squares, any shape.
+        rest: the values, (n,).
+
+    >>> float(round(likelihood(1.0, np.ones(1000)), 3)), float(round(likelihood(500.0, np.ones(1000)), 1))
+    (1.001, 693.1)
+    """
+    return -len(rest) * np.log1p(-np.minimum(gain / float(rest @ rest), MOST))
 
 
 def level_of(rest: Array) -> float:

@@ -12,9 +12,9 @@ from gears3d.diagnosis.cause import Cause, fit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split
-from gears3d.diagnosis.kicked import Pocket
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
+from gears3d.diagnosis.pockets import Pocket
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
@@ -25,7 +25,7 @@ from gears3d.diagnosis.zeros import GEARS, counted_from, free
 from gears3d.diagnosis.zeros import covariance as zeros_free
 from gears3d.effects import catalogue
 from gears3d.identification import Parameter
-from gears3d.units import FAMILIES, show
+from gears3d.units import FAMILIES
 
 Array = np.ndarray
 CHANCE = 1e-4
@@ -145,11 +145,7 @@ def _out_of_reach(deep: Pocket) -> Named:
     effect = deep.effect
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
-    text = (
-        f"{100.0 * deep.share:.0f} % of the contacts of the {effect.flank} flank end behind this tooth, where the next"
-        f" one throws the gear off; it was seen {show(abs(effect.offset), 'length', 3)} deep, and never at the bottom"
-    )
-    return Named(effect.kind, effect.place, numbers, text, deep.gain, (), effect, table(effect, numbers),
+    return Named(effect.kind, effect.place, numbers, deep.why, deep.gain, (), effect, table(effect, numbers),
                  at_least=("offset",))  # fmt: skip
 
 
@@ -217,16 +213,22 @@ def power(known: Library) -> dict[str, float]:
 
 
 def heldout(found: Sequence[Split]) -> dict[str, Any]:
-    """Return what the splits came to, as the contract has it.
+    """Return what the splits came to, as the contract has it: without a gain where the rig leaves no more than noise.
 
     Args:
         found: for each held-out record or stretch.
+
+    >>> one = Split(("a",), 3.0, 1.1, 1.0, 40.0, {})
+    >>> heldout([one])["gain"], heldout([one._replace(base=0.9)])["gain"]
+    (0.95, None)
     """
     if not found:
         return {"base": None, "extended": None, "gain": None}
     excess = [one.base - one.noise for one in found]
-    gain = 1.0 - sum(one.extended - one.noise for one in found) / max(sum(excess), 1e-12)
-    shows = [one.gain for one, own in zip(found, excess, strict=True) if own > SHOWS * sum(excess)] or [gain]
+    left = sum(one.extended - one.noise for one in found)
+    gain = 1.0 - left / sum(excess) if sum(excess) > 0.0 else None
+    shows = [one.gain for one, own in zip(found, excess, strict=True) if own > SHOWS * sum(excess)]
+    ends = [] if gain is None else [min(shows, default=gain), max(shows, default=gain)]
     told: dict[str, Any] = {}
     for k, name in enumerate(("base", "extended")):
         sizes = {}
@@ -236,8 +238,8 @@ def heldout(found: Sequence[Split]) -> dict[str, Any]:
                 sizes[channel] = {"value": float(np.sqrt(np.mean(np.square(rms)))), "unit": unit}
         told[name] = {**sizes, "D": float(np.mean([getattr(one, name) for one in found]))}
     held = [{"held_out": list(one.held), "gain": one.gain, "log_likelihood": one.likelihood} for one in found]
-    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": float(gain),
-            "gain_range": [float(min(shows)), float(max(shows))],
+    return {**told, "noise": float(np.mean([one.noise for one in found])), "gain": gain,
+            "gain_range": ends,
             "log_likelihood": float(sum(one.likelihood for one in found)), "splits": held}  # fmt: skip
 
 

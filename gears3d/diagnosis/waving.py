@@ -6,13 +6,12 @@ A flight that turns by a whole period of an order is as slow as without it; its 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.followed import fallen
+from gears3d.diagnosis.falling import between, fallen, held_back, step_of
 from gears3d.diagnosis.freed import free_flight
 from gears3d.diagnosis.structure import (
     FEWEST,
@@ -21,6 +20,7 @@ from gears3d.diagnosis.structure import (
     apart,
     best_of,
     level_of,
+    likelihood,
     orders_of,
     strongest,
     turned_back,
@@ -36,8 +36,6 @@ LONGEST = np.pi
 """Angle of an order's wave that a bin of a flight may span: a mean over more says little of it."""
 FAR = 60.0
 """Levels of noise at which points are held: a wave may be far larger than its usual part."""
-MOST = 1.0 - 1e-6
-"""Part of what bends a record's flights that an order explains at most."""
 SHARE = 0.1
 """Part of what bends flights beyond noise that an order must explain, where it may: else it follows something else."""
 ANEW = 50
@@ -70,32 +68,26 @@ def waved(
         total += heavy / level**2
     if not np.any(total > 0.0):
         return
-    told = [_likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
+    told = [likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
     anew: set[int] = set()
     while (best := best_of(told)) not in anew and len(anew) < ANEW:
         anew.add(best)
         for one, own, turned, gain, sure in zip(records, held, angle, gains, told, strict=True):
             gain[best] = _gain(one, own, turned, float(orders[best])) if gain[best] > 0.0 else 0.0
-            sure[best] = _likelihood(gain[best], own)
+            sure[best] = likelihood(gain[best], own)
     own = np.array([gain[best] for gain in gains])
     excess = np.array([float(each @ each) - len(each) / level**2 for each in held])[own > 0.0]
     if np.sum(own) > SHARE * np.sum(excess) and np.any(own > 0.0):
-        yield strongest(name, orders, gains, best, level, float(total[best]), "rad/s^2")
-
-
-def _likelihood(gain: Any, rest: Array) -> Any:
-    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being what is left of it.
-
-    So an order that most records have almost all of their bends from goes before one that gains more in one of them.
-    """
-    whole = float(rest @ rest)
-    return -len(rest) * np.log1p(-np.minimum(gain / whole, MOST))
+        found, sure = (
+            strongest(name, orders, each, best, level, float(total[best]), "rad/s^2") for each in (gains, told)
+        )
+        yield found._replace(chance=max(found.chance, sure.chance))
 
 
 def _gain(one: Evidence, rest: Array, angle: Array, order: float) -> float:
     """Return the fall of chi-square in a record by one order of any size and phase."""
     told = _telling(angle, _band(np.array(order)))
-    wave = _paths(one, np.exp(1j * order * angle))[told].ravel()
+    wave = paths_of(one, np.exp(1j * order * angle))[told].ravel()
     columns = np.column_stack([np.real(wave), np.imag(wave)])
     pull = columns.T @ rest.reshape(-1, BINS)[told].ravel()
     return float(pull @ np.linalg.lstsq(columns.T @ columns, pull, rcond=1e-6)[0])
@@ -119,38 +111,31 @@ def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: 
             break
         power[within] = turned_back(angle[told].ravel(), back[told].ravel(), highest, orders[within])
         some = LOWEST * BAND ** (each + np.linspace(0.0, 1.0, BETWEEN))
-        own = [float(np.sum(np.abs(_paths(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
+        own = [float(np.sum(np.abs(paths_of(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
         heavy[within] = np.exp(np.interp(np.log(orders[within]), np.log(some), np.log(np.maximum(own, 1e-300))))
     return power, heavy
 
 
-def _paths(one: Evidence, slowing: Array) -> Array:
-    """Return what decelerations do to the points of flights, in standard deviations, free of start angle and speed."""
-    total = fallen(slowing, _step(one))
-    below, part, each = _between(one)
-    path = (1.0 - part) * total[each, below] + part * total[each, below + 1]
-    return (free_flight(one, path.real) + 1j * free_flight(one, path.imag)).reshape(-1, BINS)
+def paths_of(one: Evidence, slowing: Array) -> Array:
+    """Return what decelerations do to the points of flights, in standard deviations, free of start angle and speed.
+
+    Args:
+        one: the record.
+        slowing: on the fine grid of its flights, real or complex [rad/s²], (f, n).
+    """
+    path = held_back(one, slowing)
+    whole = free_flight(one, np.real(path))
+    return (whole + 1j * free_flight(one, np.imag(path)) if np.iscomplexobj(path) else whole).reshape(-1, BINS)
 
 
 def _backwards(one: Evidence, rest: Array) -> Array:
-    """Return the transpose of ``_paths``: what points of flights say of decelerations on the fine grid, (f, n)."""
+    """Return the transpose of ``paths_of``: what points of flights say of decelerations on the fine grid, (f, n)."""
     sigma = one.channels.flights.sigma
     value = free_flight(one, rest.reshape(-1, BINS) * sigma).reshape(-1, BINS) / sigma
-    below, part, each = _between(one)
+    below, part, each = between(one)
     spread = np.zeros_like(one.fine[0])
     np.add.at(spread, (each, below), (1.0 - part) * value)
     np.add.at(spread, (each, below + 1), part * value)
     count = spread.shape[1]
     response = fallen(np.eye(count), np.ones((count, 1)))
-    return _step(one) ** 2 * (spread @ response.T)
-
-
-def _step(one: Evidence) -> Array:
-    time = one.fine[0]
-    return (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
-
-
-def _between(one: Evidence) -> tuple[Array, Array, Array]:
-    """Return the fine points before those of the flights, the part of the way to the next, and whose they are."""
-    below = np.clip(one.at.astype(int), 0, one.fine[0].shape[1] - 2)
-    return below, one.at - below, np.arange(len(below))[:, None]
+    return step_of(one) ** 2 * (spread @ response.T)

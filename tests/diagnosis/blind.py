@@ -247,5 +247,6 @@ def play(case: Case) -> dict[str, Any]:
         "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])]}
                    for one in told["causes"]],
         "structure": told["remaining"]["structure"], "refused": told.get("refused"),
-        "gain": (told.get("heldout") or {}).get("gain"), "seconds": took, **score,
+        "gain": (told.get("heldout") or {}).get("gain"), "splits": len((told.get("heldout") or {}).get("splits", ())),
+        "seconds": took, **score,
     }  # fmt: skip

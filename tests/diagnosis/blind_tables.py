@@ -49,8 +49,9 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", "two causes at once, both named: " + _count(two, _both)]
     if limits := [row for row in rows if row["part"] == "limits"]:
         yield from ["", *_limits(limits)]
-    gains = [row["gain"] for row in rows if row["causes"] and row["gain"] is not None]
-    yield from ["", "held-out gain of extensions above 0: " + rate(sum(gain > 0.0 for gain in gains), len(gains))]
+    gains = [row["gain"] for row in rows if row["causes"] and (row["gain"] is not None or row.get("splits"))]
+    good = sum(gain is not None and gain > 0.0 for gain in gains)
+    yield from ["", "held-out gain of extensions above 0: " + rate(good, len(gains))]
     yield f"{np.mean([row['seconds'] for row in rows]):.1f} s of one core a diagnosis, with reading its records"
 
 

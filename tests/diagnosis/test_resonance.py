@@ -63,5 +63,7 @@ def test_of_one_speed_alone_nothing_is_told():
 
 
 def test_what_spoils_nothing_is_not_told():
-    small = lambda time, speed: _rattle(time, speed) + 0.03 * (_swayed(0.02)(time, speed) - _rattle(time, speed))  # noqa: E731
+    def small(time, speed):
+        return _rattle(time, speed) + 0.03 * (_swayed(0.02)(time, speed) - _rattle(time, speed))
+
     assert resonance(*_bench(small)) is None

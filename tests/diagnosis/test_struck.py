@@ -1,13 +1,12 @@
-"""A tooth off which the gear bounces where no flank is drawn is told with its size; one that stands back, how deep."""
+"""A tooth off which the gear bounces where no flank is drawn is told with its size."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.channels import Corners, Partings
-from gears3d.diagnosis.deviation import influence
-from gears3d.diagnosis.kicked import kicking, pocketed
+from gears3d.diagnosis.channels import Corners
+from gears3d.diagnosis.deviation import BENT, influence
 from gears3d.diagnosis.struck import struck
 from gears3d.gears import Gear, Pair
 
@@ -27,12 +26,12 @@ def _at(which, drive, loose):
     """What a tooth of unit size does there."""
     gear, tooth, flank, out = which
     teeth, own = PAIR.gear(gear).teeth, drive if gear == "drive" else loose
-    angle, moved = influence(PAIR, gear, ("active", "reverse")[flank], out)
+    angle, moved = influence(PAIR, gear, ("active", "reverse")[flank], BENT if out else -BENT)
     since = np.mod(own * teeth - 2.0 * np.pi * (tooth - 1) + np.pi * teeth, 2.0 * np.pi * teeth) - np.pi * teeth
-    return np.interp(since, angle, moved, left=0.0, right=0.0)
+    return np.interp(since, angle, moved / BENT, left=0.0, right=0.0)
 
 
-def _records(random, which=None, size=6e-5, count=3, sizes=None, partings=None):
+def _records(random, which=None, size=6e-5, count=3, sizes=None):
     """Records whose corners lie on the flanks, but on a tooth."""
     made = []
     for _ in range(count):
@@ -48,8 +47,7 @@ def _records(random, which=None, size=6e-5, count=3, sizes=None, partings=None):
             own = size if sizes is None else random.uniform(*sizes, np.count_nonzero(on))
             off[on] += own * _at(which, drive[on], loose[on])
         corners = Corners(drive, loose, flank, off, np.full(len(drive), NOISE))
-        channels = SimpleNamespace(corners=corners, partings=partings or Partings(drive, loose, flank))
-        made.append(SimpleNamespace(pair=PAIR, channels=channels, rig=SimpleNamespace(backlash=2e-4)))
+        made.append(SimpleNamespace(pair=PAIR, channels=SimpleNamespace(corners=corners)))
     return made
 
 
@@ -70,33 +68,3 @@ def test_corners_on_the_flanks_tell_no_tooth():
 def test_corners_at_all_depths_are_no_tooth_that_was_struck():
     random = np.random.default_rng(5)
     assert struck(_records(random, ("drive", 8, 0, True), sizes=(5e-6, 1e-4))) == ()
-
-
-def _ending(random, gear, tooth, flank, out):
-    """Contacts that end anywhere, and where a tooth begins to stand out, or one that stands back has its end."""
-    angle, moved = influence(PAIR, gear, ("active", "reverse")[flank], out)
-    there = angle[np.abs(moved) > 0.02][0 if out else -1] / (2.0 * np.pi)
-    drive = random.uniform(0.0, 300.0, 60)
-    here = _angles(random, gear, tooth, np.full(25, there))
-    flanks = np.append(random.integers(0, 2, 60), np.full(25, flank))
-    return Partings(np.append(drive, here[0]), np.append(drive * RATIO, here[1]), flanks)
-
-
-@pytest.mark.parametrize(("gear", "tooth", "flank"), [("drive", 4, 1), ("loose", 40, 0)])
-def test_a_tooth_out_of_reach_is_told_as_deep_as_the_gear_was_seen(gear, tooth, flank):
-    random = np.random.default_rng(tooth)
-    ends = _ending(random, gear, tooth, flank, out=False)
-    found = pocketed(_records(random, (gear, tooth, flank, False), sizes=(2e-6, 2e-5), partings=ends))
-    assert found is not None
-    assert (found.effect.gear, found.effect.tooth) == (gear, tooth)
-    assert (found.effect.offset < 0.0) == (flank == 0)
-    assert 1e-5 < abs(found.effect.offset) <= 2.1e-5
-
-
-def test_a_tooth_that_throws_without_a_pocket_before_it_stands_out():
-    random = np.random.default_rng(9)
-    records = _records(random, partings=_ending(random, "drive", 4, 1, out=True))
-    assert pocketed(records) is None
-    (found,) = kicking(records)
-    assert (found.gear, found.tooth) == ("drive", 4)
-    assert found.offset < 0.0  # out on its reverse flank

@@ -1,0 +1,166 @@
+"""Teeth that stand back, by the corners of paths: the gear turns back beyond the flank while that tooth should carry.
+
+Where few visits touch a flank, and none rests there, corners are all that is seen of it. They say which tooth it is
+without any doubt, but its depth no better than that it is at least as deep: gears fall no further than neighbours let
+them, and a corner is rounded off by the time over which readings are taken together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.deviation import Gear, Side, over_tooth
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.sentences import sure
+from gears3d.diagnosis.struck import GEARS, corners_of, outward
+from gears3d.effects import catalogue
+from gears3d.units import show
+
+Array = np.ndarray
+SIDES: tuple[Side, Side] = ("active", "reverse")
+MISSING = 1.0
+"""Depth of a tooth that might as well not be there [m]."""
+DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
+"""Depths that are tried, as parts of the backlash."""
+HELD = 64.0
+"""Chi-square that a corner may be worth: where the path was cut wrongly, it is anywhere."""
+LEAST = 100.0
+"""Chi-square that a tooth must gain: more than a corner or two."""
+SINGLE = 2.0
+"""Times what any tooth elsewhere on its flank would gain, either way, that a single one must."""
+FEWEST, CLEAR = 4, 3.0
+"""Corners that a tooth must bring nearer, where it moves them by so many standard deviations."""
+AWAY = 3
+"""Pitches from a tooth to where its neighbours no longer pass for it."""
+FALL = 3.84
+"""Fall of the gain from its top, of which only chance has more in one of twenty (chi-square, one degree of freedom)."""
+
+
+class Pocket(NamedTuple):
+    """A tooth that stands back, further than the gear was seen to fall there.
+
+    Args:
+        effect: pitch error as deep as it is at least.
+        gain: in chi-square.
+        why: it is held for one, a sentence without a stop.
+    """
+
+    effect: Any
+    gain: float
+    why: str
+
+
+class _Tooth(NamedTuple):
+    """Tooth of a gear, what it gains at which depth [m], how many corners it moves clearly, and the least it may be."""
+
+    gain: float
+    gear: Gear
+    side: Side
+    tooth: int
+    depth: float
+    corners: int
+
+
+def pocket(records: Sequence[Evidence]) -> Pocket | None:
+    """Return the tooth that stands back by the corners of paths, as deep as it is at least; ``None`` if none does.
+
+    Args:
+        records: all, cut without that tooth.
+    """
+    found = sorted(_teeth(records), key=lambda one: -one.gain)
+    if not found or found[0].gain < LEAST or found[0].corners < FEWEST:
+        return None
+    best = found[0]
+    if any(SINGLE * one.gain > best.gain for one in found[1:] if _elsewhere(records[0], one, best)):
+        return None
+    flank = 0 if best.side == "active" else 1
+    offset = -outward(flank) * best.depth
+    effect = catalogue()["pitch_error"](offset=offset, tooth=best.tooth, gear=best.gear, flank=best.side)
+    why = (
+        f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and on no other, in"
+        f" {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more; {sure(best.gain)}"
+    )
+    return Pocket(effect, best.gain, why)
+
+
+def on_both(records: Sequence[Evidence], effect: Any) -> Any:
+    """Return a pitch error that is on both flanks where corners of paths say so; as it was where they do not.
+
+    A tooth out of step stands out on one flank, where it is seen, and as far back on the other.
+
+    Args:
+        records: all.
+        effect: pitch error of one flank, with its size.
+    """
+    if effect.flank == "both":
+        return effect
+    flank = 1 if effect.flank == "active" else 0
+    if effect.offset * outward(flank) > 0.0:  # it stands back where it is seen, and would throw on the other
+        return effect
+    seen = _Corners(records, flank)
+    found = seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
+    sure_ = found is not None and found.gain > LEAST and found.corners >= FEWEST
+    return replace(effect, flank="both") if sure_ else effect
+
+
+class _Corners:
+    """Corners of all records on one flank.
+
+    Args:
+        records: all.
+        flank: 0 active, 1 reverse.
+    """
+
+    def __init__(self, records: Sequence[Evidence], flank: int) -> None:
+        seen = corners_of(records)
+        mine = (seen.flank == flank) & np.isfinite(seen.off)
+        self.pair = records[0].pair
+        self.side: Side = SIDES[flank]
+        self.angles = {"drive": seen.drive[mine], "loose": seen.loose[mine]}
+        self.off = seen.off[mine] - (np.median(seen.off[mine]) if np.any(mine) else 0.0)
+        away = np.abs(self.off) / seen.sigma[mine]
+        self.sigma = seen.sigma[mine] * max(1.4826 * float(np.median(away)) if away.size else 1.0, 1.0)
+        self.before = np.minimum((self.off / self.sigma) ** 2, HELD)
+
+    def tooth(self, gear: Gear, tooth: int, depths: Array) -> _Tooth | None:
+        """Return what a tooth that stands back gains at the best of some depths; ``None`` where too few corners are.
+
+        Args:
+            gear: whose tooth it is.
+            tooth: its number.
+            depths: that are tried, growing [m], (k,).
+        """
+        deepest = over_tooth(self.pair, gear, tooth, self.side, -MISSING, self.angles[gear])
+        at = np.flatnonzero(deepest)
+        if at.size < FEWEST:
+            return None
+        moved = np.sign(deepest[at]) * np.minimum(depths[:, None], np.abs(deepest[at]))
+        after = np.minimum(((self.off[at] - moved) / self.sigma[at]) ** 2, HELD)
+        gains = np.sum(self.before[at] - after, axis=1)
+        best = int(np.argmax(gains))
+        least = int(np.flatnonzero(gains > gains[best] - FALL)[0])
+        near = (np.abs(moved[best]) > CLEAR * self.sigma[at]) & (after[best] < self.before[at])
+        count = int(np.count_nonzero(near))
+        return _Tooth(float(gains[best]), gear, self.side, tooth, float(depths[least]), count)
+
+
+def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
+    """Yield the teeth that would gain anything by standing back."""
+    pair = records[0].pair
+    depths = np.array(DEPTHS) * pair.backlash
+    for seen in (_Corners(records, flank) for flank in (0, 1)):
+        for gear in GEARS:
+            for tooth in range(1, pair.gear(gear).teeth + 1):
+                if (found := seen.tooth(gear, tooth, depths)) is not None:
+                    yield found
+
+
+def _elsewhere(one: Evidence, this: _Tooth, that: _Tooth) -> bool:
+    """Whether two teeth are of one gear and flank, and not beside each other."""
+    teeth = one.pair.gear(that.gear).teeth
+    apart = (this.tooth - that.tooth) % teeth
+    return (this.gear, this.side) == (that.gear, that.side) and min(apart, teeth - apart) > AWAY

@@ -1,0 +1,81 @@
+"""A tooth that stands back is told by the corners of paths on it, and by no others; so is one that is out of step."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gears3d.diagnosis.channels import Corners
+from gears3d.diagnosis.pockets import on_both, pocket
+from gears3d.effects import catalogue
+from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
+
+PAIR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
+NOISE = 5e-7
+OTHER = {"drive": 31, "loose": 53}
+
+
+def _records(random, gear="drive", tooth=1, flank=1, thickness=0.0, count=3, rounded=0.0):
+    """Records whose corners lie where gears with one tooth out of step touch, some rounded off by a part of it."""
+    side = ("active", "reverse")[flank]
+    pair = PAIR.with_deviations(ToothDeviation(gear, side, tooth, thickness)) if thickness else PAIR
+    made = []
+    for _ in range(count):
+        teeth = random.uniform(-0.5, 52.5, 500)  # of the drive, from tooth 1, in a mesh that both begin at 0
+        near = (tooth - 1) + random.uniform(-1.5, 1.5, 40)
+        theta = np.append(teeth, near) * 2.0 * np.pi / 31
+        found = quasi_static(pair, theta)
+        side_of = np.append(random.integers(0, 2, 500), np.full(40, flank))
+        phi = np.where(side_of == 1, found.phi_reverse, found.phi_active)
+        loose = (theta * PAIR.drive.base_radius + phi + PAIR.backlash * side_of) / PAIR.loose.base_radius
+        off = phi * (1.0 - rounded * random.uniform(0.0, 1.0, len(phi))) + random.normal(0.0, NOISE, len(phi))
+        corners = Corners(theta, loose, side_of, off, np.full(len(theta), NOISE))
+        made.append(SimpleNamespace(pair=PAIR, channels=SimpleNamespace(corners=corners)))
+    return made
+
+
+@pytest.mark.parametrize("rounded", [0.0, 0.3])
+@pytest.mark.parametrize(("gear", "tooth", "flank", "depth"), [
+    ("drive", 5, 1, 1.2e-4), ("loose", 7, 1, 1e-5), ("loose", 9, 0, 1.2e-4), ("drive", 31, 0, 8e-6),
+])  # fmt: skip
+def test_the_tooth_is_told_no_deeper_than_it_is(gear, tooth, flank, depth, rounded):
+    found = pocket(_records(np.random.default_rng(tooth), gear, tooth, flank, -depth, rounded=rounded))
+    assert found is not None
+    assert (found.effect.gear, found.effect.tooth) == (gear, tooth)
+    assert found.effect.flank == ("active", "reverse")[flank]
+    assert (found.effect.offset > 0.0) == (flank == 1)  # displaced forwards it stands back on its reverse flank
+    assert 0.3 * min(depth, 3e-5) < abs(found.effect.offset) < 1.02 * depth
+
+
+def test_corners_on_the_flanks_tell_no_tooth():
+    assert not any(pocket(_records(np.random.default_rng(seed))) for seed in range(10))
+
+
+def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        records = _records(random)
+        for one in records:
+            far = random.integers(0, 540, 12)
+            one.channels.corners.off[far] += random.uniform(-6e-5, 6e-5, 12)
+        assert pocket(records) is None
+
+
+def test_teeth_that_all_stand_back_are_no_single_one():
+    random = np.random.default_rng(3)
+    records = _records(random)
+    for one in records:
+        one.channels.corners.off[:] += 1e-5 * np.cos(3.0 * one.channels.corners.drive)
+    assert pocket(records) is None
+
+
+def test_a_tooth_out_of_step_is_back_on_its_other_flank_where_corners_say_so():
+    out = catalogue()["pitch_error"](offset=1.2e-4, tooth=5, gear="drive", flank="active")
+    back = _records(np.random.default_rng(4), "drive", 5, 1, -1.2e-4)
+    assert on_both(back, out).flank == "both"
+    assert on_both(_records(np.random.default_rng(4)), out) == out
+
+
+def test_one_that_stands_back_is_not_held_for_out_on_its_other_flank():
+    back = catalogue()["pitch_error"](offset=-3e-5, tooth=5, gear="drive", flank="active")
+    assert on_both(_records(np.random.default_rng(4), "drive", 5, 1, -3e-5), back) == back
