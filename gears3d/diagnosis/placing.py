@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +26,30 @@ SHARE = 0.4
 """Part of what bends flights beyond noise that the place must explain: else it only comes along with something else."""
 
 
-def placed(records: Sequence[Evidence], rest: Sequence[Array]) -> Iterator[Structure]:
-    """Return the deceleration over the place in the gap, the same in all records, beside a constant one in each.
+class Pull(NamedTuple):
+    """Decelerations over the place in the gap, beside a constant one in each record.
+
+    Args:
+        place: from the active flank, 0, to the reverse one, 1, (n,).
+        common: that all records together tell [rad/s²], (n,).
+        own: that each tells by itself; zero where its flights do not come [rad/s²], (r, n).
+        gains: fall of chi-square in each record by the common one, noise taken as its level, (r,).
+        excess: beyond noise that there was, (r,).
+        likely: twice the logarithm of the likelihood instead, (r,).
+        level: of the noise in standard deviations.
+    """
+
+    place: Array
+    common: Array
+    own: Array
+    gains: Array
+    excess: Array
+    likely: Array
+    level: float
+
+
+def pulled(records: Sequence[Evidence], rest: Sequence[Array]) -> Pull | None:
+    """Return the deceleration over the place in the gap; ``None`` where fewer than two records reach both flanks.
 
     Of one record alone nothing is told: whatever comes back with the drive's fluctuation goes by the place there.
 
@@ -34,31 +57,49 @@ def placed(records: Sequence[Evidence], rest: Sequence[Array]) -> Iterator[Struc
         records: all.
         rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
     """
-    from scipy.stats import chi2
-
     some = [(one, own) for one, own in zip(records, rest, strict=True) if len(own) and _both(one)]
     if len(some) < 2 or sum(len(own) for _, own in some) < FEWEST * BINS:
-        return
+        return None
     level = level_of(np.concatenate([own for _, own in some]))
-    heavy, pull, held = [], [], [np.clip(own, -FAR * level, FAR * level) / level for _, own in some]
-    for (one, _), value in zip(some, held, strict=True):
-        columns = _columns(one)
-        heavy.append(columns.T @ columns)
-        pull.append(columns.T @ value)
-    excess = [float(value @ value) - len(value) for value in held]
-    told = np.linalg.lstsq(np.sum(heavy, axis=0), np.sum(pull, axis=0), rcond=WEAK)[0]
-    gains = [float(2.0 * told @ force - told @ own @ told) for own, force in zip(heavy, pull, strict=True)]
-    best = int(np.argmax(gains))
-    gain, whole = sum(gains) - gains[best], sum(gains)
-    if gain < SHARE * (sum(excess) - excess[best]):
-        return
+    held = [np.clip(own, -FAR * level, FAR * level) / level for _, own in some]
+    columns = [_columns(one) for one, _ in some]
+    heavy = [own.T @ own for own in columns]
+    force = [own.T @ value for own, value in zip(columns, held, strict=True)]
+    told = _solved(np.sum(heavy, axis=0), np.sum(force, axis=0))
+    gains = np.array([2.0 * told @ pull - told @ own @ told for own, pull in zip(heavy, force, strict=True)])
+    likely = np.array([likelihood(max(own, 0.0), value) for own, value in zip(gains, held, strict=True)])
+    excess = np.array([float(value @ value) - len(value) for value in held])
+    each = [level * _solved(own, pull) for own, pull in zip(heavy, force, strict=True)]
     place = np.linspace(0.0, 1.0, PLACES)
-    curve = np.interp(place, KNOTS, told)
-    curve -= np.mean(curve)
-    where, size = float(place[int(np.argmax(np.abs(curve)))]), float(np.sqrt(np.mean(curve**2))) * level
-    likely = [likelihood(max(own, 0.0), value) for own, value in zip(gains, held, strict=True)]
-    chance = float(chi2.sf(min(gain, sum(likely) - max(likely)), len(KNOTS) - 1))
-    yield Structure("flight.gap", gain, chance, size, "rad/s^2", where, whole * level**2, rank=gain * level**2)
+    own = np.array([np.interp(place, KNOTS, one) for one in each])
+    return Pull(place, np.interp(place, KNOTS, level * told), own, gains, excess, likely, level)
+
+
+def placed(records: Sequence[Evidence], rest: Sequence[Array]) -> Iterator[Structure]:
+    """Return the deceleration over the place in the gap, the same in all records, where it explains what bends flights.
+
+    Args:
+        records: all.
+        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
+    """
+    from scipy.stats import chi2
+
+    if (found := pulled(records, rest)) is None:
+        return
+    best, whole = int(np.argmax(found.gains)), float(np.sum(found.gains))
+    gain = whole - float(found.gains[best])
+    if gain < SHARE * (np.sum(found.excess) - found.excess[best]):
+        return
+    curve = found.common - np.mean(found.common)
+    where, size = float(found.place[int(np.argmax(np.abs(curve)))]), float(np.sqrt(np.mean(curve**2)))
+    sure = min(gain, float(np.sum(found.likely) - np.max(found.likely)))
+    chance = float(chi2.sf(sure, len(KNOTS) - 1))
+    square = found.level**2
+    yield Structure("flight.gap", gain, chance, size, "rad/s^2", where, whole * square, rank=gain * square)
+
+
+def _solved(heavy: Array, pull: Array) -> Array:
+    return np.linalg.lstsq(heavy, pull, rcond=WEAK)[0]
 
 
 def _both(one: Evidence) -> bool:
@@ -74,6 +115,6 @@ def _columns(one: Evidence) -> Array:
     time, angle, _ = one.fine
     at = drive * np.interp(time, one.channels.drive.time, one.channels.drive.angle) - loose * angle
     place = np.clip((at - active) / (reverse - active), 0.0, 1.0)
-    made = [paths_of(one, np.interp(place, KNOTS, hat)).ravel() for hat in np.eye(len(KNOTS))]
+    made = [-paths_of(one, np.interp(place, KNOTS, hat)).ravel() for hat in np.eye(len(KNOTS))]
     columns, constant = np.stack(made, axis=1), np.sum(made, axis=0)
     return columns - np.outer(constant, constant @ columns) / max(float(constant @ constant), 1e-300)

@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import _fine
-from gears3d.diagnosis.placing import placed
+from gears3d.diagnosis.placing import placed, pulled
 from gears3d.diagnosis.prediction import without
 
 SPEEDS = (9.0, 14.0, 23.0)
@@ -42,10 +42,15 @@ def _record(random, speed, pull):
     return SimpleNamespace(channels=channels, fine=fine, at=where, kept={}, radii=RADII), rest
 
 
-def _found(seed, pull=lambda tau, place, lasts: 0.0 * tau, speeds=SPEEDS):
+def flights_under(seed, pull, speeds=SPEEDS):
+    """Records of flights under a further deceleration of time, place in the gap and duration, and their residuals."""
     random = np.random.default_rng(seed)
     seen = [_record(random, speed, pull) for speed in speeds]
-    return next(iter(placed([one for one, _ in seen], [own for _, own in seen])), None)
+    return [one for one, _ in seen], [own for _, own in seen]
+
+
+def _found(seed, pull=lambda tau, place, lasts: 0.0 * tau, speeds=SPEEDS):
+    return next(iter(placed(*flights_under(seed, pull, speeds))), None)
 
 
 @pytest.mark.parametrize("reach", [0.06, 0.15, 0.3])
@@ -56,6 +61,13 @@ def test_a_pull_within_reach_of_a_flank_is_found_there(reach):
     assert found.where < max(1.2 * reach, 0.1)
     if reach > 0.1:  # from nearer to the flank than that flights say little
         assert found.size == pytest.approx(30.0 * np.sqrt(reach * (1.0 - reach)), rel=0.2)
+
+
+def test_every_record_tells_the_curve_by_itself_and_what_holds_back_is_above_zero():
+    told = pulled(*flights_under(3, lambda tau, place, lasts: 30.0 * (place < 0.3)))
+    near, far = (told.place > 0.1) & (told.place < 0.33), (told.place > 0.5) & (told.place < 0.95)
+    for curve in (told.common, *told.own):
+        assert curve[near].mean() - curve[far].mean() == pytest.approx(30.0, rel=0.2)
 
 
 def test_a_drag_that_is_off_everywhere_and_noise_alone_have_no_place():

@@ -216,7 +216,7 @@ def _means(one: Series, frame: Frame) -> str:
 def _line(one: Series, frame: Frame) -> str:
     across, down = _place(one.x, np.clip(one.y, *frame.up), frame)
     drawn = " ".join(f"{a:.1f} {b:.1f}" for a, b in zip(across, down, strict=True))
-    return f'<polyline class="curve {one.look}" points="{drawn}"/>'
+    return f'<polyline class="line {one.look}" points="{drawn}"/>'
 
 
 def _curve(one: Series, values: Array, frame: Frame) -> str:

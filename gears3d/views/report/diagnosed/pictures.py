@@ -12,6 +12,7 @@ from markupsafe import Markup
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.placing import pulled
 from gears3d.diagnosis.prediction import impact_sigma, loss_sigma, without
 from gears3d.diagnosis.remains import channel_of
 from gears3d.views.report.diagnosed.chart import Frame, Series, chart, limits
@@ -196,6 +197,8 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
     """
     if structure == "impact.duration" and found.rings is not None:
         return _spectra(found.rings)
+    if structure == "flight.gap":
+        return _pull(found)
     records, name = found.found.records, channel_of(structure)
     seen = samples(records, name, found.found.fit.rest[found.found.known.spans[name]])
     if len(seen.value) < 2:
@@ -227,6 +230,29 @@ def _spectra(rings: Resonance) -> Picture:
     drawn = chart(lines, frame, f"{frame.y} over {frame.x}: a peak of every record at {rings.structure.where:.0f} Hz")
     told = "What comes with the drive or with an angle moves with the speed; this does not."
     return Picture("flight", frame.x, drawn, None, [("flight", words)], told, False)
+
+
+def _pull(found: Diagnosis) -> Picture | None:
+    """Return decelerations over the place in the gap: a line a record, and what all of them together tell."""
+    records, rest = found.found.records, found.found.fit.rest[found.found.known.spans["flight"]]
+    cuts = np.cumsum([one.channels.flights.time.size for one in records])[:-1]
+    if (told := pulled(records, np.split(rest, cuts))) is None:
+        return None
+    across, ones = 100.0 * told.place, np.ones(len(told.place))
+    lines = [Series("each record", "flight", across, row - row.mean(), ones, line=True) for row in told.own]
+    lines.append(Series("all together", "active", across, told.common - told.common.mean(), ones, line=True))
+    frame = Frame("place in the gap, from the active flank [%]", VALUES["flight"][0], (0.0, 100.0), _ends(told.common))
+    drawn = chart(lines, frame, f"{frame.y} over {frame.x}: what pulls at gears in flight")
+    legend = [(one.look, one.name) for one in lines[-2:]]
+    return Picture(
+        "flight", frame.x, drawn, None, legend, "What is left, beside a constant drag in each record.", False
+    )
+
+
+def _ends(common: Array) -> tuple[float, float]:
+    """Return limits in which a curve takes two thirds: single records may stray beyond where they hardly tell it."""
+    size = 1.5 * float(np.max(np.abs(common - common.mean())))
+    return -size, size
 
 
 def _picture(name: str, along: Coordinate, charts: list[list[Series]], what: str, words: str) -> Picture:
