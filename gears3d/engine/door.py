@@ -84,7 +84,8 @@ def simulate(
             not a number; its ``partial`` is the recording up to that instant, with ``meta["stopped_by"]``.
     """
     check_contact(contact)
-    made = _run(scenario, pair, contact, progress, step, path)
+    asked = Asked(scenario, pair, contact, progress, step, path)
+    made = _run(asked)
     if not error_estimate or made.meta["interrupted"]:
         return made
 
@@ -92,7 +93,7 @@ def simulate(
         if progress is not None:
             progress(scenario.run.duration + done)
 
-    finer = _run(scenario, pair, contact, later, 0.5 * made.meta["longest_step_s"], path)
+    finer = _run(asked._replace(progress=later, step=0.5 * made.meta["longest_step_s"]))
     backlash = (scenario.pair() if pair is None else pair).backlash
     return Recording(
         made.signals,
@@ -130,43 +131,43 @@ class Outcome(NamedTuple):
     stopped: GearsError | None
 
 
-def _run(
-    scenario: Scenario,
-    pair: Pair | None,
-    contact: str,
-    progress: Callable[[float], None] | None,
-    step: float | None,
-    path: np.ndarray | None,
-) -> Recording:
-    """Run a scenario once; arguments as for :func:`simulate`."""
-    found = simulated(scenario, pair, contact, progress, step, path)
+class Asked(NamedTuple):
+    """What is to be run, as :func:`simulate` takes it.
+
+    Args:
+        scenario: what is simulated.
+        pair: gears that take the place of the scenario's own.
+        contact: ``"located"`` or ``"native"``.
+        progress: called now and then.
+        step: longest, or of native contact [s].
+        path: of the drive in place of the scenario's motion.
+    """
+
+    scenario: Scenario
+    pair: Pair | None = None
+    contact: str = "located"
+    progress: Callable[[float], None] | None = None
+    step: float | None = None
+    path: np.ndarray | None = None
+
+
+def _run(asked: Asked) -> Recording:
+    found = simulated(asked)
     made = Recording(found.signals(), found.log.impact_columns(), found.meta)
     if found.stopped is not None:
         raise EngineError(str(found.stopped), made if len(made.time) > 1 else None) from found.stopped
     return made
 
 
-def simulated(
-    scenario: Scenario,
-    pair: Pair | None,
-    contact: str,
-    progress: Callable[[float], None] | None,
-    step: float | None,
-    path: np.ndarray | None,
-    begin: Begin | None = None,
-) -> Outcome:
+def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     """Run a scenario once, to wherever it gets.
 
     Args:
-        scenario: what is simulated.
-        pair: as for :func:`simulate`, like the rest.
-        contact: ``"located"`` or ``"native"``.
-        progress: called now and then.
-        step: longest, or of native contact [s].
-        path: of the drive in place of the scenario's motion.
+        asked: what is to be run.
         begin: gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
             memory.
     """
+    scenario, pair, contact, progress, step, path = asked
     rows = scenario.rows()
     gears, torques, _ = prepared(scenario, pair, rows, contact)
     began = clock.perf_counter()

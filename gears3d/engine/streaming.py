@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.engine.closing import Arc, Plant
-from gears3d.engine.door import check_contact, simulated
+from gears3d.engine.door import Asked, check_contact, simulated
 from gears3d.engine.log import HELICAL, Impact, Log
 from gears3d.errors import InputError
 from gears3d.recording import SIGNAL_UNITS
@@ -200,7 +200,7 @@ def stream(
         log = StreamedLog(folder, span, plant.motion, radii, not plant.surfaces.planar)
         return log, log.contacts
 
-    made = simulated(scenario, pair, contact, progress, None, None, begin)
+    made = simulated(Asked(scenario, pair, contact, progress), begin)
     log = made.log
     if not isinstance(log, StreamedLog):
         raise TypeError("the log of a streamed run is a streamed one")
