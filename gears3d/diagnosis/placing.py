@@ -9,8 +9,7 @@ import numpy as np
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.ringing import FAR
-from gears3d.diagnosis.structure import FEWEST, Structure, level_of, likelihood
+from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 from gears3d.diagnosis.waving import paths_of
 
 Array = np.ndarray
@@ -61,7 +60,7 @@ def pulled(records: Sequence[Evidence], rest: Sequence[Array]) -> Pull | None:
     if len(some) < 2 or sum(len(own) for _, own in some) < FEWEST * BINS:
         return None
     level = level_of(np.concatenate([own for _, own in some]))
-    held = [np.clip(own, -FAR * level, FAR * level) / level for _, own in some]
+    held = [bounded(own, level) for _, own in some]
     columns = [_columns(one) for one, _ in some]
     heavy = [own.T @ own for own in columns]
     force = [own.T @ value for own, value in zip(columns, held, strict=True)]

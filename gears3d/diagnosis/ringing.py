@@ -10,13 +10,11 @@ import numpy as np
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import without
-from gears3d.diagnosis.structure import FEWEST, Structure, level_of, likelihood
+from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 30.0, 250.0, 1.03
 """Frequencies that are tried [Hz], and from one to the next: slower ones do not ring, but come back with the drive."""
-FAR = 60.0
-"""Levels of noise at which points are held: what rings is far larger than its usual part."""
 DAMPING = (0.01, 0.03, 0.1)
 """Shares of critical damping that are tried; the least makes lines about as wide as they stand apart."""
 
@@ -41,7 +39,7 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
         return
     value = np.concatenate([own for _, own in some])
     level = level_of(value)
-    value = np.clip(value, -FAR * level, FAR * level) / level
+    value = bounded(value, level)
     turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
     parts = np.split(value, np.cumsum([len(own) for _, own in some])[:-1])
 

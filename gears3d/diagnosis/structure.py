@@ -25,6 +25,8 @@ FAR = 6.0
 """Levels of noise from the middle at which values are held."""
 MOST = 1.0 - 1e-6
 """Part of the sum of squares that a structure explains at most."""
+BENDS = 60.0
+"""Levels of noise at which points of flights are held: what bends or rings may be far larger than its usual part."""
 FEWEST = 24
 """Points without which a channel has no structure to show."""
 
@@ -291,6 +293,19 @@ def held(value: Array, weight: Array) -> Array:
     """
     middle = np.median(value)
     return middle + np.clip(value - middle, -FAR / weight, FAR / weight)
+
+
+def bounded(rest: Array, level: float) -> Array:
+    """Return points of flights in levels of noise, none so far off that it alone decides.
+
+    Args:
+        rest: residuals in standard deviations, (n,).
+        level: of the noise.
+
+    >>> bounded(np.array([3.0, -900.0]), 3.0).tolist()
+    [1.0, -60.0]
+    """
+    return np.clip(rest / level, -BENDS, BENDS)
 
 
 def likelihood(gain: Any, rest: Array) -> Any:

@@ -19,6 +19,7 @@ from gears3d.diagnosis.structure import (
     Structure,
     apart,
     best_of,
+    bounded,
     level_of,
     likelihood,
     orders_of,
@@ -34,8 +35,6 @@ FREE = np.sqrt(BINS / (BINS - 2.0))
 """Times the level of what flights have left that their noise is: start angle and speed took some of it."""
 LONGEST = np.pi
 """Angle of an order's wave that a bin of a flight may span: a mean over more says little of it."""
-FAR = 60.0
-"""Levels of noise at which points are held: a wave may be far larger than its usual part."""
 SHARE = 0.1
 """Part of what bends flights beyond noise that an order must explain, where it may: else it follows something else."""
 ANEW = 50
@@ -59,7 +58,7 @@ def waved(
     if sum(len(own) for own in rest) < FEWEST * BINS:
         return
     level, orders = level_of(np.concatenate(rest)) * FREE, orders_of([one.ravel() for one in angle], highest)
-    held = [np.clip(own, -FAR * level, FAR * level) / level for own in rest]
+    held = [bounded(own, level) for own in rest]
     gains, total = [], np.zeros(len(orders))
     for one, own, turned, spacing in zip(records, held, angle, locked, strict=True):
         power, heavy = _in_bands(one, _backwards(one, own), turned, orders, highest)
