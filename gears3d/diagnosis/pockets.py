@@ -31,7 +31,7 @@ HELD = 64.0
 LEAST = 100.0
 """Chi-square that a tooth must gain: more than a corner or two."""
 SINGLE = 2.0
-"""Times what any tooth elsewhere on its flank would gain, either way, that a single one must."""
+"""Times what any tooth elsewhere on its flank would gain that a single one must."""
 FEWEST, CLEAR = 4, 3.0
 """Corners that a tooth must bring nearer, where it moves them by so many standard deviations."""
 AWAY = 3
