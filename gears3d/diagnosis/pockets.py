@@ -16,7 +16,7 @@ import numpy as np
 from gears3d.diagnosis.deviation import Gear, Side, over_tooth
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.sentences import sure
-from gears3d.diagnosis.struck import GEARS, corners_of, outward
+from gears3d.diagnosis.struck import GEARS, outward
 from gears3d.effects import catalogue
 from gears3d.units import show
 
@@ -28,8 +28,8 @@ DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
 """Depths that are tried, as parts of the backlash."""
 HELD = 64.0
 """Chi-square that a corner may be worth: where the path was cut wrongly, it is anywhere."""
-LEAST = 100.0
-"""Chi-square that a tooth must gain: more than a corner or two."""
+LEAST, OTHERS = 100.0, 30.0
+"""Chi-square that a tooth must gain, more than a corner or two, and where none is known without the best record."""
 SINGLE = 2.0
 """Times what any tooth elsewhere on its flank would gain that a single one must."""
 FEWEST, CLEAR = 4, 3.0
@@ -55,7 +55,7 @@ class Pocket(NamedTuple):
 
 
 class _Tooth(NamedTuple):
-    """Tooth of a gear, what it gains at which depth [m], how many corners it moves clearly, and the least it may be."""
+    """Tooth of a gear, its gain, least depth [m], corners that it moves clearly, gain in all records but the best."""
 
     gain: float
     gear: Gear
@@ -63,6 +63,12 @@ class _Tooth(NamedTuple):
     tooth: int
     depth: float
     corners: int
+    others: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether it is no chance."""
+        return self.gain > LEAST and self.corners >= FEWEST
 
 
 def pocket(records: Sequence[Evidence]) -> Pocket | None:
@@ -72,7 +78,7 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
         records: all, cut without that tooth.
     """
     found = sorted(_teeth(records), key=lambda one: -one.gain)
-    if not found or found[0].gain < LEAST or found[0].corners < FEWEST:
+    if not found or not found[0].clear or found[0].others < OTHERS:
         return None
     best = found[0]
     if any(SINGLE * one.gain > best.gain for one in found[1:] if _elsewhere(records[0], one, best)):
@@ -103,8 +109,7 @@ def on_both(records: Sequence[Evidence], effect: Any) -> Any:
         return effect
     seen = _Corners(records, flank)
     found = seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
-    sure_ = found is not None and found.gain > LEAST and found.corners >= FEWEST
-    return replace(effect, flank="both") if sure_ else effect
+    return replace(effect, flank="both") if found is not None and found.clear else effect
 
 
 class _Corners:
@@ -116,14 +121,11 @@ class _Corners:
     """
 
     def __init__(self, records: Sequence[Evidence], flank: int) -> None:
-        seen = corners_of(records)
-        mine = (seen.flank == flank) & np.isfinite(seen.off)
         self.pair = records[0].pair
         self.side: Side = SIDES[flank]
-        self.angles = {"drive": seen.drive[mine], "loose": seen.loose[mine]}
-        self.off = seen.off[mine] - (np.median(seen.off[mine]) if np.any(mine) else 0.0)
-        away = np.abs(self.off) / seen.sigma[mine]
-        self.sigma = seen.sigma[mine] * max(1.4826 * float(np.median(away)) if away.size else 1.0, 1.0)
+        drive, loose, off, sigma, owner = zip(*(_of(one, flank, k) for k, one in enumerate(records)), strict=True)
+        self.angles = {"drive": np.concatenate(drive), "loose": np.concatenate(loose)}
+        self.off, self.sigma, self.owner = np.concatenate(off), np.concatenate(sigma), np.concatenate(owner)
         self.before = np.minimum((self.off / self.sigma) ** 2, HELD)
 
     def tooth(self, gear: Gear, tooth: int, depths: Array) -> _Tooth | None:
@@ -142,10 +144,25 @@ class _Corners:
         after = np.minimum(((self.off[at] - moved) / self.sigma[at]) ** 2, HELD)
         gains = np.sum(self.before[at] - after, axis=1)
         best = int(np.argmax(gains))
+        own = np.bincount(self.owner[at], self.before[at] - after[best])
         least = int(np.flatnonzero(gains > gains[best] - FALL)[0])
         near = (np.abs(moved[best]) > CLEAR * self.sigma[at]) & (after[best] < self.before[at])
         count = int(np.count_nonzero(near))
-        return _Tooth(float(gains[best]), gear, self.side, tooth, float(depths[least]), count)
+        others = float(gains[best] - np.max(own))
+        return _Tooth(float(gains[best]), gear, self.side, tooth, float(depths[least]), count, others)
+
+
+def _of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
+    """Return both angles, distance from the flank, its error, and the record's number of each of its corners.
+
+    Errors are those that most of its corners have: where a flank was drawn wrongly, all are off.
+    """
+    seen = one.channels.corners
+    mine = (seen.flank == flank) & np.isfinite(seen.off)
+    off, sigma = seen.off[mine], seen.sigma[mine]
+    off = off - np.median(off) if off.size else off
+    usual = 1.4826 * float(np.median(np.abs(off) / sigma)) if off.size else 1.0
+    return seen.drive[mine], seen.loose[mine], off, sigma * max(usual, 1.0), np.full(off.size, number)
 
 
 def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:

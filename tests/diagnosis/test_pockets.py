@@ -61,6 +61,17 @@ def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
         assert pocket(records) is None
 
 
+def test_a_record_whose_flank_was_drawn_wrongly_tells_no_tooth():
+    """All its corners are off, and those about one tooth as far as if that one stood back: the others say that not."""
+    random = np.random.default_rng(6)
+    records = _records(random, "loose", 2, 1)
+    drawn = records[1].channels.corners
+    drawn.off[drawn.flank == 1] += random.uniform(0.0, 5e-5, np.count_nonzero(drawn.flank == 1))
+    assert pocket(records) is None
+    alone = _records(random, "loose", 2, 1, -2e-5, count=1)
+    assert pocket([*records[:1], *alone, *records[2:]]) is None
+
+
 def test_teeth_that_all_stand_back_are_no_single_one():
     random = np.random.default_rng(3)
     records = _records(random)
