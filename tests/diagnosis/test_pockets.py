@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis.channels import Corners
+from gears3d.diagnosis.deviation import over_tooth
 from gears3d.diagnosis.pockets import on_both, pocket
 from gears3d.effects import catalogue
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
@@ -61,15 +62,33 @@ def test_corners_cut_wrongly_here_and_there_tell_no_tooth():
         assert pocket(records) is None
 
 
-def test_a_record_whose_flank_was_drawn_wrongly_tells_no_tooth():
-    """All its corners are off, and those about one tooth as far as if that one stood back: the others say that not."""
+def _without(records, gear, tooth, flank):
+    """Records of which no corner lies where a tooth carries alone."""
+    for one in records:
+        seen = one.channels.corners
+        own = seen.drive if gear == "drive" else seen.loose
+        keep = over_tooth(PAIR, gear, tooth, ("active", "reverse")[flank], -1.0, own) == 0.0
+        one.channels.corners = Corners(*(column[keep] for column in seen))
+    return records
+
+
+def test_one_record_alone_tells_no_tooth():
     random = np.random.default_rng(6)
-    records = _records(random, "loose", 2, 1)
-    drawn = records[1].channels.corners
-    drawn.off[drawn.flank == 1] += random.uniform(0.0, 5e-5, np.count_nonzero(drawn.flank == 1))
-    assert pocket(records) is None
-    alone = _records(random, "loose", 2, 1, -2e-5, count=1)
-    assert pocket([*records[:1], *alone, *records[2:]]) is None
+    others = _without(_records(random, count=2), "drive", 5, 1)
+    assert pocket([*others, *_records(random, "drive", 5, 1, -1e-4, count=1)]) is None
+    assert pocket([*others, *_records(random, "drive", 5, 1, -1e-4, count=2)]) is not None
+
+
+def test_records_whose_flank_was_drawn_wrongly_tell_no_tooth():
+    """All corners are off, those about one tooth as far as if it stood back, and nobody else has seen that tooth."""
+    random = np.random.default_rng(7)
+    others, wrong = _without(_records(random), "loose", 2, 1), _records(random, "loose", 2, 1, -2e-5, count=2)
+    assert pocket([*others, *wrong]) is not None
+    for one in wrong:
+        seen = one.channels.corners
+        far = (seen.flank == 1) & (over_tooth(PAIR, "loose", 2, "reverse", -1.0, seen.loose) == 0.0)
+        seen.off[far] += random.uniform(-5e-5, 5e-5, np.count_nonzero(far))
+    assert pocket([*others, *wrong]) is None
 
 
 def test_teeth_that_all_stand_back_are_no_single_one():
