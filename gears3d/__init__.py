@@ -21,6 +21,7 @@ _HOME = {
     "describe": "gears3d.recording",
     "diagnose": "gears3d.diagnosis",
     "replay": "gears3d.views.replay",
+    "camera": "gears3d.views.camera",
     "gears": "gears3d.gears",
 }
 
@@ -31,12 +32,14 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording, describe
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import simulate
+    from gears3d.views.camera import camera
     from gears3d.views.replay import replay
 
 __all__ = [
     "Recording",
     "Scenario",
     "__version__",
+    "camera",
     "compare",
     "describe",
     "diagnose",

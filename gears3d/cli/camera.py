@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 if TYPE_CHECKING:
-    from gears3d.views.camera import Look, Shot, Subject
+    from gears3d.scenario import Scenario
+    from gears3d.views.camera import Strip
 
 
 def camera(
@@ -46,35 +48,31 @@ def camera(
 
     Like the camera of a bench: gears3d camera rattle.parquet --rig rig.toml --backlit --drive right --exaggerate 1
     """
-    from gears3d.views.camera import Look, shots, write_strip
-
     _refuse_words(drive=(drive, ("left", "right")), numbers=(numbers, ("pairs", "teeth")))
-    subject = _subject(source, rig, map_file, correct or [])
-    look = Look(subject.pair, _factor(exaggerate), zoom, backlit, drive == "right", numbers == "teeth")
-    lasts, periods = _span(over, subject, "--over")
-    start = subject.begin(lasts) if at is None else _span(at, subject, "--at")[0]
-    pictures = shots(subject, frames, start, lasts)
-    write_strip(out, subject, look, pictures, periods)
-    film = None if video is None else _film(video, subject, look, (start, lasts), rate, slow)
+    taken = _taken(
+        _seen(source, rig, map_file, correct or []),
+        frames=frames, over=over, at=at, zoom=zoom, exaggerate=_factor(exaggerate), backlit=backlit, drive=drive,
+        numbers=numbers,
+    )  # fmt: skip
+    taken.save(out)
+    film = None if video is None else _film(video, taken, rate, slow)
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json({**_found(out, subject, look, pictures), "film": film})
+        print_json({**_found(out, taken), "film": film})
     else:
-        _show(out, subject, look, pictures)
+        _show(out, taken)
         if film is not None:
             told = f"{film['frames']} frames, {rate:g} a second slowed {film['slowed']:g} times"
             typer.echo(f"film written to {video}: {told}")
 
 
-def _film(
-    path: Path, subject: Subject, look: Look, span: tuple[float, float], rate: float, slow: float | None
-) -> dict[str, Any]:
+def _film(path: Path, taken: Strip, rate: float, slow: float | None) -> dict[str, Any]:
     from gears3d.cli.progress import bars
     from gears3d.views.camera import write_film
 
     with bars() as track:
-        return write_film(path, subject, look, span, rate, slow, track("film", span[1] * rate))
+        return write_film(path, taken.subject, taken.look, taken.span, rate, slow, track("film", taken.span[1] * rate))
 
 
 def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:
@@ -85,14 +83,22 @@ def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:
             raise UsageError(f"--{name} is {word!r}; {did_you_mean(word, known)}")
 
 
-def _subject(source: Path, rig: Path | None, map_file: Path | None, correct: list[str]) -> Subject:
+def _seen(source: Path, rig: Path | None, map_file: Path | None, correct: list[str]) -> tuple[Any, Scenario]:
     from gears3d.cli.filmed import filmed
-    from gears3d.views.camera import measured, subject
 
     seen = filmed(source, rig, map_file, correct)
-    if seen.measurement is not None:
-        return measured(seen.measurement, seen.scenario)
-    return subject(seen.recording, seen.scenario)
+    return seen.measurement or seen.recording, seen.scenario
+
+
+def _taken(seen: tuple[Any, Scenario], **asked: Any) -> Strip:
+    """Return the pictures; what is wrong with an option is told by its name on the command line."""
+    from gears3d.errors import InputError
+    from gears3d.views.camera import camera as take
+
+    try:
+        return take(*seen, **asked)
+    except InputError as error:
+        raise InputError([replace(f, key=f"--{f.key}") if f.key in asked else f for f in error.faults]) from None
 
 
 def _factor(text: str) -> float | None:
@@ -106,43 +112,19 @@ def _factor(text: str) -> float | None:
         raise InputError(Fault("--exaggerate", f"is {text!r}", "give auto, or a number such as 5")) from None
 
 
-def _span(text: str, subject: Subject, option: str) -> tuple[float, float | None]:
-    """Return a time [s] and, where it is one in periods, how many."""
-    from gears3d.errors import Fault, InputError
-    from gears3d.units import parse
-
-    turn = subject.revolution
-    known = {"period": subject.period, "revolution": turn, "mesh": turn / subject.pair.drive.teeth}
-    number, _, word = text.strip().partition(" ") if " " in text.strip() else ("1", "", text.strip())
-    singular = word.strip().removesuffix("es" if word.strip() == "meshes" else "s")
-    if singular in known:
-        try:
-            count = float(number)
-        except ValueError:
-            raise InputError(Fault(option, f"is {text!r}", 'give e.g. "2 periods"')) from None
-        return count * known[singular], count if singular == "period" else None
-    try:
-        return parse(text, "time"), None
-    except InputError as error:
-        remedy = 'give a time such as "20 ms", or "2 periods", "1 mesh", "1 revolution"'
-        raise InputError([Fault(option, fault.message, remedy) for fault in error.faults]) from None
-
-
-def _found(out: Path, subject: Subject, look: Look, pictures: tuple[Shot, ...]) -> dict[str, Any]:
-    from gears3d.views.camera.shots import table
-
+def _found(out: Path, taken: Strip) -> dict[str, Any]:
     return {
         "picture": str(out),
-        "start_s": pictures[0].time,
-        "period_s": subject.period,
-        "backlash_m": subject.pair.backlash,
-        "exaggeration": look.factor,
-        "teeth_placed": subject.placed,
-        "frames": [table(subject, shot) for shot in pictures],
+        "start_s": taken.shots[0].time,
+        "period_s": taken.subject.period,
+        "backlash_m": taken.subject.pair.backlash,
+        "exaggeration": taken.look.factor,
+        "teeth_placed": taken.subject.placed,
+        "frames": taken.table(),
     }
 
 
-def _show(out: Path, subject: Subject, look: Look, pictures: tuple[Shot, ...]) -> None:
+def _show(out: Path, taken: Strip) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -151,12 +133,12 @@ def _show(out: Path, subject: Subject, look: Look, pictures: tuple[Shot, ...]) -
     rows = Table(box=None, padding=(0, 2, 0, 0))
     for name in ("time [s]", "pairs", "shows", "gaps [µm]"):
         rows.add_column(name, justify="left" if name == "shows" else "right")
-    for shot in pictures:
+    for shot in taken.shots:
         gaps = " + ".join(f"{1e6 * gap:.4g}" for gap in shot.gaps) if shot.flank < 0 else ""
         rows.add_row(f"{shot.time:.6g}", told(shot.pairs), WORDS[shot.flank], gaps)
     Console(highlight=False).print(rows)
-    if not subject.placed:
+    if not taken.subject.placed:
         typer.echo(
             "the record does not tell where its teeth stand: tooth 1 is taken to begin at the pitch point", err=True
         )
-    typer.echo(f"gap drawn {look.factor:g} times as wide; picture written to {out}")
+    typer.echo(f"gap drawn {taken.look.factor:g} times as wide; picture written to {out}")

@@ -51,11 +51,13 @@ def test_public_names_survive_the_import_of_their_rooms():
     import gears3d
     import gears3d.comparison
     import gears3d.simulation
+    import gears3d.views.camera
     import gears3d.views.replay
 
     assert callable(gears3d.simulate)
     assert callable(gears3d.compare)
     assert callable(gears3d.replay)
+    assert callable(gears3d.camera)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -13,7 +13,7 @@ from gears3d.cli import main
 from gears3d.errors import InputError, UsageError
 from gears3d.measurement import measure
 from gears3d.simulation import record
-from gears3d.views.camera import Look, measured, shots, strip, subject, write_film
+from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
 from gears3d.views.camera.panel import _gear, colour_of
 from gears3d.views.camera.shots import named, table
 
@@ -148,11 +148,23 @@ def test_a_measured_record_shows_what_was_simulated(seen):
 
 @pytest.mark.parametrize(
     ("setting", "word"),
-    [({"zoom": "moon"}, "--zoom"), ({"exaggerate": 0.5}, "--exaggerate"), ({"exaggerate": 60.0}, "auto")],
+    [({"zoom": "moon"}, "zoom"), ({"exaggerate": 0.5}, "exaggerate"), ({"exaggerate": 60.0}, "auto")],
 )
 def test_what_cannot_be_drawn_is_refused(seen, setting, word):
     with pytest.raises(InputError, match=word):
         Look(seen.pair, **setting)
+
+
+def test_python_takes_the_pictures_that_notebooks_show(seen, scenario, tmp_path):
+    taken = camera(seen.motion.recording, scenario, frames=3, over=0.1, at=1.0, exaggerate=2.0, numbers="teeth")
+    assert repr(taken) == "<3 pictures of the mesh from 1 s over 0.1 s, gap drawn 2 times as wide>"
+    assert [one["time_s"] for one in taken.table()] == pytest.approx([1.0, 1.05, 1.1])
+    assert taken._repr_png_().startswith(b"\x89PNG")
+    assert taken.save(tmp_path / "few.pdf").stat().st_size > 5_000
+    with pytest.raises(InputError, match="did you mean"):
+        camera(seen.motion.recording, scenario, drive="lft")
+    with pytest.raises(InputError, match="over"):
+        camera(seen.motion.recording, scenario, over="3 apples")
 
 
 def test_the_command_line(seen, scenario, tmp_path, capsys):
@@ -177,8 +189,13 @@ def test_the_command_line(seen, scenario, tmp_path, capsys):
     assert picture.stat().st_size > 10_000
     assert [tuple(frame["pairs"]) for frame in told["frames"]] == PAIRS
     assert told["exaggeration"] == 5.0
+    taken = camera(seen.motion.recording, scenario, at="2.95 periods")
+    assert json.loads(json.dumps(taken.table())) == told["frames"]
     assert run(tmp_path / "run", "--at", "9 s", "--out", picture)[0] == 3
-    assert run(tmp_path / "run", "--over", "3 apples", "--out", picture)[0] == 3
+    for option, value in (("--over", "3 apples"), ("--at", "noon"), ("--zoom", "moon"), ("--exaggerate", "0.5")):
+        code, _, said = run(tmp_path / "run", option, value, "--out", picture)
+        assert code == 3
+        assert option in said
     assert run(tmp_path / "run", "--drive", "up", "--out", picture)[0] == 2
     assert "summary.json" in run(tmp_path, "--out", picture)[2]
 

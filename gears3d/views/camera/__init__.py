@@ -9,3 +9,5 @@ from gears3d.views.camera.strip import write_strip as write_strip
 from gears3d.views.camera.subject import Subject as Subject
 from gears3d.views.camera.subject import measured as measured
 from gears3d.views.camera.subject import subject as subject
+from gears3d.views.camera.taking import Strip as Strip
+from gears3d.views.camera.taking import camera as camera

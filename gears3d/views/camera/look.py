@@ -46,12 +46,12 @@ class Look:
 
     def __post_init__(self) -> None:
         if self.zoom not in ZOOMS:
-            raise InputError(Fault("--zoom", f"is {self.zoom!r}", did_you_mean(self.zoom, list(ZOOMS))))
+            raise InputError(Fault("zoom", f"is {self.zoom!r}", did_you_mean(self.zoom, list(ZOOMS))))
         if self.exaggerate is not None and not self.exaggerate >= 1.0:
-            raise InputError(Fault("--exaggerate", f"is {self.exaggerate:g}", "give 1 (true scale) or more, or auto"))
+            raise InputError(Fault("exaggerate", f"is {self.exaggerate:g}", "give 1 (true scale) or more, or auto"))
         if self.factor > 1.0 and any(_tip(self.wide, which) < _SHARPEST * _tip(self.pair, which) for which in GEARS):
             what = f"is {self.factor:g}: nothing would be left of the teeth"
-            raise InputError(Fault("--exaggerate", what, f"give less; auto takes {widening(self.pair):g}"))
+            raise InputError(Fault("exaggerate", what, f"give less; auto takes {widening(self.pair):g}"))
 
     @property
     def factor(self) -> float:

@@ -1,0 +1,148 @@
+"""Pictures of a recording in one call: what ``gears3d camera`` does, from Python."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.recording import Recording
+from gears3d.units import parse
+from gears3d.views.camera.look import Look
+from gears3d.views.camera.shots import Shot, shots, table
+from gears3d.views.camera.strip import strip, write_strip
+from gears3d.views.camera.subject import Subject, measured, subject
+
+if TYPE_CHECKING:
+    from gears3d.measurement import Measurement
+    from gears3d.scenario import Scenario
+
+RESOLUTION = 110
+"""Of the picture that a notebook shows [dots an inch]."""
+
+
+@dataclass(frozen=True, repr=False)
+class Strip:
+    """Pictures of the mesh over a span; a notebook shows them.
+
+    Args:
+        subject: what was filmed.
+        look: of the camera.
+        shots: the pictures.
+        span: begin and length [s].
+        periods: of the drive's fluctuation from the first to the last; ``None`` where the span is none of these.
+    """
+
+    subject: Subject
+    look: Look
+    shots: tuple[Shot, ...]
+    span: tuple[float, float]
+    periods: float | None
+
+    def __repr__(self) -> str:
+        begin, lasts = self.span
+        drawn = f"gap drawn {self.look.factor:g} times as wide"
+        return f"<{len(self.shots)} pictures of the mesh from {begin:.6g} s over {lasts:.6g} s, {drawn}>"
+
+    def _repr_png_(self) -> bytes:
+        drawn = BytesIO()
+        strip(self.subject, self.look, self.shots, self.periods).savefig(drawn, format="png", dpi=RESOLUTION)
+        return drawn.getvalue()
+
+    def save(self, path: str | Path) -> Path:
+        """Write the pictures and return where.
+
+        Args:
+            path: ends in ``.png``, ``.svg`` or ``.pdf``.
+
+        Raises:
+            UsageError: the ending is another.
+            InputError: the file cannot be written.
+        """
+        return write_strip(path, self.subject, self.look, self.shots, self.periods)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Return what each picture shows: time, tooth pairs, state and gaps."""
+        return [table(self.subject, shot) for shot in self.shots]
+
+
+def camera(
+    seen: Recording | Measurement,
+    scenario: Scenario,
+    *,
+    frames: int = 9,
+    over: str | float = "period",
+    at: str | float | None = None,
+    zoom: str = "mesh",
+    exaggerate: float | None = None,
+    backlit: bool = False,
+    drive: Literal["left", "right"] = "left",
+    numbers: Literal["pairs", "teeth"] = "pairs",
+) -> Strip:
+    """Take pictures of the teeth in mesh, as a high-speed camera would.
+
+    Args:
+        seen: a recording of a run, or a measured record (:func:`gears3d.measurement.measure`).
+        scenario: what was simulated, or the bench.
+        frames: pictures, first and last included.
+        over: ``"period"``, ``"mesh"``, ``"revolution"``, a number of these, or a time ("20 ms", or a number in s).
+        at: time of the first picture, in the same words; amid a contact of the active flank unless given.
+        zoom: ``"mesh"``, ``"tooth"`` or ``"gears"``.
+        exaggerate: drawn gap over gap, 1 at true scale; chosen unless given.
+        backlit: dark gears before a light, no colours.
+        drive: on which side the drive gear is.
+        numbers: ``"pairs"`` from the first picture on, or the ``"teeth"`` of each gear.
+
+    Raises:
+        InputError: a span that is none, or outside the recording.
+
+    Source: Rigaud et al. 2020, fig. 8 (3200 pictures a second, nine of them over a period).
+
+    >>> from gears3d import load, simulate
+    >>> scenario = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s", "run.settle": "0 s"})
+    >>> taken = camera(simulate(scenario, model="rigid"), scenario, frames=5, at="1 period")
+    >>> taken
+    <5 pictures of the mesh from 0.333333 s over 0.333333 s, gap drawn 8 times as wide>
+    >>> [picture["state"] for picture in taken.table()]
+    ['active', 'active', 'reverse', 'flight', 'active']
+    """
+    for name, word, known in (("drive", drive, ("left", "right")), ("numbers", numbers, ("pairs", "teeth"))):
+        if word not in known:
+            raise InputError(Fault(name, f"is {word!r}", did_you_mean(word, known)))
+    filmed = subject(seen, scenario) if isinstance(seen, Recording) else measured(seen, scenario)
+    look = Look(filmed.pair, exaggerate, zoom, backlit, drive == "right", numbers == "teeth")
+    lasts, periods = span(over, filmed, "over")
+    start = filmed.begin(lasts) if at is None else span(at, filmed, "at")[0]
+    return Strip(filmed, look, shots(filmed, frames, start, lasts), (start, lasts), periods)
+
+
+def span(text: str | float, filmed: Subject, key: str) -> tuple[float, float | None]:
+    """Return a time [s] and, where it is one in periods, how many.
+
+    Args:
+        text: such as "2 periods", "1 mesh", "revolution" or "20 ms"; a number is in s.
+        filmed: whose periods and revolutions are meant.
+        key: that errors name.
+
+    Raises:
+        InputError: it is none of these.
+    """
+    if not isinstance(text, str):
+        return float(text), None
+    turn = filmed.revolution
+    known = {"period": filmed.period, "revolution": turn, "mesh": turn / filmed.pair.drive.teeth}
+    number, _, word = text.strip().partition(" ") if " " in text.strip() else ("1", "", text.strip())
+    singular = word.strip().removesuffix("es" if word.strip() == "meshes" else "s")
+    if singular in known:
+        try:
+            count = float(number)
+        except ValueError:
+            raise InputError(Fault(key, f"is {text!r}", 'give e.g. "2 periods"')) from None
+        return count * known[singular], count if singular == "period" else None
+    try:
+        return parse(text, "time"), None
+    except InputError as error:
+        remedy = 'give a time such as "20 ms", or "2 periods", "1 mesh", "1 revolution"'
+        raise InputError([Fault(key, fault.message, remedy) for fault in error.faults]) from None
