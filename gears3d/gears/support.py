@@ -215,7 +215,7 @@ def _relieved_support(flanks, gear, flank, tooth, at):
     if abs(tilt) <= abs(edge):
         height = h * cos(tilt) - side * s * sin(tilt)
         return height, side * h * sin(tilt) + s * cos(tilt), -height
-    low, high = min(start, wanted - 1.0), max(start, wanted)
+    low, high = min(start, wanted), max(start, wanted)  # relief tilts the normal towards its own end
     turn, radius = 1.0, 1.0
     roll = min(max(wanted - edge, low), high)
     for _ in range(40):
