@@ -39,8 +39,7 @@ def deviation(
 ) -> Array:
     """Return by how much effects move the loose gear that lies on a flank [m].
 
-    An eccentric gear counts to first order in its offset; a tooth that stands out carries alone as long as it is in
-    mesh, one that stands back only where no other is.
+    An eccentric gear counts to first order in its offset, a single tooth as gears roll on it (:func:`influence`).
 
     Args:
         rows: normal forms; those that are no flanks are passed over.

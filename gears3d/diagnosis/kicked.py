@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import log, pi
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.deviation import BENT, influence
+from gears3d.diagnosis.deviation import BENT, Gear, influence
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.struck import GEARS
+from gears3d.diagnosis.struck import GEARS, SIDES
 from gears3d.diagnosis.structure import Structure
 
 Array = np.ndarray
@@ -53,14 +53,14 @@ class _Peak(NamedTuple):
 
     chance: float
     place: float
-    gear: Literal["drive", "loose"]
+    gear: Gear
     flank: int
     share: float
 
 
 def _tooth(one: Evidence, peak: _Peak) -> int:
     """Return the tooth that begins to throw at the place where contact ends."""
-    at, moved = influence(one.pair, peak.gear, ("active", "reverse")[peak.flank], BENT)
+    at, moved = influence(one.pair, peak.gear, SIDES[peak.flank], BENT)
     there = at[np.abs(moved) > BEGINS * BENT]
     return round(peak.place - float(there[0]) / (2.0 * pi)) % one.pair.gear(peak.gear).teeth + 1
 
@@ -72,7 +72,7 @@ def _sharpest(records: Sequence[Evidence]) -> _Peak | None:
     return best if best is not None and best.chance * len(found) < CHANCE else None
 
 
-def _peak(records: Sequence[Evidence], gear: Literal["drive", "loose"], flank: int) -> _Peak | None:
+def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
     """Return where most contacts of a flank end; ``None`` where too few of them do."""
     from scipy.stats import binom
 

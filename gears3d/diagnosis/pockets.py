@@ -16,12 +16,11 @@ import numpy as np
 from gears3d.diagnosis.deviation import Gear, Side, over_tooth
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.sentences import sure
-from gears3d.diagnosis.struck import GEARS, outward
+from gears3d.diagnosis.struck import GEARS, SIDES, outward
 from gears3d.effects import catalogue
 from gears3d.units import show
 
 Array = np.ndarray
-SIDES: tuple[Side, Side] = ("active", "reverse")
 MISSING = 1.0
 """Depth of a tooth that might as well not be there [m]."""
 DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))

@@ -184,7 +184,7 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
 def _on_both(one: Candidate) -> list[Candidate]:
     """Return the candidate on both flanks of a tooth on one.
 
-    How far a tooth that stands back lets the gears fall is not as it is thick, so that none of straight lines is it.
+    Columns are straight lines in its thickness; how far a tooth that stands back lets gears fall is none.
     """
     beside = one.kind == "pitch_error" and one.shape["flank"] != "both"
     return [one._replace(shape={**one.shape, "flank": "both"})] if beside else []

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gears3d.diagnosis.channels import Corners
-from gears3d.diagnosis.deviation import BENT, over_tooth
+from gears3d.diagnosis.deviation import BENT, Gear, Side, over_tooth
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.effects import catalogue
 
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = np.ndarray
-GEARS: tuple[Literal["drive", "loose"], ...] = ("drive", "loose")
+GEARS: tuple[Gear, ...] = ("drive", "loose")
+SIDES: tuple[Side, Side] = ("active", "reverse")
 CHANCE = 1e-6
 """Probability, anywhere in the search, below which so many corners off the flank on one tooth are no chance."""
 OFF = 8.0
@@ -56,9 +57,10 @@ def struck(records: Sequence[Evidence]) -> tuple[Any, ...]:
     if not (found := [one for one in _teeth(records) if one.chance < CHANCE]):
         return ()
     best = max(found, key=lambda one: one.worth)
-    side: Literal["active", "reverse"] = "active" if best.flank == 0 else "reverse"
     sign = outward(best.flank) * (1.0 if best.out else -1.0)
-    return (catalogue()["pitch_error"](offset=sign * best.size, tooth=best.tooth, gear=best.gear, flank=side),)
+    return (
+        catalogue()["pitch_error"](offset=sign * best.size, tooth=best.tooth, gear=best.gear, flank=SIDES[best.flank]),
+    )
 
 
 class _Tooth(NamedTuple):
@@ -67,27 +69,23 @@ class _Tooth(NamedTuple):
     worth: int
     chance: float
     size: float
-    gear: Literal["drive", "loose"]
+    gear: Gear
     tooth: int
     flank: int
     out: bool
 
 
-def corners_of(records: Sequence[Evidence]) -> Corners:
-    """Return the corners of all records, one after the other.
-
-    Args:
-        records: all.
-    """
+def _seen(records: Sequence[Evidence]) -> Corners:
+    """Return the corners of all records."""
     return Corners(*(np.concatenate(column) for column in zip(*(one.channels.corners for one in records), strict=True)))
 
 
-def _on(seen: Corners, pair: Pair, which: tuple[Literal["drive", "loose"], int, int, bool]) -> tuple[Array, ...]:
+def _on(seen: Corners, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[Array, ...]:
     """Return thicknesses that corners on a tooth tell, whether they are off, and whether those are on no such tooth."""
     gear, tooth, flank, out = which
     mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank that was not drawn is nowhere
     own = (seen.drive if gear == "drive" else seen.loose)[mine]
-    shape = over_tooth(pair, gear, tooth, "active" if flank == 0 else "reverse", BENT if out else -BENT, own) / BENT
+    shape = over_tooth(pair, gear, tooth, SIDES[flank], BENT if out else -BENT, own) / BENT
     whole = np.abs(shape) > WHOLE
     size, sigma = seen.off[mine][whole] / shape[whole], seen.sigma[mine]
     return size, size > OFF * sigma[whole], np.abs(seen.off[mine]) > OFF * sigma, shape == 0.0
@@ -97,7 +95,7 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
     """Yield the teeth on which enough corners agree."""
     from scipy.stats import binom
 
-    pair, seen = records[0].pair, corners_of(records)
+    pair, seen = records[0].pair, _seen(records)
     sorts = list(product(GEARS, (0, 1), (True, False)))
     for gear, side, out in sorts:
         teeth = pair.gear(gear).teeth

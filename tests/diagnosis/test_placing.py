@@ -71,8 +71,8 @@ def test_every_record_tells_the_curve_by_itself_and_what_holds_back_is_above_zer
 
 
 def test_a_drag_that_is_off_everywhere_and_noise_alone_have_no_place():
-    for drag in (0.0, 10.0):
-        found = [_found(seed, lambda tau, place, lasts: drag + 0.0 * tau) for seed in range(20)]  # noqa: B023
+    for pull in (lambda tau, place, lasts: 0.0 * tau, lambda tau, place, lasts: 10.0 + 0.0 * tau):
+        found = [_found(seed, pull) for seed in range(20)]
         assert not [one for one in found if one is not None and one.chance < 1e-3]
 
 
