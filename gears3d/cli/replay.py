@@ -1,4 +1,4 @@
-"""``gears3d replay``: watch a run in the rerun viewer."""
+"""``gears3d replay``: watch a run in the rerun viewer, or several beside each other."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ _MAGIC = b"RRF"
 
 
 def replay(
-    run: Annotated[
-        Path, typer.Argument(metavar="RUN|RECORD", help="Run folder, an rrd file, or with --rig a measured record.")
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN|RECORD...", help="Run folder, an rrd file, or with --rig a measured record."),
     ],
-    out: Annotated[Path | None, typer.Option(help="File to write; default RUN/replay.rrd or RECORD.rrd.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write; default RUN/replay.rrd, RECORD.rrd, of several ./replay.rrd.")
+    ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Put the time cursor there, in seconds, and hold.")] = None,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
@@ -28,22 +31,26 @@ def replay(
 ) -> None:
     """Make the replay of a run or of a measured record and open it in the rerun viewer; a run's is made once.
 
-    Without a display it writes a picture beside the replay instead.
+    Two to four are shown beside each other on one time line. Without a display it writes a picture beside the replay.
 
     Example: gears3d replay runs/fig5-20rpm --at 2.115
 
     What was measured: gears3d replay rattle.parquet --rig rig.toml --out rattle.rrd
+
+    Beside a run: gears3d replay rattle.parquet runs/fig5-20rpm --rig rig.toml --out both.rrd
     """
     from gears3d.errors import UsageError
 
     if web and at is not None:
         raise UsageError("--at works in the window only: leave out --web, or set the time in the browser")
-    if rig is not None:
-        file = _measured(run, rig, map_file, correct, out, at)
+    if len(runs) > 1:
+        file = _several(runs, rig, map_file, correct, out, at)
+    elif rig is not None:
+        file = _measured(runs[0], rig, map_file, correct, out, at)
     else:
         if at is not None:
-            _inside(run, at)
-        file = _file(run, out)
+            _inside(runs[0], at)
+        file = _file(runs[0], out)
     made: dict[str, Any] = {"replay": str(file), "bytes": file.stat().st_size, "picture": None}
     if open_:
         made["picture"] = _open(file, web, at)
@@ -89,6 +96,33 @@ def _measured(
     if at is not None:
         _within(seen.recording.time, at, source)
     return write(seen.recording, seen.scenario, out=out or _beside(source))
+
+
+def _several(
+    sources: list[Path],
+    rig: Path | None,
+    map_file: Path | None,
+    correct: list[str] | None,
+    out: Path | None,
+    at: float | None,
+) -> Path:
+    """Return the replay of several beside each other; those that are no run folders are measured with the rig."""
+    from gears3d.cli.filmed import filmed
+    from gears3d.errors import Fault, InputError
+    from gears3d.views.replay.several import Shown, several
+
+    shown = []
+    for source in sources:
+        if source.suffix == ".rrd":
+            raise InputError(
+                Fault("", "is a replay already", "name its run folder to show it beside others", str(source))
+            )
+        is_run = (source / "summary.json").is_file()
+        seen = filmed(source, None if is_run else rig, map_file, correct)
+        shown.append(Shown(source.name if is_run else source.stem, seen.recording, seen.scenario))
+    if at is not None:
+        _within(max((one.recording.time for one in shown), key=lambda time: time[-1]), at, sources[0])
+    return several(shown, out or Path("replay.rrd"))
 
 
 def _beside(source: Path) -> Path:

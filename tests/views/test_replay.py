@@ -84,6 +84,10 @@ def test_entities_and_timelines(chunks):
         "/velocity/impacts_active",
         "/velocity/impacts_reverse",
         "/speed",
+        "/torque/drag",
+        "/torque/loose_gear",
+        "/poincare/active",
+        "/poincare/reverse",
         "/touching",
         "/impacts",
     }
@@ -119,15 +123,50 @@ def test_contacts_are_there_in_contact_and_cleared_in_flight(chunks, scenario, r
     assert set(points[:2]) <= {1, 2}
     assert set(points[2:]) == {0}
     hits = recording.impacts["time_s"]
-    arrows = present(chunks, f"{scene}/impulses", "Arrows3D:vectors", np.r_[hits + 1e-3, hits + 0.02, hits - 1e-3])
+    life = 50 / 500
+    arrows = present(
+        chunks, f"{scene}/impulses", "Arrows3D:vectors", np.r_[hits + 1e-3, hits + life + 1e-3, hits - 1e-3]
+    )
     assert arrows.tolist() == [1] * 6 + [0] * 12
+    painted = columns(chunks, f"{scene}/impulses")
+    sizes = [max(colour >> 24 for colour in row) for row in painted["Arrows3D:colors"] if row]
+    assert sizes[:4] == sorted(sizes[:4], reverse=True)
+    assert sizes[3] < 0.25 * sizes[0]
     if scene == "/zone":
         gaps = present(chunks, "/zone/gaps", "LineStrips3D:strips", np.r_[contact, flight])
         assert gaps.tolist() == [0, 0, 2, 2]
 
 
+def test_section_grows_by_a_point_an_impact(chunks, recording):
+    for code, word in enumerate(("active", "reverse")):
+        table = columns(chunks, f"/poincare/{word}")
+        here = recording.impacts["flank"] == code
+        assert seconds(table["sim_time"]) == pytest.approx(recording.impacts["time_s"][here], abs=1e-9)
+        spots = np.array([row[0] for row in table["Points2D:positions"]])
+        assert spots[:, 0] == pytest.approx(360 * np.mod(FREQUENCY * recording.impacts["time_s"][here], 1.0), abs=1e-3)
+        assert np.sign(spots[:, 1]).tolist() == [-1 if code else 1] * 3  # velocities upwards, pictures downwards
+        assert np.abs(spots[:, 1]) == pytest.approx(120.0)
+
+
+def test_torque_is_the_drag_in_flight(scenario, tmp_path):
+    from gears3d.simulation import simulate
+
+    run = simulate(scenario, "rigid")
+    path = replay(run, scenario, out=tmp_path / "a.rrd")
+    chunks = [chunk for chunk in RrdReader(str(path)).stream().to_chunks() if not chunk.is_static]
+    table = columns(chunks, "/torque/loose_gear")
+    time, torque = seconds(table["sim_time"]), np.ravel(table["Scalars:scalars"])
+    gap = np.interp(time, run.time, run.signals["displacement_m"]) / scenario.pair().backlash
+    flying = (gap > 0.02) & (gap < 0.98)
+    assert flying.sum() > 1000
+    assert torque[flying] == pytest.approx(-scenario.drag.torque, rel=1e-6)
+    assert torque[gap == 0.0].min() > -1.02 * scenario.drag.torque  # a flank that pushes, never pulls
+    assert torque[gap == 0.0].max() > 2.0 * scenario.drag.torque
+    assert np.ravel(columns(chunks, "/torque/drag")["Scalars:scalars"]) == pytest.approx(-scenario.drag.torque)
+
+
 def test_impulses_push_the_loose_gear_off_the_flank(chunks, scenario, recording):
-    vectors = [row[0] for row in columns(chunks, "/scene/impulses")["Arrows3D:vectors"] if row]
+    vectors = [row[0] for row in columns(chunks, "/scene/impulses")["Arrows3D:vectors"] if row][::4]  # 4 levels each
     lengths = np.linalg.norm(vectors, axis=1)
     assert lengths / lengths[0] == pytest.approx(recording.impacts["impulse_N_s"] / recording.impacts["impulse_N_s"][0])
     assert np.sign(np.array(vectors)[:, 1]).tolist() == np.where(recording.impacts["flank"] == 0, 1, -1).tolist()

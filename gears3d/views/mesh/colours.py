@@ -12,6 +12,8 @@ TWIN = (0xCC, 0x79, 0xA7)
 """The twin's line, and that of a rig that is held against a record."""
 EXTENDED = (0x00, 0x9E, 0x73)
 """The rig with the causes that were found: bluish green."""
+FOURTH = (0xF0, 0xE4, 0x42)
+"""A fourth line beside white, pink and green: yellow."""
 DRIVE = (0x8A, 0x94, 0xA0)
 LOOSE = (0xCF, 0xC6, 0xB2)
 MARK = (0x30, 0x34, 0x3A)

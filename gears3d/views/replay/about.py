@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import rerun as rr
 
-from gears3d.views.mesh.motion import PLOT_RATE
+from gears3d.views.mesh.motion import PLOT_RATE, is_measured
 from gears3d.views.replay.layout import FRAMES_A_SECOND
 
 if TYPE_CHECKING:
@@ -41,11 +41,18 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
         f"- Slow motion: 1 s takes {motion.frame_rate() / FRAMES_A_SECOND:.0f} s. Pictures "
         f"{motion.frame_rate():.0f} a second and at every impact.",
         "- Dots: where teeth touch, thin lines through them: the common normal. Grey bars: the gaps of a flight.",
+        "- Poincaré section: every impact up to now."
+        + (
+            ""
+            if is_measured(recording)
+            else " Torque: J dω/dt between impacts; a flank is left where that comes down to the drag."
+        ),
         f"- Curves: {PLOT_RATE:g} samples a second and all samples beside impacts; the run's Parquet files hold all.",
     ]
     if all(scales):
         lines.append(
-            f"- Arrows: impulse on the loose gear, 1 N s = {scales[0]:g} mm in the scene, {scales[1]:g} mm in the zone."
+            "- Arrows: impulse on the loose gear where it acted, fading for two seconds; "
+            f"1 N s = {scales[0]:g} mm in the scene, {scales[1]:g} mm in the zone."
         )
     if pair.drive.helix_angle:
         lines.append(

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import rerun as rr
+from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import InputError, UsageError
-from gears3d.files import replacing
 from gears3d.views.mesh.motion import Motion, as_measured, frames, is_measured
 from gears3d.views.mesh.teeth import Section, widening
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
 from gears3d.views.replay.layout import ABOUT, layout
+from gears3d.views.replay.poincare import poincare
+from gears3d.views.replay.several import Shown, several
+from gears3d.views.replay.write import film
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.runs import Run
     from gears3d.scenario import Scenario
 
-APPLICATION = "gears3d"
-
 
 def replay(
-    source: Recording | Run | str | Path,
+    source: Recording | Run | str | Path | Sequence[Run | str | Path | tuple[Recording, Scenario]],
     scenario: Scenario | None = None,
     twin: Recording | None = None,
     out: str | Path = "replay.rrd",
@@ -32,7 +31,8 @@ def replay(
     """Write a recording as a film for the rerun viewer: gears, magnified mesh zone, curves and impacts.
 
     Args:
-        source: a recording, a run, or the path of a run folder.
+        source: a recording, a run, or the path of a run folder; two to four of them in a list, recordings as
+            (recording, scenario), are shown beside each other.
         scenario: what was simulated; a run brings its own.
         twin: a second recording whose displacement is drawn as a thin line; a run brings its own.
         out: the file, written under a temporary name and renamed.
@@ -44,6 +44,8 @@ def replay(
         UsageError: a bare recording without its scenario, or nothing that can be shown.
         InputError: the run folder cannot be read, nothing was recorded, or the file cannot be written.
     """
+    if isinstance(source, list | tuple):
+        return several([_shown(one, k) for k, one in enumerate(source, 1)], out)
     recording, scenario, twin = _opened(source, scenario, twin)
     if not len(recording.time):
         raise InputError("nothing was recorded: there is nothing to replay")
@@ -54,16 +56,24 @@ def replay(
     true, wide = Section(pair), Section(pair, widening(pair))
     motion = Motion(recording, true, rows)
     target = Path(out)
-    with replacing(target) as unfinished:
-        try:
-            _write(unfinished, scenario, motion, wide, twin)
-        except RuntimeError as error:  # what the recorder raises when a disk is full
-            raise OSError(str(error)) from error
+    _write(target, scenario, motion, wide, twin)
     return target
 
 
+def _shown(source: Run | str | Path | tuple[Recording, Scenario], number: int) -> Shown:
+    """Return one of several under the name of its folder, or a number."""
+    from gears3d.runs import Run, read_run
+
+    if isinstance(source, tuple):
+        recording, scenario, _ = _opened(*source, None)
+        return Shown(f"{number}", recording, scenario)
+    run = read_run(source) if isinstance(source, str | Path) else source
+    recording, scenario, _ = _opened(run, None, None)
+    return Shown(run.path.name if isinstance(run, Run) else f"{number}", recording, scenario)
+
+
 def _opened(
-    source: Recording | Run | str | Path, scenario: Scenario | None, twin: Recording | None
+    source: Any, scenario: Scenario | None, twin: Recording | None
 ) -> tuple[Recording, Scenario, Recording | None]:
     from gears3d.recording import Recording
     from gears3d.runs import Run, read_run
@@ -87,8 +97,7 @@ def _write(path: Path, scenario: Scenario, motion: Motion, wide: Section, twin: 
     shown = frames(motion)
     module = true.pair.drive.module * 1e3
     width = 0.5e3 * max(true.pair.drive.face_width, true.pair.loose.face_width)
-    with rr.RecordingStream(APPLICATION) as rec:
-        rec.save(path, default_blueprint=layout(wide, motion.frame_rate(), _window(scenario, motion)))
+    with film(path, layout(wide, motion.frame_rate(), _window(scenario, motion))) as rec:
         scene.solids(rec, true, shown)
         scene.contacts(rec, scene.ROOT, true, shown, width + 0.2 * module, 3.0 * module, 5.0)
         scales = [scene.impulses(rec, scene.ROOT, true, motion, width + 0.4 * module, 12.0 * module)]
@@ -100,10 +109,13 @@ def _write(path: Path, scenario: Scenario, motion: Motion, wide: Section, twin: 
         plots.curves(rec, motion)
         if twin is not None and "displacement_m" in twin.signals:
             plots.twin_curve(rec, twin, Motion(twin, true).plot_rows())
+        if not is_measured(motion.recording):  # the second derivative of what encoders counted is noise
+            rig = scenario.rig()
+            plots.torque(rec, motion, rig.inertia, rig.drag_torque)
         plots.impacts(rec, motion)
+        poincare(rec, motion.recording, scenario.period)
         plots.states(rec, shown.time, shown.flank)
         rec.log(ABOUT, about(scenario, motion, wide, tuple(scales)), static=True)
-        rec.flush()
 
 
 def _window(scenario: Scenario, motion: Motion) -> float:

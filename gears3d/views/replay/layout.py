@@ -1,4 +1,4 @@
-"""How the viewer arranges the replay: pictures left, curves right, slow motion."""
+"""How the viewer arranges the replay: pictures and the section left, curves right, slow motion."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import rerun as rr
 import rerun.blueprint as rrb
 
-from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, VELOCITY
-from gears3d.views.replay.write import TIMELINE
+from gears3d.views.replay import poincare
+from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, TORQUE, VELOCITY
+from gears3d.views.replay.write import BACKGROUND, TIMELINE
 
 if TYPE_CHECKING:
     from gears3d.views.mesh.teeth import Section
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 ABOUT = "/about"
 FRAMES_A_SECOND = 25.0
 """Frames shown a second of the watcher's time."""
-BACKGROUND = [0x16, 0x18, 0x1D]
 
 
 def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
@@ -28,40 +28,43 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
         window: time that the curves show around the cursor [s].
     """
     title = f"Mesh zone, backlash drawn {section.factor:g} times as wide"
-    pictures = rrb.Vertical(_scene(section), zone_view(section, "/zone", title), row_shares=[0.45, 0.55])
+    told = rrb.Tabs(
+        rrb.TextDocumentView(origin=ABOUT, name="About this replay"),
+        rrb.TextLogView(origin=IMPACTS, name="Impacts"),
+    )
+    above = rrb.Horizontal(_scene(section), poincare.view(), column_shares=[0.58, 0.42])
+    pictures = rrb.Vertical(above, zone_view(section, "/zone", title), told, row_shares=[0.34, 0.46, 0.2])
     curves = rrb.Vertical(
         _curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", window),
         rrb.StateTimelineView(origin=STATE, name="Touching", time_view=axis(window)),
         _curve(VELOCITY, "Relative velocity and impacts [mm/s]", window),
         _curve(SPEED, "Speed [rpm]: grey drive, white loose gear", window),
-        rrb.Tabs(
-            rrb.TextDocumentView(origin=ABOUT, name="About this replay"),
-            rrb.TextLogView(origin=IMPACTS, name="Impacts"),
-        ),
-        row_shares=[0.28, 0.11, 0.22, 0.15, 0.24],
+        _curve(TORQUE, "Torque on the loose gear between impacts [N m]: grey its drag as claimed", window),
+        row_shares=[0.28, 0.11, 0.23, 0.19, 0.19],
     )
+    return panels(rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]), frame_rate)
+
+
+def panels(views: rrb.Container, frame_rate: float) -> rrb.Blueprint:
+    """Return a blueprint that plays in slow motion, again and again, with nothing else on the screen.
+
+    Args:
+        views: what is shown.
+        frame_rate: frames per second of recorded time.
+    """
     return rrb.Blueprint(
-        rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]),
-        time_panel(frame_rate),
+        views,
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=TIMELINE,
+            playback_speed=FRAMES_A_SECOND / frame_rate,
+            loop_mode="all",
+            play_state="playing",
+        ),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         auto_views=False,
         auto_layout=False,
-    )
-
-
-def time_panel(frame_rate: float) -> rrb.TimePanel:
-    """Return the panel that plays in slow motion, again and again.
-
-    Args:
-        frame_rate: frames per second of simulated time.
-    """
-    return rrb.TimePanel(
-        state="collapsed",
-        timeline=TIMELINE,
-        playback_speed=FRAMES_A_SECOND / frame_rate,
-        loop_mode="all",
-        play_state="playing",
     )
 
 
@@ -75,7 +78,7 @@ def _scene(section: Section) -> rrb.Spatial3DView:
         name="Gears at true scale",
         background=BACKGROUND,
         line_grid=False,
-        eye_controls=_eye((middle, 0.0), max(0.55 * width, 1.1 * height), tilt=0.3),
+        eye_controls=_eye((middle, 0.0), max(0.6 * width, 1.1 * height), tilt=0.3),
     )
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 DISPLACEMENT = "/displacement"
 VELOCITY = "/velocity"
 SPEED = "/speed"
+TORQUE = "/torque"
 STATE = "/touching"
 IMPACTS = "/impacts"
 _UM, _MM, _RPM = 1e6, 1e3, 30.0 / np.pi
@@ -44,6 +45,36 @@ def curves(rec: rr.RecordingStream, motion: Motion) -> None:
         names = [name.split("_")[1] for name in speeds]
         style(rec, SPEED, names, [colours.FLIGHT, colours.LINE][: len(names)], 1.5)
         scalars(rec, SPEED, time, np.stack([signals[name] for name in speeds], axis=1) * _RPM)
+
+
+def torque(rec: rr.RecordingStream, motion: Motion, inertia: float, drag: float) -> None:
+    """Write the torque that turns the loose gear between impacts, J dω/dt [N m], and its drag as claimed.
+
+    In flight nothing but drag acts; in contact the flank adds its force, and leaves where that has gone to nothing.
+
+    Args:
+        rec: recording being written.
+        motion: the recording; nothing is written without its speeds.
+        inertia: of the loose gear [kg m²].
+        drag: the base model's [N m].
+    """
+    recording = motion.recording
+    time = recording.time
+    if "omega_loose_rad_s" not in recording.signals or len(time) < 3:
+        return
+    rows = motion.plot_rows()
+    rows = rows[rows < len(time) - 1]
+    hits = recording.impacts["time_s"]
+    step = time[rows + 1] - time[rows]
+    free = (np.searchsorted(hits, time[rows]) == np.searchsorted(hits, time[rows + 1], side="right")) & (step > 0.0)
+    rows, step = rows[free], step[free]
+    speed = recording.signals["omega_loose_rad_s"]
+    for name, colour, at, values in (
+        ("drag", colours.FLIGHT, time[[0, -1]], np.full(2, -drag)),
+        ("loose_gear", colours.LINE, time[rows] + 0.5 * step, inertia * (speed[rows + 1] - speed[rows]) / step),
+    ):
+        style(rec, f"{TORQUE}/{name}", [name.replace("_", " ")], [colour], 1.5)
+        scalars(rec, f"{TORQUE}/{name}", at, values)
 
 
 def _flank_lines(rec: rr.RecordingStream, motion: Motion, signals: dict[str, np.ndarray]) -> None:

@@ -10,15 +10,19 @@ import rerun as rr
 
 from gears3d.gears.solids import solid_arrays
 from gears3d.views.mesh import colours
-from gears3d.views.replay.write import marks, turn
+from gears3d.views.replay.write import marks, trail, turn
 
 if TYPE_CHECKING:
     from gears3d.views.mesh.motion import Frames, Motion
     from gears3d.views.mesh.teeth import Section
 
 ROOT = "/scene"
-HOLD = 0.01
-"""How long an impulse is shown, in simulated time [s]."""
+TRAIL = 50
+"""How long an impulse is seen while it fades, in pictures of a regular grid: two seconds of the watcher's time."""
+LEVELS = (1.0, 0.65, 0.4, 0.2)
+"""Brightness of the arrows of a trail, new ones first."""
+MOST = 4
+"""Arrows seen at once."""
 CHORD = 20e-6
 """How far the facets shown may lie from the flanks [m]."""
 _NAMES = ("drive", "loose")
@@ -105,7 +109,7 @@ def contacts(
 def impulses(
     rec: rr.RecordingStream, root: str, section: Section, motion: Motion, height: float, longest: float
 ) -> float:
-    """Write an arrow for every impact, the impulse on the loose gear, shown for a moment.
+    """Write an arrow for every impact, the impulse on the loose gear; it stays where it acted, and fades.
 
     Args:
         rec: recording being written.
@@ -127,12 +131,15 @@ def impulses(
     angle = motion.at(time, "theta_drive_rad")
     spot = lifted(section.point(section.meeting(angle, flank, impacts["tooth_drive"]), flank), height)
     vector = lifted(section.normal(flank), 0.0) * (impulse * scale)[:, None]
-    gone = np.minimum(time + HOLD, np.append(time[1:], np.inf) - 1e-9)
-    order = np.argsort(np.r_[time, gone], kind="stable")
-    counts = np.repeat([1, 0], len(time))[order]
-    colour = np.array(colours.FLANKS, dtype=np.uint8)[flank]
-    arrows = rr.Arrows3D.columns(origins=spot - vector, vectors=vector, colors=colour, radii=np.full(len(time), -2.5))
-    marks(rec, f"{root}/impulses", np.r_[time, gone][order], counts, [arrows])
+    at, counts, which, level = trail(time, TRAIL / motion.frame_rate(), len(LEVELS), MOST)
+    colour = np.array(colours.FLANKS)[flank[which]] * np.array(LEVELS)[level][:, None]
+    arrows = rr.Arrows3D.columns(
+        origins=(spot - vector)[which],
+        vectors=vector[which],
+        colors=colour.astype(np.uint8),
+        radii=np.array([-2.5, -1.5])[np.minimum(level, 1)],
+    )
+    marks(rec, f"{root}/impulses", at, counts, [arrows])
     return scale
 
 

@@ -2,14 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
+
+from gears3d.files import replacing
+
+APPLICATION = "gears3d"
+BACKGROUND = [0x16, 0x18, 0x1D]
+"""Of the pictures."""
 
 TIMELINE = "sim_time"
 IMPACT = "impact"
+
+
+@contextmanager
+def film(target: Path, arranged: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
+    """Open a recording under a temporary name, which is renamed when all is written.
+
+    Args:
+        target: the file.
+        arranged: how the viewer shows it.
+
+    Yields:
+        What is written to.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    with replacing(target) as unfinished:
+        try:
+            with rr.RecordingStream(APPLICATION) as rec:
+                rec.save(unfinished, default_blueprint=arranged)
+                yield rec
+                rec.flush()
+        except RuntimeError as error:  # what the recorder raises when a disk is full
+            raise OSError(str(error)) from error
 
 
 def clock(time: np.ndarray) -> rr.TimeColumn:
@@ -70,3 +103,32 @@ def marks(
     keep = (counts > 0) | (np.r_[1, counts[:-1]] > 0)
     parts = [column.partition(counts[keep]) for column in columns]
     rec.send_columns(entity, indexes=[clock(time[keep])], columns=[c for part in parts for c in part])
+
+
+def trail(
+    time: np.ndarray, life: float, levels: int, most: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return what is seen of events that fade: a row whenever one comes, fades by a level or goes.
+
+    Args:
+        time: of the events [s], ascending, (k,).
+        life: how long each is seen [s].
+        levels: in how many steps it fades.
+        most: how many are seen at once; the latest ones.
+
+    Returns:
+        Instants [s], (n,); how many are seen from each on, (n,); which events, (sum,); their levels, 0 the brightest.
+
+    >>> rows = trail(np.array([0.0, 0.3]), life=0.4, levels=2, most=5)
+    >>> [part.tolist() for part in (rows[0].round(3), *rows[1:])]
+    [[0.0, 0.2, 0.3, 0.4, 0.5, 0.7], [1, 1, 2, 1, 1, 0], [0, 0, 0, 1, 1, 1], [0, 1, 1, 0, 0, 1]]
+    """
+    tick = max(round(life / levels * 1e9), 1)
+    born = np.round(np.asarray(time) * 1e9).astype(np.int64)
+    at = np.unique(born[:, None] + tick * np.arange(levels + 1))
+    end = np.searchsorted(born, at, side="right")
+    begin = np.maximum(np.searchsorted(born, at - tick * levels, side="right"), end - most)
+    counts = end - begin
+    which = np.repeat(begin, counts) + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    level = (np.repeat(at, counts) - born[which]) // tick
+    return at * 1e-9, counts, which, level
