@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.run_stream import refuse_with_stream, streamed
-from gears3d.errors import EngineError, GearsError
+from gears3d.errors import EngineError, GearsError, InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.runs import RunFolder
     from gears3d.scenario import Scenario
+    from gears3d.views.report import Picture
 
 
 def run(
@@ -168,7 +169,25 @@ def _report(
 ) -> None:
     from gears3d.views.report import write
 
-    write(folder.path / "report.html", scenario=scenario, recording=recording, twin=twin, summary=summary)
+    about = {"scenario": scenario, "recording": recording, "twin": twin, "summary": summary}
+    write(folder.path / "report.html", **about, strip=_strip(recording, scenario))
+
+
+def _strip(recording: Recording, scenario: Scenario) -> Picture | None:
+    """Return the mesh over a period in pictures; nothing where a run is too short for them."""
+    from gears3d.views.camera import camera
+    from gears3d.views.report import Picture
+
+    try:
+        taken = camera(recording, scenario)
+    except InputError:
+        return None
+    begin, lasts = taken.span
+    caption = (
+        f"From {begin:.6g} s over {1e3 * lasts:.4g} ms, a period; gap drawn {taken.look.factor:g} times as wide. "
+        "More of them, and films: gears3d camera."
+    )
+    return Picture(taken.png(), taken.words(), caption)
 
 
 def _command() -> str:

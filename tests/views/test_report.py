@@ -1,5 +1,6 @@
 """The report says what the summary says, carries what the recording holds, and needs nothing else."""
 
+import base64
 import dataclasses
 import html
 import json
@@ -17,7 +18,8 @@ from gears3d.recording import Recording
 from gears3d.runs import summarise
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.views.report import render, write
+from gears3d.views.camera import camera
+from gears3d.views.report import Picture, render, write
 
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios/rigaud-2020/fig5-20rpm.toml"
 COMPARISON = {
@@ -95,6 +97,17 @@ def test_page_loads_nothing(page):
     assert "@import" not in styles
     assert "url(" not in styles
     assert "default-src 'none'" in page
+
+
+def test_pictures_of_the_mesh_come_with_words_and_no_network(run):
+    taken = camera(run["recording"], run["scenario"])
+    text = render(**run, strip=Picture(taken.png(), taken.words(), "a period"))
+    (image,) = [tag for tag in Reader(text).tags if tag["tag"] == "img"]
+    assert base64.b64decode(image["src"].removeprefix("data:image/png;base64,")) == taken.png()
+    assert image["alt"].startswith("9 pictures of the teeth in mesh over 333.3 ms: active flanks touch, ")
+    assert image["alt"].count(",") == 8
+    assert "img-src data:" in text
+    assert len(taken.png()) < 400_000
 
 
 def test_numbers_shown_are_those_of_the_summary(run, page):

@@ -7,7 +7,8 @@ import pytest
 from gears3d.runs import summarise
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.views.report import write
+from gears3d.views.camera import camera
+from gears3d.views.report import Picture, write
 
 pytestmark = pytest.mark.browser
 
@@ -33,6 +34,7 @@ def report(tmp_path_factory):
         recording=recording,
         twin=twin,
         summary=summary,
+        strip=Picture(camera(recording, scenario).png(), "the teeth in mesh", "over a period"),
     )
 
 
@@ -49,6 +51,17 @@ def page(request, chromium, report):
     assert page.said == []
     assert page.asked == [report.as_uri()]
     page.close()
+
+
+@pytest.mark.parametrize("page", ["light", "dark"], indirect=True)
+def test_pictures_of_the_mesh_are_seen(page):
+    image = page.get_by_alt_text("the teeth in mesh")
+    image.scroll_into_view_if_needed()
+    width, height = image.evaluate("image => [image.naturalWidth, image.naturalHeight]")
+    box = image.bounding_box()
+    assert width > 1000
+    assert box["width"] / box["height"] == pytest.approx(width / height, rel=0.01)
+    assert box["width"] > 700
 
 
 def area(page, name):

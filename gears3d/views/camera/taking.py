@@ -11,7 +11,7 @@ from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.recording import Recording
 from gears3d.units import parse
 from gears3d.views.camera.look import Look
-from gears3d.views.camera.shots import Shot, shots, table
+from gears3d.views.camera.shots import WORDS, Shot, shots, table
 from gears3d.views.camera.strip import strip, write_strip
 from gears3d.views.camera.subject import Subject, measured, subject
 
@@ -47,6 +47,10 @@ class Strip:
         return f"<{len(self.shots)} pictures of the mesh from {begin:.6g} s over {lasts:.6g} s, {drawn}>"
 
     def _repr_png_(self) -> bytes:
+        return self.png()
+
+    def png(self) -> bytes:
+        """Return the pictures as a PNG for screens."""
         drawn = BytesIO()
         strip(self.subject, self.look, self.shots, self.periods).savefig(drawn, format="png", dpi=RESOLUTION)
         return drawn.getvalue()
@@ -62,6 +66,11 @@ class Strip:
             InputError: the file cannot be written.
         """
         return write_strip(path, self.subject, self.look, self.shots, self.periods)
+
+    def words(self) -> str:
+        """Return what the pictures show, for who does not see them."""
+        each = ", ".join(WORDS[shot.flank] for shot in self.shots)
+        return f"{len(self.shots)} pictures of the teeth in mesh over {1e3 * self.span[1]:.4g} ms: {each}"
 
     def table(self) -> list[dict[str, Any]]:
         """Return what each picture shows: time, tooth pairs, state and gaps."""

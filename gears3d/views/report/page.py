@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from itertools import groupby
@@ -25,6 +27,26 @@ if TYPE_CHECKING:
 ROOM = files("gears3d.views.report")
 
 
+@dataclass(frozen=True)
+class Picture:
+    """A picture to be put into the page.
+
+    Args:
+        png: its file.
+        words: what is seen on it, for who does not see it.
+        caption: below it.
+    """
+
+    png: bytes
+    words: str
+    caption: str
+
+    @property
+    def source(self) -> str:
+        """The file as an address that needs no network."""
+        return "data:image/png;base64," + b64encode(self.png).decode("ascii")
+
+
 def render(
     *,
     scenario: Scenario,
@@ -32,6 +54,7 @@ def render(
     twin: Recording | None = None,
     summary: dict[str, Any],
     gears_svg: str | None = None,
+    strip: Picture | None = None,
 ) -> str:
     """Return the report of a run as one self-contained HTML page.
 
@@ -41,6 +64,7 @@ def render(
         twin: what the independent model said, if it ran.
         summary: content of ``summary.json``.
         gears_svg: a drawing of the mesh, SVG markup that is trusted; ``None`` draws the scenario's gears.
+        strip: pictures of the mesh over a period; left out when ``None``.
 
     Returns:
         HTML that opens without a network.
@@ -71,6 +95,7 @@ def render(
         "blocks": {name: as_json(block) for name, block in blocks(scenario, recording, twin, summary).items()},
         "has_twin": twin is not None,
         "has_impacts": bool(len(recording.impacts["time_s"])),
+        "strip": strip,
         "asset": asset,
     }
     return environment().get_template("page.html.j2").render(context)
@@ -84,6 +109,7 @@ def write(
     twin: Recording | None = None,
     summary: dict[str, Any],
     gears_svg: str | None = None,
+    strip: Picture | None = None,
 ) -> Path:
     """Write the report under a temporary name and rename it.
 
@@ -94,6 +120,7 @@ def write(
         twin: as for :func:`render`.
         summary: as for :func:`render`.
         gears_svg: as for :func:`render`.
+        strip: as for :func:`render`.
 
     Returns:
         The path.
@@ -101,7 +128,7 @@ def write(
     Raises:
         InputError: it cannot be written.
     """
-    html = render(scenario=scenario, recording=recording, twin=twin, summary=summary, gears_svg=gears_svg)
+    html = render(scenario=scenario, recording=recording, twin=twin, summary=summary, gears_svg=gears_svg, strip=strip)
     return write_text(path, html)
 
 
