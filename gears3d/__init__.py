@@ -19,6 +19,7 @@ _HOME = {
     "simulate": "gears3d.simulation",
     "compare": "gears3d.comparison",
     "describe": "gears3d.recording",
+    "measure": "gears3d.measurement",
     "diagnose": "gears3d.diagnosis",
     "replay": "gears3d.views.replay",
     "camera": "gears3d.views.camera",
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from gears3d import gears
     from gears3d.comparison import compare
     from gears3d.diagnosis import diagnose
+    from gears3d.measurement import measure
     from gears3d.recording import Recording, describe
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import simulate
@@ -45,6 +47,7 @@ __all__ = [
     "diagnose",
     "gears",
     "load",
+    "measure",
     "replay",
     "simulate",
 ]

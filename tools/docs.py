@@ -9,6 +9,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from docs_reference import commands, effects, scenario
@@ -18,6 +20,8 @@ SOURCE = ROOT / "build" / "docs" / "source"
 HTML = ROOT / "build" / "docs" / "html"
 RUN = {"docs/tutorial.md": ("sh", "python"), "gallery.md": ("sh",)}
 """Pages whose blocks are run, in order, in a folder of their own."""
+NOTEBOOK = "docs/notebook.ipynb"
+"""The notebook, run in a folder of its own, too."""
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LINES = 40
 """Of what a block prints, shown below it."""
@@ -38,6 +42,7 @@ def main() -> int:
     else:
         for page, languages in RUN.items():
             execute(SOURCE / page, languages)
+        notebook(SOURCE / NOTEBOOK)
     code = build("html", chosen.out)
     if code == 0 and chosen.external:
         code = build("linkcheck", ROOT / "build" / "docs" / "links")
@@ -62,15 +67,50 @@ def gather() -> None:
         (reference / f"{name}.md").write_text(made, encoding="utf-8")
 
 
+def notebook(page: Path) -> None:
+    """Run a notebook in an empty folder, and put what comes out into it.
+
+    Raises:
+        SystemExit: a cell failed.
+    """
+    import nbformat
+    from nbclient import NotebookClient
+    from nbclient.exceptions import CellExecutionError
+
+    print(f"{page.name}: all cells", flush=True)
+    cells = nbformat.read(page, as_version=4)
+    with empty() as here:
+        os.environ |= own()
+        try:
+            NotebookClient(cells, timeout=300, resources={"metadata": {"path": str(here)}}).execute()
+        except CellExecutionError as error:
+            print(f"FAIL  {page.name}: {error}")
+            raise SystemExit(1) from None
+    nbformat.write(cells, page)
+
+
+@contextmanager
+def empty() -> Iterator[Path]:
+    """Give a folder to work in, with the scenarios."""
+    with tempfile.TemporaryDirectory() as scratch:
+        here = Path(scratch)
+        (here / "scenarios").symlink_to(ROOT / "scenarios")
+        yield here
+
+
+def own() -> dict[str, str]:
+    """Return what blocks find in their environment: this checkout and its commands, no colours."""
+    found = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "COLUMNS": "110", "NO_COLOR": "1"}
+    return found | {"PYTHONPATH": f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"}
+
+
 def execute(page: Path, languages: tuple[str, ...]) -> None:
     """Run a page's blocks in order in an empty folder, and show below each what it printed.
 
     Raises:
         SystemExit: a block failed.
     """
-    with tempfile.TemporaryDirectory() as scratch:
-        here = Path(scratch)
-        (here / "scenarios").symlink_to(ROOT / "scenarios")
+    with empty() as here:
         (here / "made").mkdir()
 
         def run(found: re.Match[str]) -> str:
@@ -94,9 +134,7 @@ def ran(page: str, language: str, block: str, here: Path) -> str:
     """
     print(f"{page}: {block.strip().splitlines()[0]}", flush=True)
     command = ["bash", "-euo", "pipefail", "-c", block] if language == "sh" else [sys.executable, "-c", block]
-    own = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "COLUMNS": "110", "NO_COLOR": "1"}
-    own["PYTHONPATH"] = f"{ROOT}:{os.environ.get('PYTHONPATH', '')}"
-    done = subprocess.run(command, cwd=here, env={**os.environ, **own}, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=here, env=os.environ | own(), capture_output=True, text=True, check=False)
     if done.returncode:
         print(f"FAIL  {page}: ended with {done.returncode}\n{block}\n{done.stdout}{done.stderr}")
         raise SystemExit(1)

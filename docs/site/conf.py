@@ -2,7 +2,8 @@
 
 project = "gears3d"
 author = "The gears3d developers"
-extensions = ["myst_parser"]
+extensions = ["myst_nb"]
+nb_execution_mode = "off"  # tools/docs has run the notebook
 html_theme = "furo"
 html_title = "gears3d"
 myst_heading_anchors = 4

@@ -105,6 +105,25 @@ class Comparison:
         regimes = self.regimes[0] if self.regime_equal else f"{self.regimes[0]} against {self.regimes[1]}"
         return f"Comparison({', '.join([self.mode, found, *speed, regimes])})"
 
+    def _repr_html_(self) -> str:
+        from gears3d import notebook
+
+        def percent(value: float | None) -> str:
+            return "" if value is None else f"{100.0 * value:.2g} %"
+
+        counts = {"matched": self.impacts_matched, "missed": self.impacts_missed, "invented": self.impacts_invented}
+        rows = [
+            ("compared by", self.mode),
+            ("regime", self.regimes[0] if self.regime_equal else " against ".join(self.regimes)),
+            ("impacts compared", f"{self.impacts_compared}"),
+            *((name, "" if count is None else f"{count}") for name, count in counts.items()),
+            ("speed error, median", percent(self.velocity_error_median)),
+            ("speed error, 95th percentile", percent(self.velocity_error_p95)),
+            ("bias of speeds", percent(self.velocity_bias)),
+            *(("note", note) for note in self.notes),
+        ]
+        return notebook.table("Comparison", rows)
+
     def to_dict(self) -> dict[str, Any]:
         """Return what ``summary.json`` holds under ``comparison``: the contract's keys and no others."""
         return {key: getattr(self, key) for key in KEYS}

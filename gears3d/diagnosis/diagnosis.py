@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,17 +39,15 @@ from gears3d.diagnosis.verdict import (
 )
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
-
-if TYPE_CHECKING:
-    from gears3d.gate import Admitted
-    from gears3d.scenario import Scenario
+from gears3d.gate import Admitted, admit_all
+from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
 """Order that is looked for, unless the teeth make more."""
 _RIGID = Bodies((), (), {}, "the law of contact is told from whole paths, which the engine does not start amid")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """What a rig gets wrong, why, and what mending it is worth.
 
@@ -88,6 +87,25 @@ class Diagnosis:
     runs: tuple[Experiment, ...] = ()
     rings: Resonance | None = field(default=None, repr=False)
 
+    def __repr__(self) -> str:
+        causes = " + ".join(one.kind for one in self.causes) or "no cause"
+        left = [f"{self.left[0].name} remains"] if self.left else []
+        return f"Diagnosis({', '.join([self.verdict, causes, *left])})"
+
+    def _repr_html_(self) -> str:
+        from gears3d import notebook
+
+        told = heldout(self.held)
+        numbers = (
+            (f"{one.kind}: {name}", f"{number.value:.5g} {number.unit} (95 %: {number.low:.5g} to {number.high:.5g})")
+            for one in self.causes
+            for name, number in one.parameters.items()
+        )
+        gain = "" if told["gain"] is None else f"{100.0 * told['gain']:.4g} %"
+        rows = [*numbers, *((one.kind, one.evidence) for one in self.causes), ("gain on held-out data", gain)]
+        rows += [("remains", one.name) for one in self.left] + [("note", one.text) for one in self.notes]
+        return notebook.table(f"Diagnosis: {self.verdict.replace('_', ' ')}", rows)
+
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold, as the contract has it."""
         return {
@@ -106,8 +124,8 @@ class Diagnosis:
 
 
 def diagnose(
-    admitted: Sequence[Admitted],
-    rig: Scenario,
+    records: Sequence[Admitted] | Sequence[str | Path] | str | Path,
+    rig: Scenario | str | Path,
     progress: Callable[[str, float], None] | None = None,
     *,
     bodies: bool = False,
@@ -116,8 +134,9 @@ def diagnose(
     """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
 
     Args:
-        admitted: records that passed the sensor gate, each with the rig of its own condition.
-        rig: scenario of the bench.
+        records: that passed the sensor gate, each with the rig of its own condition; or files, or maps that name them,
+            which have to pass it first (:func:`gears3d.gate.admit_all`).
+        rig: scenario of the bench, or its file.
         progress: called with what is being done and the part of the whole that is done.
         bodies: whether the gain is measured in the 3D engine as well.
         runs: whether runs are sought that would tell causes from rivals that are not excluded.
@@ -126,11 +145,15 @@ def diagnose(
         The diagnosis.
 
     Raises:
-        InputError: a record cannot be measured, or there is none.
+        InputError: a record cannot be read or measured, or there is none.
     """
-    if not admitted:
-        raise InputError(Fault("", "no record is given", "name at least one"))
-    tell = progress or (lambda doing, part: None)
+    admitted, bench = _opened(records, rig)
+    return _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)
+
+
+def _diagnosed(
+    admitted: Sequence[Admitted], rig: Scenario, tell: Callable[[str, float], None], bodies: bool, runs: bool
+) -> Diagnosis:
     admitted_all, notes = admitted, [*of_channels(admitted), *of_zeros(admitted)]
     admitted = _moving(admitted, notes)
     paths = Paths()
@@ -178,6 +201,19 @@ def diagnose(
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
+
+
+def _opened(
+    records: Sequence[Admitted] | Sequence[str | Path] | str | Path, rig: Scenario | str | Path
+) -> tuple[Sequence[Admitted], Scenario]:
+    """Return admitted records and the rig, read from their files where those are given."""
+    bench = load(rig) if isinstance(rig, str | Path) else rig
+    named = [records] if isinstance(records, str | Path) else records
+    admitted = [one for one in named if isinstance(one, Admitted)]
+    admitted += admit_all([one for one in named if not isinstance(one, Admitted)], bench)
+    if not admitted:
+        raise InputError(Fault("", "no record is given", "name at least one"))
+    return admitted, bench
 
 
 def _further(

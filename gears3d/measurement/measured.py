@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.gate import admit
 from gears3d.measurement.readings import usual
 from gears3d.measurement.segments import DOUBTFUL, doubtful, segment
 from gears3d.measurement.smoothing import Shape, Track, track
@@ -17,11 +19,8 @@ from gears3d.measurement.tables import Segments
 from gears3d.measurement.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.derived import Derived, part_of
+from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
-
-if TYPE_CHECKING:
-    from gears3d.scenario import Scenario
-
 
 LONG = 1 << 20
 """Rows from which on columns of the recording are worked out when they are asked for."""
@@ -47,10 +46,13 @@ class Measurement:
     def __repr__(self) -> str:
         return f"Measurement({self.recording!r})"
 
+    def _repr_html_(self) -> str:
+        return self.recording._repr_html_()
+
 
 def measure(
-    record: Recording,
-    rig: Scenario | None = None,
+    record: Recording | str | Path,
+    rig: Scenario | str | Path | None = None,
     file: str = "",
     progress: Callable[[float], None] | None = None,
     shapes: tuple[Shape, ...] = (),
@@ -58,9 +60,10 @@ def measure(
     """Cut a measured record into flights and contacts and say how well everything is known.
 
     Args:
-        record: time and both angles; zeros of the angles may be anywhere.
-        rig: base radii and teeth, inertia and period; what the record itself shows is not taken from it. A record of a
-            model carries its own base radii.
+        record: time and both angles, zeros of the angles may be anywhere; or the file of one, which has to pass the
+            sensor gate (:func:`gears3d.gate.admit`).
+        rig: scenario of the bench, or its file: base radii and teeth, inertia and period; what the record itself shows
+            is not taken from it. A record of a model carries its own base radii.
         file: named in faults.
         progress: called now and then with the part that is done, 0 to 1; what it raises ends the work.
         shapes: that flanks are known to have besides orders, such as a single tooth's, of unit size over the record's
@@ -81,6 +84,11 @@ def measure(
     >>> round(1e6 * found.summary["flanks"]["backlash_m"]["value"])
     250
     """
+    if isinstance(rig, str | Path):
+        rig = load(rig)
+    if isinstance(record, str | Path):
+        admitted = admit(record, rig)
+        record, rig, file = admitted.recording, admitted.rig, admitted.file
     about = _about(record, rig, file)
     cut = segments_of(path_of(record, rig, file), rig, file, progress, shapes)
     made = _recording(record, cut, about, _teeth(rig))

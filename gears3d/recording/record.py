@@ -79,6 +79,17 @@ class Recording:
         about = [str(self.meta[key]) for key in ("title", "model") if self.meta.get(key)]
         return f"Recording({', '.join([*map(repr, about), span, impacts])})"
 
+    def _repr_html_(self) -> str:
+        from gears3d import notebook
+        from gears3d.recording.told import described
+
+        rows = [("model", str(self.meta.get("model") or "")), ("samples", f"{len(self.time)}")]
+        if len(self.time):
+            rows.append(("time", f"{self.time[0]:.6g} to {self.time[-1]:.6g} s"))
+        flank = self.impacts["flank"]
+        rows += [(f"impacts, {name} flank", f"{np.count_nonzero(flank == code)}") for code, name in enumerate(FLANKS)]
+        return notebook.table(str(self.meta.get("title") or "Recording"), [*rows, *described(self)])
+
     def between(self, start: float, end: float) -> Recording:
         """Return the part from ``start`` to ``end``, both included.
 

@@ -27,6 +27,28 @@ def describe(recording: Recording) -> dict[str, Any]:
     return signals.describe(recording.signals, recording.impacts, recording.meta)
 
 
+def described(recording: Recording) -> list[tuple[str, str]]:
+    """Return the numbers that a reader asks for first, name and value; nothing without impacts.
+
+    Args:
+        recording: of any source.
+    """
+    if not len(recording.impacts["time_s"]):
+        return []
+    found = describe(recording)
+
+    def scaled(key: str, factor: float, unit: str) -> str:
+        return "" if found.get(key) is None else f"{factor * found[key]:.4g} {unit}".strip()
+
+    return [
+        ("regime", " ".join(str(found[key]).replace("_", " ") for key in ("regime", "motion") if found.get(key))),
+        ("impacts a period", scaled("impacts_per_period", 1.0, "")),
+        ("mean speed, active flank", scaled("active_velocity_mean_m_s", 1e3, "mm/s")),
+        ("mean speed, reverse flank", scaled("reverse_velocity_mean_m_s", 1e3, "mm/s")),
+        ("longest flight", scaled("flight_longest_s", 1e3, "ms")),
+    ]
+
+
 def settled(recording: Recording) -> Recording:
     """Return the part of a recording after its settling time, cut to whole periods of the excitation if it has one.
 

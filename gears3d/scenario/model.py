@@ -162,6 +162,26 @@ class Scenario:
         run = show(self.run.duration, "time")
         return f"Scenario({', '.join([repr(self.title), teeth, ' + '.join([turning, *sines]), run, *effects])})"
 
+    def _repr_html_(self) -> str:
+        from gears3d import notebook
+        from gears3d.units import show
+
+        gear, other, motion = self.gears.drive, self.gears.loose, self.motion
+        turning = "as recorded" if motion.record else show(motion.mean, "speed")
+        sines = [f"{show(h.amplitude, 'speed')} at {show(h.frequency, 'frequency')}" for h in motion.harmonics]
+        helix = f", helix {show(gear.helix_angle, 'angle')}" if gear.helix_angle else ""
+        rows = [
+            ("source", self.source),
+            ("gears", f"{gear.teeth}:{other.teeth} teeth, module {show(gear.module, 'length')}{helix}"),
+            ("backlash", show(self.pair().backlash, "length")),
+            ("drive", " + ".join([turning, *sines])),
+            ("drag", show(self.drag.torque, "torque")),
+            ("restitution", show(self.impact.restitution, "ratio")),
+            ("effects", ", ".join(effect.kind for effect in self.effects)),
+            ("duration", show(self.run.duration, "time")),
+        ]
+        return notebook.table(self.title or "Scenario", rows)
+
     @property
     def period(self) -> float:
         """Period of the first harmonic, else of one drive revolution [s]; the duration when nothing turns."""

@@ -47,6 +47,41 @@ def test_public_names_resolve():
         _ = gears3d.simulat
 
 
+def test_records_are_taken_from_their_files(tmp_path):
+    import gears3d
+    from gears3d.errors import InputError
+    from gears3d.simulation import record
+
+    rig = ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml"
+    made = record(gears3d.load(rig, {"run.duration": "1 s"}))
+    made.write(tmp_path / "a.parquet")
+    found = gears3d.measure(tmp_path / "a.parquet", str(rig))
+    again = gears3d.measure(made, gears3d.load(rig))
+    assert len(found.recording.impacts["time_s"]) == len(again.recording.impacts["time_s"]) > 10
+    for verb in (gears3d.measure, gears3d.diagnose):
+        with pytest.raises(InputError, match=r"gone\.parquet"):
+            verb(tmp_path / "gone.parquet", rig)
+    with pytest.raises(InputError, match="no record is given"):
+        gears3d.diagnose([], rig)
+
+
+def test_objects_show_themselves_in_notebooks():
+    import gears3d
+
+    scenario = gears3d.load(
+        ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s", "run.settle": "0 s"}
+    )
+    run = gears3d.simulate(scenario.with_({"title": "<b>bold</b>"}), "rigid")
+    shown = [one._repr_html_() for one in (scenario, run, gears3d.compare(run, run))]
+    for html in shown:
+        assert html.startswith("<table><caption>")
+        assert html.count("<td>") == html.count("</td>") > 4
+    assert "250 um" in shown[0]
+    assert "&lt;b&gt;bold" in shown[1]
+    assert "<b>bold" not in shown[1]
+    assert "double sided" in shown[1]
+
+
 def test_public_names_survive_the_import_of_their_rooms():
     import gears3d
     import gears3d.comparison
