@@ -18,11 +18,19 @@ from docs_reference import commands, effects, scenario
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "build" / "docs" / "source"
 HTML = ROOT / "build" / "docs" / "html"
-RUN = {"docs/tutorial.md": ("sh", "python"), "gallery.md": ("sh",)}
+RUN = {
+    "docs/tutorial.md": ("sh", "python"),
+    "lumped.md": ("sh", "python"),
+    "bench-data.md": ("sh",),
+    "blind.md": ("sh",),
+    "gallery.md": ("sh",),
+}
 """Pages whose blocks are run, in order, in a folder of their own."""
 NOTEBOOK = "docs/notebook.ipynb"
 """The notebook, run in a folder of its own, too."""
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PICTURE = re.compile(r"!\[[^]]*\]\(made/[^)]*\)")
+"""A picture that a block makes."""
 LINES = 40
 """Of what a block prints, shown below it."""
 
@@ -30,15 +38,17 @@ LINES = 40
 def main() -> int:
     """Copy the pages, make the reference, run the blocks, build."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--no-run", action="store_true", help="do not run the blocks; leaves the gallery out")
+    options.add_argument("--no-run", action="store_true", help="do not run the blocks; leaves their pictures out")
     options.add_argument("--external", action="store_true", help="follow links to other sites, too")
     options.add_argument("--out", type=Path, default=HTML, help="folder of the site")
     chosen = options.parse_args()
     gather()
     if chosen.no_run:
-        (SOURCE / "gallery.md").write_text(
-            "# Gallery\nThe pictures are made when the site is built without `--no-run`.\n"
-        )
+        for page in RUN:
+            text = PICTURE.sub(
+                "*A picture is made when the site is built without `--no-run`.*", (SOURCE / page).read_text()
+            )
+            (SOURCE / page).write_text(text)
     else:
         for page, languages in RUN.items():
             execute(SOURCE / page, languages)

@@ -94,8 +94,8 @@ def _pieces(scenario: Scenario) -> np.ndarray:
     """Return a record as a quintic spline, in lines of the motion table (3·pieces, 3)."""
     from scipy.interpolate import PPoly, make_interp_spline
 
-    time, theta = drive_record(scenario)
-    bandwidth, count = scenario.motion.bandwidth, len(time)
+    time, theta, bandwidth = drive_record(scenario)
+    count = len(time)
     if bandwidth is None:
         bandwidth = 1.0 / (RESOLVED * float(np.median(np.diff(time))))
     else:

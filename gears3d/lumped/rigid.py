@@ -92,10 +92,8 @@ def measured_drive(scenario: Scenario) -> Table:
     Raises:
         InputError: the record cannot be used.
     """
-    time, theta = drive_record(scenario)
-    every = 1
-    if scenario.motion.bandwidth is not None:
-        every = max(1, int(1.0 / (KNOTS * scenario.motion.bandwidth * time[1])))
+    time, theta, bandwidth = drive_record(scenario)
+    every = 1 if bandwidth is None else max(1, int(1.0 / (KNOTS * bandwidth * time[1])))
     rest = (len(time) - 1) % every  # the last knot is the last sample, or little before
     return quintic(time[: len(time) - rest : every], theta[: len(time) - rest : every])
 

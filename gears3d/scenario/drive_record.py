@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
+from gears3d.signals import content
 
 if TYPE_CHECKING:
     from gears3d.scenario.model import Scenario
@@ -19,6 +20,10 @@ LEAST = 12
 """So few samples make no motion."""
 ORDER = 4
 """Of the Butterworth low-pass, which runs forwards and backwards."""
+STEADY = 0.01
+"""Difference of the times between samples, part of one, up to which they are taken for equal."""
+BEYOND = 4.0
+"""Bandwidth over the highest frequency that stands out of the noise: the low-pass takes 1.5e-5 of it."""
 
 
 class DriveRecord(NamedTuple):
@@ -27,14 +32,19 @@ class DriveRecord(NamedTuple):
     Args:
         time: equally spaced when smoothed [s], (n,).
         theta: angle [rad], (n,).
+        bandwidth: up to which it is smoothed [Hz]; ``None``: it is as it was recorded.
     """
 
     time: Array
     theta: Array
+    bandwidth: float | None
 
 
 def drive_record(scenario: Scenario) -> DriveRecord:
     """Return the measured drive motion of a scenario, smoothed up to ``motion.bandwidth`` without a shift in phase.
+
+    Where none is given, a motion whose noise would show in its acceleration is smoothed up to four times the highest
+    frequency that stands out of the noise, if its samples are equally spaced.
 
     Args:
         scenario: with ``motion.record``.
@@ -54,19 +64,23 @@ def drive_record(scenario: Scenario) -> DriveRecord:
     time, theta = _read(path)
     if time[-1] < scenario.run.duration:
         raise _fault(path, f"lasts {time[-1]:.6g} s, the run {scenario.run.duration:.6g} s", "shorten run.duration")
+    step = float(np.median(np.diff(time)))
+    even = np.linspace(0.0, time[-1], round(time[-1] / step) + 1)
+    raw = np.interp(even, time, theta)
     if bandwidth is None:
-        return DriveRecord(time, theta)
+        steady = np.ptp(np.diff(time)) < STEADY * step
+        highest = content(theta, step) if steady else None  # what fills uneven steps would pass for noise
+        bandwidth = None if highest is None else BEYOND * highest
+        if bandwidth is None or bandwidth >= 0.5 / step:
+            return DriveRecord(time, theta, None)
     from scipy.signal import butter, sosfiltfilt
 
-    step = float(np.median(np.diff(time)))
     if bandwidth >= 0.5 / step:
         limit = f"{0.5 / step:.6g} Hz, half the record's sample rate"
         raise InputError(Fault("motion.bandwidth", f"is {bandwidth:.6g} Hz, not below {limit}", "give less"))
-    even = np.linspace(0.0, time[-1], round(time[-1] / step) + 1)
-    raw = np.interp(even, time, theta)
     trend = raw[-1] * even / even[-1]
     smooth = sosfiltfilt(butter(ORDER, bandwidth, fs=1.0 / even[1], output="sos"), raw - trend) + trend
-    return DriveRecord(even, smooth - smooth[0])
+    return DriveRecord(even, smooth - smooth[0], bandwidth)
 
 
 def _read(path: Path) -> tuple[Array, Array]:

@@ -32,6 +32,7 @@ from gears3d.signals.spectra import frequency_spectrum as frequency_spectrum
 from gears3d.signals.spectra import lines as lines
 from gears3d.signals.spectra import order_spectrum as order_spectrum
 from gears3d.signals.spectra import synchronous_average as synchronous_average
+from gears3d.signals.standing import content as content
 from gears3d.signals.stays import contacts as contacts
 from gears3d.signals.stays import durations as durations
 from gears3d.signals.stays import states as states

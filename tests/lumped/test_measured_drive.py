@@ -74,3 +74,34 @@ def test_a_bandwidth_beyond_the_record_is_refused(tmp_path):
     time = np.linspace(0.0, 1.6, 1601)
     with pytest.raises(InputError, match="half the record's sample rate"):
         drive_record(following(written(tmp_path, time, angle(time)), "motion.bandwidth=500 Hz"))
+
+
+@pytest.mark.parametrize("noise", [2e-7, 2e-5])
+def test_noise_is_smoothed_where_nobody_says_how(tmp_path, noise):
+    time = np.linspace(0.0, 4.0, 80_001)
+    noisy = angle(time) + noise * np.random.default_rng(2).standard_normal(len(time))
+    record = drive_record(following(written(tmp_path, time, noisy)))
+    assert 9.0 < record.bandwidth < 100.0  # 3 Hz, and as far as half a second tells them apart
+    inside = (record.time > 0.2) & (record.time < 3.8)
+    off = np.diff(record.theta - angle(record.time), 2)[inside[1:-1]] / record.time[1] ** 2
+    assert np.abs(off).max() < 0.02 * SIZE * OMEGA
+
+
+def test_what_has_no_noise_stays_as_it_is(tmp_path):
+    time = np.linspace(0.0, 1.6, 16_001)
+    record = drive_record(following(written(tmp_path, time, angle(time))))
+    assert record.bandwidth is None
+    assert np.array_equal(record.theta, angle(time) - angle(time)[0])
+
+
+def test_an_encoders_record_drives_like_its_bench(tmp_path):
+    from gears3d.simulation import record
+
+    bench = load(FIG5, ["run.duration=6 s"])
+    path = tmp_path / "rattle.parquet"
+    record(bench).write(path)
+    found = simulate(bench.with_({"motion": {"record": str(path)}}), "rigid")
+    true = simulate(bench, "rigid")
+    high = [one.impacts["velocity_m_s"][one.impacts["flight_height_m"] > 2e-4] for one in (found, true)]
+    assert len(high[0]) == len(high[1]) > 30
+    assert np.abs(high[0][1:-1] / high[1][1:-1] - 1.0).max() < 0.01
