@@ -160,12 +160,20 @@ def _limits_by(rows: list[dict[str, Any]], title: str, groups: dict[str, list[st
         sizes = sorted({row["size"] for row in own})
         told = [f"{size:g}: {sum(_right(r) for r in own if r['size'] == size)}/{sum(r['size'] == size for r in own)}"
                 for size in sizes]  # fmt: skip
-        half, most = limits(np.array([r["size"] for r in own]), np.array([_right(r) for r in own]))
-        yield f"| {kind} | {', '.join(told)} | {half:.2g} | {most:.2g} |"
+        found = limits(np.array([r["size"] for r in own]), np.array([_right(r) for r in own]))
+        half, most = (_within(one, sizes[0], sizes[-1]) for one in found)
+        yield f"| {kind} | {', '.join(told)} | {half} | {most} |"
+
+
+def _within(limit: float, low: float, high: float) -> str:
+    """Return a limit, or that it lies below or beyond what was tried."""
+    return f"< {low:g}" if limit < low else f"> {high:g}" if limit > high else f"{limit:.2g}"
 
 
 def limits(size: np.ndarray, right: np.ndarray) -> tuple[float, float]:
     """Return the sizes at which 50 and 90 % are right, by a logistic curve over the logarithm of the size.
+
+    They are 0 where all are right, and infinite where none is.
 
     Args:
         size: of the hidden effects, (n,).
@@ -177,7 +185,9 @@ def limits(size: np.ndarray, right: np.ndarray) -> tuple[float, float]:
     (0.02, True)
     """
     if not right.any():
-        return float("nan"), float("nan")
+        return float("inf"), float("inf")
+    if right.all():
+        return 0.0, 0.0
     x = np.log(size)
 
     def cost(p: np.ndarray) -> float:
