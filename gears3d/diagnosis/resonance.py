@@ -30,7 +30,8 @@ STANDS_OUT = 10.0
 SMALL = 0.005
 """Part of the backlash by which it must move the readings (root mean square), to spoil anything."""
 RECORDS, UNLIKE = 3, 1.2
-"""Records without which a frequency that does not move is none, and by how much neighbours' speeds must differ."""
+"""Records without which a frequency that does not move is none; by how much neighbours' speeds must differ, and the
+largest or fastest of their fluctuations from the others."""
 
 
 class Resonance(NamedTuple):
@@ -58,6 +59,10 @@ def resonance(admitted: Sequence[Admitted], paths: Paths) -> Resonance | None:
     speeds = sorted(abs(rig.motion.mean) for rig in rigs)
     if len(rigs) < RECORDS or speeds[-1] < UNLIKE ** (RECORDS - 1) * speeds[0]:
         return None
+    first = [rig.motion.harmonics[0] for rig in rigs if rig.motion.harmonics]
+    swings = [(one.frequency, one.amplitude) for one in first]
+    if swings and all(max(each) < UNLIKE * min(each) for each in zip(*swings, strict=True)):
+        return None  # the same fluctuation at every speed makes the same motion, with the same lines
     tried = LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
     seen = [_spectrum(one, paths, tried) for one in admitted]
     ratio, power, sure = (np.array(column) for column in zip(*seen, strict=True))

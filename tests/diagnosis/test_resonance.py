@@ -17,7 +17,7 @@ def _bench(place, speeds=SPEEDS, fluctuation=4.0):
     rig = SimpleNamespace(backlash=BACKLASH)
     records, tracks = [], {}
     for speed in speeds:
-        motion = SimpleNamespace(mean=speed, harmonics=[SimpleNamespace(frequency=fluctuation)])
+        motion = SimpleNamespace(mean=speed, harmonics=[SimpleNamespace(frequency=fluctuation, amplitude=0.1 * speed)])
         one = SimpleNamespace(rig=SimpleNamespace(motion=motion, rig=lambda: rig))
         tracks[id(one)] = SimpleNamespace(
             radii=(1.0, 1.0), drive=place(time, speed), loose=np.zeros_like(time), step=1.0 / RATE
@@ -67,3 +67,10 @@ def test_what_spoils_nothing_is_not_told():
         return _rattle(time, speed) + 0.03 * (_swayed(0.02)(time, speed) - _rattle(time, speed))
 
     assert resonance(*_bench(small)) is None
+
+
+def test_the_same_fluctuation_at_every_speed_tells_none():
+    records, tracks = _bench(_swayed(0.01))
+    for one in records:
+        one.rig.motion.harmonics[0].amplitude = 1.0
+    assert resonance(records, tracks) is None
