@@ -90,7 +90,7 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
-        _write(found, place)
+        _write(found, admitted.rig, place)
     if not as_json:
         for warning in found.summary["warnings"]:
             typer.echo(f"warning: {warning}", err=True)
@@ -130,7 +130,8 @@ def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | N
     typer.echo(f"written to {out}; look through it, then: {then}")
 
 
-def _write(found: Any, out: Path) -> None:
+def _write(found: Any, rig: Any, out: Path) -> None:
+    from gears3d.cli.pictures import over_a_period
     from gears3d.runs import RunFolder
     from gears3d.version import __version__
     from gears3d.views.measured import write_picture
@@ -142,7 +143,7 @@ def _write(found: Any, out: Path) -> None:
         folder.write_summary(found.summary)
         write_picture(folder.path / "measured.png", found)
         beside = sorted(file.name for file in folder.path.iterdir())
-        write(folder.path / "report.html", found, tuple(beside))
+        write(folder.path / "report.html", found, tuple(beside), over_a_period(found, rig))
         folder.commit()
 
 

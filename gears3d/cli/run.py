@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.run_stream import refuse_with_stream, streamed
-from gears3d.errors import EngineError, GearsError, InputError
+from gears3d.errors import EngineError, GearsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.runs import RunFolder
     from gears3d.scenario import Scenario
-    from gears3d.views.report import Picture
 
 
 def run(
@@ -167,27 +166,11 @@ def _report(
     twin: Recording | None,
     summary: dict[str, Any],
 ) -> None:
+    from gears3d.cli.pictures import over_a_period
     from gears3d.views.report import write
 
     about = {"scenario": scenario, "recording": recording, "twin": twin, "summary": summary}
-    write(folder.path / "report.html", **about, strip=_strip(recording, scenario))
-
-
-def _strip(recording: Recording, scenario: Scenario) -> Picture | None:
-    """Return the mesh over a period in pictures; nothing where a run is too short for them."""
-    from gears3d.views.camera import camera
-    from gears3d.views.report import Picture
-
-    try:
-        taken = camera(recording, scenario)
-    except InputError:
-        return None
-    begin, lasts = taken.span
-    caption = (
-        f"From {begin:.6g} s over {1e3 * lasts:.4g} ms, a period; gap drawn {taken.look.factor:g} times as wide. "
-        "More of them, and films: gears3d camera."
-    )
-    return Picture(taken.png(), taken.words(), caption)
+    write(folder.path / "report.html", **about, strip=over_a_period(recording, scenario))
 
 
 def _command() -> str:

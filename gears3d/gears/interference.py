@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from math import acos, atan2, cos, degrees, pi, sin
+from math import acos, degrees, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gears3d.errors import Fault
 from gears3d.gears.involute import inv
-from gears3d.gears.rack import fillet, form
+from gears3d.gears.rack import fillet_points, form
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -82,13 +82,12 @@ def digging(pair: Pair, which: str) -> float:
     half, ratio = pair.half_angle(which), mate.teeth / gear.teeth
     working = inv(pair.working_pressure_angle)
     lead = inv(acos(mate.base_radius / mate.tip_radius)) - working
-    distance, tip, depth = pair.centre_distance, mate.tip_radius, -np.inf
-    for angle in np.linspace(form(gear, half)[1], 0.5 * pi, _POINTS).tolist():
-        radius, polar = fillet(gear, half, angle)
-        cosine = (distance**2 + tip**2 - radius**2) / (2.0 * distance * tip)
-        if cosine > 1.0:
-            continue  # the tip does not come down to this radius
-        before = acos(cosine)  # angle of the tip's edge before the line of centres
-        edge = half - working + (before + lead) * ratio - atan2(tip * sin(before), distance - tip * cos(before))
-        depth = max(depth, (polar - edge) * radius * cos(angle))
-    return depth
+    distance, tip = pair.centre_distance, mate.tip_radius
+    angles = np.linspace(form(gear, half)[1], 0.5 * pi, _POINTS)
+    radius, polar = fillet_points(gear, half, angles).T
+    cosine = (distance**2 + tip**2 - radius**2) / (2.0 * distance * tip)
+    before = np.arccos(np.minimum(cosine, 1.0))  # angle of the tip's edge before the line of centres
+    across, along = tip * np.sin(before), distance - tip * np.cos(before)
+    edge = half - working + (before + lead) * ratio - np.arctan2(across, along)
+    depth = (polar - edge) * radius * np.cos(angles)
+    return float(np.max(depth, initial=-np.inf, where=cosine <= 1.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import acos, atan2, cos, hypot, pi, sin, sqrt, tan
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,14 +39,18 @@ def fillet(gear: Gear, half_angle: float, angle: float) -> tuple[float, float]:
 
     Source: Litvin & Fuentes 2004, Gear Geometry and Applied Theory, section 6.
     """
+    across, up, shift = _cut(gear, half_angle, cos(angle), sin(angle))
+    return hypot(across, up), pi / gear.teeth - (atan2(across, up) - shift / gear.reference_radius)
+
+
+def _cut(gear: Gear, half_angle: float, cosine: Any, sine: Any) -> tuple[Any, Any, Any]:
+    """Place of the fillet across and along the middle of its space, and how far the rack has moved there [m]."""
     offset, depth = _tip_circle(gear, half_angle)
     radius = gear.fillet_radius * gear.module
-    along = offset + radius * cos(angle) / cos(gear.helix_angle)
-    deep = depth + radius * sin(angle)
-    shift = deep * cos(angle) * cos(gear.helix_angle) / sin(angle) - along
-    across, up = along + shift, gear.reference_radius - deep
-    from_space = atan2(across, up) - shift / gear.reference_radius
-    return hypot(across, up), pi / gear.teeth - from_space
+    along = offset + radius * cosine / cos(gear.helix_angle)
+    deep = depth + radius * sine
+    shift = deep * cosine * cos(gear.helix_angle) / sine - along
+    return along + shift, gear.reference_radius - deep, shift
 
 
 def form(gear: Gear, half_angle: float) -> tuple[float, float]:
@@ -93,4 +97,6 @@ def _crossing(gear: Gear, half_angle: float) -> tuple[float, float]:
 
 def fillet_points(gear: Gear, half_angle: float, angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return fillet points as (distance from the axis [m], angle from the middle of the tooth [rad]), (n, 2)."""
-    return np.array([fillet(gear, half_angle, float(angle)) for angle in angles])
+    across, up, shift = _cut(gear, half_angle, np.cos(angles), np.sin(angles))
+    polar = pi / gear.teeth - (np.arctan2(across, up) - shift / gear.reference_radius)
+    return np.column_stack((np.hypot(across, up), polar))

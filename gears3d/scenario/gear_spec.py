@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -68,6 +69,10 @@ class GearSpec:
 
     def gear(self) -> Gear:
         """Return its geometry."""
+        return self._gear
+
+    @cached_property
+    def _gear(self) -> Gear:
         from gears3d.gears.gear import Gear
 
         return Gear(**{part.name: getattr(self, part.name) for part in fields(Gear)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def mesh(gears: Gears, mount: Mount) -> Pair:
         InputError: they do not mesh.
     """
     drive, loose = gears.drive, gears.loose
-    pair = _apart(drive.gear(), loose.gear(), mount)
+    pair = _apart(drive.gear(), loose.gear(), mount.centre_distance, mount.backlash)
     if drive.deviations or loose.deviations:
         pair = pair.with_deviations(*drive.deviations, *loose.deviations)
     tilted = () if mount.misalignment is None else (mount.misalignment,)
@@ -29,16 +30,17 @@ def mesh(gears: Gears, mount: Mount) -> Pair:
     return pair.with_mounting(*mounting) if mounting else pair
 
 
-def _apart(drive: Gear, loose: Gear, mount: Mount) -> Pair:
-    """Return the pair at its centre distance."""
+@lru_cache(maxsize=64)
+def _apart(drive: Gear, loose: Gear, centre_distance: float | None, backlash: float | None) -> Pair:
+    """Return the pair at its centre distance; one that was asked for before has its checks behind it."""
     from gears3d.gears.pair import Pair
 
-    if mount.centre_distance is None:
-        assert mount.backlash is not None
-        return Pair.from_backlash(drive, loose, mount.backlash)
-    if mount.backlash is None:
-        return Pair.from_centre_distance(drive, loose, mount.centre_distance)
-    return Pair.from_both(drive, loose, mount.centre_distance, mount.backlash)
+    if centre_distance is None:
+        assert backlash is not None
+        return Pair.from_backlash(drive, loose, backlash)
+    if backlash is None:
+        return Pair.from_centre_distance(drive, loose, centre_distance)
+    return Pair.from_both(drive, loose, centre_distance, backlash)
 
 
 def solid_inertia(pair: Pair, which: str, density: float) -> float:

@@ -11,6 +11,8 @@ from gears3d import measurement
 from gears3d.gate import Finding
 from gears3d.scenario import load
 from gears3d.simulation import record
+from gears3d.views.camera import camera
+from gears3d.views.report import Picture
 from gears3d.views.report.measured import durations, orders_told, render, write
 from gears3d.views.report.measured.data import DEVIATIONS, close_up, path_lines
 from gears3d.views.report.measured.spectrum import amplitudes
@@ -43,6 +45,15 @@ def found():
 @pytest.fixture(scope="module")
 def page(found):
     return render(found, ("impacts.parquet", "signals.parquet"))
+
+
+def test_pictures_of_the_mesh_come_with_words(found):
+    taken = camera(found, load(SCENARIO))
+    text = render(found, (), Picture(taken.png(), taken.words(), "a period"))
+    (image,) = [tag for tag in Reader(text).tags if tag["tag"] == "img"]
+    assert image["src"].startswith("data:image/png;base64,")
+    assert image["alt"] == taken.words()
+    assert {"active", "reverse"} <= set(re.findall(r"active|reverse|flight", image["alt"]))
 
 
 def test_page_loads_nothing_and_links_to_its_sections_and_the_files_beside(page):

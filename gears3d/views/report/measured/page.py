@@ -13,15 +13,17 @@ from gears3d.views.report.page import as_json, asset, environment
 
 if TYPE_CHECKING:
     from gears3d.measurement import Measurement
+    from gears3d.views.report.page import Picture
 
 
-def render(found: Measurement, beside: tuple[str, ...] = ()) -> str:
+def render(found: Measurement, beside: tuple[str, ...] = (), strip: Picture | None = None) -> str:
     """Return the report of a measured record as one self-contained HTML page.
 
     Args:
         found: of a record; its summary has ``contact_orders`` and ``durations``
             (:func:`orders_told`, :func:`durations`).
         beside: names of files in the same folder to link to.
+        strip: pictures of the mesh over a period; left out when ``None``.
 
     Returns:
         HTML that opens without a network.
@@ -52,19 +54,21 @@ def render(found: Measurement, beside: tuple[str, ...] = ()) -> str:
         "has_impacts": bool(len(found.recording.impacts["time_s"])),
         "has_flights": bool(len(found.segments.flights["start_s"])),
         "beside": beside,
+        "strip": strip,
         "blocks": {name: as_json(block) for name, block in data.items()},
         "asset": asset,
     }
     return environment().get_template("measured.html.j2").render(context)
 
 
-def write(path: str | Path, found: Measurement, beside: tuple[str, ...] = ()) -> Path:
+def write(path: str | Path, found: Measurement, beside: tuple[str, ...] = (), strip: Picture | None = None) -> Path:
     """Write the report under a temporary name and rename it.
 
     Args:
         path: the file, e.g. ``report.html``.
         found: as for :func:`render`.
         beside: as for :func:`render`.
+        strip: as for :func:`render`.
 
     Returns:
         The path.
@@ -72,4 +76,4 @@ def write(path: str | Path, found: Measurement, beside: tuple[str, ...] = ()) ->
     Raises:
         InputError: it cannot be written.
     """
-    return write_text(path, render(found, beside))
+    return write_text(path, render(found, beside, strip))
