@@ -163,11 +163,13 @@ def _limits(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
             yield Case(part, seed, (kind,), (("size", LIMITS[(seed + k) % len(LIMITS)]), *setting))
 
 
+JUDGING = "what is left judging causes"
+"""The stage that is there for causes outside the catalogue: without it they are tried, too."""
 STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
     "cutting anew": (("readied.AGAIN", 0),),
-    "leaving out what is far off": (("search.FAR", ()),),
+    "leaving out what is far off": (("search.FAR", (np.inf,)),),
     "scatter of restitution as noise": (("search.with_own_noise", list),),
-    "what is left judging causes": (("diagnosis.upheld", lambda found, left: list(found.fit.causes)),),
+    JUDGING: (("diagnosis.upheld", lambda found, left: list(found.fit.causes)),),
     "laws of contact": (("diagnosis.law_of", lambda *_: Seen(None, None)), ("diagnosis.with_others", lambda _: None)),
     "the bar for small causes": (("search.SMALLEST", 0.0),),
 }  # fmt: skip
@@ -176,7 +178,8 @@ STAGES: dict[str, tuple[tuple[str, Any], ...]] = {
 
 def _ablated(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     for stage in ("", *STAGES):
-        yield from (Case(part, seed, (kind,), (noise,), without=stage) for kind in KINDS)
+        foreign = UNKNOWN if stage in ("", JUDGING) else ()
+        yield from (Case(part, seed, (kind,), (noise,), without=stage) for kind in (*KINDS, *foreign))
         yield Case(part, seed, (), (noise,), without=stage)
 
 

@@ -125,16 +125,24 @@ def _strange(rows: list[dict[str, Any]]) -> Iterable[str]:
 
 
 def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:
-    yield "| without | right first, or its set | with a wrong name beside | nulls with a name | wrong now |"
-    yield "|---|---|---|---|---|"
+    heads = ("without", "right first, or its set", "with a wrong name beside", "near, where right", "nulls with a name",
+             "outside the catalogue, explained by a wrong name", "wrong now")  # fmt: skip
+    yield f"| {' | '.join(heads)} |"
+    yield "|---" * len(heads) + "|"
     sets: dict[str, set[str]] = {}
     for stage in sorted({row["without"] for row in rows}):
         own = [row for row in rows if row["without"] == stage]
-        some, none = [row for row in own if row["hidden"]], [row for row in own if not row["hidden"]]
-        sets[stage] = {row["hidden"][0] for row in some if not _right(row)}
+        none, strange = (
+            [r for r in own if not r["hidden"]],
+            [r for r in own if r["hidden"] and r["hidden"][0] not in KINDS],
+        )
+        some = [row for row in own if row["hidden"] and row["hidden"][0] in KINDS]
+        sets[stage] = {f"{row['hidden'][0]} at {100 * row['noise']:g} %" for row in some if not _right(row)}
         cells = [stage or "nothing: all stages", _count(some, _right), _count(some, lambda r: r["wrong_names"])]
+        cells += [_count([row for row in some if row["set_right"]], _close), _count(none, lambda r: r["causes"])]
+        cells.append(_count(strange, lambda r: r["verdict"] == "explained"))
         lost = ", ".join(sorted(sets[stage] - sets.get("", set()))) if stage else ""
-        yield "| " + " | ".join([*cells, _count(none, lambda r: r["causes"]), lost or "–"]) + " |"
+        yield "| " + " | ".join([*cells, lost or "–"]) + " |"
 
 
 def _limits(rows: list[dict[str, Any]]) -> Iterable[str]:
