@@ -292,6 +292,7 @@ def _micro(unit: str, factor: float = 1e-6) -> dict[str, float]:
 
 
 add_family("length", "a length", "m", "250 um", {"mm": 1e-3, "cm": 1e-2, "nm": 1e-9, **_micro("m")}, ("um", "mm", "m"))
+add_family("per_length", "a reciprocal length", "1/m", "50 1/mm", {"1/mm": 1e3})
 add_family("angle", "an angle", "rad", "20 deg", {"mrad": 1e-3, "deg": _DEG, "°": _DEG, **_micro("rad")}, ("deg",))
 add_family("time", "a time", "s", "5 s", {"ms": 1e-3, "min": 60.0, **_micro("s")}, ("us", "ms", "s"))
 add_family("speed", "a rotational speed", "rad/s", "30 rpm", {"rpm": _RPM, "deg/s": _DEG}, ("rpm",))

@@ -15,6 +15,7 @@ from gears3d.scenario.checks import check
 from gears3d.scenario.document import Document
 from gears3d.scenario.effect_list import read_effects
 from gears3d.scenario.gear_tables import deviations, misalignment, mounting, relief, tables
+from gears3d.scenario.lubricated import Lubricated
 from gears3d.scenario.meshing import solid_inertia
 from gears3d.scenario.model import (
     Drag,
@@ -70,6 +71,7 @@ def build(document: Document) -> Scenario:
         "drag": Drag(**values["drag"]),
         "impact": Impact(**values["impact"]),
         "start": Start(**values["start"]),
+        "lubricated": Lubricated(**values["lubricated"]),
         "run": run,
         "sensors": _sensors(reader, sections["sensors"]),
         "effects": read_effects(reader, top.get("effect", [])),

@@ -152,6 +152,25 @@ SENSOR = {
     "noise": Key("angle", "standard deviation of the reading", "0 deg", low=0.0),
 }
 SENSORS = {"sample_rate": _positive("frequency", "of both encoders", "50 kHz"), **SENSOR}
+LUBRICATED = {
+    "damping_ratio": Key("ratio", "damping of the teeth, over the critical one", 0.1, 0.0, 2.0),
+    "harmonics": Key("count", "of the mesh frequency that the stiffness of the teeth has", 8, low=0, high=100),
+    "friction": Key(
+        "choice", "mean over the lines of contact, of one place as published, or none", "lines",
+        choices=("lines", "published", "none"),
+    ),
+    "average_friction": Key("ratio", "coefficient of friction far from the pitch point", 0.05, 0.0, 1.0),
+    "regularisation": _positive("per_length", "how fast friction turns round at the pitch point", "50 1/mm"),
+    "sheared_oil": Key("choice", "whether it rubs, where there is friction", "rubs", choices=("rubs", "slips")),
+    "dead_zone": Key(
+        "choice", "oil at every gap, or teeth in its place from published_gap on", "continuous",
+        choices=("continuous", "published"),
+    ),
+    "published_gap": _positive("length", "where the published dead zone ends, along the normal", "5 um"),
+    "ramp": Key("length", "depth over which damping comes in, along the normal; the smallest film when not given", None,
+                low=0.0),
+    "tolerance": Key("ratio", "relative, of a step", 1e-7, 1e-13, 1e-2),
+}  # fmt: skip
 EXPECT = {
     "regime": Key("choice", "regime after settling", None, choices=REGIMES),
     "impacts_per_period": Key("ratio", "mean number of impacts in a period of the excitation", None, low=0.0),
@@ -164,6 +183,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
     "impact": IMPACT,
     "start": START,
     "run": RUN,
+    "lubricated": LUBRICATED,
     "sensors": SENSORS,
     "expect": EXPECT,
 }

@@ -15,6 +15,7 @@ from gears3d.scenario.gear_spec import Mount as Mount
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears.pair import Pair
+    from gears3d.scenario.lubricated import Lubricated
     from gears3d.scenario.overrides import Overrides
 
 
@@ -128,6 +129,7 @@ class Scenario:
         start: state at t = 0.
         run: duration and output.
         sensors: encoders.
+        lubricated: how teeth close and rub in the lubricated model; others do not read it.
         effects: what extends the base model, in order.
         expect: what must come out: ``regime`` and ``impacts_per_period``, those that were asked for.
         uncertainty: key path -> standard uncertainty in the key's SI unit.
@@ -145,6 +147,7 @@ class Scenario:
     start: Start
     run: Run
     sensors: Sensors
+    lubricated: Lubricated
     effects: tuple[Any, ...] = ()
     expect: dict[str, Any] = field(default_factory=dict, hash=False)
     uncertainty: dict[str, float] = field(default_factory=dict, hash=False)

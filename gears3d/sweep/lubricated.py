@@ -12,7 +12,6 @@ from gears3d.lumped.batch import room
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.model import pack
 from gears3d.lumped.lubricated.run import run
-from gears3d.lumped.lubricated.settings import Settings
 from gears3d.sweep.block import Raw, fill, one_by_one
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
@@ -33,19 +32,19 @@ def run_points(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> N
         watch: keeps the time.
         skip: points that are not run.
     """
-    settings, jerk = Settings(), "ri" in plan.measures
+    jerk = "ri" in plan.measures
     kept = room(plan.periods - plan.settle)
     last: list[np.ndarray] = []
 
     def one(row: int, scenario: Scenario, goes_on: bool) -> None:
         begun = _going_on(last[-1]) if plan.follow and goes_on and last else None
         last.clear()
-        m = pack(scenario, settings)
+        m = pack(scenario)
         period = scenario.period
         end = plan.periods * period
         spacing = period if plan.strobe == 0.0 else period / FINEST
         outcome = run(
-            m, end, scenario.start.state, spacing, plan.settle * period, settings.tolerance,
+            m, end, scenario.start.state, spacing, plan.settle * period, scenario.lubricated.tolerance,
             books=jerk, progress=watch.check, state=begun,
         )  # fmt: skip
         if outcome.interrupted:

@@ -11,8 +11,6 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from gears3d.lumped.lubricated.settings import Settings
-
 if TYPE_CHECKING:
     from gears3d.lumped.lubricated.drag import Bath, Bearing, Synchroniser, drag_parts
     from gears3d.lumped.lubricated.indices import error_indices, rattle_index, sensitivity
@@ -31,7 +29,6 @@ _HOME = {
 __all__ = [
     "Bath",
     "Bearing",
-    "Settings",
     "Synchroniser",
     "drag_parts",
     "error_indices",

@@ -15,13 +15,13 @@ from gears3d.laws.film import contact_length, equivalent_radius
 from gears3d.lumped.lower import eccentric, motion
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.friction import levers, shearing
-from gears3d.lumped.lubricated.settings import Settings
 from gears3d.stiffness import harmonics
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears import Pair
     from gears3d.scenario import Scenario
+    from gears3d.scenario.lubricated import Lubricated
 
 POINTS = 256
 """Of the table over one pitch of the drive."""
@@ -60,12 +60,11 @@ class Model:
         return self.numbers, self.sines, self.waves, self.powers, self.table
 
 
-def pack(scenario: Scenario, settings: Settings | None = None) -> Model:
+def pack(scenario: Scenario) -> Model:
     """Return the lubricated model of a scenario.
 
     Args:
         scenario: with an effect ``oil_film``; ``tooth_compliance`` takes the place of the stiffness of its own teeth.
-        settings: of the model.
 
     Returns:
         The packed model.
@@ -78,17 +77,16 @@ def pack(scenario: Scenario, settings: Settings | None = None) -> Model:
     >>> bool(2.2e8 < m.table[:, 0].mean() < 2.8e8)
     True
     """
-    settings = settings or Settings()
-    rig, rows = scenario.rig(), scenario.rows()
+    rig, rows, teeth = scenario.rig(), scenario.rows(), scenario.lubricated
     _refuse(scenario, rows)
     sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
     mean, moving = motion(rig, sines + [row.p for row in rows if row.code == Code.MOTION_HARMONIC])
     waves, thinner = _waves(rig, rows)
-    numbers = _numbers(rig, rows, settings, scenario.pair())
+    numbers = _numbers(rig, rows, teeth, scenario.pair())
     numbers[at.MEAN] = mean
     numbers[at.BACKLASH] -= thinner
     springs = [row.p[0] for row in rows if row.code == Code.GAP_SPRING]
-    table = _table(scenario.pair(), float(sum(springs)) if springs else None, settings).copy()
+    table = _table(scenario.pair(), float(sum(springs)) if springs else None, teeth).copy()
     slowest = 2.0 * pi / float(moving[:, 1].min()) if len(moving) else scenario.run.duration
     fastest = abs(mean) + float(np.abs(moving[:, 0]).sum())
     fast = [2.0 * pi / float(moving[:, 1].max()) / 12.0] if len(moving) else []
@@ -98,7 +96,7 @@ def pack(scenario: Scenario, settings: Settings | None = None) -> Model:
     return Model(numbers, moving, waves, powers, table, longest, slowest)
 
 
-def _numbers(rig: Rig, rows: tuple[Row, ...], settings: Settings, pair: Pair) -> np.ndarray:
+def _numbers(rig: Rig, rows: tuple[Row, ...], settings: Lubricated, pair: Pair) -> np.ndarray:
     """The numbers of the rig, its film and its teeth."""
     p = np.zeros(at.NUMBERS)
     tilt = cos(rig.base_helix_angle)
@@ -118,7 +116,7 @@ def _numbers(rig: Rig, rows: tuple[Row, ...], settings: Settings, pair: Pair) ->
     linear = [row.p for row in rows if row.code == Code.TORQUE_LINEAR]
     p[at.VISCOUS], p[at.CARRIED] = sum(c for c, _ in linear), sum(c * shaft for c, shaft in linear)
     p[at.RUBBING] = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
-    if settings.hydrodynamic and settings.friction != "none":
+    if settings.sheared_oil == "rubs" and settings.friction != "none":
         radius = equivalent_radius(
             rig.base_radius_drive, rig.base_radius_loose, rig.working_pressure_angle, rig.base_helix_angle
         )
@@ -129,7 +127,7 @@ def _numbers(rig: Rig, rows: tuple[Row, ...], settings: Settings, pair: Pair) ->
 
 
 @lru_cache(maxsize=8)
-def _table(pair: Pair, spring: float | None, settings: Settings) -> np.ndarray:
+def _table(pair: Pair, spring: float | None, settings: Lubricated) -> np.ndarray:
     """Stiffness and levers over one pitch of the drive; many runs of one pair share them."""
     theta = np.arange(POINTS) / POINTS * 2.0 * pi / pair.drive.teeth
     table = np.zeros((POINTS, at.COLUMNS))

@@ -11,7 +11,6 @@ import numpy as np
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.model import Model, pack
 from gears3d.lumped.lubricated.run import Outcome, run
-from gears3d.lumped.lubricated.settings import Settings
 from gears3d.lumped.rigid import SIGNALS, tooth
 from gears3d.recording import Recording
 
@@ -22,16 +21,13 @@ if TYPE_CHECKING:
 WORKS = ("mesh", "drag", "friction", "spring", "damping", "squeeze", "wedge", "drive")
 
 
-def simulate(
-    scenario: Scenario, progress: Callable[[float], None] | None = None, settings: Settings | None = None
-) -> Recording:
+def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Recording:
     """Run a scenario in the lubricated model.
 
     Args:
         scenario: with an effect ``oil_film``; its restitution plays no part, the teeth give way. Effects of sensors do
             nothing here.
         progress: called now and then with the simulated time done [s].
-        settings: of the model.
 
     Returns:
         The recording, with ``mesh_force_N`` (along the normal, on the loose gear, active flank positive) beside the
@@ -51,8 +47,7 @@ def simulate(
     >>> sorted(set(recording.impacts["flank"].tolist()))
     [0, 1]
     """
-    settings = settings or Settings()
-    m = pack(scenario, settings)
+    m = pack(scenario)
     rig, duration = scenario.rig(), scenario.run.duration
     outcome = run(
         m,
@@ -60,7 +55,7 @@ def simulate(
         scenario.start.state,
         1.0 / scenario.run.output_rate,
         min(scenario.run.settle, duration),
-        settings.tolerance,
+        scenario.lubricated.tolerance,
         lyapunov=True,
         progress=progress,
     )

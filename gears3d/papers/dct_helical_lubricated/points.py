@@ -89,16 +89,16 @@ def swept(bench: Bench, friction: str = "lines", **where: Any) -> tuple[float, f
         friction: of the model's settings.
         where: what :func:`point` takes.
     """
-    from gears3d.lumped.lubricated import Settings, error_indices
+    from gears3d.lumped.lubricated import error_indices
     from gears3d.lumped.lubricated.model import pack
     from gears3d.lumped.lubricated.run import run
 
     def compute() -> tuple[float, float, float]:
         bench.breathe()
-        scenario = bench.scenario(CASE, point(**where, periods=80))
+        scenario = bench.scenario(CASE, {**point(**where, periods=80), "lubricated.friction": friction})
         rig, period = scenario.rig(), scenario.period
         spacing = period / 400.0
-        m = pack(scenario, Settings(friction=friction))
+        m = pack(scenario)
         outcome = run(m, 80 * period, spacing=spacing, settle=40 * period, tolerance=1e-6)
         tilt = cos(rig.base_helix_angle)
         later = outcome.samples[outcome.samples[:, 0] > 40 * period]

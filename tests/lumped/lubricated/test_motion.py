@@ -8,14 +8,13 @@ from scipy.integrate import solve_ivp
 
 from gears3d.laws import film
 from gears3d.lumped import rigid
-from gears3d.lumped.lubricated import Settings
 from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.model import pack
 from gears3d.lumped.lubricated.run import begin, run
 from gears3d.scenario import load
 
 CASE = "scenarios/dct-helical-lubricated/fig13.toml"
-BARE = Settings(friction="none", ramp=0.0, harmonics=0)
+BARE = {"lubricated.friction": "none", "lubricated.ramp": "0 um", "lubricated.harmonics": 0}
 
 
 def oil(viscosity="0.01 Pa s", **more):
@@ -31,7 +30,7 @@ def scenario(*effects, **changes):
     return load(CASE, {"run.settle": "0 s", "run.duration": "0.1 s", "effect": list(effects) or [oil()], **named})
 
 
-def law(s, settings, m):
+def law(s, m):
     """The equation of motion from the laws along the normal, and the teeth from the table of the model."""
     rig = s.rig()
     angles = (rig.working_pressure_angle, rig.base_helix_angle)
@@ -57,7 +56,7 @@ def law(s, settings, m):
             deep = least - gap
             if deep > 0.0:
                 stiffness = np.interp(turned, share, table[:, flank]) / tilt**2
-                damping = 2.0 * settings.damping_ratio * sqrt(stiffness * mass)
+                damping = 2.0 * s.lubricated.damping_ratio * sqrt(stiffness * mass)
                 force += side * max(0.0, stiffness * deep - damping * rate)
         # x'' = −(s − φ)''·cos βb
         return [v, (rig.base_radius_drive * up + rig.drag_torque / (mass * rig.base_radius_loose * tilt**2)) * tilt
@@ -68,14 +67,13 @@ def law(s, settings, m):
 
 @pytest.mark.parametrize(("viscosity", "harmonics"), [("0.01 Pa s", 0), ("0.1 Pa s", 6)])
 def test_the_motion_is_that_of_an_independent_integration_along_the_normal(viscosity, harmonics):
-    settings = Settings(friction="none", ramp=0.0, harmonics=harmonics)
-    s = scenario(oil(viscosity), start__state="free")
-    m = pack(s, settings)
+    s = scenario(oil(viscosity), start__state="free").with_({**BARE, "lubricated.harmonics": harmonics})
+    m = pack(s)
     ours = run(m, 0.03, "free", 1e-4, tolerance=1e-9).samples
     rig = s.rig()
     tilt = cos(rig.base_helix_angle)
     theirs = solve_ivp(
-        law(s, settings, m), (0.0, 0.0301), [0.0, 0.0], "DOP853", ours[:, 0], rtol=1e-10, atol=1e-15, max_step=1e-5
+        law(s, m), (0.0, 0.0301), [0.0, 0.0], "DOP853", ours[:, 0], rtol=1e-10, atol=1e-15, max_step=1e-5
     ).y
     place = (0.5 * rig.backlash * tilt - theirs[0]) / tilt
     assert np.ptp(place) > 0.8 * rig.backlash
@@ -86,7 +84,7 @@ def test_the_motion_is_that_of_an_independent_integration_along_the_normal(visco
 def test_with_even_teeth_and_no_friction_it_is_the_twin_with_a_film_on_compliant_flanks():
     """Two kernels that share the film's numbers and nothing else: power series there, Runge-Kutta here."""
     s = scenario(oil("0.02 Pa s"), teeth(2.5e8, 3e3), run__duration="0.3 s", run__output_rate="5 kHz")
-    ours = run(pack(s, BARE), 0.3, "free", 2e-4, tolerance=1e-10).samples
+    ours = run(pack(s.with_(BARE)), 0.3, "free", 2e-4, tolerance=1e-10).samples
     twin = rigid.simulate(s.with_({"start.state": "free"}))
     place = twin.signals["displacement_m"]
     assert len(twin.impacts["time_s"]) >= 40
@@ -95,9 +93,9 @@ def test_with_even_teeth_and_no_friction_it_is_the_twin_with_a_film_on_compliant
 
 def test_impacts_are_those_of_the_twin_with_a_film():
     s = scenario(oil("0.02 Pa s"), teeth(2.5e8, 3e3), run__duration="0.3 s", start__state="free")
-    found = run(pack(s, BARE), 0.3, "free", tolerance=1e-10).impacts
+    found = run(pack(s.with_(BARE)), 0.3, "free", tolerance=1e-10).impacts
     twin = rigid.simulate(s).impacts
-    felt = pack(s, BARE).numbers[at.FELT]
+    felt = pack(s.with_(BARE)).numbers[at.FELT]
     assert felt == pytest.approx(s.effects[0].felt(s.rig()), rel=1e-9)
     assert len(found) == len(twin["time_s"])
     assert found[:, 0] == pytest.approx(twin["time_s"], abs=1e-7)
@@ -126,7 +124,7 @@ def test_thin_oil_on_stiff_teeth_tends_to_the_rigid_twin():
             teeth(stiffness, 2.0 * ratio * sqrt(stiffness * 0.96797)),
         ]
         s = scenario(*effects, impact__restitution=e, start__state="free")
-        hits = run(pack(s, BARE), 0.04, "free", tolerance=1e-8).impacts[:4]
+        hits = run(pack(s.with_(BARE)), 0.04, "free", tolerance=1e-8).impacts[:4]
         assert hits[:, 1].tolist() == rigid_ones["flank"][:4].tolist()
         off.append(np.abs(hits[:, 0] - rigid_ones["time_s"][:4]).max())
     assert off[0] > 2.0 * off[1] > 4.0 * off[2]
@@ -137,8 +135,8 @@ def test_thin_oil_on_stiff_teeth_tends_to_the_rigid_twin():
 
 @pytest.mark.parametrize("friction", ["lines", "published", "none"])
 def test_the_books_close(friction):
-    s = scenario()
-    m = pack(s, Settings(friction=friction))
+    s = scenario(lubricated__friction=friction)
+    m = pack(s)
     start = begin(m, "active")
     done = run(m, 0.2, "active", tolerance=1e-11)
     mesh, drag, rubbed, spring, damping, squeeze, wedge, drive = done.books
@@ -159,7 +157,7 @@ def test_the_books_close(friction):
 
 def test_even_teeth_give_back_what_they_take():
     s = scenario(oil(), teeth(2.5e8, 0.0), start__state="free")
-    done = run(pack(s, BARE), 0.1, "free", tolerance=1e-9)
+    done = run(pack(s.with_(BARE)), 0.1, "free", tolerance=1e-9)
     assert done.counters["touches"] > 8
     assert done.state[at.PLACE] > 2e-6
     assert abs(done.books[at.SPRING_WORK]) < 1e-9
@@ -167,7 +165,7 @@ def test_even_teeth_give_back_what_they_take():
 
 
 def test_smaller_tolerances_take_the_error_down_with_them():
-    m = pack(scenario(), BARE)
+    m = pack(scenario().with_(BARE))
     best = run(m, 0.05, "free", tolerance=1e-12).state[at.PLACE]
     off = [abs(run(m, 0.05, "free", tolerance=tol).state[at.PLACE] - best) for tol in (1e-5, 1e-7, 1e-9)]
     assert off[0] < 1e-7
@@ -178,7 +176,7 @@ def test_smaller_tolerances_take_the_error_down_with_them():
 
 def test_at_rest_the_wedge_carries_the_drag():
     s = scenario(oil(), motion__harmonics=[])
-    done = run(pack(s, BARE), 0.5, "active", tolerance=1e-9)
+    done = run(pack(s.with_(BARE)), 0.5, "active", tolerance=1e-9)
     rig = s.rig()
     tilt = cos(rig.base_helix_angle)
     angles = (rig.working_pressure_angle, rig.base_helix_angle)
@@ -201,10 +199,10 @@ def test_it_survives_thick_oil_and_the_thinnest_films(viscosity, least):
 
 
 def test_only_the_published_dead_zone_pulls():
-    s = scenario(run__output_rate="1 MHz")
-    wide = {"friction": "none", "published_gap": 5e-6}
+    wide = {"lubricated.friction": "none", "lubricated.published_gap": "5 um"}
+    s = scenario(run__output_rate="1 MHz").with_(wide)
     for dead_zone, pulls in (("continuous", False), ("published", True)):
-        m = pack(s, Settings(dead_zone=dead_zone, **wide))
+        m = pack(s.with_({"lubricated.dead_zone": dead_zone}))
         samples = run(m, 0.02, "free", 1e-6, tolerance=1e-7).samples
         strongest = min(samples[:, 3].min(), samples[:, 4].min())
         assert (strongest < -1.0) == pulls

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d import simulate
-from gears3d.errors import InputError, UsageError
-from gears3d.lumped.lubricated import Settings, error_indices, rattle_index, sensitivity
+from gears3d.errors import InputError
+from gears3d.lumped.lubricated import error_indices, rattle_index, sensitivity
 from gears3d.recording import describe
 from gears3d.scenario import load
 
@@ -61,5 +61,18 @@ def test_what_the_model_cannot_do_is_told_all_at_once():
         simulate(load(CASE, {"effect": effects}), "lubricated")
     assert [fault.key for fault in caught.value.faults] == ["effect[0]", "effect"]
     assert "oil_film" in str(caught.value)
-    with pytest.raises(UsageError, match="did you mean 'published'"):
-        Settings(dead_zone="publisht")
+    with pytest.raises(InputError, match=r"lubricated\.dead_zone.*did you mean 'published'"):
+        load(CASE, {"lubricated.dead_zone": "publisht"})
+
+
+def test_what_the_scenario_says_of_teeth_is_what_is_run():
+    def index(**table):
+        return simulate(
+            load(CASE, {"run.duration": "0.4 s", "run.settle": "0.2 s", "lubricated": table}), "lubricated"
+        ).meta["rattle_index"]
+
+    plain = index()
+    assert index(friction="lines", damping_ratio=0.1, regularisation="50 1/mm") == plain
+    assert index(damping_ratio=0.3) != plain
+    assert index(sheared_oil="slips") != plain
+    assert index(average_friction=0.0) != plain
