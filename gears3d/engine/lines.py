@@ -18,7 +18,7 @@ from gears3d.gears import HarmonicDeviation, ToothDeviation, piece_budget
 from gears3d.gears.arrays import TIP_ROLL
 from gears3d.gears.edge import Edged
 from gears3d.gears.flank import roll_of
-from gears3d.gears.surface import Surfaces, compile_surfaces, section_gap
+from gears3d.gears.surface import Surfaces, compile_surfaces, lowest, section_gap
 from gears3d.kernels import njit
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ _LEVEL = 1e-13
 """Gaps of neighbouring sections that differ by less need no search between them [m]."""
 _BESIDE = 1e-4
 """How far from the end of the face a gap is looked at to tell whether it falls to that end, in face widths."""
-_GOLDEN = 0.6180339887498949
+_WITHIN = 1e-9
+"""How near the height of the smallest gap is found [m]."""
 _STAND_OFF = 2e-6
 """How far Bullet's slices may stand off a helical flank between their ends [m]."""
 _SLICES = 8
@@ -177,7 +178,7 @@ def line_gap(
         z = 0.5 * (low + high)
     else:
         low, high, end = facing(shape, along, angles, teeth, side, along.margin)
-        z = end if low > high else _lowest(surfaces, angles, teeth, side, (low, high))[0]
+        z = end if low > high else lowest(surfaces, angles, teeth, side, (low, high), _WITHIN)[0]
     found = section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, side, z)
     return found[0], found[1], found[2], z, inside
 
@@ -202,29 +203,8 @@ def _searched(
         if section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, beside)[0] >= gaps[i + 1]:
             return low + i * step
     around = (low + max(i - 1, 0) * step, low + min(i + 1, LOOKS - 1) * step)
-    z, gap = _lowest(surfaces, angles, teeth, side, around)
+    z, gap = lowest(surfaces, angles, teeth, side, around, _WITHIN)
     return z if gap < gaps[i + 1] else low + i * step
-
-
-@njit(cache=True)
-def _lowest(
-    surfaces: Surfaces, angles: tuple[float, float], teeth: tuple[int, int], side: int, span: tuple[float, float]
-) -> tuple[float, float]:
-    """Return height and size of the smallest gap between two heights by golden sections [m]."""
-    low, high = span
-    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-    at_a = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, a)[0]
-    at_b = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, b)[0]
-    while high - low > 1e-9:
-        if at_a < at_b:
-            high, b, at_b = b, a, at_a
-            a = high - _GOLDEN * (high - low)
-            at_a = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, a)[0]
-        else:
-            low, a, at_a = a, b, at_b
-            b = low + _GOLDEN * (high - low)
-            at_b = section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, b)[0]
-    return (a, at_a) if at_a < at_b else (b, at_b)
 
 
 @njit(cache=True)

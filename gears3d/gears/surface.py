@@ -36,6 +36,8 @@ _LEVEL = 1e-13
 _STEP = 1e-6
 """Over which a deviating section's change with the height is differenced [m]."""
 _GOLDEN = 0.6180339887498949
+_WITHIN = 1e-12
+"""How near the height of the smallest gap is found [m]."""
 
 
 class Surfaces(NamedTuple):
@@ -266,7 +268,8 @@ def surface_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
         level = abs(before - here) < _LEVEL and abs(after - here) < _LEVEL
         if here < inf and here <= before and here <= after and not level:
             low, high = -half + max(i - 1, 0) * step, -half + min(i + 1, _SECTIONS) * step
-            z, gap = _lowest(surfaces, (theta_drive, theta_loose), (tooth_drive, tooth_loose), flank, (low, high))
+            thetas, teeth = (theta_drive, theta_loose), (tooth_drive, tooth_loose)
+            z, gap = lowest(surfaces, thetas, teeth, flank, (low, high), _WITHIN)
             if gap < least:
                 least, height = gap, z
     best = section_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, flank, height)
@@ -274,13 +277,25 @@ def surface_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
 
 
 @njit(cache=True)
-def _lowest(surfaces, thetas, teeth, flank, span):
-    """Find the smallest gap between two heights by golden sections: height and gap."""
+def lowest(surfaces, thetas, teeth, flank, span, within):
+    """Find the smallest gap between two heights by golden sections.
+
+    Args:
+        surfaces: the arrays of a pair.
+        thetas: angles of drive and loose gear [rad].
+        teeth: of drive and loose gear.
+        flank: 0 active, 1 reverse.
+        span: both heights [m].
+        within: how near the height is found [m].
+
+    Returns:
+        Height and gap [m].
+    """
     low, high = span
     a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     at_a = section_gap(surfaces, thetas[0], thetas[1], teeth[0], teeth[1], flank, a)[0]
     at_b = section_gap(surfaces, thetas[0], thetas[1], teeth[0], teeth[1], flank, b)[0]
-    for _ in range(52):
+    while high - low > within:
         if at_a < at_b:
             high, b, at_b = b, a, at_a
             a = high - _GOLDEN * (high - low)

@@ -155,8 +155,23 @@ def _limits(rows: list[dict[str, Any]]) -> Iterable[str]:
         places: dict[str, list[str]] = {}
         for kind in sorted({row["hidden"][0] for row in rows}):
             places.setdefault(catalogue()[kind].place, []).append(kind)
-        for setting in settings:
-            yield from ["", *_limits_by([row for row in rows if row["setting"] == setting], setting, places)]
+        yield from [
+            "",
+            f"| right first; 50 %, 90 % limit | {' | '.join(settings)} |",
+            "|---" * (len(settings) + 1) + "|",
+        ]
+        for place, kinds in places.items():
+            own = [row for row in rows if row["hidden"][0] in kinds]
+            cells = [_limit([row for row in own if row["setting"] == setting]) for setting in settings]
+            yield f"| {place} | {' | '.join(cells)} |"
+
+
+def _limit(rows: list[dict[str, Any]]) -> str:
+    """Return how many are right, and both limits."""
+    sizes = np.array([row["size"] for row in rows])
+    right = np.array([_right(row) for row in rows])
+    half, most = (_within(one, sizes.min(), sizes.max()) for one in limits(sizes, right))
+    return f"{right.sum()}/{len(rows)}; {half}, {most}"
 
 
 def _limits_by(rows: list[dict[str, Any]], title: str, groups: dict[str, list[str]]) -> Iterable[str]:
