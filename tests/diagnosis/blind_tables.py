@@ -126,7 +126,7 @@ def _strange(rows: list[dict[str, Any]]) -> Iterable[str]:
 
 def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:
     heads = ("without", "right first, or its set", "with a wrong name beside", "near, where right", "nulls with a name",
-             "outside the catalogue, explained by a wrong name", "wrong now")  # fmt: skip
+             "outside the catalogue, a cause named", "wrong now")  # fmt: skip
     yield f"| {' | '.join(heads)} |"
     yield "|---" * len(heads) + "|"
     sets: dict[str, set[str]] = {}
@@ -140,7 +140,7 @@ def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:
         sets[stage] = {f"{row['hidden'][0]} at {100 * row['noise']:g} %" for row in some if not _right(row)}
         cells = [stage or "nothing: all stages", _count(some, _right), _count(some, lambda r: r["wrong_names"])]
         cells += [_count([row for row in some if row["set_right"]], _close), _count(none, lambda r: r["causes"])]
-        cells.append(_count(strange, lambda r: r["verdict"] == "explained"))
+        cells.append(_count(strange, lambda r: r["causes"]))
         lost = ", ".join(sorted(sets[stage] - sets.get("", set()))) if stage else ""
         yield "| " + " | ".join([*cells, lost or "–"]) + " |"
 
