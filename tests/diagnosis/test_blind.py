@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.challenge.causes import KINDS
-from tests.diagnosis.blind import LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out
+from tests.diagnosis.blind import FINE, LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out, play
 from tests.diagnosis.blind_tables import limits, rate, tables
 
 
@@ -89,7 +89,17 @@ def test_a_stage_that_is_left_out_comes_back(stage):
 def test_tables_tell_what_a_stage_is_worth():
     row = {"part": "ablation", "seed": 1, "records": 5, "hidden": ["drag_viscous"], "size": 0.2, "noise": 0.003,
            "visible": True, "causes": [{"kind": "drag_viscous", "or": []}], "gain": 0.9, "without": "",
-           "seconds": 2.0, "set_right": True, "wrong_names": []}  # fmt: skip
+           "seconds": 2.0, "set_right": True, "wrong_names": [], "parameters": []}  # fmt: skip
     lost = {**row, "without": "cutting anew", "set_right": False}
-    lines = list(tables([row, lost]))
-    assert f"| cutting anew | {rate(0, 1)} | {rate(0, 1)} | – | drag_viscous |" in lines
+    strange = {**row, "hidden": ["stick-slip"], "causes": [], "set_right": None}
+    lines = list(tables([row, lost, strange]))
+    assert f"| nothing: all stages | {rate(1, 1)} | {rate(0, 1)} | {rate(1, 1)} | – | {rate(0, 1)} | – |" in lines
+    assert f"| cutting anew | {rate(0, 1)} | {rate(0, 1)} | – | – | – | drag_viscous at 0.3 % |" in lines
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stage", STAGES)
+def test_the_rest_does_without_a_stage(stage):
+    short = (("records", 3), ("duration", 4.0), ("noise", FINE))
+    row = play(Case("ablation", 31, ("restitution_offset",), short, without=stage))
+    assert row["kinds_first"], row
