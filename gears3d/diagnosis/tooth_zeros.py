@@ -16,8 +16,10 @@ from gears3d.diagnosis.zeros import SHOWS
 from gears3d.effects import catalogue
 
 Array = np.ndarray
-STEPS = 8
+STEPS = 32
 """Places to a pitch that are tried."""
+SIZES = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2, 0.4)
+"""Backlashes that a tooth is off by when it is looked for: thicker ones carry before and behind their place, too."""
 FAR = 0.5
 """Backlashes that a point counts at most."""
 
@@ -59,11 +61,12 @@ def tooth(known: Library, rest: Array, gear: str) -> Tooth:
     teeth = known.records[0].rig.teeth_drive if gear == "drive" else known.records[0].rig.teeth_loose
     count = teeth * STEPS
     sums = [_binned(one, part, gear, count) for one, part in zip(known.records, own, strict=True)]
-    found = [_matched(sums, _shape(known.records, gear, flank, sign, count))
-             for flank, sign in product(("both", "active", "reverse"), (1.0, -1.0))]  # fmt: skip
+    shapes = [_shape(known.records, gear, flank, sign * size, count)
+              for flank, sign, size in product(("both", "active", "reverse"), (1.0, -1.0), SIZES)]  # fmt: skip
+    found = [_matched(sums, shape) for shape in shapes]
     gain, place, worth = max(found, key=lambda each: each[0])
     asked = int(np.sum(worth > 0.0))
-    return Tooth(gain - 2.0 * asked * log(6 * count), place, worth, teeth)
+    return Tooth(gain - 2.0 * asked * log(len(shapes) * count), place, worth, teeth)
 
 
 def _binned(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
@@ -78,12 +81,13 @@ def _binned(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, A
     return off.reshape(2, count), weight.reshape(2, count)
 
 
-def _shape(records: Sequence[Evidence], gear: str, flank: str, sign: float, count: int) -> Array:
-    """Return what a tooth of a metre at angle 0 would do over a turn, by flank [m], (2, n)."""
+def _shape(records: Sequence[Evidence], gear: str, flank: str, size: float, count: int) -> Array:
+    """Return what a tooth at angle 0 that is off by so many backlashes does over a turn, over its size, (2, n)."""
     one, angle = records[0], np.arange(count) * 2.0 * pi / count
-    rows = catalogue()["pitch_error"](offset=sign * 1e-6, tooth=1, gear=gear, flank=flank).rows(one.rig)
+    offset = size * one.rig.backlash
+    rows = catalogue()["pitch_error"](offset=offset, tooth=1, gear=gear, flank=flank).rows(one.rig)
     sides = [deviation(rows, one.pair, angle, angle, np.full(count, side)) for side in (0, 1)]
-    return np.array(sides) * 1e6
+    return np.array(sides) / abs(offset)
 
 
 def _matched(sums: Sequence[tuple[Array, Array]], shape: Array) -> tuple[float, Array, Array]:

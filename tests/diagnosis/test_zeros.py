@@ -172,24 +172,27 @@ def test_zeros_that_are_off_are_not_made_up_for_by_a_third_cause(tmp_path):
     found, score = judged(tmp_path, ("encoder_eccentricity", "drag_position"), 10081, size=0.3, records=3, duration=5.0)
     assert score["kinds_first"], found.to_dict()
     assert not score["wrong_names"], found.to_dict()
-    assert all(abs(one["error"]) < 0.01 for one in score["parameters"] if one["error"] is not None)
+    sizes = [one for one in score["parameters"] if one["error"] is not None and one["name"] != "phase"]
+    assert all(abs(one["error"]) < 0.01 for one in sizes)
+    assert all(one["covered"] for one in score["parameters"] if one["name"] == "phase")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gear", ["drive", "loose"])
-def test_a_tooth_is_found_at_any_angle(record, gear):
-    """What a displaced tooth adds to the contacts, turned on by parts of a pitch, and noise."""
+@pytest.mark.parametrize("offset", [3e-6, 2e-5, 6e-5])
+@pytest.mark.parametrize(("gear", "number"), [("drive", 5), ("loose", 6)])
+def test_a_tooth_is_found_at_any_angle(record, gear, number, offset):
+    """What a displaced tooth that comes by in contact adds, turned on by parts of a pitch, and noise."""
     drawn, by = np.random.default_rng(10104), (0.0, 1.234, -2.5)
     side = ("drive", "loose").index(gear)
     records = [turn(record, *(angle * np.eye(2)[side])) for angle in by]
     known = library(records, [one for one in candidates(record.rig, 3.0, 1) if one.kind != "pitch_error"])
-    effect = catalogue()["pitch_error"](offset=2e-5, tooth=5, gear=gear)
+    effect = catalogue()["pitch_error"](offset=offset, tooth=number, gear=gear)
     rest = np.concatenate([added(record, [effect], name) for name in CHANNELS for _ in by])
     found = tooth(known, rest + drawn.standard_normal(len(rest)), gear)
     teeth = record.rig.teeth_drive if gear == "drive" else record.rig.teeth_loose
-    off = found.place - (4 * 2.0 * np.pi / teeth + np.array(by))
+    off = found.place - ((number - 1) * 2.0 * np.pi / teeth + np.array(by))
     assert np.abs((off + np.pi) % (2.0 * np.pi) - np.pi).max() < 0.1 * 2.0 * np.pi / teeth
-    assert found.gain > 0.9 * float(rest @ rest)
+    assert found.gain > 0.95 * float(rest @ rest)
     stands = np.mod((found.place + found.turns) * teeth / (2.0 * np.pi), teeth)
-    assert np.allclose(stands, 4.0)
+    assert np.allclose(stands, number - 1.0)
     assert tooth(known, drawn.standard_normal(len(rest)), gear).gain < LEAST
