@@ -2,6 +2,7 @@
 
 project = "gears3d"
 author = "The gears3d developers"
+project_copyright = author
 extensions = ["myst_nb"]
 nb_execution_mode = "off"  # tools/docs has run the notebook
 html_theme = "furo"
