@@ -124,14 +124,15 @@ def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
 
 def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:
     """Return the cubic spline by least squares with a knot at every so manieth mean."""
-    from scipy.interpolate import make_lsq_spline
+    from scipy.interpolate import BSpline, LSQUnivariateSpline
 
+    # make_lsq_spline looks through all knots for every mean, which is quadratic
     inner = time[step : len(time) - max(step // 2, 1) : step]
     knots = np.concatenate([np.repeat(time[0], 4), inner, np.repeat(time[-1], 4)])
     base = np.polynomial.Polynomial.fit(time, angle, 1)
-    curve = make_lsq_spline(time, angle - base(time), knots, method="norm-eq")
+    fitted = LSQUnivariateSpline(time, angle - base(time), inner, check_finite=False).get_coeffs()
     line = base((knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3.0)  # a straight line's own coefficients
-    return type(curve)(knots, curve.c + line, 3)
+    return BSpline(knots, fitted + line, 3)
 
 
 def _apart(fine: BSpline, coarse: BSpline, time: np.ndarray) -> tuple[float, float]:
