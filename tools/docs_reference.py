@@ -149,11 +149,16 @@ def arguments(text: str) -> dict[str, str]:
 def prose(text: str) -> str:
     """Return the words of a docstring before its arguments, with code in single backticks and its source apart."""
     words = re.split(r"\n(?:Args|Returns|Raises):\n|\n>>> ", text)[0]
-    words = words.replace("``", "`")
+    words = _plain(words)
     words = re.sub(r"\s+Source: ", "\n\n*Source:* ", words)
     return "\n\n".join(" ".join(part.split()) for part in re.split(r"\n\s*\n", words)).replace("<", "&lt;")
 
 
 def cell(text: str) -> str:
     """Return a text that may stand in a cell of a table."""
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+    return " ".join(_plain(text).split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def _plain(text: str) -> str:
+    """Return a text of a docstring with code in single backticks, and names without the roles that link them."""
+    return re.sub(r":[a-z]+:`~?([^`]+)`", r"`\1`", text).replace("``", "`")

@@ -104,6 +104,11 @@ def test_the_reference_has_every_verb_every_effect_every_table(reference):
         assert f"| `{key}` |" in table
 
 
+def test_no_markup_of_docstrings_shows_in_the_reference(reference):
+    for made in (reference.commands(), reference.scenario(), reference.effects()):
+        assert not re.search(r":(meth|func|class|data|mod):", made)
+
+
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")
