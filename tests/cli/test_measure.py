@@ -72,6 +72,7 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
         told = json.loads((tmp_path / place / "summary.json").read_text())
         assert {"active", "reverse"} == told["contact_orders"].keys() == told["durations"].keys()
         page = (tmp_path / place / "report.html").read_text(encoding="utf-8")
+        assert 'class="strip"' in page
         linked = set(re.findall('href="([^"#]+)"', page))
         assert linked == {"impacts.parquet", "measured.png", "signals.parquet", "summary.json"}
         assert all((tmp_path / place / name).is_file() for name in linked)

@@ -86,7 +86,7 @@ def swept(bench: Bench, friction: str = "lines", **where: Any) -> tuple[float, f
 
     Args:
         bench: of the papers.
-        friction: of the model's settings.
+        friction: ``lubricated.friction`` of the scenario.
         where: what :func:`point` takes.
     """
     from gears3d.lumped.lubricated import error_indices
