@@ -13,7 +13,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from docs_reference import commands, effects, scenario
+from docs_effects import draw_effects, effects
+from docs_laws import laws
+from docs_reference import commands, scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "build" / "docs" / "source"
@@ -73,8 +75,11 @@ def gather() -> None:
             shutil.copy(file, SOURCE)
     reference = SOURCE / "reference"
     reference.mkdir()
-    for name, made in (("commands", commands()), ("scenario", scenario()), ("effects", effects())):
+    print("reference: commands, scenario keys, laws, effects", flush=True)
+    pages = {"commands": commands(), "scenario": scenario(), "laws": laws(reference), "effects": effects()}
+    for name, made in pages.items():
         (reference / f"{name}.md").write_text(made, encoding="utf-8")
+    draw_effects(reference)
 
 
 def notebook(page: Path) -> None:

@@ -1,4 +1,4 @@
-"""Pages of the documentation that come from the code: commands, scenario keys, effects."""
+"""Pages of the documentation that come from the code: commands and scenario keys; what docstrings say."""
 
 from __future__ import annotations
 
@@ -99,46 +99,6 @@ def is_table(node: dict[str, Any]) -> bool:
     return bool(inner) and "uncertainty" not in inner
 
 
-def effects() -> str:
-    """Return the page of all effects: what each is, where it acts, its source and its parameters."""
-    from gears3d.effects import catalogue
-    from gears3d.units import FAMILIES
-
-    page = [
-        "# Effects",
-        "Made from `gears3d.effects`. An effect is one physical cause; it is appended to a scenario as `[[effect]]` "
-        "and acts in the engine and in the twin. Parameters without a default must be given.",
-    ]
-    known = sorted(catalogue().items(), key=lambda one: (one[1].place, one[0]))
-    place = ""
-    for kind, effect in known:
-        if effect.place != place:
-            place = effect.place
-            page.append(f"## {place.replace('_', ' ')}")
-        page.append(f"### {kind}")
-        page.append(prose(inspect.getdoc(effect) or ""))
-        rows, told = [], arguments(inspect.getdoc(effect) or "")
-        for name, one in effect.params.items():
-            family = FAMILIES.get(one.family)
-            if one.choices:
-                kind_of = ", ".join(f"`{word}`" for word in one.choices)
-            else:
-                kind_of = f'{family.words}, e.g. `"{family.example}"`' if family else one.family
-            default = "" if one.default is None else f"`{given(one.default, one.family)}`"
-            rows.append(f"| `{name}` | {cell(told.get(name, ''))} | {cell(kind_of)} | {default} |")
-        page.append("| parameter | what it is | given as | default |\n|---|---|---|---|\n" + "\n".join(rows))
-    return "\n\n".join(page) + "\n"
-
-
-def given(value: Any, family: str) -> str:
-    """Return a default as a scenario would give it."""
-    from gears3d.units import FAMILIES, show
-
-    return (
-        show(value, family) if isinstance(value, float) and family in FAMILIES and FAMILIES[family].si else str(value)
-    )
-
-
 def arguments(text: str) -> dict[str, str]:
     """Return what a docstring says of its arguments."""
     part = re.search(r"\nArgs:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL)
@@ -146,12 +106,26 @@ def arguments(text: str) -> dict[str, str]:
     return {name: " ".join(words.split()).replace("``", "`") for name, words in found}
 
 
+def returned(text: str) -> str:
+    """Return what a docstring says of what comes back, "" where nothing."""
+    part = re.search(r"\nReturns:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL)
+    return " ".join(part.group(1).split()) if part else ""
+
+
 def prose(text: str) -> str:
     """Return the words of a docstring before its arguments, with code in single backticks and its source apart."""
     words = re.split(r"\n(?:Args|Returns|Raises):\n|\n>>> ", text)[0]
-    words = _plain(words)
-    words = re.sub(r"\s+Source: ", "\n\n*Source:* ", words)
-    return "\n\n".join(" ".join(part.split()) for part in re.split(r"\n\s*\n", words)).replace("<", "&lt;")
+    words = re.sub(r"\s*\bSource: [^\n]*(?:\n[^\n]+)*", "", _plain(words))
+    paragraphs = [" ".join(part.split()) for part in re.split(r"\n\s*\n", words)]
+    if origin := source(text):
+        paragraphs.append(f"*Source:* {origin}")
+    return "\n\n".join(part for part in paragraphs if part).replace("<", "&lt;")
+
+
+def source(text: str) -> str:
+    """Return where a docstring says that its equation comes from, "" where it does not."""
+    found = re.search(r"\bSource: ([^\n]*(?:\n[^\n]+)*)", text)
+    return " ".join(_plain(found.group(1)).split()) if found else ""
 
 
 def cell(text: str) -> str:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 class EncoderEccentricity:
     """Reading θ + amplitude·cos(order·θ + phase) in place of θ; nothing happens to the gears.
 
+    Source: geometry; a ring of radius r whose centre stands e off the axis reads wrong by e/r, once a turn.
+
     Args:
         amplitude: rad.
         order: cycles per revolution of the shaft.

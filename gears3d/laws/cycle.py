@@ -77,6 +77,8 @@ def plastic(flank: int, speed: float) -> float:
     Args:
         flank: 0 active, 1 reverse.
         speed: [m/s].
+
+    Source: Rigaud & Perret-Liaudet 2020, eqs (16), (17), with e = 0.
     """
     return 0.0
 

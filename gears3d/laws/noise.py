@@ -36,6 +36,8 @@ def power_level(power: ArrayLike) -> np.ndarray:
     Args:
         power: above 0 [W].
 
+    Source: ISO 1683, whose reference is 1 pW.
+
     >>> power_level(1e-3).round(9).tolist()
     90.0
     """

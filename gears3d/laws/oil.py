@@ -43,6 +43,8 @@ def kinematic_viscosity(points: tuple[tuple[float, float], tuple[float, float]],
 def density(at_15: float, temperature: ArrayLike) -> np.ndarray:
     """Return the density of an oil, ρ = ρ15/(1 + α·(T − 15 °C)) with α = 7e-4 1/K.
 
+    Source: definition of the volume expansion, with a value usual for mineral oils.
+
     Args:
         at_15: density at 15 °C, as data sheets state it [kg/m³].
         temperature: [°C].

@@ -1,1 +1,1 @@
-"""Lumped models: the rigid twin with one degree of freedom, event-driven and compiled."""
+"""Lumped models of one degree of freedom: the rigid twin, event-driven and compiled; a plastic and a lubricated one."""

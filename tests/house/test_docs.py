@@ -1,16 +1,21 @@
 """The documentation is true: its commands exist, its links lead somewhere, its pictures are described, it builds."""
 
-import importlib.util
+import html
+import importlib
+import inspect
 import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.main import get_command
 
-from gears3d import cli
+from gears3d import cli, load
 from gears3d.effects import catalogue
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,6 +23,8 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 STARTERS = sorted((ROOT / "gears3d" / "scenario" / "starters").glob("*.toml"))
 SCENARIOS = sorted((ROOT / "scenarios").rglob("*.toml"))
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
+TOOLS = ("reference", "effects", "laws", "floors")
+"""Those that make pages: tools/docs_reference.py and so on."""
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -84,14 +91,13 @@ def test_the_site_has_every_page():
 
 @pytest.fixture(scope="module")
 def reference():
-    spec = importlib.util.spec_from_file_location("docs_reference", ROOT / "tools" / "docs_reference.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "tools"))
+        return SimpleNamespace(**{name: importlib.import_module(f"docs_{name}") for name in TOOLS})
 
 
 def test_the_reference_has_every_verb_every_effect_every_table(reference):
-    verbs, kinds, keys = reference.commands(), reference.effects(), reference.scenario()
+    verbs, kinds, keys = reference.reference.commands(), reference.effects.effects(), reference.reference.scenario()
     assert [verb for verb in cli.VERBS if f"\n## gears3d {verb}\n" not in verbs] == []
     assert [kind for kind in catalogue() if f"\n### {kind}\n" not in kinds] == []
     assert "### gears3d identify restitution" in verbs
@@ -105,8 +111,49 @@ def test_the_reference_has_every_verb_every_effect_every_table(reference):
 
 
 def test_no_markup_of_docstrings_shows_in_the_reference(reference):
-    for made in (reference.commands(), reference.scenario(), reference.effects()):
+    for made in (reference.reference.commands(), reference.reference.scenario(), reference.effects.effects()):
         assert not re.search(r":(meth|func|class|data|mod):", made)
+
+
+def test_every_law_has_a_source_and_a_curve_that_is_told_in_numbers(reference):
+    laws = reference.laws
+    known = {f"{name}.{law.__name__}": law for name, module in laws.modules() for law in laws.functions(module)}
+    assert len(known) > 60
+    assert set(laws.PLOTS) == set(known)
+    for name, law in known.items():
+        assert reference.reference.source(inspect.getdoc(law)), name
+        lines = laws.PLOTS[name]().lines
+        assert lines, name
+        for x, y in lines.values():
+            x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+            told = np.isfinite(y)
+            assert told.mean() > 0.9, name
+            assert np.ptp(x[told]) > 0, name
+        spread = max(np.ptp(np.asarray(y)[np.isfinite(y)]) for _, y in lines.values())
+        assert spread > 0 or name == "cycle.plastic", name
+
+
+def test_every_effect_has_a_source_an_example_and_a_picture(reference):
+    tool, page = reference.effects, reference.effects.effects()
+    assert set(tool.EXAMPLES) == set(catalogue())
+    base = load(tool.BASE, tool.MILD)
+    for kind, effect in catalogue().items():
+        assert reference.reference.source(inspect.getdoc(effect)), kind
+        assert [one.kind for one in base.with_({"effect": tomllib.loads(tool.toml(kind))["effect"]}).effects] == [kind]
+        part = page.split(f"\n### {kind}\n")[1].split("\n### ")[0]
+        assert tool.toml(kind) in part
+        assert f"]({tool.picture(kind)})" in part
+
+
+def test_the_picture_of_the_floors_is_that_of_the_contract(reference):
+    found = [
+        html.unescape(words) for words in re.findall(r"<text[^>]*>([^<]*)</text>", reference.floors.PICTURE.read_text())
+    ]
+    rooms = [room for floor in reference.floors.floors() for room in floor]
+    assert [words for words in found if words in rooms] == rooms
+    said = " ".join(found)
+    shown = re.sub(r"\W", "", said)
+    assert [room for room in rooms if re.sub(r"\W", "", reference.floors.purpose(room)) not in shown] == []
 
 
 @pytest.mark.slow
@@ -117,4 +164,9 @@ def test_the_site_builds_without_a_warning(tmp_path):
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "WARNING" not in done.stderr
-    assert "camera" in (tmp_path / "html" / "reference" / "commands.html").read_text()
+    reference = tmp_path / "html" / "reference"
+    assert "camera" in (reference / "commands.html").read_text()
+    for page, count in (("laws", 60), ("effects", 20)):
+        pictures = re.findall(r'<img[^>]*alt="([^"]{20,})"[^>]*src="([^"]*)"', (reference / f"{page}.html").read_text())
+        assert len(pictures) > count
+        assert [place for _, place in pictures if (reference / place).stat().st_size < 5000] == []

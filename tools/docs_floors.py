@@ -1,0 +1,87 @@
+"""Draws the picture of the floors from the import contract of pyproject.toml and the first line of every room.
+
+`python tools/docs_floors.py` writes docs/pictures/floors.svg, which docs/architecture.md shows.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import textwrap
+import tomllib
+from pathlib import Path
+
+import matplotlib as mpl
+from docs_drawing import canvas
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyBboxPatch
+
+ROOT = Path(__file__).resolve().parents[1]
+PICTURE = ROOT / "docs" / "pictures" / "floors.svg"
+WIDTH, HEIGHT, GAP = 100.0, 4.0, 0.6
+"""Of the house, of a floor and between rooms; a line of small print is one high."""
+LETTER = 0.6
+"""Width of a letter of the small print."""
+FILL = {"top": "#dbe9f4", "source": "#fbe3d2", "ground": "#eeeeee", "": "#ffffff"}
+KINDS = {"top": ("cli", "views", "validation", "papers"), "source": ("engine", "lumped", "readers", "challenge")}
+GROUND = ("units", "files", "errors", "kernels", "notebook", "version")
+
+
+def floors() -> list[list[str]]:
+    """Return the rooms of every floor from the roof down, as import-linter holds them."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = next(one["layers"] for one in contracts if one["type"] == "layers")
+    return [re.split(r"\s*[|:]\s*", floor) for floor in layers]
+
+
+def purpose(room: str) -> str:
+    """Return what a room is for: the first line of its docstring."""
+    inner = ROOT / "gears3d" / room
+    file = inner / "__init__.py" if inner.is_dir() else inner.with_suffix(".py")
+    told = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").splitlines()[0]
+    return told.replace("``", "").split("; see ")[0].rstrip(".")
+
+
+def picture() -> None:
+    """Write the picture."""
+    mpl.rcParams["svg.fonttype"] = "none"
+    mpl.rcParams["svg.hashsalt"] = "floors"
+    stack = floors()
+    heights = [max(_height(room, WIDTH / len(floor)) for room in floor) for floor in stack]
+    total = sum(heights) + GAP * len(stack)
+    figure = canvas(11.0, 11.0 * total / WIDTH * 0.95)
+    axes = figure.subplots()
+    axes.set(xlim=(-4.0, WIDTH), ylim=(0.0, total))
+    axes.axis("off")
+    top = total
+    for floor, high in zip(stack, heights, strict=True):
+        wide = WIDTH / len(floor)
+        for k, room in enumerate(floor):
+            _room(axes, room, (k * wide, top - high), (wide - GAP, high))
+        top -= high + GAP
+    arrow = {"arrowstyle": "-|>", "color": "0.4", "linewidth": 1.5}
+    axes.annotate("", (-2.0, 0.5), (-2.0, total - 0.5), arrowprops=arrow)
+    axes.text(-3.4, total / 2, "imports go down only", rotation=90, va="center", ha="center", fontsize=8, color="0.4")
+    figure.savefig(PICTURE, metadata={"Date": None}, facecolor="white")
+
+
+def _lines(room: str, wide: float) -> list[str]:
+    return textwrap.wrap(purpose(room), int((wide - 2.0) / LETTER))
+
+
+def _height(room: str, wide: float) -> float:
+    return 2.4 + 1.25 * len(_lines(room, wide))
+
+
+def _room(axes: Axes, room: str, corner: tuple[float, float], size: tuple[float, float]) -> None:
+    (left, low), (wide, high) = corner, size
+    kind = "ground" if room in GROUND else next((name for name, rooms in KINDS.items() if room in rooms), "")
+    box = FancyBboxPatch(corner, wide, high, boxstyle="round,pad=0,rounding_size=0.4", fc=FILL[kind], ec="0.5", lw=0.8)
+    axes.add_patch(box)
+    axes.text(left + 0.8, low + high - 0.5, room, va="top", fontsize=9, weight="bold")
+    for k, line in enumerate(_lines(room, wide + GAP)):
+        axes.text(left + 0.8, low + high - 2.1 - 1.25 * k, line, va="top", fontsize=6.5, color="0.25")
+
+
+if __name__ == "__main__":
+    picture()
