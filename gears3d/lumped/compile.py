@@ -14,6 +14,11 @@ Divisions are not checked one by one (a motion that is not finite ends the run).
 compiler would do so here and not there, and a kernel from the cache would differ from a fresh one in the last digit.
 """
 
+tight: Any = njit(  # type: ignore[call-overload]
+    no_cpython_wrapper=True, no_cfunc_wrapper=True, error_model="numpy", forceinline=True
+)
+"""The same for what every step calls: written out where it stands, and what is not asked for is not computed."""
+
 
 def _borrowed(typingctx, array):
     """Return the same array without its reference count, whose upkeep costs ten times what the kernel computes.

@@ -9,7 +9,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import EngineError, Fault, InputError
-from gears3d.sweep.block import Block, compute
+from gears3d.sweep.block import Block, compute, warm
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
 
@@ -39,6 +39,8 @@ def compute_there(plan: Plan, key: str, begin: int, end: int, limit: float) -> B
     if plan.key != key:
         why = "a worker has another version of gears3d than this machine"
         raise InputError(Fault("--scheduler", why, "install the same version on all machines"))
+    if limit < inf:
+        warm(plan)
     return compute(plan, begin, end, Watch(limit))
 
 

@@ -7,13 +7,13 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import inf
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from gears3d.errors import EngineError, GearsError, InputError
-from gears3d.sweep.block import Block, compute
+from gears3d.sweep.block import Block, compute, warm
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
 
@@ -73,16 +73,6 @@ def work(pipe: Connection, place: Any, plan: Plan, limit: float, run: Compute) -
             pipe.send(answer)
         except OSError:
             return
-
-
-def warm(plan: Plan) -> None:
-    """Load the compiled kernels of a model, so that no point pays for it with its time.
-
-    Args:
-        plan: of the sweep; its first point is run for two periods.
-    """
-    if plan.model in ("rigid", "lubricated"):
-        compute(replace(plan, periods=2, settle=1, keep=1, follow=False), 0, 1)
 
 
 @dataclass

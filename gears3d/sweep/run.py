@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.sweep.axes import Axis, parse_axis
-from gears3d.sweep.block import Block, compute
+from gears3d.sweep.block import Block, compute, warm
 from gears3d.sweep.dataset import assemble, counted, refuse_lacking
 from gears3d.sweep.estimate import Estimate, block_size, estimate, refuse_endless
 from gears3d.sweep.measures import chosen
@@ -254,6 +254,8 @@ class Alone:
         Yields:
             The blocks.
         """
+        if self.limit < inf:
+            warm(self.plan)
         for span in spans:
             yield compute(self.plan, *span, Watch(self.limit, lambda _, done: tick(done) if tick else None))
 

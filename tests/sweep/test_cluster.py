@@ -1,5 +1,6 @@
 """The same sweep on a cluster: the same bits, and clear errors when the scheduler or its workers go."""
 
+import os
 import subprocess
 import sys
 import time
@@ -62,6 +63,23 @@ def test_a_worker_of_another_version_is_refused():
         == compute(one, 0, 2).values["regime"].tolist()
     )
     assert cpu_model()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", ["cluster", "alone"])
+def test_kernels_that_are_not_compiled_yet_cost_no_point_its_time(place, tmp_path):
+    code = (
+        "from gears3d.sweep import make_plan\nfrom gears3d.scenario import load\n"
+        "from gears3d.sweep.cluster import compute_there\nfrom gears3d.sweep.run import Alone\n"
+        "rig = load('scenarios/rigaud-2020/fig5-20rpm.toml')\n"
+        f"plan = make_plan(rig, ['{AMPLITUDE}=5..40 rpm log 4'], periods=20, settle=5)\n"
+        "cluster = lambda: compute_there(plan, plan.key, 0, 4, 1.0)\n"
+        "alone = lambda: next(iter(Alone(plan, 1.0).blocks([(0, 4)])))\n"
+        f"print({place}().values['status'].tolist())"
+    )
+    fresh = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], env=fresh, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[0, 0, 0, 0]"
 
 
 @pytest.mark.slow

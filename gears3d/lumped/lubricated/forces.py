@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from math import cos, floor, pi, sin, sqrt
 
-from gears3d.lumped.compile import inner
+from gears3d.lumped.compile import inner, tight
 from gears3d.lumped.lubricated import layout as at
 
 
-@inner
+@tight
 def drive(p, sines, t):
     """Return angle, speed and acceleration of the drive; ``sines``: amplitude [rad/s], omega, phase, its cosine."""
     angle, speed, change = p[at.MEAN] * t, p[at.MEAN], 0.0
@@ -26,7 +26,7 @@ def drive(p, sines, t):
     return angle, speed, change
 
 
-@inner
+@tight
 def gaps(p, waves, angle, speed, s, v):
     """Return gap and rate of active and reverse flank; ``waves``: gear, order, phase, size on either flank."""
     gap_active, rate_active, gap_reverse, rate_reverse = s, v, p[at.BACKLASH] - s, -v
@@ -44,7 +44,7 @@ def gaps(p, waves, angle, speed, s, v):
     return gap_active, rate_active, gap_reverse, rate_reverse
 
 
-@inner
+@tight
 def lookup(p, table, angle, column):
     """Return a column of the table over one pitch, by the cubic through four points."""
     count = len(table)
@@ -58,7 +58,7 @@ def lookup(p, table, angle, column):
     return here + 0.5 * u * (after - before + u * bend)
 
 
-@inner
+@tight
 def _flank(p, table, flags, flank, angle, rolling, gap, rate):
     """Return the forces of wedge, squeeze, spring and damper of one flank."""
     inside = flags[at.INSIDE + flank] == 1
@@ -69,9 +69,10 @@ def _flank(p, table, flags, flank, angle, rolling, gap, rate):
     h = p[at.FLOOR]
     if not inside or p[at.PUBLISHED] == 1.0:
         h = max(gap, (0.25 if p[at.PUBLISHED] == 0.0 else 1.0) * h)  # a step that is thrown away may look further
-    wedge, squeeze = p[at.WEDGE] * rolling / h, 0.0
+    thin = 1.0 / h
+    wedge, squeeze = p[at.WEDGE] * rolling * thin, 0.0
     if flags[at.APPROACHING + flank] == 1:
-        squeeze = -p[at.SQUEEZE] * rate / (h * sqrt(h))
+        squeeze = -p[at.SQUEEZE] * rate * (thin * sqrt(thin))
     if not inside:
         return wedge, squeeze, 0.0, 0.0
     deep = p[at.FLOOR] - gap
@@ -85,13 +86,13 @@ def _flank(p, table, flags, flank, angle, rolling, gap, rate):
     return wedge, squeeze, spring, damper
 
 
-@inner
+@tight
 def _damping(p, stiffness):
     """Return the damping of the teeth [N·s/m]: given, or a ratio of the critical one."""
     return p[at.FIXED_DAMPING] if p[at.FIXED_DAMPING] >= 0.0 else p[at.DAMPING] * sqrt(stiffness)
 
 
-@inner
+@tight
 def _resisting(p, powers, omega):
     """Return the torque of drag on the loose gear."""
     sense = 1.0 if omega > 0.0 else -1.0 if omega < 0.0 else 0.0
@@ -101,16 +102,31 @@ def _resisting(p, powers, omega):
     return torque
 
 
-@inner
-def act(p, sines, waves, powers, table, flags, t, s, v, out):
-    """Write the parts of the force at a point, and return the acceleration of the displacement."""
-    angle, speed, change = drive(p, sines, t)
-    gap_active, rate_active, gap_reverse, rate_reverse = gaps(p, waves, angle, speed, s, v)
-    moving = v + p[at.RADIUS_DRIVE] * speed
-    omega = moving / p[at.RADIUS_LOOSE]
+@tight
+def parts(p, waves, powers, table, flags, driven, s, v):
+    """Return what acts at a point.
+
+    Args:
+        p: numbers of the model.
+        waves: of the flanks.
+        powers: of the drag.
+        table: over one pitch.
+        flags: held fast.
+        driven: angle, speed and acceleration of the drive.
+        s: displacement [m].
+        v: its rate [m/s].
+
+    Returns:
+        Acceleration of the displacement; speeds of drive and loose gear; gap and rate of the active and the reverse
+        flank; wedge, squeeze, spring and damper of the active and of the reverse flank; friction and drag.
+    """
+    angle, speed, change = driven
+    gap0, rate0, gap1, rate1 = gaps(p, waves, angle, speed, s, v)
+    per_radius = 1.0 / p[at.RADIUS_LOOSE]
+    omega = (v + p[at.RADIUS_DRIVE] * speed) * per_radius
     rolling = abs(p[at.ROLL_DRIVE] * speed + p[at.ROLL_LOOSE] * omega)
-    w0, q0, k0, c0 = _flank(p, table, flags, 0, angle, rolling, gap_active, rate_active)
-    w1, q1, k1, c1 = _flank(p, table, flags, 1, angle, rolling, gap_reverse, rate_reverse)
+    w0, q0, k0, c0 = _flank(p, table, flags, 0, angle, rolling, gap0, rate0)
+    w1, q1, k1, c1 = _flank(p, table, flags, 1, angle, rolling, gap1, rate1)
     active, reverse = w0 + q0 + k0 + c0, w1 + q1 + k1 + c1
     rubbing = 0.0
     if p[at.RUBBING] != 0.0 and omega != 0.0:
@@ -121,26 +137,31 @@ def act(p, sines, waves, powers, table, flags, t, s, v, out):
         rubbing += lookup(p, table, angle, at.LEVER + 1) * (k1 + c1)
     if p[at.SHEARING] != 0.0:
         sliding = p[at.SHEARING] * (speed + omega)
-        rubbing += sliding * lookup(p, table, angle, at.SHEAR) / sqrt(max(gap_active, p[at.FLOOR]))
-        rubbing += sliding * lookup(p, table, angle, at.SHEAR + 1) / sqrt(max(gap_reverse, p[at.FLOOR]))
-    drag = _resisting(p, powers, omega) / p[at.RADIUS_LOOSE]
-    total = (active - reverse + rubbing - drag) / p[at.MASS] - p[at.RADIUS_DRIVE] * change
+        rubbing += sliding * lookup(p, table, angle, at.SHEAR) / sqrt(max(gap0, p[at.FLOOR]))
+        rubbing += sliding * lookup(p, table, angle, at.SHEAR + 1) / sqrt(max(gap1, p[at.FLOOR]))
+    drag = _resisting(p, powers, omega) * per_radius
+    total = (active - reverse + rubbing - drag) * (1.0 / p[at.MASS]) - p[at.RADIUS_DRIVE] * change
+    return total, speed, omega, gap0, rate0, gap1, rate1, w0, q0, k0, c0, w1, q1, k1, c1, rubbing, drag
+
+
+@inner
+def act(p, sines, waves, powers, table, flags, t, s, v, out):
+    """Write the parts of the force at a point and what they do, and return the acceleration of the displacement."""
+    total, speed, omega, gap0, rate0, gap1, rate1, w0, q0, k0, c0, w1, q1, k1, c1, rubbing, drag = parts(
+        p, waves, powers, table, flags, drive(p, sines, t), s, v
+    )
+    active, reverse = w0 + q0 + k0 + c0, w1 + q1 + k1 + c1
+    moving = v + p[at.RADIUS_DRIVE] * speed
     out[at.ACCELERATION], out[at.ACTIVE_FORCE], out[at.REVERSE_FORCE] = total, active, reverse
     out[at.OMEGA_DRIVE], out[at.OMEGA_LOOSE] = speed, omega
-    out[at.GAP], out[at.GAP + 1], out[at.GAP_RATE], out[at.GAP_RATE + 1] = (
-        gap_active,
-        gap_reverse,
-        rate_active,
-        rate_reverse,
-    )
+    out[at.GAP], out[at.GAP + 1], out[at.GAP_RATE], out[at.GAP_RATE + 1] = gap0, gap1, rate0, rate1
     out[at.POWER + at.MESH_WORK] = (active - reverse) * moving
     out[at.POWER + at.DRAG_WORK] = drag * moving
     out[at.POWER + at.FRICTION_WORK] = rubbing * moving
-    out[at.POWER + at.SPRING_WORK] = k0 * rate_active + k1 * rate_reverse
-    out[at.POWER + at.DAMPING_WORK] = c0 * rate_active + c1 * rate_reverse
-    out[at.POWER + at.SQUEEZE_WORK] = q0 * rate_active + q1 * rate_reverse
-    out[at.POWER + at.WEDGE_WORK] = w0 * rate_active + w1 * rate_reverse
-    out[at.POWER + at.DRIVE_WORK] = active * (moving - rate_active) - reverse * (
-        moving + rate_reverse
-    )  # what the flanks themselves move with: the drive's speed and that of its waves
+    out[at.POWER + at.SPRING_WORK] = k0 * rate0 + k1 * rate1
+    out[at.POWER + at.DAMPING_WORK] = c0 * rate0 + c1 * rate1
+    out[at.POWER + at.SQUEEZE_WORK] = q0 * rate0 + q1 * rate1
+    out[at.POWER + at.WEDGE_WORK] = w0 * rate0 + w1 * rate1
+    # what the flanks themselves move with: the drive's speed and that of its waves
+    out[at.POWER + at.DRIVE_WORK] = active * (moving - rate0) - reverse * (moving + rate1)
     return total

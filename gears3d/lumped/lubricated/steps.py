@@ -14,7 +14,7 @@ import numpy as np
 from gears3d.kernels import njit
 from gears3d.lumped.compile import borrowed, inner
 from gears3d.lumped.lubricated import layout as at
-from gears3d.lumped.lubricated.forces import act, drive, gaps
+from gears3d.lumped.lubricated.forces import act, drive, gaps, parts
 from gears3d.lumped.lubricated.passages import note
 
 whole: Any = njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[call-overload]
@@ -138,27 +138,30 @@ def _account(p, sines, waves, powers, table, flags, state, end, h, share, out):
 
 
 @inner
-def _step(p, sines, waves, powers, table, flags, state, h, out, end):
-    """Try one step and return its two errors; ``end`` becomes place, rate and acceleration there."""
+def _step(p, sines, waves, powers, table, flags, state, h, end):
+    """Try one step and return its two errors; ``end`` becomes place, rate, acceleration and the lesser gap there."""
     t, s, v, a1 = state[at.TIME], state[at.PLACE], state[at.RATE], state[at.CHANGE]
+    d2, d3 = drive(p, sines, t + 0.2 * h), drive(p, sines, t + 0.3 * h)
+    d4, d5, d6 = drive(p, sines, t + 0.8 * h), drive(p, sines, t + 8 / 9 * h), drive(p, sines, t + h)
     v1 = v
     v2 = v + h * 0.2 * a1
-    a2 = act(p, sines, waves, powers, table, flags, t + 0.2 * h, s + h * 0.2 * v1, v2, out)
+    a2 = parts(p, waves, powers, table, flags, d2, s + h * 0.2 * v1, v2)[0]
     v3 = v + h * (3 / 40 * a1 + 9 / 40 * a2)
-    a3 = act(p, sines, waves, powers, table, flags, t + 0.3 * h, s + h * (3 / 40 * v1 + 9 / 40 * v2), v3, out)
+    a3 = parts(p, waves, powers, table, flags, d3, s + h * (3 / 40 * v1 + 9 / 40 * v2), v3)[0]
     v4 = v + h * (44 / 45 * a1 - 56 / 15 * a2 + 32 / 9 * a3)
     s4 = s + h * (44 / 45 * v1 - 56 / 15 * v2 + 32 / 9 * v3)
-    a4 = act(p, sines, waves, powers, table, flags, t + 0.8 * h, s4, v4, out)
+    a4 = parts(p, waves, powers, table, flags, d4, s4, v4)[0]
     v5 = v + h * (19372 / 6561 * a1 - 25360 / 2187 * a2 + 64448 / 6561 * a3 - 212 / 729 * a4)
     s5 = s + h * (19372 / 6561 * v1 - 25360 / 2187 * v2 + 64448 / 6561 * v3 - 212 / 729 * v4)
-    a5 = act(p, sines, waves, powers, table, flags, t + 8 / 9 * h, s5, v5, out)
+    a5 = parts(p, waves, powers, table, flags, d5, s5, v5)[0]
     v6 = v + h * (9017 / 3168 * a1 - 355 / 33 * a2 + 46732 / 5247 * a3 + 49 / 176 * a4 - 5103 / 18656 * a5)
     s6 = s + h * (9017 / 3168 * v1 - 355 / 33 * v2 + 46732 / 5247 * v3 + 49 / 176 * v4 - 5103 / 18656 * v5)
-    a6 = act(p, sines, waves, powers, table, flags, t + h, s6, v6, out)
+    a6 = parts(p, waves, powers, table, flags, d6, s6, v6)[0]
     v7 = v + h * (35 / 384 * a1 + 500 / 1113 * a3 + 125 / 192 * a4 - 2187 / 6784 * a5 + 11 / 84 * a6)
     s7 = s + h * (35 / 384 * v1 + 500 / 1113 * v3 + 125 / 192 * v4 - 2187 / 6784 * v5 + 11 / 84 * v6)
-    a7 = act(p, sines, waves, powers, table, flags, t + h, s7, v7, out)
-    end[0], end[1], end[2] = s7, v7, a7
+    last = parts(p, waves, powers, table, flags, d6, s7, v7)
+    a7 = last[0]
+    end[0], end[1], end[2], end[3] = s7, v7, a7, min(last[3], last[5])
     e1, e3, e4 = 71 / 57600, -71 / 16695, 71 / 1920
     e5, e6, e7 = -17253 / 339200, 22 / 525, -1 / 40
     off_place = h * (e1 * v1 + e3 * v3 + e4 * v4 + e5 * v5 + e6 * v6 + e7 * v7)
@@ -225,7 +228,7 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
     Returns:
         DONE, FULL (a table), BROKEN (not finite) or STANDSTILL.
     """
-    parts, ends, once = np.zeros(at.PARTS), np.zeros(3), np.zeros(at.FLAGS, dtype=np.int64)
+    parts, ends, once = np.zeros(at.PARTS), np.zeros(4), np.zeros(at.FLAGS, dtype=np.int64)
     out, end, held = borrowed(parts), borrowed(ends), borrowed(once)
     p, sines, waves, powers = borrowed(p), borrowed(sines), borrowed(waves), borrowed(powers)
     table, state, flags, count = borrowed(table), borrowed(state), borrowed(flags), borrowed(count)
@@ -242,8 +245,8 @@ def advance(p, sines, waves, powers, table, state, flags, count, until, control,
         last = state[at.TIME] + h >= until
         if last:
             h = until - state[at.TIME]
-        off_place, off_rate = _step(p, sines, waves, powers, table, flags, state, h, out, end)
-        narrow = max(min(out[at.GAP], out[at.GAP + 1]), p[at.FLOOR])
+        off_place, off_rate = _step(p, sines, waves, powers, table, flags, state, h, end)
+        narrow = max(end[3], p[at.FLOOR])
         speed = abs(end[1]) + 1e-3
         error = max(abs(off_place) / (rtol * narrow), abs(off_rate) / (rtol * speed))
         if not error <= 1e30:
