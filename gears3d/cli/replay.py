@@ -155,8 +155,7 @@ def _open(file: Path, web: bool, at: float | None) -> str | None:
     from gears3d.views.replay import viewer
 
     if web:
-        typer.echo("serving the replay to this machine's browsers; Ctrl-C ends", err=True)
-        viewer.serve(file)
+        viewer.serve(file, _browse)
         return None
     if viewer.has_display():
         viewer.show(file, at)
@@ -165,3 +164,15 @@ def _open(file: Path, web: bool, at: float | None) -> str | None:
     picture = file.with_suffix(".png")
     picture.write_bytes(viewer.snapshot(file, at))
     return str(picture)
+
+
+def _browse(address: str) -> None:
+    """Say where the replay is served, and open a browser where there is one with a window."""
+    import os
+    import webbrowser
+
+    from gears3d.views.replay import viewer
+
+    typer.echo(f"serving the replay to this machine's browsers, Ctrl-C ends: {address}", err=True)
+    if viewer.has_display() or os.environ.get("BROWSER"):
+        webbrowser.open(address)

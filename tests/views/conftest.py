@@ -1,6 +1,7 @@
-"""A headless Chromium for the pages that open without a network, and a diagnosis that its views share."""
+"""Headless Chromiums, for pages that open without a network and for 3D, and a diagnosis that the views share."""
 
 import shutil
+from contextlib import contextmanager
 
 import pytest
 
@@ -11,11 +12,13 @@ from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load
 
-ARGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
+ARGS = ["--headless", "--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
+IN_SOFTWARE = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+"""What lets a page draw in WebGL where there is no graphics card."""
 
 
-@pytest.fixture(scope="module")
-def chromium():
+@contextmanager
+def launched(*more):
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         pytest.skip("no Chromium: apt-get install chromium")
@@ -24,9 +27,21 @@ def chromium():
     except ImportError:
         pytest.skip("no playwright: pip install 'gears3d[browser]'")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=[*ARGS, "--disable-sync"])
+        browser = playwright.chromium.launch(executable_path=path, args=[*ARGS, *more])
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with launched("--disable-gpu") as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def chromium_3d():
+    with launched(*IN_SOFTWARE) as browser:
+        yield browser
 
 
 LOOKED_FOR = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset")

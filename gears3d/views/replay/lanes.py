@@ -13,7 +13,7 @@ from gears3d.views.mesh import colours
 from gears3d.views.mesh.motion import Frames, Motion
 from gears3d.views.mesh.teeth import Section
 from gears3d.views.replay import plots, scene, zone
-from gears3d.views.replay.layout import ABOUT, axis, panels, zone_view
+from gears3d.views.replay.layout import ABOUT, axis, curve, panels, zone_view
 from gears3d.views.replay.plots import DISPLACEMENT, STATE
 from gears3d.views.replay.write import scalars
 
@@ -104,7 +104,7 @@ def arranged(
     return panels(
         rrb.Vertical(
             rrb.Horizontal(*zones),
-            rrb.TimeSeriesView(origin=DISPLACEMENT, name=curves, axis_x=shown, plot_legend=legend),
+            curve(DISPLACEMENT, curves, shown, legend),
             rrb.Horizontal(touching, *more, about, column_shares=bottom),
             row_shares=[0.45, 0.3, 0.25],
         ),

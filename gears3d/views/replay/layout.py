@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.archetypes import PlotBackground
 
 from gears3d.views.replay import poincare
 from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, TORQUE, VELOCITY
@@ -35,11 +36,11 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
     above = rrb.Horizontal(_scene(section), poincare.view(), column_shares=[0.58, 0.42])
     pictures = rrb.Vertical(above, zone_view(section, "/zone", title), told, row_shares=[0.34, 0.46, 0.2])
     curves = rrb.Vertical(
-        _curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", window),
+        curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", axis(window)),
         rrb.StateTimelineView(origin=STATE, name="Touching", time_view=axis(window)),
-        _curve(VELOCITY, "Relative velocity and impacts [mm/s]", window),
-        _curve(SPEED, "Speed [rpm]: grey drive, white loose gear", window),
-        _curve(TORQUE, "Torque on the loose gear between impacts [N m]: grey its drag as claimed", window),
+        curve(VELOCITY, "Relative velocity and impacts [mm/s]", axis(window)),
+        curve(SPEED, "Speed [rpm]: grey drive, white loose gear", axis(window)),
+        curve(TORQUE, "Torque on the loose gear between impacts [N m]: grey its drag as claimed", axis(window)),
         row_shares=[0.28, 0.11, 0.23, 0.19, 0.19],
     )
     return panels(rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]), frame_rate)
@@ -127,5 +128,19 @@ def axis(window: float) -> rrb.TimeAxis:
     )
 
 
-def _curve(origin: str, name: str, window: float) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis(window), plot_legend=rrb.PlotLegend(visible=False))
+def curve(origin: str, name: str, time: rrb.TimeAxis, legend: rrb.PlotLegend | None = None) -> rrb.TimeSeriesView:
+    """Return a view of curves, dark in a light viewer, too: lines are white.
+
+    Args:
+        origin: entity of the curves.
+        name: its title.
+        time: its axis of time.
+        legend: names of the lines; ``None`` shows none.
+    """
+    return rrb.TimeSeriesView(
+        origin=origin,
+        name=name,
+        axis_x=time,
+        plot_legend=legend or rrb.PlotLegend(visible=False),
+        background=PlotBackground(color=BACKGROUND),
+    )

@@ -10,13 +10,15 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import IO, Any
+from urllib.parse import quote
 
 from gears3d.errors import GearsError
+from gears3d.views.replay.offered import HOST, offered
 from gears3d.views.replay.write import TIMELINE
 
 DRIVER = "apt install mesa-vulkan-drivers"
@@ -68,21 +70,30 @@ def show(path: Path, at: float | None = None) -> None:
     _seek(client, at)
 
 
-def serve(path: Path) -> int:
+def serve(path: Path, told: Callable[[str], object]) -> int:
     """Serve a replay to browsers until interrupted; only this machine can reach it.
 
     Args:
         path: an rrd file.
+        told: called with the address once it answers.
 
     Returns:
         The exit code of the server.
 
     Raises:
-        ViewerError: there is no viewer.
+        ViewerError: there is no viewer, or it does not start.
     """
-    ports = ["--port", str(_free_port()), "--web-viewer-port", str(_free_port())]
-    command = [executable(), "--bind", "127.0.0.1", *ports, "--web-viewer", str(path)]
-    return subprocess.run(command, check=False).returncode
+    port = _free_port()
+    page = f"http://{HOST}:{port}"
+    with tempfile.TemporaryFile("w+") as log, offered(path, page) as file, _exit_on("SIGTERM", "SIGHUP"):
+        command = [executable(), "--bind", HOST, "--web-viewer-port", str(port), "--serve-web", file]
+        process = subprocess.Popen(command, stdout=log, stderr=log, text=True, start_new_session=True)
+        try:
+            _until_it_answers(process, port, log, path)
+            told(f"{page}/?url={quote(file, safe='')}&theme=dark&hide_welcome_screen=1")
+            return process.wait()
+        finally:
+            _stop(process)
 
 
 class Headless:
@@ -184,6 +195,32 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
         log.seek(0)
         said = log.read()
     raise ViewerError(_why(said, path))
+
+
+def _until_it_answers(process: subprocess.Popen[str], port: int, log: IO[str], path: Path) -> None:
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end and process.poll() is None:
+        with suppress(OSError), socket.create_connection((HOST, port), timeout=1.0):
+            return
+        time.sleep(_POLL)
+    log.seek(0)
+    raise ViewerError(_why(log.read(), path))
+
+
+@contextmanager
+def _exit_on(*names: str) -> Iterator[None]:
+    """Let these signals raise as Ctrl-C does, so that nothing outlives what they end."""
+
+    def leave(number: int, _: FrameType | None) -> None:
+        raise SystemExit(128 + number)
+
+    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = [signal.signal(one, leave) for one in known]
+    try:
+        yield
+    finally:
+        for one, handler in zip(known, before, strict=True):
+            signal.signal(one, handler)
 
 
 def _free_port() -> int:
