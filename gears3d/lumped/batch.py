@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.kernels import njit
-from gears3d.lumped import kernel, tally
+from gears3d.lumped import kernel, repeating, tally
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import borrowed, inner
 
@@ -23,8 +23,6 @@ ALL = -2
 """What ``stop`` holds when the whole batch is given up."""
 ROOM, MOST = 64, 1 << 16
 """Impacts of either flank in a period, and altogether, that are kept to see whether the motion repeats."""
-AT_ONCE = 16
-"""Periods that run without a look at what may stop them."""
 _AWAY = 1e-6
 """Part of the backlash that is left to either flank where a motion goes on."""
 
@@ -48,11 +46,23 @@ def _carry(numbers, old, new):
     new[at.LIFT], new[at.GUESS] = -1.0, inf
 
 
+@inner
+def _reset(state, start, mode):
+    """Put a state to its begin: on a flank or free, or as the run before it ended."""
+    state[:] = 0.0
+    state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
+    state[at.DEPARTED] = start
+    if mode != at.BEFORE:
+        state[at.DEPARTED] = mode - at.STUCK if at.STUCK <= mode < at.PRESSED else 2.0
+
+
 def _compiled(oiled: bool) -> Any:
     @njit(cache=True, nogil=True, error_model="numpy")
     def batch(table, start, periods, follow, times, strobe, out, kept, stop, cursor, status, found, sections):
         """Run the points of a table; see :func:`run_points`."""
         table, out_impacts = borrowed(table), borrowed(out.impacts)
+        out_contacts, turn = borrowed(out.contacts), np.zeros(repeating.TURN, dtype=np.int64)
+        cycle, marks = np.zeros((repeating.ROOM, 7)), np.zeros((tally.LONGEST, 2))
         state, before = np.zeros(at.STATE + 2 * int(table[:, at.N_TABLES].max())), np.zeros(at.STATE)
         count = np.zeros(at.COUNTERS, dtype=np.int64)
         carried = False
@@ -67,11 +77,7 @@ def _compiled(oiled: bool) -> Any:
             count[:] = 0
             out.work[:] = 0.0  # what an earlier point left there would show in the last digit
             mode = before[at.MODE]
-            state[:] = 0.0
-            state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
-            state[at.DEPARTED] = start[i]
-            if follow and carried:
-                state[at.DEPARTED] = mode - at.STUCK if at.STUCK <= mode < at.PRESSED else 2.0
+            _reset(state, start[i], mode if follow and carried else at.BEFORE)
             if oiled:  # known when it is compiled; a kernel in the closure would never be found in the cache
                 kernel.oiled(m, state, count, out, 0.0)
             else:
@@ -79,20 +85,20 @@ def _compiled(oiled: bool) -> Any:
             if follow and carried and mode == at.FREE:
                 _carry(m, before, state)
             status[i] = DONE
-            quiet = (total - keep) // AT_ONCE  # stretches before the sections
-            for turn in range(quiet + 1 + 2 * keep):
-                cycle = total - keep + (turn - quiet - 1) // 2
-                sampled = turn > quiet and (turn - quiet) % 2 == 1
-                until = (cycle + strobe) * period if sampled else (cycle + 1) * period
-                if turn <= quiet:
-                    until = min((turn + 1) * AT_ONCE, total - keep) * period
+            turn[:] = 0
+            turn[repeating.LOOKING] = 1 if repeating.forgets(m) and not follow else 0
+            while turn[repeating.REACHED] < total and status[i] == DONE:
+                reached = turn[repeating.REACHED]
+                stride, until = repeating.next_stop(turn, total - keep - reached, strobe, period)
                 while status[i] == DONE:
                     if oiled:
                         ended = kernel.oiled(m, state, count, out, until)
                     else:
                         ended = kernel.dry(m, state, count, out, until)
-                    hits = count[at.N_IMPACTS]
+                    hits, touched = count[at.N_IMPACTS], count[at.N_CONTACTS]
                     tally.take(out_impacts, hits, begin, end, period, first, found[i], section, kept, mass)
+                    whole = stride if ended == at.DONE else 0
+                    repeating.note(turn, whole, total, out_impacts, hits, out_contacts, touched, period, cycle)
                     count[at.N_IMPACTS] = count[at.N_CONTACTS] = 0
                     if ended == at.BROKEN:
                         status[i] = BROKEN
@@ -102,12 +108,10 @@ def _compiled(oiled: bool) -> Any:
                         status[i] = TOO_LONG
                     elif ended == at.DONE:
                         break
-                row = cycle - settle - first
-                if sampled and status[i] == DONE:
-                    section[row, tally.PLACE] = state[at.DISPLACEMENT]
-                    section[row, tally.RATE] = state[at.RATES]
-                if status[i] != DONE:
-                    break
+                if status[i] == DONE and repeating.arrive(
+                    turn, stride, state, reached - settle - first, section, marks
+                ):
+                    repeating.repeat(turn, cycle, marks, times, period, found[i], section, kept, mass)
             found[i, tally.REPETITION] = tally.repetition(kept, found[i], begin, end, period)
             carried = status[i] == DONE
             for k in range(at.STATE):

@@ -10,6 +10,7 @@ from gears3d.effects import Rig
 from gears3d.lumped import tally
 from gears3d.lumped.batch import ALL, DONE, TOO_LONG, Batch, pack_points
 from gears3d.lumped.model import model
+from gears3d.lumped.repeating import cycle_of
 from gears3d.lumped.run import run
 from gears3d.signals.outcome import counted
 from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN, impacts_per_period
@@ -153,3 +154,42 @@ def test_what_never_ends_is_stopped():
     assert batch.run() == 1
     thread.join()
     assert batch.status[:2].tolist() == [TOO_LONG, TOO_LONG]
+
+
+def test_a_cycle_stands_for_all_that_follow_it():
+    q, times, strobe = draw(80, 7), (150, 60, 20), 0.25
+    q["backlash"][40:], q["restitution"][40:] = 0.5, 0.0  # too far to cross: flights of several periods fall back
+    table = pack_points(packed_alone(q, 0).flat(), q)
+    period = 1.0 / q["frequency"]
+    batch = Batch(table, period, times, np.zeros(80, dtype=int), strobe=strobe)
+    batch.run()
+    lengths = set()
+    for i in range(80):
+        outcome = run(packed_alone(q, i), times[0] * period[i], spacing=strobe * period[i])
+        found = cycle_of(outcome.contacts, len(outcome.contacts), period[i])
+        if not found:
+            continue
+        lengths.add(found)
+        hits = outcome.impacts[
+            (outcome.impacts[:, 0] >= times[1] * period[i]) & (outcome.impacts[:, 6] > FLIGHT_HEIGHT_MIN)
+        ]
+        for flank in (0, 1):
+            assert batch.found[i, tally.COUNT + flank] == np.sum(hits[:, 1] == flank)
+        assert batch.found[i, tally.IMPULSE : tally.IMPULSE + 2].sum() == pytest.approx(hits[:, 4].sum(), rel=1e-9)
+        at = 4 * np.arange(times[0] - times[2], times[0]) + 1
+        for column, name, least in ((5, tally.PLACE, 1e-12), (6, tally.RATE, 1e-9)):
+            np.testing.assert_allclose(batch.sections[i, :, name], outcome.samples[at, column], atol=least)
+    assert lengths >= {1, 2}
+
+
+@pytest.mark.parametrize(
+    ("ends", "length"),
+    [([0.2, 1.2], 1), ([0.2, 2.2, 4.2], 2), ([0.2, 1.2, 4.2], 3), ([0.2, 1.3], 0), ([0.2, 1.2 + 1e-6], 0), ([0.2], 0),
+     ([0.2, 9.2], 0)],
+)  # fmt: skip
+def test_a_cycle_is_whole_periods_between_losses_of_the_active_flank(ends, length):
+    rows = [(0.0, end - 0.1, end) for end in ends]
+    other = [(1.0, end - 0.3, end - 0.2) for end in ends]
+    contacts = np.array(sorted(rows + other, key=lambda row: row[2]))
+    assert cycle_of(contacts, len(contacts), 1.0) == length
+    assert cycle_of(np.array(other), len(other), 1.0) == 0
