@@ -97,8 +97,8 @@ def _compiled(oiled: bool) -> Any:
                         ended = kernel.dry(m, state, count, out, until)
                     hits, touched = count[at.N_IMPACTS], count[at.N_CONTACTS]
                     tally.take(out_impacts, hits, begin, end, period, first, found[i], section, kept, mass)
-                    whole = stride if ended == at.DONE else 0
-                    repeating.note(turn, whole, total, out_impacts, hits, out_contacts, touched, period, cycle)
+                    run_through = stride if ended == at.DONE else 0
+                    repeating.note(turn, run_through, total, out_impacts, hits, out_contacts, touched, period, cycle)
                     count[at.N_IMPACTS] = count[at.N_CONTACTS] = 0
                     if ended == at.BROKEN:
                         status[i] = BROKEN
@@ -111,7 +111,10 @@ def _compiled(oiled: bool) -> Any:
                 if status[i] == DONE and repeating.arrive(
                     turn, stride, state, reached - settle - first, section, marks
                 ):
-                    repeating.repeat(turn, cycle, marks, times, period, found[i], section, kept, mass)
+                    whole = repeating.repeat(
+                        turn, cycle, marks, times, period, found[i], section, kept, mass, stop, (i, ALL)
+                    )
+                    status[i] = DONE if whole else TOO_LONG
             found[i, tally.REPETITION] = tally.repetition(kept, found[i], begin, end, period)
             carried = status[i] == DONE
             for k in range(at.STATE):

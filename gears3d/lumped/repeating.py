@@ -136,8 +136,8 @@ def arrive(turn, stride, state, row, section, marks):
 
 
 @inner
-def repeat(turn, cycle, marks, times, period, numbers, section, kept, mass):
-    """Count what a cycle does again and again, up to the end of the run.
+def repeat(turn, cycle, marks, times, period, numbers, section, kept, mass, stop, given_up):
+    """Count what a cycle does again and again, up to the end of the run; False when that was stopped.
 
     Args:
         turn: how far the run has come; moved to its end.
@@ -149,12 +149,16 @@ def repeat(turn, cycle, marks, times, period, numbers, section, kept, mass):
         section: of the point, filled.
         kept: room for impacts, (2, m, 2).
         mass: of the loose gear on the line of action [kg].
+        stop: set by another thread, (1,).
+        given_up: values of ``stop`` that mean this point.
     """
     total, settle = times
     length, hits, done = turn[LENGTH], turn[HITS], turn[REACHED]
     first = total - settle - section.shape[0]
     begin, end = settle * period, total * period
     for reached in range(done, total, length):
+        if stop[0] == given_up[0] or stop[0] == given_up[1]:
+            return False
         for k in range(hits):
             cycle[k, 0] += length * period
         tally.take(cycle, hits, begin, end, period, first, numbers, section, kept, mass)
@@ -163,3 +167,4 @@ def repeat(turn, cycle, marks, times, period, numbers, section, kept, mass):
             if row >= 0:
                 section[row, tally.PLACE], section[row, tally.RATE] = marks[k, 0], marks[k, 1]
     turn[REACHED] = total
+    return True

@@ -72,12 +72,21 @@ def test_a_mistake_in_a_process_is_raised_here(plan):
 
 
 def test_a_point_that_never_ends_is_stopped_in_compiled_code():
-    endless = make_plan(RIG, [f"{AMPLITUDE}=0.5,20 rpm"], measures=["regime"], periods=10**7, settle=3)
+    bouncing = RIG.with_({"impact.restitution": 1.0, "impact.stick_velocity": "0 mm/s"})
+    endless = make_plan(bouncing, [f"{AMPLITUDE}=0.5,20 rpm"], measures=["regime"], periods=10**7, settle=3)
     begin = time.monotonic()
     found = compute(endless, 0, 2, Watch(0.5))
     assert time.monotonic() - begin < 20.0
     assert found.values["status"].tolist() == [0, 2]
     assert found.why == {1: "ran for longer than 0.5 s"}
+
+
+def test_a_motion_that_repeats_for_ever_is_stopped():
+    endless = make_plan(RIG, [f"{AMPLITUDE}=20 rpm"], measures=["regime"], periods=10**9, settle=3)
+    begin = time.monotonic()
+    found = compute(endless, 0, 1, Watch(0.5))
+    assert time.monotonic() - begin < 20.0
+    assert found.values["status"].tolist() == [2]
 
 
 def test_a_lubricated_point_that_never_ends_is_stopped():
