@@ -1,9 +1,10 @@
-"""One labelled dataset of all blocks, written block by block so that memory stays bounded."""
+"""One labelled dataset of all blocks, written a few blocks at a time so that memory stays bounded."""
 
 from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,8 @@ _OWN = (
 )
 
 
+AT_ONCE = 1 << 25
+"""Bytes of blocks that are written together."""
 FLAGS = {"status": STATUS, "regime": REGIMES}
 """Words of the numbers of a variable, in order."""
 
@@ -64,9 +67,8 @@ def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
     counts: dict[str, int] = dict.fromkeys(STATUS, 0)
     with replacing(store.place / DATA) as unfinished, h5netcdf.File(unfinished, "w") as file:
         targets = _layout(file, plan, about)
-        for begin, end in store.blocks():
-            values, why = store.read(begin, end)
-            failed += [(point, text) for point, text in why.items()]
+        for begin, end, values, why in _joined(store):
+            failed += why
             for code, word in enumerate(STATUS):
                 counts[word] += int(np.count_nonzero(values["status"] == code))
             for name, target in targets.items():
@@ -78,6 +80,21 @@ def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
                     ].reshape(shape)
     _write_failed(store, sorted(failed))
     return counts
+
+
+def _joined(store: Store) -> Iterator[tuple[int, int, dict[str, np.ndarray], list[tuple[int, str]]]]:
+    """Yield blocks that follow each other as one, up to what memory is for: many small writes take most of the time."""
+    parts: list[dict[str, np.ndarray]] = []
+    failed: list[tuple[int, str]] = []
+    first, held = 0, 0
+    for begin, end in store.blocks():
+        values, why = store.read(begin, end)
+        parts.append(values)
+        failed += list(why.items())
+        held += sum(one.nbytes for one in values.values())
+        if held >= AT_ONCE or end == store.plan.size:
+            yield first, end, {name: np.concatenate([one[name] for one in parts]) for name in values}, failed
+            parts, failed, first, held = [], [], end, 0
 
 
 def _ordered(plan: Plan, begin: int, values: np.ndarray) -> np.ndarray:
