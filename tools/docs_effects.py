@@ -86,6 +86,9 @@ def effects() -> str:
             default = "" if one.default is None else f"`{given(one.default, one.family)}`"
             rows.append(f"| `{name}` | {cell(told.get(name, ''))} | {cell(kind_of)} | {default} |")
         page.append(f"```toml\n{toml(kind)}\n```")
+        if kind in BESIDE:
+            others = " and ".join(f"`{one['kind']}`" for one in BESIDE[kind])
+            page.append(f"In the picture {others} is there with it and without.")
         page.append(f"![Law of {kind.replace('_', ' ')}, and the displacement with it and without]({picture(kind)})")
         page.append("| parameter | what it is | given as | default |\n|---|---|---|---|\n" + "\n".join(rows))
     return "\n\n".join(page) + "\n"
