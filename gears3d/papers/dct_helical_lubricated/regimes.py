@@ -34,13 +34,17 @@ LIFTS = (
 TWICE = "the same point is published as period-2 in figs 13 and 23"
 
 
+QUIET = {"lubricated.tolerance": 1e-9}
+"""The gear moves by a few tenths of a nanometre on 7 µm of oil; what steps of 1e-7 leave out sways it as much."""
+
+
 def line(bench: Bench) -> float:
     """Return the strongest line of the displacement while the drive turns evenly [Hz].
 
     Args:
         bench: of the papers.
     """
-    run = bench.run(CASE, point(acceleration=0.0), "lubricated").between(1.0, 3.0)
+    run = bench.run(CASE, point(acceleration=0.0) | QUIET, "lubricated").between(1.0, 3.0)
     place = run.signals["displacement_m"]
     amplitude = np.abs(np.fft.rfft((place - place.mean()) * np.hanning(len(place))))
     return float(np.fft.rfftfreq(len(place), run.time[1] - run.time[0])[int(np.argmax(amplitude))])
