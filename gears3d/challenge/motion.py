@@ -22,6 +22,10 @@ from gears3d.kernels import njit
 
 TOUCH = 1e-13
 """Overlap that rounding makes [m]."""
+ROUNDING = 1e-15
+"""What rounding leaves of an angle, as a share of it."""
+FAR = 4.0
+"""Gaps further than so many times what the gear moves within a step are not closed in it."""
 TIME, THETA, OMEGA, MODE, THETA2, OMEGA2, COUNT = range(7)
 """What the state holds; the second body's angle and speed are there whether or not there is one."""
 
@@ -79,10 +83,12 @@ def _first(m, y, direction, pressed, what, low, high):
 @njit(cache=True)
 def _hit(m, y, end, direction, pressed, h, side):
     """When a flank is struck within a step of flight: from 0 to h, or -1 when it is not."""
-    apart0, rate0, _, _ = gap(m, side, y[TIME], y[THETA], y[OMEGA])
-    apart1, rate1, _, _ = gap(m, side, end[TIME], end[THETA], end[OMEGA])
     if side == pressed:
         return -1.0
+    apart1, rate1, _, _ = gap(m, side, end[TIME], end[THETA], end[OMEGA])
+    if apart1 >= -TOUCH and (rate1 <= 0.0 or apart1 > FAR * rate1 * h):
+        return -1.0  # it is still closing, or was never near
+    apart0, rate0, _, _ = gap(m, side, y[TIME], y[THETA], y[OMEGA])
     dip = apart1 >= -TOUCH and rate0 < 0.0 < rate1 and apart0 < -rate0 * h
     if apart1 >= -TOUCH and not dip:
         return -1.0
@@ -108,7 +114,7 @@ def _follow(m, y, side, t):
         s, d1, d2, d11, d22, which = flank(m, side, t, th1, th2)
         step = (m.rb2 * th2 - m.rb1 * th1 - s - sign * m.film[5]) / (m.rb2 - d2)
         th2 -= step
-        if abs(step) < 1e-15:
+        if abs(step) <= ROUNDING * (1.0 + abs(th2)):
             break
     end = y.copy()
     end[TIME], end[THETA] = t, th2

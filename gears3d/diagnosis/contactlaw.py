@@ -29,6 +29,8 @@ ASIDE = (1e-7, 1e-4)
 FARTHEST = 0.7
 """Units, or parts of e, that a number moves in one round at most."""
 
+_LAWS = {Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.TORQUE_FRICTION, Code.GAP_SPRING}
+"""Normal forms that do nothing away from the flanks."""
 OWN = ("visit",)
 """Channels of laws of contact."""
 SHRINKS = 0.3
@@ -88,7 +90,24 @@ def law_of(rows: Iterable[Row], one: Visits) -> Array:
     return law
 
 
-def given(rows: Sequence[Row], one: Visits) -> Array:
+class _Grids:
+    """What is given over the visits' grids of each record, made once as long as only laws of contact change."""
+
+    def __init__(self) -> None:
+        self._made: dict[int, tuple[list[Row], Array]] = {}
+
+    def of(self, rows: Sequence[Row], one: Visits) -> Array:
+        """Return what :func:`_given` does."""
+        acting = [
+            row._replace(p=row.p[2:4]) if row.code == Code.GAP_FILM else row for row in rows if row.code not in _LAWS
+        ]
+        kept = self._made.get(id(one))
+        if kept is None or kept[0] != acting:
+            kept = self._made[id(one)] = acting, _given(rows, one)
+        return kept[1]
+
+
+def _given(rows: Sequence[Row], one: Visits) -> Array:
     """Return what is given over the visits' grids, the record's zero apart, (w, n, COLUMNS).
 
     Args:
@@ -124,10 +143,8 @@ def followed(law: Array, over: Array, starts: Array, zero: float, one: Visits) -
         zero: of the record [m].
         one: the record.
     """
-    own = over.copy()
-    own[..., paths.LOW : paths.HIGH + 1] += zero
     out = np.zeros(one.place.shape)
-    paths.follow_all(law, starts, own, one.sizes, STEP, PER, out)
+    paths.follow_all(law, starts, zero, over, one.sizes, STEP, PER, out)
     return out
 
 
@@ -149,14 +166,15 @@ def hold(
     """
     zeros = np.array([one.zero for one in records]) if begin is None else begin.zeros
     starts = [one.starts for one in records] if begin is None else begin.starts
-    now = _told(records, effects, tuple(causes), zeros, starts)
+    grids = _Grids()
+    now = _told(records, effects, tuple(causes), zeros, starts, grids)
     damping, covariance = 1e-3, np.zeros((0, 0))
     for _ in range(rounds):
-        slopes = _slopes(records, effects, now)
+        slopes = _slopes(records, effects, now, grids)
         done = True
         for _ in range(4):
             moves, covariance = _move(records, now, slopes, damping)
-            trial = _moved(records, effects, now, *moves)
+            trial = _moved(records, effects, now, *moves, grids)
             if trial is not None and trial.cost < now.cost:
                 done = now.cost - trial.cost < ENOUGH * trial.cost
                 now, damping = trial, 0.2 * damping
@@ -168,12 +186,17 @@ def hold(
 
 
 def _told(
-    records: Sequence[Visits], effects: Sequence[Any], causes: tuple[Cause, ...], zeros: Array, starts: list[Array]
+    records: Sequence[Visits],
+    effects: Sequence[Any],
+    causes: tuple[Cause, ...],
+    zeros: Array,
+    starts: list[Array],
+    grids: _Grids,
 ) -> Held:
     rest, points, cost, count = [], [], 0.0, 0
     for one, zero, start in zip(records, zeros, starts, strict=True):
         rows = _rows(one, effects, causes)
-        own = one.place - followed(law_of(rows, one), given(rows, one), start, zero, one)
+        own = one.place - followed(law_of(rows, one), grids.of(rows, one), start, zero, one)
         square = np.nanmean((own / one.sigma) ** 2, axis=1)
         square = np.where(np.isfinite(square), square, 1e12)
         rest.append(own)
@@ -195,17 +218,17 @@ class _Slopes(NamedTuple):
     shared: Array  # of the zero and the causes' numbers in units, (w, k, 1 + p)
 
 
-def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held) -> list[_Slopes]:
+def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held, grids: _Grids) -> list[_Slopes]:
     found = []
     for one, zero, start, rest in zip(records, now.zeros, now.starts, now.rest, strict=True):
         rows = _rows(one, effects, now.causes)
-        law, over, here = law_of(rows, one), given(rows, one), one.place - rest
+        law, over, here = law_of(rows, one), grids.of(rows, one), one.place - rest
         own = [(followed(law, over, start + row, zero, one) - here) / step
                for row, step in zip(np.diag(ASIDE), ASIDE, strict=True)]  # fmt: skip
         shared = [(followed(law, over, start, zero + ASIDE[0], one) - here) / ASIDE[0]]
         for causes in _stepped(now.causes):
             rows = _rows(one, effects, causes)
-            shared.append((followed(law_of(rows, one), given(rows, one), start, zero, one) - here) / SMALL)
+            shared.append((followed(law_of(rows, one), grids.of(rows, one), start, zero, one) - here) / SMALL)
         found.append(_Slopes(np.stack(own, axis=-1), np.stack(shared, axis=-1)))
     return found
 
@@ -218,7 +241,7 @@ def gains(records: Sequence[Visits], now: Held, others: Sequence[Cause]) -> list
         now: visits held against the causes so far.
         others: small.
     """
-    slopes, found = _slopes(records, (), now), []
+    slopes, found = _slopes(records, (), now, _Grids()), []
     normal, right, _ = _normal(records, now, slopes, 1e-3)
     without = float(right @ np.linalg.pinv(normal) @ right)
     for other in others:
@@ -234,7 +257,7 @@ def _columns(one: Visits, now: Held, k: int, other: Cause) -> Array:
     here, columns = one.place - now.rest[k], []
     for size in np.eye(1 + other.candidate.phased):
         rows = _rows(one, (other.candidate.effect(SMALL * other.candidate.unit * size),), now.causes)
-        moved = followed(law_of(rows, one), given(rows, one), now.starts[k], float(now.zeros[k]), one)
+        moved = followed(law_of(rows, one), _given(rows, one), now.starts[k], float(now.zeros[k]), one)
         columns.append((moved - here) / SMALL)
     return np.stack(columns, axis=-1)
 
@@ -301,7 +324,13 @@ def _damped(normal: Array, damping: float) -> Array:
 
 
 def _moved(
-    records: Sequence[Visits], effects: Sequence[Any], now: Held, starts: list[Array], zeros: Array, numbers: Array
+    records: Sequence[Visits],
+    effects: Sequence[Any],
+    now: Held,
+    starts: list[Array],
+    zeros: Array,
+    numbers: Array,
+    grids: _Grids,
 ) -> Held | None:
     causes, at = [], 0
     for cause in now.causes:
@@ -315,6 +344,6 @@ def _moved(
     limit = [0.2 * one.rig.backlash for one in records]
     moved = now.zeros + np.clip(zeros, -np.array(limit), limit)
     try:
-        return _told(records, effects, tuple(causes), moved, begun)
+        return _told(records, effects, tuple(causes), moved, begun, grids)
     except InputError:  # beyond the bounds of a parameter
         return None

@@ -35,6 +35,8 @@ BETTER = 0.7
 """Part of the cost that a law may leave at most."""
 HOPE = 30.0
 """And up to which it is fitted to all visits."""
+LOST = 1e4
+"""Chi-square a point of the visit in the middle from which on a law that does worse than none is not fitted further."""
 FEW, TRIAL = 3, 4
 """Every so manieth visit, and rounds, with which sizes are tried."""
 FEWEST = 12
@@ -136,7 +138,7 @@ def gap_law(records: Sequence[Visits]) -> Seen:
     plain = hold(records, [])
     if plain.level < PLAIN and plain.cost < PLAIN * plain.count:
         return Seen(None, plain, tuple(records))
-    tried = [found for started in _laws(records[0]) if (found := _best(records, started)) is not None]
+    tried = [found for started in _laws(records[0]) if (found := _best(records, started, plain)) is not None]
     best = min(tried, key=lambda one: one.cost, default=plain)
     if best is plain or not accepted(best, plain):
         return Seen(None, plain, tuple(records))
@@ -219,7 +221,7 @@ def _laws(one: Visits) -> Iterator[list[Cause]]:
         yield [begin(oil, np.array([size])) for size in VISCOSITIES]
 
 
-def _best(records: Sequence[Visits], started: list[Cause]) -> Held | None:
+def _best(records: Sequence[Visits], started: list[Cause], plain: Held) -> Held | None:
     """Return the fit of a law to all visits; ``None`` where a few of them exclude it."""
     few, found = [some(one, FEW) for one in records], None
     for cause in started:
@@ -231,7 +233,7 @@ def _best(records: Sequence[Visits], started: list[Cause]) -> Held | None:
             found = held
         if found.level < GOOD:
             break
-    if found is None:
+    if found is None or (found.level > LOST and found.level > plain.level):
         return None
     found = hold(few, [], found.causes, found)
     return hold(records, [], found.causes) if found.level < HOPE else None

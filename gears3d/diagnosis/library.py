@@ -112,16 +112,17 @@ def _stack(
     mine = [k for k, one in enumerate(every) if name in one.channels]
     owner = np.array([k for k in mine for _ in range(1 + every[k].phased)], int)
     number = np.array([j for k in mine for j in range(1 + every[k].phased)], int)
-    kept = [before is not None and _same(before.records[k], one, name) for k, one in enumerate(records)]
-    if before is not None and all(kept):
+    places = [None if before is None else _among(before.records[k], one, name) for k, one in enumerate(records)]
+    if before is not None and all(isinstance(place, slice) for place in places):
         return before.stacks[name]
     effects = [
         one.effect(one.tried * one.unit * size) for one in map(every.__getitem__, mine) for size in _UNITS[one.phased]
     ]
     columns = np.zeros((len(owner), parts[-1].stop), np.float32)
-    for k, (record, part) in enumerate(zip(records, parts, strict=True)):
-        if before is not None and kept[k]:
-            columns[:, part] = before.stacks[name].columns[:, before.parts[name][k]]
+    for k, (record, part, place) in enumerate(zip(records, parts, places, strict=True)):
+        if before is not None and place is not None:
+            whole = before.stacks[name].columns[:, before.parts[name][k]]
+            columns[:, part] = whole if isinstance(place, slice) else _free(record, name, np.take(whole, place, axis=1))
             continue
         for row, (which, effect) in enumerate(zip(owner, effects, strict=True)):
             columns[row, part] = added(record, [effect], name) / every[which].tried
@@ -138,9 +139,32 @@ def _normal(columns: Array, owner: Array, number: Array, count: int) -> Array:
     return made
 
 
-def _same(old: Evidence, new: Evidence, name: str) -> bool:
-    """Whether a channel has the very points that it had."""
-    return getattr(old.channels, TABLES[name]) is getattr(new.channels, TABLES[name])
+def _among(old: Evidence, new: Evidence, name: str) -> slice | Array | None:
+    """Return where the points of a channel are among those that it had; ``None`` where they are not.
+
+    Of channels that are free of something besides the zero of contact nothing is known but that they are the same.
+    """
+    before, now = (getattr(one.channels, TABLES[name]) for one in (old, new))
+    if before is now:
+        return slice(None)
+    if name not in ("contact", "impact") or len(now.time) > len(before.time):
+        return None
+    order = np.argsort(before.time, kind="stable")
+    place = order[np.minimum(np.searchsorted(before.time, now.time, sorter=order), len(order) - 1)]
+    same = all(np.array_equal(one[place], other) for one, other in zip(before, now, strict=True))
+    return place if same else None
+
+
+def _free(one: Evidence, name: str, columns: Array) -> Array:
+    """Return columns at some of their points, free of what these are free of."""
+    if name != "contact" or not columns.size:
+        return columns
+    sure = 1.0 / one.channels.contacts.sigma
+    zero = (sure / np.linalg.norm(sure)).astype(columns.dtype)
+    for first in range(0, len(columns), AT_ONCE):
+        rows = slice(first, first + AT_ONCE)
+        columns[rows] -= (columns[rows] @ zero)[:, None] * zero
+    return columns
 
 
 def price(candidate: Candidate) -> float:

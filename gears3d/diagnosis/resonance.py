@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 20.0, 1000.0, 1.01
 """Frequencies that are tried [Hz], and from one to the next."""
+PER = 10.0
+"""Readings to a period of the highest at least; means of as many as that allows are taken before."""
 SECONDS = 1.0
 """Length of the stretches whose spectra are averaged."""
 WIDE, BESIDE = 0.06, 1.6
@@ -76,6 +78,12 @@ def resonance(admitted: Sequence[Admitted], paths: Paths) -> Resonance | None:
     return Resonance(Structure("impact.duration", gain, 0.0, size, "m", float(tried[best]), gain), tried, power)
 
 
+def _means(values: Array, together: int) -> Array:
+    """Return means of neighbours."""
+    whole = len(values) // together * together
+    return values[:whole].reshape(-1, together).mean(axis=1)
+
+
 def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, Array]:
     """Return by how much power about each frequency stands out, that power [m²], and how surely it is known, each (t,).
 
@@ -85,8 +93,9 @@ def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, 
 
     assert one.rig is not None
     known = paths.of(one)
-    place = known.radii[0] * known.drive - known.radii[1] * known.loose
-    rate = 1.0 / known.step
+    together = max(int(1.0 / (known.step * PER * HIGHEST)), 1)
+    place = _means(known.radii[0] * known.drive - known.radii[1] * known.loose, together)
+    rate = 1.0 / (known.step * together)
     turn, power = welch(place, rate, nperseg=min(int(SECONDS * rate), len(place)), detrend="linear")
     total = np.concatenate([[0.0], np.cumsum(power)]) * turn[1]
     slowest = min((each.frequency for each in one.rig.motion.harmonics), default=0.0)
@@ -103,4 +112,4 @@ def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, 
     usual *= width(tried) / np.sqrt(width(tried / BESIDE) * width(tried * BESIDE))
     seen = tried * BESIDE < 0.4 * rate
     ratio = np.where(seen, own / np.maximum(usual, 1e-300), 0.0)
-    return ratio, np.where(seen, own, np.nan), width(tried) * len(place) * known.step
+    return ratio, np.where(seen, own, np.nan), width(tried) * len(place) / rate

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import without
+from gears3d.diagnosis.freed import freed, orthonormal
 from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 
 Array = np.ndarray
@@ -42,9 +43,10 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
     value = bounded(value, level)
     turns = 2.0 * pi * LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
     parts = np.split(value, np.cumsum([len(own) for _, own in some])[:-1])
+    blows = [_blows(one) for one, _ in some]
 
     def strongest(tried: list[tuple[float, float]]) -> tuple[float, float, float, float]:
-        return max((*_gain([_ringing(one, *each) for one, _ in some], parts), *each) for each in tried)
+        return max((*_gain([_ringing(one, *each) for one in blows], parts), *each) for each in tried)
 
     tried = [(turn, damping) for turn in turns for damping in DAMPING]
     *_, turn, damping = strongest(tried)
@@ -76,21 +78,47 @@ def _gain(waves: list[Array], parts: list[Array]) -> tuple[float, float]:
     return gain, min(gain, sum(likely) - max(likely))
 
 
-def _ringing(one: Evidence, turn: float, damping: float) -> Array:
-    """Return what each blow of a record sets ringing, at the points of its flights, free of start angle and speed."""
+class _Blows(NamedTuple):
+    """Blows of a record, and where they are heard: at the points of its flights.
+
+    Args:
+        apart: time since the blow before, of each [s], (i,).
+        jump: change of speed, (i,).
+        last: blow before each flight, -1 before any, (f,).
+        since: time from it to the points of the flight [s], (f, BINS).
+        width: time that a point is a mean over [s], (f, 1).
+        sure: one over the standard deviation of the points, (f, 1).
+        columns: start angle and speed of the flights, orthonormal, each (f, BINS).
+    """
+
+    apart: Array
+    jump: Array
+    last: Array
+    since: Array
+    width: Array
+    sure: Array
+    columns: list[Array]
+
+
+def _blows(one: Evidence) -> _Blows:
+    """Return blows of a record, and the points at which these are heard."""
     struck, flights = one.channels.impacts, one.channels.flights
     order = np.argsort(struck.time)
     time, jump = struck.time[order], (struck.rebound - struck.velocity)[order]
-    pole = turn * (1j - damping)
-    state, now = np.zeros(len(time), complex), 0j
-    for k, after in enumerate(np.diff(time, prepend=time[0])):
-        now = now * np.exp(pole * after) + jump[k]
-        state[k] = now
     last = np.searchsorted(time, flights.time[:, 0], side="right") - 1
     since = np.maximum(flights.time - time[np.maximum(last, 0)][:, None], 0.0)
     width = (flights.time[:, -1:] - flights.time[:, :1]) / (BINS - 1)
-    wave = np.where(last < 0, 0j, state[np.maximum(last, 0)])[:, None] * np.exp(pole * since)
-    wave = wave * np.sinc(turn * width / (2.0 * pi)) / flights.sigma
-    x = flights.time - flights.time.mean(axis=1, keepdims=True)
-    free = (1.0 / flights.sigma, x / flights.sigma)
-    return (without(wave.real, free) + 1j * without(wave.imag, free)).ravel()
+    x, sure = flights.time - flights.time.mean(axis=1, keepdims=True), 1.0 / flights.sigma
+    return _Blows(np.diff(time, prepend=time[0]), jump, last, since, width, sure, orthonormal((sure, x * sure)))
+
+
+def _ringing(one: _Blows, turn: float, damping: float) -> Array:
+    """Return what each blow of a record sets ringing, at the points of its flights, free of start angle and speed."""
+    pole = turn * (1j - damping)
+    state, now = [], 0j
+    for kept, jump in zip(np.exp(pole * one.apart).tolist(), one.jump.tolist(), strict=True):
+        now = now * kept + jump
+        state.append(now)
+    wave = np.where(one.last < 0, 0j, np.array(state)[np.maximum(one.last, 0)])[:, None] * np.exp(pole * one.since)
+    wave = wave * (np.sinc(turn * one.width / (2.0 * pi)) * one.sure)
+    return freed(wave, one.columns).ravel()

@@ -14,6 +14,8 @@ NEAR = 0.1
 """Part of the gap's thickness that a step goes through at most where oil lies in it."""
 SLOWEST = 1e-7
 """Shortest step [s]."""
+AMID = 3.0
+"""Times as far as its speed takes the gear in a step towards a flank, from which on that flank is not met in it."""
 EDGE = 1e-8
 """How far a step goes beyond the moment at which teeth touch [s]."""
 ACTIVE, REVERSE, FREE = 0, 1, 2
@@ -129,6 +131,19 @@ def _ridden(law, at, slope, side, x):
 
 
 @njit(cache=True)
+def _far(law, y, v, at, nearer, step):
+    """Whether nothing between the flanks acts within a whole step of the grid: both are further than it could move."""
+    if law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0:
+        return False
+    for side in (ACTIVE, REVERSE):
+        rate = at[LOW_RATE + side]
+        moves = AMID * abs(v - rate) + abs(nearer[LOW_RATE + side] - rate) + step * abs(at[FORCED])
+        if abs(y - at[LOW + side]) - law[LAYER] < moves * step:
+            return False
+    return at[LOW] < y < at[HIGH]
+
+
+@njit(cache=True)
 def follow(law, start, given, step, out):
     """Carry one path over its grid.
 
@@ -145,6 +160,10 @@ def follow(law, start, given, step, out):
     for i in range(len(given) - 1):
         out[i] = y
         at = given[i]
+        if mode == FREE and _far(law, y, v, at, given[i + 1], step):
+            y += step * (v + step * (at[FORCED] / 3.0 + given[i + 1, FORCED] / 6.0))
+            v += 0.5 * step * (at[FORCED] + given[i + 1, FORCED])
+            continue
         for c in range(COLUMNS):
             slope[c] = (given[i + 1, c] - at[c]) / step
         x = 0.0
@@ -188,23 +207,25 @@ def _struck(law, y, v, at, slope, x, h, side):
 
 
 @njit(cache=True)
-def follow_all(law, starts, given, sizes, step, per, out):
+def follow_all(law, starts, zero, given, sizes, step, per, out):
     """Carry many paths, each with its own start and grid, and return means over ``per`` steps each.
 
     Args:
         law: numbers of the law, (NUMBERS,).
         starts: place [m] and speed [m/s] of each, (w, 2).
+        zero: that both flanks lie further up than given [m].
         given: on the grids, (w, n, COLUMNS).
         sizes: points of each grid that count, (w,).
         step: of the grids [s].
         per: steps of the grid to a mean.
         out: gets the means [m], (w, (n - 1)//per).
     """
-    path = np.zeros(given.shape[1])
+    path, start = np.zeros(given.shape[1]), np.zeros(2)
     for w in range(len(starts)):
-        follow(law, starts[w], given[w, : sizes[w]], step, path)
+        start[0], start[1] = starts[w, 0] - zero, starts[w, 1]
+        follow(law, start, given[w, : sizes[w]], step, path)
         for k in range((sizes[w] - 1) // per):
             total = 0.5 * (path[k * per] + path[(k + 1) * per])
             for j in range(1, per):
                 total += path[k * per + j]
-            out[w, k] = total / per
+            out[w, k] = total / per + zero

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.measurement.flanks import Flanks
-from gears3d.measurement.flights import Shafts, Touches, meet, shafts
+from gears3d.measurement.flights import Shafts, Touches, leave, meet, shafts
 from gears3d.measurement.kinks import Kinks
 from gears3d.measurement.parabolas import FEWEST, SURE, Parabolas, common_law, fit, slope_within, tied
 from gears3d.measurement.smoothing import Blocks, Track
@@ -116,8 +116,10 @@ def _ends_beyond(known: Track, path: Blocks, every: Runs, whole: np.ndarray) -> 
     return begin, end, flank
 
 
-def _touches(known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts) -> tuple[Touches, Touches]:
-    """Return where flights begin and end, as if all began with a blow."""
+def _touches(
+    known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts, some: np.ndarray | None = None
+) -> tuple[Touches, Touches]:
+    """Return where flights begin and end, as if all began with a blow; of some of them only if these are told."""
     size = path.size
     inner = known.time[every.first * size], known.time[np.minimum((every.last + 1) * size, len(known.time)) - 1]
     lasted = inner[1] - inner[0]
@@ -127,9 +129,10 @@ def _touches(known: Track, path: Blocks, every: Runs, paths: Parabolas, where: S
     inside = 0.4 * lasted
     late = np.maximum(np.minimum(reach, after - inner[1]), path.width)
     early = np.maximum(np.minimum(reach, inner[0] - before), path.width)
-    never = np.zeros(len(lasted), bool)
-    end = meet(paths, where, every.struck, inner[1] - inside, late + inside, never)
-    start = meet(paths, where, every.left, inner[0] + inside, -(early + inside), never)
+    some = np.arange(len(lasted)) if some is None else some
+    paths = paths.some(some)
+    end = meet(paths, where, every.struck[some], (inner[1] - inside)[some], (late + inside)[some])
+    start = meet(paths, where, every.left[some], (inner[0] + inside)[some], -(early + inside)[some])
     return start, end
 
 
@@ -154,13 +157,17 @@ def _met_once_more(
     A path that rises slowly from its flank passes what counts as flying several times in its noise. The short runs that
     this makes stood between the flight and its touch, as long as they passed for flights themselves.
     """
-    if np.all(start.met & end.met):
+    missed = np.flatnonzero(~(start.met & end.met))
+    if not len(missed):
         return start, end
-    begun, ended = _touches(known, path, every, paths, where)
+    begun, ended = _touches(known, path, every, paths, where, missed)
 
     def mended(before: Touches, now: Touches) -> Touches:
-        keep = before.met | ~now.met
-        return Touches(*(np.where(keep, a, b) for a, b in zip(before, now, strict=True)))
+        keep = before.met[missed] | ~now.met
+        columns = [column.copy() for column in before]
+        for column, new in zip(columns, now, strict=True):
+            column[missed] = np.where(keep, column[missed], new)
+        return Touches(*columns)
 
     return mended(start, begun), mended(end, ended)
 
@@ -202,7 +209,7 @@ def _tangents(paths: Parabolas, where: Shafts, every: Runs, start: Touches, end:
     inner = start.time[glide] + 0.3 * lasted
     back = np.maximum(inner - before, 0.3 * lasted)
     span = -np.minimum(back, 0.8 * lasted)
-    found = meet(some, where, every.left[glide], inner, span, np.ones(len(glide), bool))
+    found = leave(some, where, every.left[glide], inner, span)
     mended = [column.copy() for column in start]
     for column, values in zip(mended, found, strict=True):
         column[glide] = values

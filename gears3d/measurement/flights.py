@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ if TYPE_CHECKING:
 AT_ONCE = 500
 """Flights that are held against their flank at a time."""
 POINTS = 160
-"""Times at which a parabola is held against a flank."""
+"""Times at which a parabola may be held against a flank."""
+STRIDE, WINDOW = 4, 11
+"""Of these every so manieth is looked at first, then so many together."""
 
 
 class Shafts(NamedTuple):
@@ -106,56 +109,96 @@ class Touches(NamedTuple):
     met: np.ndarray
 
 
-def meet(
-    paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray, tangent: np.ndarray
-) -> Touches:
-    """Return where parabolas meet flanks, looking from ``begin`` over ``span``, which is negative for looking back.
-
-    Across a flank the first zero of the gap counts. Where a flank is left without a blow (``tangent``) gap and its rate
-    vanish together: the moment counts at which both are least in their standard deviations.
+def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
+    """Return where parabolas strike flanks: the first zero of the gap from ``begin`` over ``span``.
 
     Args:
         paths: of the flights, (k,).
         where: the flanks are.
         flank: that is met, 0 active, 1 reverse, (k,).
         begin: [s], (k,).
-        span: [s], (k,).
-        tangent: whether the flank was left without a blow, (k,).
+        span: negative for looking back [s], (k,).
     """
     if len(begin) > AT_ONCE:
-        parts = []
-        for first in range(0, len(begin), AT_ONCE):
-            rows = slice(first, first + AT_ONCE)
-            some = paths.some(np.arange(len(begin))[rows])
-            parts.append(meet(some, where, flank[rows], begin[rows], span[rows], tangent[rows]))
-        return Touches(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    grid = begin[:, None] + span[:, None] * np.linspace(0.0, 1.0, POINTS)
-    side = np.broadcast_to(flank[:, None], grid.shape)
-    gap = where.gap(grid, paths.at(grid), side)
+        return _joined(meet, paths, where, flank, begin, span)
     step = span[:, None] / (POINTS - 1)
+    at = _about(paths, where, flank, begin, step)
+    time = begin[:, None] + step * at
+    gap = _gap(paths, where, flank, time)
     rate = np.gradient(gap, axis=1) / step
-    angle, turning = paths.spread(grid)
-    middle = grid[:, POINTS // 2]
-    placed = where.flanks.sigma(middle, where.drive.curve(middle), np.interp(middle, *where.loose), flank)
-    others = np.hypot(placed, where.radii[0] * where.drive.sigma)
-    spread = np.hypot(where.radii[1] * angle, others[:, None])
-    slower = np.hypot(where.radii[1] * turning, where.radii[0] * where.drive.speed_sigma) + 1e-12
-    closed = gap <= 0.0
-    rows = np.arange(len(grid))
-    hit = np.where(closed.any(axis=1), np.argmax(closed, axis=1), np.argmin(gap, axis=1))
+    closed, rows = gap <= 0.0, np.arange(len(at))
+    hit = np.where(np.any(closed, axis=1), np.argmax(closed, axis=1), np.argmin(gap, axis=1))
     before = np.maximum(hit - 1, 0)
     fall = gap[rows, before] - gap[rows, hit]
     part = np.where(closed[rows, hit] & (fall > 0.0), gap[rows, hit] / np.where(fall > 0.0, fall, 1.0), 0.0)
     part = np.clip(part, -1.0, 0.0)
-    time = grid[rows, hit] + part * step[:, 0]
+    spread, slower = (column[:, 0] for column in _spread(paths, where, flank, begin, span, time[rows, hit][:, None]))
     fast = rate[rows, hit] + part * (rate[rows, hit] - rate[rows, before])
-    sigma = spread[rows, hit] / np.maximum(np.abs(fast), slower[rows, hit])
-    off = (gap / spread) ** 2 + (rate / slower) ** 2
-    least = np.argmin(off, axis=1)
-    close = np.sum(off < off[rows, least][:, None] + 1.0, axis=1) * np.abs(step[:, 0])
-    time = np.where(tangent, grid[rows, least], time)
-    sigma = np.where(tangent, 0.5 * close, sigma)
-    fast = np.where(tangent, rate[rows, least], fast)
+    sigma = spread / np.maximum(np.abs(fast), slower)
     sign = np.where(flank == 1, -1.0, 1.0)
-    met = closed.any(axis=1) | tangent
-    return Touches(time, sigma, sign * fast, slower[rows, np.where(tangent, least, hit)], met)
+    met = np.any(closed, axis=1)
+    return Touches(time[rows, hit] + part * step[:, 0], sigma, sign * fast, slower, met)
+
+
+def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
+    """Return where parabolas leave flanks without a blow, so that gap and its rate vanish together.
+
+    The moment counts at which both are least in their standard deviations.
+
+    Args:
+        paths: as for :func:`meet`.
+        where: as for :func:`meet`.
+        flank: that is left, 0 active, 1 reverse, (k,).
+        begin: as for :func:`meet`.
+        span: as for :func:`meet`.
+    """
+    if len(begin) > AT_ONCE:
+        return _joined(leave, paths, where, flank, begin, span)
+    step = span[:, None] / (POINTS - 1)
+    time = begin[:, None] + step * np.arange(POINTS)
+    gap = _gap(paths, where, flank, time)
+    rate = np.gradient(gap, axis=1) / step
+    spread, slower = _spread(paths, where, flank, begin, span, time)
+    off = (gap / spread) ** 2 + (rate / slower) ** 2
+    least, rows = np.argmin(off, axis=1), np.arange(len(time))
+    close = np.sum(off < off[rows, least][:, None] + 1.0, axis=1) * np.abs(step[:, 0])
+    sign = np.where(flank == 1, -1.0, 1.0)
+    met = np.ones(len(time), bool)
+    return Touches(time[rows, least], 0.5 * close, sign * rate[rows, least], slower[rows, least], met)
+
+
+def _joined(
+    one: Callable[..., Touches], paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray
+) -> Touches:
+    """Return the touches of many flights, some at a time."""
+    parts = []
+    for first in range(0, len(begin), AT_ONCE):
+        rows = slice(first, first + AT_ONCE)
+        some = paths.some(np.arange(len(begin))[rows])
+        parts.append(one(some, where, flank[rows], begin[rows], span[rows]))
+    return Touches(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _about(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Return the few among ``POINTS`` times about which the gap is first closed, or least, (k, WINDOW)."""
+    coarse = np.append(np.arange(0, POINTS - 1, STRIDE), POINTS - 1)
+    gap = _gap(paths, where, flank, begin[:, None] + step * coarse)
+    closed = gap <= 0.0
+    near = coarse[np.where(closed.any(axis=1), np.argmax(closed, axis=1), np.argmin(gap, axis=1))]
+    return np.clip(near - STRIDE - 2, 0, POINTS - WINDOW)[:, None] + np.arange(WINDOW)
+
+
+def _gap(paths: Parabolas, where: Shafts, flank: np.ndarray, time: np.ndarray) -> np.ndarray:
+    return where.gap(time, paths.at(time), np.broadcast_to(flank[:, None], time.shape))
+
+
+def _spread(
+    paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray, time: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the standard deviations of gap [m] and its rate [m/s] at some times, (k, g)."""
+    angle, turning = paths.spread(time)
+    middle = begin + span * (POINTS // 2) / (POINTS - 1)
+    placed = where.flanks.sigma(middle, where.drive.curve(middle), np.interp(middle, *where.loose), flank)
+    others = np.hypot(placed, where.radii[0] * where.drive.sigma)
+    spread = np.hypot(where.radii[1] * angle, others[:, None])
+    return spread, np.hypot(where.radii[1] * turning, where.radii[0] * where.drive.speed_sigma) + 1e-12

@@ -69,7 +69,10 @@ def find_flanks(
                 flanks = flanks._replace(terms=terms)
                 columns = _columns(path, terms, looked)
                 flanks = _padded(flanks, 2 * len(more))
+        before = scale
         flanks, scale = _closer(path, (looked, columns), flanks, (at, side, place), scale, gap)
+        if turn >= GROWS[-1] and scale == before:  # the same blocks again
+            break
     return flanks
 
 

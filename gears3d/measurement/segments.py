@@ -12,7 +12,7 @@ from gears3d.measurement.flanks import Flanks
 from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
 from gears3d.measurement.parabolas import Parabolas
-from gears3d.measurement.search import QUIET, find_flanks, one_flank, refined
+from gears3d.measurement.search import MOST, QUIET, find_flanks, one_flank, refined
 from gears3d.measurement.smoothing import Blocks, Shape, Track
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.touching import within
@@ -29,7 +29,10 @@ DOUBTFUL = 0.05
 CALM_FEWEST = 50
 """Blocks in contact with a flank without which nothing is said of how calm it is."""
 AGAIN = 2
-"""Times that the flanks are drawn anew through what turned out to be contact."""
+"""Times that the flanks are drawn anew through what turned out to be contact, at most."""
+SETTLED = 0.25
+"""Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
+other places in contact would have moved them."""
 
 
 def segment(
@@ -58,20 +61,23 @@ def segment(
     single, still = _resting(path, teeth)
     faults: list[Fault] = []
     tell(0.2)
-    best, least = None, np.inf
+    best, least, drawn = None, np.inf, single
     for scales in SCALES_TRIED:
         seeds = seeds if scales == SCALES_TRIED[0] else kinks(path, scales)
         if still and (len(seeds.at) < 2 or single.terms.grown):
             break
         sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
         for both in sides:
+            flanks = find_flanks(path, seeds, teeth, both)
+            if best is not None and not _moved(path, drawn, flanks):
+                return best  # other kinks tell the same flanks
             try:
-                found = _between_flanks(known, path, seeds, teeth, both, file, tell)
+                found = _between_flanks(known, path, flanks, seeds, teeth, both, file, tell)
             except InputError as error:
                 faults += error.faults
                 continue
             if found is not None and (doubt := doubtful(found)) < least:
-                best, least = found, doubt
+                best, least, drawn = found, doubt, flanks
             if best is not None:
                 break
         if least < PLAIN:
@@ -124,13 +130,14 @@ def _quiet(part: float) -> None:
 def _between_flanks(
     known: Track,
     path: Blocks,
+    flanks: Flanks,
     seeds: Kinks,
     teeth: tuple[int, int] | None,
     both: bool,
     file: str,
     tell: Callable[[float], None],
 ) -> Segments | None:
-    """Return the record cut along the flanks that kinks tell; ``None`` where two flanks are one.
+    """Return the record cut along flanks, drawn anew; ``None`` where two flanks are one.
 
     Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
     flank that is seldom touched ask for orders, too.
@@ -138,11 +145,11 @@ def _between_flanks(
     Raises:
         InputError: the noise fills the dead band, or what lies between the flanks is no flight.
     """
-    found = _cut_between(known, path, seeds, teeth, both, file, tell)
+    found = _cut_between(known, path, flanks, seeds, both, file, tell)
     if found is None or not found.flanks.terms.grown:
         return found
     try:
-        plain = _cut_between(known, path, seeds, teeth, both, file, _quiet, grow=False)
+        plain = _cut_between(known, path, find_flanks(path, seeds, teeth, both, grow=False), seeds, both, file, _quiet)
     except InputError:
         return found
     if plain is None or not _calm(path, plain) or doubtful(plain) > doubtful(found) + PLAIN:
@@ -162,24 +169,18 @@ def _calm(path: Blocks, cut: Segments) -> bool:
 
 
 def _cut_between(
-    known: Track,
-    path: Blocks,
-    seeds: Kinks,
-    teeth: tuple[int, int] | None,
-    both: bool,
-    file: str,
-    tell: Callable[[float], None],
-    grow: bool = True,
+    known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, both: bool, file: str, tell: Callable[[float], None]
 ) -> Segments | None:
-    """Return the record cut along flanks with or without orders that contact asks for."""
-    flanks = find_flanks(path, seeds, teeth, both, grow)
+    """Return the record cut along flanks, drawn anew as long as cutting moves them."""
     if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
         return None
     tell(0.4)
     cut = cut_along(known, path, flanks, seeds, file)
     for turn in range(AGAIN):
         tell(0.6 + 0.4 * turn / AGAIN)
-        flanks = refined(path, flanks, *_evidence(path, cut))
+        before, flanks = flanks, refined(path, flanks, *_evidence(path, cut))
+        if turn and not _moved(path, before, flanks):
+            break
         cut = cut_along(known, path, flanks, seeds, file)
     chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
     if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
@@ -188,6 +189,16 @@ def _cut_between(
     if len(chi2):
         what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
     raise InputError(Fault("theta_loose_rad", what, "the counts are too coarse, or the flanks too wavy", file))
+
+
+def _moved(path: Blocks, before: Flanks, now: Flanks) -> bool:
+    """Whether flanks are elsewhere than they were, by more than what the choice of places on them does."""
+    some = slice(None, None, max(len(path.time) // MOST, 1))
+    angles = path.time[some], path.drive[some], path.loose[some]
+    one, other = (flanks.places(*angles) for flanks in (before, now))
+    with np.errstate(invalid="ignore"):
+        moved = [float(np.sqrt(np.mean(np.square(a - b)))) for a, b in zip(one, other, strict=True)]
+    return any(each > SETTLED * path.noise for each in moved)
 
 
 def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:

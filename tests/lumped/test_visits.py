@@ -108,8 +108,17 @@ def test_the_wedge_carries_a_load_at_its_resting_thickness():
 def test_means_are_those_of_the_path():
     given = np.stack([still(41, forced=-2.0)] * 2)
     starts, out = np.array([[1e-4, 0.0], [2e-4, 0.01]]), np.zeros((2, 10))
-    paths.follow_all(law(restitution=0.4, stick=1e-4), starts, given, np.array([41, 21]), STEP, 4, out)
+    paths.follow_all(law(restitution=0.4, stick=1e-4), starts, 0.0, given, np.array([41, 21]), STEP, 4, out)
     one = path(law(restitution=0.4, stick=1e-4), starts[0], given[0])
     parts = [np.trapezoid(one[k : k + 5]) / 4.0 for k in range(0, 40, 4)]
     assert out[0] == pytest.approx(parts, abs=1e-15)
     assert not out[1, 5:].any()
+
+
+def test_flanks_may_lie_further_up():
+    given, moved = np.stack([still(41, forced=-2.0)] * 2), np.zeros((2, 10))
+    starts, out = np.array([[1e-4, 0.0], [2e-4, 0.01]]), np.zeros((2, 10))
+    own, sizes = law(restitution=0.4, stick=1e-4), np.array([41, 41])
+    paths.follow_all(own, starts, 0.0, given, sizes, STEP, 4, out)
+    paths.follow_all(own, starts + np.array([3e-5, 0.0]), 3e-5, given, sizes, STEP, 4, moved)
+    assert moved - 3e-5 == pytest.approx(out, abs=1e-15)

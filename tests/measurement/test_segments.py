@@ -78,9 +78,9 @@ def test_coarse_counts_and_noise_invent_nothing(restitution, wander, counts, see
 
 
 def test_a_cut_that_leaves_much_unexplained_warns(monkeypatch):
-    scenario, truth = happened(0.7, 60e-6)
-    record = seen(scenario, truth, 0.015, 11, 40_000)
-    monkeypatch.setattr("gears3d.measurement.segments.SCALES_TRIED", (4,))  # kinks that miss the reverse flank
+    scenario, truth = happened(0.8, 60e-6)
+    record = seen(scenario, truth, 0.015, 12, 40_000)
+    monkeypatch.setattr("gears3d.measurement.segments.SCALES_TRIED", (5,))  # kinks that miss the reverse flank
     summary = measure(record, scenario).summary
     assert summary["cut"]["unexplained"] > 0.1
     assert len(summary["warnings"]) == 1
