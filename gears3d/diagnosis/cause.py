@@ -118,6 +118,7 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
     rest = base - sum(parts, np.zeros_like(base))
     units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
     normal = np.zeros((len(units), len(units)))
+    pivot = max(float(np.mean([one.radii[0] / one.radii[1] * abs(one.motion.mean) for one in records])), 1e-9)
     for _ in range(rounds if len(units) else 0):
         slopes = np.column_stack([column for k, c in enumerate(causes) for column in slopes_of(records, c, parts[k])])
         normal, right = slopes.T @ slopes, slopes.T @ rest
@@ -125,7 +126,7 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
         for damping in (0.0, 0.01, 1.0):
             move = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), right, rcond=1e-12)[0]
             try:
-                trial = _moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units)
+                trial = _moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units, pivot)
                 tried = [_part(records, cause) for cause in trial]
             except InputError:  # beyond the bounds of a parameter
                 continue
@@ -160,10 +161,21 @@ def slopes_of(records: Sequence[Evidence], cause: Cause, part: Array | None = No
     return found
 
 
-def _moved(causes: Sequence[Cause], by: Array) -> tuple[Cause, ...]:
-    cuts = np.cumsum([len(cause.numbers) for cause in causes])[:-1]
-    pairs = zip(causes, np.split(by, cuts), strict=True)
-    return tuple(cause._replace(numbers=_within(cause, cause.numbers + own)) for cause, own in pairs)
+def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]:
+    """Return causes with their numbers moved, those of the shapes within their bounds.
+
+    A power keeps its torque at the pivot, a usual speed, while its exponent moves: its coefficient goes with that
+    speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already.
+    """
+    cuts, moved = np.cumsum([len(cause.numbers) for cause in causes])[:-1], []
+    for cause, step in zip(causes, np.split(by, cuts), strict=True):
+        numbers = _within(cause, cause.numbers + step)
+        if cause.candidate.kind == "drag_power" and cause.free:
+            before, after = np.exp(cause.numbers[1]), np.exp(numbers[1])
+            numbers[0] += cause.numbers[0] * np.log(pivot) * before * step[1]
+            numbers[0] *= pivot ** (before - after)
+        moved.append(cause._replace(numbers=numbers))
+    return tuple(moved)
 
 
 def _within(cause: Cause, numbers: Array) -> Array:

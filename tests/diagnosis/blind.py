@@ -95,6 +95,20 @@ def _harmonic(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
     return _swung(plan(seed, hidden, **options), richer)
 
 
+def _one_speed(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """Records of one mean speed, so that torques over speed are alike; their fluctuations differ."""
+    made = plan(seed, hidden, **options)
+    mean = f"{made.rig.motion.mean!r} rad/s"
+    return replace(made, conditions=tuple({**c, "motion.mean": mean} for c in made.conditions))
+
+
+def _one_to_one(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """Gears of equal teeth, whose orders are alike."""
+    gears = {"gears.drive.teeth": 90, "gears.loose.teeth": 90, "gears.module": "3.5 mm", "gears.helix_angle": "0 deg"}
+    heavy = {"gears.loose.inertia": "0.07 kg m^2", "drag.torque": "0.4 N m"}
+    return plan(seed, hidden, rig=_rig(seed, gears | heavy), **options)
+
+
 def _rig(seed: int, change: dict[str, Any]) -> Scenario:
     """Return the bench of a seed with a change."""
     streams = [np.random.default_rng([seed, stream]) for stream in range(1, 3)]
@@ -116,6 +130,7 @@ def _times(text: str, factor: float) -> str:
 BENCHES: dict[str, Callable[[int, Any, dict[str, Any]], Plan]] = {
     "": lambda seed, hidden, options: plan(seed, hidden, **options),
     "chaotic": _chaotic, "coarse": _coarse, "below": _below, "harmonic": _harmonic,
+    "one speed": _one_speed, "one to one": _one_to_one,
 }  # fmt: skip
 """What may be done to a bench before anything is hidden: from seed, kinds and options to the plan."""
 
@@ -198,18 +213,45 @@ def _pairs(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     yield Case(part, seed, TWO[seed % len(TWO)], (("size", 0.15), noise))
 
 
+ALIKE: dict[str, tuple[tuple[str, ...], tuple[tuple[str, float], ...], str]] = {
+    "torques over speed, at one speed": (("drag_viscous", "drag_power"), (), "one speed"),
+    "a torque over the difference of speeds": (("drag_differential",), (), ""),
+    "order 1 of either gear, at 1:1": (("eccentricity", "transmission_error"), (), "one to one"),
+    "drag and restitution, in one record of 3 s": (
+        ("drag_coulomb", "restitution_offset"), (("records", 1), ("duration", 3.0)), ""),
+    "oil and restitution, in one record of 3 s": (
+        ("oil_film", "restitution_speed"), (("records", 1), ("duration", 3.0)), ""),
+}  # fmt: skip
+"""What records may not tell apart: kinds that are hidden in turn, options of the plan, and the bench."""
+
+
+def _alike(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    for kinds, options, where in ALIKE.values():
+        yield Case(part, seed, (kinds[seed // 2 % len(kinds)],), (*options, noise), where)
+
+
 def _null(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     length = (("duration", 3.0),) if part == "short" else ()
     yield Case(part, seed, (), (*length, noise), part if part in BENCHES else "")
 
 
 PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
-    "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated,
+    "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated, "sets": _alike,
     **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short"), _null),
 }  # fmt: skip
 """Sorts of blind tests."""
 NULLS = ("nothing", "chaotic", "coarse", "below", "harmonic", "short")
 """Those in which nothing is hidden."""
+
+
+def _setting(case: Case) -> str:
+    """Return the name of what is particular about a test among others of its part."""
+    if case.part == "sets":
+        own = (case.options[:-1], case.bench)
+        return next(
+            (k for k, (kinds, *how) in ALIKE.items() if {*(case.hidden or ())} <= {*kinds} and tuple(how) == own), ""
+        )
+    return next((k for k, v in SETTINGS.items() if v == case.options[1:]), "")
 
 
 @contextmanager
@@ -244,7 +286,7 @@ def play(case: Case) -> dict[str, Any]:
     answer = score.pop("answer")
     return {
         "name": case.name, "part": case.part, "seed": case.seed, "records": len(made.conditions),
-        "setting": next((k for k, v in SETTINGS.items() if v == case.options[1:]), ""), "without": case.without,
+        "setting": _setting(case), "without": case.without,
         "hidden": [one["kind"] for one in answer["effects"]] + [one["name"] for one in answer["unknown"]],
         "size": answer["size"], "noise": answer["noise"], "visible": answer["visible"],
         "causes": [{"kind": one["kind"], "or": [each["kind"] for each in one.get("alternatives", [])]}

@@ -47,6 +47,8 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", *_strange(strange)]
     if two := [row for row in rows if row["part"] == "two"]:
         yield from ["", "two causes at once, both named: " + _count(two, _both)]
+    if alike := [row for row in rows if row["part"] == "sets"]:
+        yield from ["", *_sets(alike)]
     if limits := [row for row in rows if row["part"] == "limits"]:
         yield from ["", *_limits(limits)]
     gains = [row["gain"] for row in rows if row["causes"] and (row["gain"] is not None or row.get("splits"))]
@@ -122,6 +124,22 @@ def _strange(rows: list[dict[str, Any]]) -> Iterable[str]:
         own = [row for row in rows if name in ("all", row["hidden"][0])]
         cells = [name, _count(own, lambda r: r["verdict"] in hedged), _count(own, lambda r: r["coordinate_right"])]
         yield "| " + " | ".join([*cells, _count(own, lambda r: r["verdict"] == "explained")]) + " |"
+
+
+def _sets(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return how often what cannot be told apart was told as such: what is hidden stands among what is named."""
+    yield "| what may not be told apart | among what is named | alone, and right | first | named without it |"
+    yield "|---|---|---|---|---|"
+    for name in ["all", *dict.fromkeys(row["setting"] for row in rows)]:
+        own = [row for row in rows if name in ("all", row["setting"])]
+        cells = [_count(own, _among), _count(own, lambda r: _among(r) and not any(c["or"] for c in r["causes"]))]
+        cells += [_count(own, lambda r: r["kinds_first"]), _count(own, lambda r: r["causes"] and not _among(r))]
+        yield "| " + " | ".join([name, *cells]) + " |"
+
+
+def _among(row: dict[str, Any]) -> bool:
+    """Whether what is hidden stands among causes and their rivals."""
+    return set(row["hidden"]) <= {kind for one in row["causes"] for kind in (one["kind"], *one["or"])}
 
 
 def _ablation(rows: list[dict[str, Any]]) -> Iterable[str]:

@@ -15,6 +15,7 @@ from gears3d.diagnosis import diagnose
 from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load
+from tests.diagnosis.blind import Case, play
 
 SEPARABLE = (
     "transmission_error", "eccentricity", "backlash_offset", "backlash_variation", "drag_coulomb", "drag_viscous",
@@ -58,6 +59,15 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     found, score = hidden(tmp_path / "c", (), records=3, duration=4.0)
     assert not found.causes
     assert score["verdict_right"], found.to_dict()
+
+
+@pytest.mark.parametrize("seed", [10, pytest.param(7, marks=pytest.mark.slow)])
+def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):
+    # far from the exponent that is tried first; a straight step in coefficient and exponent leads nowhere there
+    found = play(Case("sets", seed, ("drag_power",), (("duration", 3.0), ("noise", 0.003)), "one speed"))
+    assert found["kinds_first"], found["causes"]
+    assert not found["wrong_names"]
+    assert all(abs(one["error"]) < 0.05 for one in found["parameters"] if one["error"] is not None)
 
 
 @pytest.mark.slow
