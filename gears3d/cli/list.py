@@ -60,11 +60,11 @@ def effects() -> Rows:
 
 def scenarios() -> Rows:
     """Return the scenarios that come with gears3d."""
-    from gears3d.papers.bench import scenarios as place
     from gears3d.scenario import load
+    from gears3d.scenario.shipped import shipped
 
     found = []
-    for file in sorted(place().rglob("*.toml")):
+    for file in sorted(shipped().rglob("*.toml")):
         one = load(file)
         found.append({"name": _shown(file), "about": one.title, "source": one.source})
     return found

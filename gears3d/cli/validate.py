@@ -23,7 +23,7 @@ def validate(
         str,
         typer.Option(
             help="One chapter: solids, twin, agreement, native, faults, effects, film, eccentric, helical, "
-            "convergence, oracles."
+            "published, ste, threshold, convergence, oracles."
         ),
     ] = "",
     out: Annotated[Path | None, typer.Option(help="Write the table as Markdown, too.")] = None,

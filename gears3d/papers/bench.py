@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gears3d.errors import InputError
+from gears3d.scenario.shipped import shipped
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
@@ -17,21 +15,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Overrides = Mapping[str, Any]
-
-
-@cache
-def scenarios() -> Path:
-    """Return the folder of the shipped scenarios: in the installed package, or beside it in the repository.
-
-    Raises:
-        InputError: there is none.
-    """
-    here = Path(__file__).resolve()
-    places = (here.parent / "scenarios", here.parents[2] / "scenarios")
-    for place in places:
-        if (place / "base").is_dir():
-            return place
-    raise InputError(f"the scenarios of the papers are missing: neither {places[0]} nor {places[1]} is there")
 
 
 class Bench:
@@ -89,7 +72,7 @@ class Bench:
         from gears3d.scenario import load
 
         key = f"scenario {name} {json.dumps(dict(overrides or {}))}"
-        return self._keep(key, lambda: load(scenarios() / name, dict(overrides or {})))
+        return self._keep(key, lambda: load(shipped() / name, dict(overrides or {})))
 
     def run(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> Recording:
         """Run a shipped scenario, changed, or return what came out of it before.

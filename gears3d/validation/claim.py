@@ -8,7 +8,7 @@ from importlib import import_module
 
 CHAPTERS = (
     *("solids", "twin", "agreement", "native", "faults", "effects"),
-    *("film", "eccentric", "helical", "convergence", "oracles"),
+    *("film", "eccentric", "helical", "published", "ste", "threshold", "convergence", "oracles"),
 )
 """The modules of this room that hold claims, in the order of the table."""
 

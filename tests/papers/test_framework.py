@@ -172,15 +172,15 @@ def test_a_scenario_runs_once_and_is_a_command_of_its_figure():
 def test_a_command_of_the_page_sets_what_the_bench_set():
     import shlex
 
-    from gears3d.papers.bench import scenarios
     from gears3d.scenario import load
+    from gears3d.scenario.shipped import shipped
 
     overrides = {"motion.harmonics": [{"amplitude": "4 rpm", "order": 20}], "impact.restitution": 0.5}
     bench = Bench()
     bench.run(FIG10, {**overrides, "run.duration": "0.1 s", "run.settle": "0 s"})
     words = shlex.split(bench.commands[""][0])
     settings = [word for before, word in pairwise(words) if before == "--set"]
-    told, ran = load(scenarios() / FIG10, settings), bench.scenario(FIG10, overrides)
+    told, ran = load(shipped() / FIG10, settings), bench.scenario(FIG10, overrides)
     assert told.motion == ran.motion
     assert told.impact == ran.impact
 
