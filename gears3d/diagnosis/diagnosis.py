@@ -174,8 +174,7 @@ def _diagnosed(
             return _uncut(admitted_all, rig, notes, "unexplained", rings)
         raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
-    tell("looking for causes", 0.6)
-    records, found, deep = searched(admitted, records, highest, paths)
+    records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
     left = [*kicks, *_left(found, highest)]

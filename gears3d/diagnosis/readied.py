@@ -6,7 +6,7 @@ flank stands still then, and nothing is cut rightly. The gate tells the delay wi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -90,7 +90,11 @@ def single_teeth(found: Search) -> tuple[Any, ...]:
 
 
 def searched(
-    admitted: Sequence[Admitted], records: list[Evidence], highest: int, paths: Paths | None = None
+    admitted: Sequence[Admitted],
+    records: list[Evidence],
+    highest: int,
+    paths: Paths | None = None,
+    tell: Callable[[str, float], None] = lambda doing, part: None,
 ) -> tuple[list[Evidence], Search, Pocket | None]:
     """Return the records as a search saw them, what it finds, and a tooth that stands back out of reach.
 
@@ -102,8 +106,10 @@ def searched(
         records: the same, those that could be measured.
         highest: order that is looked for.
         paths: of the records, as far as they are known.
+        tell: called with what is being done and the part of the whole that is done.
     """
     known: tuple[Any, ...] = ()
+    tell("looking for causes", 0.6)
     records, found = aligned(records, highest)
     deep = None if struck(records) else pocket(records)
     came, delay, before = {one.file: one for one in admitted}, delay_of(admitted), (records, found)
@@ -113,7 +119,9 @@ def searched(
         if _places(teeth) <= _places(known):
             break
         known = teeth[:MOST_TEETH]
+        tell("cutting anew with single teeth", 0.65)
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
+        tell("looking for causes", 0.7)
         records, found = aligned(records, highest, [_cause(one, records[0]) for one in known if deep is None])
     named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
     if deep is None and not named & _places(known):
