@@ -29,8 +29,10 @@ ASIDE = (1e-7, 1e-4)
 FARTHEST = 0.7
 """Units, or parts of e, that a number moves in one round at most."""
 
-_LAWS = {Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.TORQUE_FRICTION, Code.GAP_SPRING}
-"""Normal forms that do nothing away from the flanks."""
+_LAWS = {Code.IMPACT_OFFSET: (paths.RESTITUTION,), Code.IMPACT_SLOPE: (paths.SLOPE,),
+         Code.IMPACT_FLANK: (paths.ASYMMETRY,), Code.TORQUE_FRICTION: (paths.FRICTION,),
+         Code.GAP_SPRING: (paths.STIFFNESS, paths.DAMPING)}  # fmt: skip
+"""Normal forms that do nothing away from the flanks, and where their numbers stand in a law."""
 OWN = ("visit",)
 """Channels of laws of contact."""
 SHRINKS = 0.3
@@ -77,11 +79,8 @@ def law_of(rows: Iterable[Row], one: Visits) -> Array:
     law[paths.MASS] = one.rig.inertia / one.rig.base_radius_loose**2
     law[paths.RESTITUTION] = one.rig.restitution
     law[paths.STICK] = one.scenario.impact.stick_velocity
-    places = {Code.IMPACT_OFFSET: (paths.RESTITUTION,), Code.IMPACT_SLOPE: (paths.SLOPE,),
-              Code.IMPACT_FLANK: (paths.ASYMMETRY,), Code.TORQUE_FRICTION: (paths.FRICTION,),
-              Code.GAP_SPRING: (paths.STIFFNESS, paths.DAMPING)}  # fmt: skip
     for row in rows:
-        for place, number in zip(places.get(row.code, ()), row.p, strict=False):
+        for place, number in zip(_LAWS.get(row.code, ()), row.p, strict=False):
             law[place] += number
         if row.code == Code.GAP_FILM:
             law[paths.WEDGE] += row.p[0]
