@@ -80,12 +80,17 @@ def claims_of(scenario: Scenario, case: str) -> Iterator[Claim]:
     found = against_twin(scenario)
     median, most = BOUNDS[scenario.pair().drive.helix_angle != 0.0]
     yield Claim(f"{case}: chaotic", float(found.mode != "trajectory"), 0)
-    yield Claim(f"{case}: impacts missed or invented", (found.impacts_missed or 0) + (found.impacts_invented or 0), 0)
+    yield Claim(f"{case}: impacts missed or invented", _known(found.impacts_missed) + _known(found.impacts_invented), 0)
     yield Claim(f"{case}: regime differs", float(not found.regime_equal), 0)
     if found.impacts_compared:
         about = f"{case}: speed of {found.impacts_compared} impacts"
-        yield Claim(f"{about}, median error", found.velocity_error_median or 0.0, median)
-        yield Claim(f"{about}, 95 % of the errors", found.velocity_error_p95 or 0.0, most)
+        yield Claim(f"{about}, median error", _known(found.velocity_error_median), median)
+        yield Claim(f"{about}, 95 % of the errors", _known(found.velocity_error_p95), most)
+
+
+def _known(error: float | None) -> float:
+    """Return an error, or not a number where nothing was matched: no claim holds by that."""
+    return float("nan") if error is None else error
 
 
 def chaotic_claims() -> Iterator[Claim]:
