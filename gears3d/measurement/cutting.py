@@ -81,6 +81,7 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
     every, free, bound, start, end = _only(real, every, free, bound, start, end)
     same = _one_touch(known, every, start, end)
     start = _tangents(bound, where, every, start, end, same)
+    start, end = start.moving(where, every.left, path.width), end.moving(where, every.struck, path.width)
     flights = flight_table(every, free, start, end, same)
     contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same, known.step)
     found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)

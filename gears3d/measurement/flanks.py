@@ -72,7 +72,22 @@ class Flanks(NamedTuple):
             loose: [rad], (n,).
             flank: 0 active, 1 reverse, (n,).
         """
-        columns = self.terms.columns(time, drive, loose)
+        return self._slack(self.terms.columns(time, drive, loose), flank)
+
+    def rate_sigma(self, times: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return how well the speed of a flank is known [m/s], (n,): orders that nothing touches have a speed, too.
+
+        Args:
+            times: shortly before and shortly after [s], (2, n).
+            drive: then [rad], (2, n).
+            loose: then [rad], (2, n).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        before, after = (self.terms.columns(*at) for at in zip(times, drive, loose, strict=True))
+        return self._slack((after - before) / (times[1] - times[0])[:, None], flank)
+
+    def _slack(self, columns: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return the standard deviation of sums of the terms' columns, with those of the gap on the reverse flank."""
         if self.gap is not None:
             columns = np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
         return np.sqrt(np.maximum(np.einsum("na,ab,nb->n", columns, self.covariance, columns), 0.0))

@@ -53,6 +53,17 @@ class Shafts(NamedTuple):
         place = self.radii[1] * (loose - self.origin[1]) - self.radii[0] * (driven - self.origin[0])
         return np.where(flank == 1, high.reshape(time.shape) - place, place - low.reshape(time.shape))
 
+    def rate_sigma(self, time: np.ndarray, flank: np.ndarray, near: float) -> np.ndarray:
+        """Return how well the speed of a flank is known [m/s], (k,).
+
+        Args:
+            time: [s], (k,).
+            flank: 0 active, 1 reverse, (k,).
+            near: time over which a flank is straight [s].
+        """
+        times = time + 0.5 * near * np.array([[-1.0], [1.0]])
+        return self.flanks.rate_sigma(times, self.drive.curve(times), np.interp(times, *self.loose), flank)
+
 
 def shafts(known: Track, path: Blocks, flanks: Flanks) -> Shafts:
     """Return both shafts' motion.
@@ -107,6 +118,18 @@ class Touches(NamedTuple):
     velocity: np.ndarray
     velocity_sigma: np.ndarray
     met: np.ndarray
+
+    def moving(self, where: Shafts, flank: np.ndarray, near: float) -> Touches:
+        """Return the same, the speeds as uncertain as the flank's own speed makes them, too.
+
+        Whether a flight ends with a blow is told by its path; how hard the blow was also asks how fast the flank moved.
+
+        Args:
+            where: the flanks are.
+            flank: that is touched, 0 active, 1 reverse, (k,).
+            near: time over which a flank is straight [s].
+        """
+        return self._replace(velocity_sigma=np.hypot(self.velocity_sigma, where.rate_sigma(self.time, flank, near)))
 
 
 def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
