@@ -18,7 +18,7 @@ from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.readied import delay_of, ready, searched
+from gears3d.diagnosis.readied import delay_of, ready, searched, with_one_flank
 from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
@@ -290,6 +290,7 @@ def _measured(
             faults += error.faults
     if not records:
         raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
+    records = with_one_flank(admitted, records, paths)
     left_out = [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
     return records, [*notes, *left_out]
 

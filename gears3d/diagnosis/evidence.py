@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS, Channels, Losses, channels, nothing
+from gears3d.measurement import doubtful
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears import Pair
     from gears3d.measurement import Measurement
+    from gears3d.measurement.flanks import Flanks
     from gears3d.measurement.segments import Segments
     from gears3d.scenario import Scenario
 
@@ -77,6 +79,8 @@ class Evidence:
             miss them, as they would have missed the readings as they came.
         unmarked: gears whose encoders begin anywhere in this record.
         turned: what was added to the angles of drive and loose gear as they were read [rad].
+        flanks: that it was cut along, over the angles as they were read.
+        doubt: part of it that its cut does not explain.
         kept: what was worked out from the others and is asked for again; a record with other points starts anew.
     """
 
@@ -92,6 +96,8 @@ class Evidence:
     spared: tuple[Any, ...] = ()
     unmarked: tuple[str, ...] = ()
     turned: tuple[float, float] = (0.0, 0.0)
+    flanks: Flanks | None = None
+    doubt: float = 0.0
     kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -126,7 +132,7 @@ def of_cut(cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any,
     motion = _motion(seen, scenario)
     seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)
     return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at,
-                    spared)  # fmt: skip
+                    spared, flanks=cut.flanks, doubt=doubtful(cut))  # fmt: skip
 
 
 def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:

@@ -24,11 +24,13 @@ from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
-from gears3d.measurement import segments_of
+from gears3d.measurement import alike, segments_of
+from gears3d.measurement.segments import DOUBTFUL
 from gears3d.measurement.smoothing import Shape
 
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
+    from gears3d.measurement.flanks import Flanks
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -37,6 +39,8 @@ AGAIN = 2
 """Times that records are cut anew with the teeth that were found."""
 MOST_TEETH = 2
 """Teeth that flanks may have when they are cut anew."""
+BETTER = 0.005
+"""Part of a record that another's flanks must explain in addition to its own, for them to be believed."""
 MOST = 0.5
 """Part of the records in which the gate must see a delay for all of them to have it."""
 
@@ -57,6 +61,7 @@ def ready(
     teeth: Sequence[Any] = (),
     paths: Paths | None = None,
     turned: tuple[float, float] = (0.0, 0.0),
+    like: Flanks | None = None,
 ) -> Evidence:
     """Return a record as evidence, cut as if the loose gear had been read in time with the drive.
 
@@ -66,6 +71,7 @@ def ready(
         teeth: pitch errors that the flanks are known to have, whatever their sizes.
         paths: of the records, as far as they are known.
         turned: what is added to the angles of drive and loose gear [rad].
+        like: flanks of another record that it is cut along in place of those that it shows itself.
 
     Raises:
         InputError: the record cannot be measured.
@@ -74,8 +80,38 @@ def ready(
     spared = () if delay == 0.0 else (catalogue()["encoder_skew"](delay=delay, gear="loose"),)
     shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in _flanks(each))
     known = (paths or Paths()).of(one, delay)
-    made = of_cut(segments_of(known, one.rig, one.file, shapes=shapes), one.rig, one.file, spared)
+    cut = alike(known, like, one.file) if like else segments_of(known, one.rig, one.file, shapes=shapes)
+    made = of_cut(cut, one.rig, one.file, spared)
     return turn(replace(made, unmarked=tuple(one.recording.meta.get("zero_arbitrary", ()))), *turned)
+
+
+def with_one_flank(admitted: Sequence[Admitted], records: list[Evidence], paths: Paths | None = None) -> list[Evidence]:
+    """Return the records, those that were cut badly cut along the flanks of the one that was cut best.
+
+    All are records of the same gears. Those that explain no more of a record than its own did are not its flanks: its
+    zeros may be elsewhere.
+
+    Args:
+        admitted: records as they came in.
+        records: the same, those that could be measured.
+        paths: of the records, as far as they are known.
+    """
+    came, delay = {one.file: one for one in admitted}, delay_of(admitted)
+    sure = [one for one in records if one.flanks is not None and one.flanks.gap is not None and one.doubt < DOUBTFUL]
+    if not sure:
+        return records
+    best = min(sure, key=lambda one: one.doubt).flanks
+
+    def anew(one: Evidence) -> Evidence:
+        if one.doubt <= BETTER:
+            return one
+        try:
+            made = ready(came[one.name], delay, paths=paths, turned=one.turned, like=best)
+        except InputError:
+            return one
+        return made if made.doubt < one.doubt - BETTER else one
+
+    return [anew(one) for one in records]
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:

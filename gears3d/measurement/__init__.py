@@ -4,6 +4,8 @@ from gears3d.measurement.measured import Measurement as Measurement
 from gears3d.measurement.measured import measure as measure
 from gears3d.measurement.measured import path_of as path_of
 from gears3d.measurement.measured import segments_of as segments_of
+from gears3d.measurement.segments import alike as alike
+from gears3d.measurement.segments import doubtful as doubtful
 from gears3d.measurement.segments import segment as segment
 from gears3d.measurement.smoothing import Track as Track
 from gears3d.measurement.smoothing import track as track

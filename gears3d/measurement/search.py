@@ -25,6 +25,10 @@ REACH = 4.0
 """Deviations from the flank that still make a dwelling block one of contact."""
 STILL = 6.0
 """Deviations by which a dwelling block may move against the flank while its neighbours pass."""
+ASTRAY = 10.0
+"""Usual distances from the flank at which what passes for contact has no say in where the flank is."""
+FEWEST = 10
+"""Bounces off a flank that tell how far it may be from where it was drawn."""
 LOOKED_AT, TOGETHER = 100_000, 50
 """Blocks that are looked at at most for contact, and how many neighbours of these stay together."""
 MOST = 5_000
@@ -202,6 +206,28 @@ def _closer(
     return made._replace(rough=scale, contact=len(near) / len(columns)), scale
 
 
+def moved(path: Blocks, like: Flanks, found: Kinks) -> Flanks | None:
+    """Return the flanks of another record of the same gears where a record has them; ``None`` without sure kinks.
+
+    Args:
+        path: displacement in blocks.
+        like: flanks of the other record; its slow drift stays with it.
+        found: sure kinks of this one.
+    """
+    if len(found.at) < 2:
+        return None
+    drifts = np.array([kind == "drift" for kind, _ in like.terms.kinds])  # one column each, before all orders
+    still = np.append(np.where(drifts, 0.0, 1.0), np.ones(len(like.active) - len(drifts)))
+    terms = like.terms._replace(begin=float(path.time[0]), span=float(path.time[-1] - path.time[0]))
+    active, gap = like.active * still, None if like.gap is None else like.gap * still
+    flanks = like._replace(terms=terms, active=active, gap=gap, rough=path.noise)
+    low, high = flanks.places(path.time[found.at], path.drive[found.at], path.loose[found.at])
+    side = found.jump < 0.0
+    off = np.where(side, high, low) - found.place
+    flanks.active[0] -= np.median(off[np.isfinite(off)])
+    return flanks
+
+
 def refined(
     path: Blocks, flanks: Flanks, still: tuple[np.ndarray, np.ndarray], touches: tuple[np.ndarray, ...]
 ) -> Flanks:
@@ -228,9 +254,30 @@ def refined(
     sides = np.append(side, struck).astype(int)
     places = np.append(path.place[near], place)
     weight = np.append(np.ones(len(near)), (flanks.rough / np.maximum(sigma, 0.3 * flanks.rough)) ** 2)
+    off = places - columns @ flanks.active - (0.0 if flanks.gap is None else (columns @ flanks.gap) * sides)
+    weight *= _beside(off, sides, len(near), flanks.rough)
     gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
     made = through(flanks.terms, columns, sides, places, flanks.rough, gap, both, weight=weight)
     return made._replace(rough=flanks.rough, contact=flanks.contact)
+
+
+def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.ndarray:
+    """Return Tukey's weights of places by how far they are off their flank, against what is usual where bounces touch.
+
+    What lies between two flights counts as contact, also where a flight was overlooked; a bounce touches its flank.
+
+    Args:
+        off: distances from the flanks [m], (n,).
+        side: flank of each, (n,).
+        still: how many of them, the first ones, are blocks in contact.
+        rough: what contact scatters at least [m].
+    """
+    usual = np.full(len(off), np.inf)
+    for flank in (0, 1):
+        touched = np.abs(off[still:][side[still:] == flank])
+        if len(touched) >= FEWEST:
+            usual[side == flank] = max(1.4826 * float(np.median(touched)), rough)
+    return np.square(np.clip(1.0 - (off / (ASTRAY * usual)) ** 2, 0.0, None))
 
 
 def dwelling(

@@ -12,7 +12,7 @@ from gears3d.measurement.flanks import Flanks
 from gears3d.measurement.flights import Touches, crossings
 from gears3d.measurement.kinks import Kinks, kinks
 from gears3d.measurement.parabolas import Parabolas
-from gears3d.measurement.search import MOST, QUIET, find_flanks, one_flank, refined
+from gears3d.measurement.search import MOST, QUIET, find_flanks, moved, one_flank, refined
 from gears3d.measurement.smoothing import Blocks, Shape, Track
 from gears3d.measurement.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measurement.touching import within
@@ -87,6 +87,28 @@ def segment(
     if still or not faults:
         return _no_rattle(known, path, single)
     raise InputError(faults[:1])
+
+
+def alike(known: Track, like: Flanks, file: str = "") -> Segments:
+    """Cut a record along the flanks that another record of the same gears has shown, wherever its zero is.
+
+    A gear that never rests tells little of where its flanks are; what it bounces off are the same flanks.
+
+    Args:
+        known: displacement and angles, with the same zeros of both.
+        like: flanks of the other record.
+        file: named in faults.
+
+    Raises:
+        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+    """
+    path = known.blocks._replace(shapes=like.terms.shapes)
+    seeds = kinks(path, SCALES_TRIED[0])
+    flanks = moved(path, like, seeds)
+    cut = None if flanks is None else _cut_between(known, path, flanks, seeds, like.gap is not None, file, _quiet)
+    if cut is None:
+        raise InputError(Fault("theta_loose_rad", "bounces off nothing that is sure to be a flank", "", file))
+    return cut
 
 
 def doubtful(cut: Segments) -> float:

@@ -10,7 +10,7 @@ import gears3d
 from gears3d import cli
 from gears3d.challenge import observe, plan
 from gears3d.errors import InputError
-from gears3d.measurement import measure
+from gears3d.measurement import alike, doubtful, measure, path_of, segments_of
 from gears3d.recording import Recording, read
 from gears3d.scenario import load
 from gears3d.simulation import record as bench
@@ -224,3 +224,16 @@ def test_bounces_that_die_out_on_a_flank_seldom_touched_make_no_orders_of_it():
 def load_amplitude(condition):
     """Return the claimed amplitude of a record's swing."""
     return float(condition["motion.harmonics"][0]["amplitude"].split()[0])
+
+
+def test_what_a_gear_that_never_rests_bounces_off_are_the_flanks_that_another_record_shows():
+    hidden = plan(62, ("transmission_error",), noise=0.003)  # order 4, 102 um: more than a third of the backlash
+    rig = hidden.rig
+    calm, wild = (path_of(observe(hidden, k), rig) for k in (0, 3))
+    shown = segments_of(calm, rig)
+    assert abs(shown.flanks.gap[0] - rig.rig().backlash) < 0.1e-6
+    found = alike(wild, shown.flanks)
+    assert doubtful(found) < 0.02
+    assert abs(found.flanks.gap[0] - rig.rig().backlash) < 1e-6
+    assert np.mean(found.flights["testifies"]) > 0.99
+    assert len(found.impacts["time_s"]) > 800
