@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.engine.films import NO_FILM, Film
 from gears3d.engine.mesh import Mesh, side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
@@ -32,6 +33,7 @@ class Plant(NamedTuple):
         torques: table of the loose gear's torques.
         inertia: of the loose gear [kg m²].
         friction: torque against the loose gear's motion over the flank force [m].
+        film: of oil, between the flanks.
     """
 
     surfaces: Mesh
@@ -39,6 +41,7 @@ class Plant(NamedTuple):
     torques: np.ndarray
     inertia: float
     friction: float = 0.0
+    film: Film = NO_FILM
 
 
 class Arc(NamedTuple):

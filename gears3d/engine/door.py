@@ -14,6 +14,7 @@ from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
+from gears3d.engine.films import NO_FILM, film_of
 from gears3d.engine.halving import ORDER, halved
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
@@ -22,6 +23,7 @@ from gears3d.engine.log import Log
 from gears3d.engine.mesh import lean_of, meshed, offset_of, tilt_of
 from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
+from gears3d.engine.oiled import Oiled
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, torque_table
 from gears3d.engine.world import Body, World
@@ -37,8 +39,8 @@ if TYPE_CHECKING:
 Parts = tuple[World, Plant, Watch, Log]
 Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
-_UNKNOWN = {Code.GAP_FILM: "oil between the flanks, which the engine does not have yet"}
 _NOT_NATIVE = {
+    Code.GAP_FILM: "oil between the flanks, which Bullet's own contact cannot do",
     Code.GAP_SPRING: "compliant flanks, which Bullet's own contact cannot do",
     Code.IMPACT_SCATTER: "scattered restitution, which Bullet's own contact cannot do",
     Code.TORQUE_FRICTION: "friction of the flanks, which Bullet's own contact cannot do",
@@ -171,10 +173,11 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     rows = scenario.rows()
     gears, torques, _ = prepared(scenario, pair, rows, contact)
     began = clock.perf_counter()
-    shape, rig = meshed(gears), scenario.rig()
+    film, rig = film_of(rows, gears.backlash), scenario.rig()
+    shape = meshed(gears, film.minimum)
     arm = friction(rows) * gears.loose.base_radius
     motion = motion_table(scenario, rows) if path is None else path
-    plant = Plant(shape, motion, torques, rig.inertia, arm)
+    plant = Plant(shape, motion, torques, rig.inertia, arm, film)
     longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
     turn = fastest(motion)[0] * longest
     watch = Watch(gears, shape, turn, slices_of(gears))
@@ -186,8 +189,8 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
             longest = STEP if step is None else step
             run = _native(scenario, rows, gears, (world, plant, watch, log), longest)
         else:
-            longest = longest if step is None else min(step, longest)
-            run = _located(scenario, rows, longest, (world, plant, watch, log))
+            usual, longest = longest, longest if step is None else min(step, longest)
+            run = _located(scenario, rows, (longest, longest / usual), (world, plant, watch, log))
         run.contacts = contacts
         complete, stopped = False, None
         try:
@@ -247,12 +250,12 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
     if pair.drive.helix_angle != 0.0 and contact == "native":
         text = f"is {show(pair.drive.helix_angle, 'angle')}: Bullet's own contact is that of spur teeth only"
         faults.append(Fault("gears.helix_angle", text, "use contact = located", file))
-    unable = _UNKNOWN if contact == "located" else {**_UNKNOWN, **_NOT_NATIVE}
+    unable = {} if contact == "located" else _NOT_NATIVE
     rig = scenario.rig()
     for index, effect in enumerate(scenario.effects):
         for code in sorted({row.code for row in effect.rows(rig)} & set(unable)):
-            remedy = "run it with --model rigid" if code in _UNKNOWN else "use contact = located"
-            faults.append(Fault(f"effect[{index}]", f"{effect.kind!r} asks for {unable[code]}", remedy, file))
+            text = f"{effect.kind!r} asks for {unable[code]}"
+            faults.append(Fault(f"effect[{index}]", text, "use contact = located", file))
     if faults:
         raise InputError(faults)
 
@@ -319,19 +322,21 @@ def _law(scenario: Scenario, rows: tuple[Row, ...]) -> ImpactLaw:
     return ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed)
 
 
-def _located(scenario: Scenario, rows: tuple[Row, ...], longest: float, parts: Parts) -> Located:
+def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, float], parts: Parts) -> Located:
     world, plant, watch, log = parts
     settings = Settings(
         duration=scenario.run.duration,
-        longest_step=longest,
+        longest_step=steps[0],
         law=_law(scenario, rows),
         stick_velocity=scenario.impact.stick_velocity,
         springs=springs_of(rows),
         start=scenario.start.state,
         stroke=_stroke(scenario),
         deepest=YIELDED * scenario.gears.drive.module,
+        share=steps[1],
     )
-    return Located(world, plant, settings, watch, log)
+    kind = Located if plant.film == NO_FILM else Oiled
+    return kind(world, plant, settings, watch, log)
 
 
 def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float) -> Native:

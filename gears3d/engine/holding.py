@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from gears3d.engine.closing import HALVINGS, Arc, Plant
+from gears3d.engine.films import film_push
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, gated, resisting
@@ -45,28 +46,43 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
 
 
 @njit(cache=True)
-def reaction(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
-    """Return the flank's normal force [N] that permanent contact needs; negative when it would have to pull.
+def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
+    """Return the normal force [N] that permanent contact of the held teeth needs; negative where it would have to pull.
 
     Where torques of contact would part the flanks and those of flight would close them again, contact goes on: the
     force is the larger of the two.
     """
-    theta, omega = on_flank(plant, teeth, side, time, guess)
+    theta, omega = on_flank(plant, held, side, time, guess)
     step = omega * DIFFERENCE
-    _, before = on_flank(plant, teeth, side, time - DIFFERENCE, theta - step)
-    _, after = on_flank(plant, teeth, side, time + DIFFERENCE, theta + step)
+    _, before = on_flank(plant, held, side, time - DIFFERENCE, theta - step)
+    _, after = on_flank(plant, held, side, time + DIFFERENCE, theta + step)
     alpha = (after - before) / (2.0 * DIFFERENCE)
     angle, _, _ = drive_at(plant.motion, time)
-    _, _, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+    _, _, by_loose, _ = side_gap(plant.surfaces, held, side, angle, theta)
     # at rest dry torque takes whatever part it can: the flank must push only if it cannot
     against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
     plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
     lever = by_loose - against * plant.friction
-    force = (plant.inertia * alpha + plain + against * dry) / lever
+    needed = plant.inertia * alpha - _oil_torque(plant, teeth, side, time, theta, omega)
+    force = (needed + plain + against * dry) / lever
     if gated(plant.torques):
         plain, dry = resisting(plant.torques, FREE, time, theta, omega)
-        force = max(force, (plant.inertia * alpha + plain + against * dry) / lever)
+        force = max(force, (needed + plain + against * dry) / lever)
     return force
+
+
+@njit(cache=True)
+def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, omega: float) -> float:
+    """Return the torque of both films on a loose gear that touches one flank [N m]."""
+    if plant.film.minimum == 0.0:
+        return 0.0
+    angle, speed, _ = drive_at(plant.motion, time)
+    torque = 0.0
+    for flank in range(2):
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, flank, angle, theta)
+        rate = by_drive * speed + by_loose * omega if flank != side else 0.0
+        torque += by_loose * film_push(plant.film, gap, rate, rate < 0.0, (speed, omega))
+    return torque
 
 
 @njit(cache=True)
@@ -105,7 +121,7 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
             continue
         push = -by_drive / abs(by_loose) * speed
         same = soft / abs(by_loose)
-        own = reaction(plant, teeth[i : i + 1], side, time, theta)
+        own = reaction(plant, teeth[i : i + 1], teeth, side, time, theta)
         if best < 0 or push > fastest + same or (push > fastest - same and own > force):
             best, force, fastest = i, own, push
     return best, force
@@ -137,7 +153,7 @@ def plan_contact(
     for _ in range(LOOKS + 8):
         high = longest * part / LOOKS
         held = teeth[row : row + 1]
-        lost = _lost_between(plant, held, side, start, low, high, weak)
+        lost = _lost_between(plant, held, teeth, side, start, low, high, weak)
         end = high if lost < 0.0 else lost
         meets = _meets_between(plant, teeth, held, side, start, low, end)
         if meets < 0.0 and lost < 0.0:
@@ -170,13 +186,15 @@ def _held_at(plant: Plant, held: np.ndarray, side: int, start: Arc, after: float
 
 
 @njit(cache=True)
-def _lost_between(plant: Plant, held: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float) -> float:
+def _lost_between(
+    plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float
+) -> float:
     """Return when the reaction of the held teeth falls below ``weak``, or -1 if it does not at ``high``."""
-    if reaction(plant, held, side, start.time + high, start.theta + start.omega * high) >= weak:
+    if reaction(plant, held, teeth, side, start.time + high, start.theta + start.omega * high) >= weak:
         return -1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if reaction(plant, held, side, start.time + middle, start.theta + start.omega * middle) < weak:
+        if reaction(plant, held, teeth, side, start.time + middle, start.theta + start.omega * middle) < weak:
             high = middle
         else:
             low = middle

@@ -30,7 +30,7 @@ from gears3d.engine.faults import SUNK, jammed, jammed_at_start, see_numbers, su
 from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
 from gears3d.engine.impact import ImpactLaw, normal_impulse
 from gears3d.engine.lines import line_gap, turn_of
-from gears3d.engine.log import Impact, Log
+from gears3d.engine.log import Impact, Log, Meeting
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import HALTS, PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
@@ -44,6 +44,8 @@ NEAR = 1e-10
 """How exactly a gap must be closed when its impact happens [m]."""
 STANDSTILL = 2000
 """Events in a row without any time passing before the run is given up."""
+BARELY = 1e-3
+"""Part of the longest step below which the teeth are looked at rather than stepped on to the end of what is known."""
 REPORT_EVERY = 64
 """Steps between two calls of the progress function."""
 
@@ -61,6 +63,7 @@ class Settings:
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
         deepest: how deep yielding flanks may lie in each other [m].
+        share: of the steps that springs and films ask for, taken.
     """
 
     duration: float
@@ -71,10 +74,11 @@ class Settings:
     start: str
     stroke: tuple[float, float]
     deepest: float = math.inf
+    share: float = 1.0
 
 
 @dataclass
-class _Flight:
+class Flight:
     """What is remembered of the flight or compliant contact under way.
 
     Args:
@@ -120,8 +124,9 @@ class Located:
     steps: int = 0
     located: float = 0.0
     strayed: float = 0.0
+    known: float = 0.0
     contacts: list[tuple[int, float, float]] = field(default_factory=list)
-    flight: _Flight = field(default_factory=_Flight)
+    flight: Flight = field(default_factory=Flight)
     teeth: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
 
     def run(self, progress: Progress | None = None) -> bool:
@@ -144,17 +149,21 @@ class Located:
         except KeyboardInterrupt:
             return False
         finally:
-            if self.place != FREE:
-                self._leave(self.place - 1)
+            self._close()
         self.log.finish(self.theta, self.omega, self.time)
         return True
+
+    def _close(self) -> None:
+        """Write down what is still under way at the end."""
+        if self.place != FREE:
+            self._leave(self.place - 1)
 
     def _leave(self, side: int) -> None:
         """Leave a flank; what was permanent contact is written down."""
         if self.flight.stays:
             self.contacts.append((side, self.flight.began, self.time))
         self.place = FREE
-        self.flight = _Flight(left=side)
+        self.flight = Flight(left=side)
 
     def _begin(self) -> None:
         """Put the gears where the scenario starts and see that they are not jammed."""
@@ -187,11 +196,19 @@ class Located:
 
     def _advance(self) -> None:
         """Do one step: look at the teeth, plan, let Bullet move the gears, act on what the step ends with."""
-        self.watch.look(self.world, self.plant, self.time, self.theta)
-        self.teeth = self.watch.teeth
-        plant = self.plant
+        plant, most = self.plant, self.settings.longest_step
+        if not self._brief() or self.known - self.time < BARELY * most:
+            self.watch.look(self.world, plant, self.time, self.theta)
+            self.teeth, self.known = self.watch.teeth, self.time + most
         kink = until_kink(plant.torques, plant.inertia, self.place, self.time, self.theta, self.omega)
-        longest = min(self.settings.longest_step, self.settings.duration - self.time, kink)
+        self._go(min(self.known - self.time, self.settings.duration - self.time, kink))
+
+    def _brief(self) -> bool:
+        """Whether steps are so short that the teeth need not be looked at before each."""
+        return self.place != FREE and self.settings.springs.size > 0
+
+    def _go(self, longest: float) -> None:
+        """Do one step as the place asks for it."""
         if self.place == FREE:
             self._fly(longest)
         elif self.settings.springs.size:
@@ -253,20 +270,27 @@ class Located:
             self.flight.entry, self.flight.began, self.flight.impulse = rate, self.time, 0.0
             self.place = 1 + side
             return
+        rebound, after, impulse = self._blow(side, rate, lever)
+        self._note(side, self.time, (rate, rebound), impulse)
+        self.omega = after
+        self.flight = Flight(left=side)
+        if self.place != FREE:
+            self.flight.began, self.flight.stays = self.time, True
+            self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
+        self._pose()
+
+    def _blow(self, side: int, rate: float, lever: float) -> tuple[float, float, float]:
+        """Return rebound [m/s], speed of the loose gear after it [rad/s] and impulse [N s] by the law of impacts.
+
+        What is too slow to leave a flank that holds stays on it: the place is then that flank.
+        """
         coefficient = self.settings.law.coefficient(Flank(side), abs(rate))
         rebound = coefficient * abs(rate)
         if rebound < self.settings.stick_velocity and self._holds(side):
             rebound = 0.0
             self.place = 1 + side
         after = self.omega + (rebound - rate) / lever
-        impulse = normal_impulse(self.plant.inertia, lever, self.plant.friction, (self.omega, after))
-        self._note(side, self.time, (rate, rebound), impulse)
-        self.omega = after
-        self.flight = _Flight(left=side)
-        if self.place != FREE:
-            self.flight.began, self.flight.stays = self.time, True
-            self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
-        self._pose()
+        return rebound, after, normal_impulse(self.plant.inertia, lever, self.plant.friction, (self.omega, after))
 
     def _holds(self, side: int) -> bool:
         """Whether the flank presses if the loose gear stays on it."""
@@ -277,18 +301,24 @@ class Located:
         soft = softly(self.plant, self.time, self.settings.stick_velocity)
         return supporting(self.plant, self.teeth, side, self.time, self.theta, soft)[1]
 
-    def _note(self, side: int, when: float, rates: tuple[float, float], impulse: float) -> None:
-        sign = 1.0 if side == 0 else -1.0
-        frequency, phase = self.settings.stroke
+    def _meeting(self, side: int) -> Meeting:
+        """Return which teeth meet on a side now, and where."""
         angle, speed, _ = drive_at(self.plant.motion, self.time)
         angles, speeds = (angle, self.theta), (speed, self.omega)
         shape = self.plant.surfaces
         drive, loose = touching_teeth(shape, self.teeth, side, angles, speeds)
-        height, axial = math.nan, math.nan
-        if not shape.planar:
-            _, _, lever, height, _ = line_gap(shape.edged, shape.along, *angles, drive, loose, side)
-            # a flank's normal leans to the axis as its section turns with the height, times its lever
-            axial = impulse * lever * turn_of(shape.along, 1, side, loose)
+        if shape.planar:
+            return Meeting(drive, loose)
+        _, _, lever, height, _ = line_gap(shape.edged, shape.along, *angles, drive, loose, side)
+        # a flank's normal leans to the axis as its section turns with the height, times its lever
+        return Meeting(drive, loose, height, lever * turn_of(shape.along, 1, side, loose))
+
+    def _note(
+        self, side: int, when: float, rates: tuple[float, float], impulse: float, met: Meeting | None = None
+    ) -> None:
+        sign = 1.0 if side == 0 else -1.0
+        frequency, phase = self.settings.stroke
+        met = self._meeting(side) if met is None else met
         self.log.impacts.append(
             Impact(
                 time_s=when,
@@ -297,11 +327,11 @@ class Located:
                 rebound_m_s=sign * rates[1] + 0.0,
                 impulse_N_s=sign * impulse,
                 phase_rad=(frequency * when + phase) % (2.0 * math.pi),
-                tooth_drive=drive,
-                tooth_loose=loose,
+                tooth_drive=met.drive,
+                tooth_loose=met.loose,
                 flight_height_m=self.flight.height,
-                height_m=height,
-                axial_impulse_N_s=axial,
+                height_m=met.height,
+                axial_impulse_N_s=impulse * met.leans,
             )
         )
 
@@ -344,7 +374,7 @@ class Located:
         side = self.place - 1
         springs, flight = self.settings.springs, self.flight
         mass = self.plant.inertia / self._contact(side)[2] ** 2
-        longest = min(longest, pressed_step(springs, mass))
+        longest = min(longest, self.settings.share * pressed_step(springs, mass))
         duration, arc, force, end = plan_pressed(
             self.plant, self.teeth, side, springs, self._here(), longest, flight.pushing
         )

@@ -46,6 +46,22 @@ class Impact(NamedTuple):
     axial_impulse_N_s: float = math.nan
 
 
+class Meeting(NamedTuple):
+    """Teeth that meet.
+
+    Args:
+        drive: number of the drive gear's tooth.
+        loose: number of the loose gear's tooth.
+        height: middle of their line of contact along the face [m]; not a number where one section tells all.
+        leans: part of a force along their normal that acts along the axis, the same.
+    """
+
+    drive: int
+    loose: int
+    height: float = math.nan
+    leans: float = math.nan
+
+
 @njit(cache=True)
 def _fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
     """Write the samples before ``until`` from a flight; return the first sample not written."""

@@ -37,6 +37,7 @@ class Mesh(NamedTuple):
         eccentric: whether there is any offset.
         along: how flanks change with the height.
         planar: whether one transverse section tells all.
+        layer: how far apart flanks that touch stay [m]: what oil between them is not squeezed thinner than.
     """
 
     edged: Edged
@@ -44,18 +45,20 @@ class Mesh(NamedTuple):
     eccentric: bool
     along: Along
     planar: bool
+    layer: float = 0.0
 
 
-def meshed(pair: Pair) -> Mesh:
+def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
     """Return the flanks of a pair for this room's compiled functions.
 
     Args:
         pair: deviations and mounting included.
+        layer: of oil that stays between flanks that touch [m].
     """
     shape, along = edges_of(pair, compile_pair(pair)), along_of(pair)
     (x1, y1), (x2, y2) = (offset_of(pair, which).tolist() for which in ("drive", "loose"))
     offsets = (x1, y1, x2, y2)
-    return Mesh(shape, offsets, any(offsets), along, along.looks == 0)
+    return Mesh(shape, offsets, any(offsets), along, along.looks == 0, layer)
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
@@ -160,8 +163,8 @@ def side_gap(
         theta_loose: angle of the loose gear [rad].
 
     Returns:
-        Gap [m], its derivatives by the angles of drive and loose gear [m/rad], and the row of ``teeth`` it is for;
-        without candidates the gap is infinite.
+        Gap over the layer of oil [m], its derivatives by the angles of drive and loose gear [m/rad], and the row of
+        ``teeth`` it is for; without candidates the gap is infinite.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
     centred = shape.edged
@@ -173,7 +176,7 @@ def side_gap(
                 gap, drive, loose, _ = edged_gap(centred, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
             if gap < best:
                 best, by_drive, by_loose, row = gap, drive, loose, i
-    return best, by_drive, by_loose, row
+    return best - shape.layer, by_drive, by_loose, row
 
 
 @njit(cache=True)
@@ -253,7 +256,7 @@ def touching_teeth(
         angles: of drive and loose gear [rad].
         speeds: of drive and loose gear just before [rad/s].
     """
-    least = side_gap(shape, teeth, side, angles[0], angles[1])[0]
+    least = side_gap(shape, teeth, side, angles[0], angles[1])[0] + shape.layer
     mount = shape.edged.flanks.mount
     drive, loose, nearest, fastest = 0, 0, math.inf, math.inf
     for i in range(teeth.shape[0]):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.effects.rows import Code
 from gears3d.engine.budget import Watch
 from gears3d.engine.closing import Plant
 from gears3d.engine.door import bodies, longest_step, prepared
@@ -19,7 +20,7 @@ from gears3d.engine.motion import drive_at, fastest, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import FREE, acceleration, friction, until_kink
 from gears3d.engine.world import World
-from gears3d.errors import EngineError
+from gears3d.errors import EngineError, Fault, InputError
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -53,6 +54,9 @@ class Bench:
 
     def __init__(self, scenario: Scenario, drive: float = 0.0) -> None:
         rows, gears = scenario.rows(), None
+        if any(row.code == Code.GAP_FILM for row in rows):
+            text = "asks for oil between the flanks: what a film does to a flight depends on the flights before it"
+            raise InputError(Fault("effect", text, "run the scenario as a whole, or leave the oil out"))
         gears, torques, law = prepared(scenario, gears, rows)
         shape, rig = meshed(gears), scenario.rig()
         arm = friction(rows) * gears.loose.base_radius

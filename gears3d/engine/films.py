@@ -1,0 +1,91 @@
+"""Oil between the flanks: the force of a film over its thickness, as this room's own code.
+
+Source: the lubricated dual-clutch transmission, eqs (11)-(14); the flanks touch where the film is as thin as their
+roughness leaves it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from gears3d.effects.rows import Code, Row
+from gears3d.errors import Fault, InputError
+from gears3d.kernels import njit
+
+WIDEST = 0.25
+"""Part of the backlash that the height from which on a film is felt may be."""
+THINNEST = 1e-3
+"""The same height in smallest thicknesses, at least."""
+
+
+class Film(NamedTuple):
+    """A film of oil on both flanks; without wedge and squeeze there is none.
+
+    Args:
+        wedge: [N·s].
+        squeeze: [N·s·√m].
+        rolling_drive: radius at which the drive's flanks draw oil in [m].
+        rolling_loose: the same of the loose gear [m].
+        minimum: thickness at which the flanks touch [m].
+        felt: gap over that from which on the film counts as contact [m].
+    """
+
+    wedge: float
+    squeeze: float
+    rolling_drive: float
+    rolling_loose: float
+    minimum: float
+    felt: float
+
+
+NO_FILM = Film(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def film_of(rows: Sequence[Row], backlash: float) -> Film:
+    """Return the film among the normal forms of the effects.
+
+    Args:
+        rows: of all effects.
+        backlash: of the gears [m].
+
+    Raises:
+        InputError: there is more than one, or it fills the backlash.
+
+    >>> from gears3d.effects.rows import gap_film
+    >>> film_of([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6).felt
+    1e-05
+    >>> film_of([], 98e-6) == NO_FILM
+    True
+    """
+    films = [row.p for row in rows if row.code == Code.GAP_FILM]
+    if not films:
+        return NO_FILM
+    if len(films) > 1:
+        raise InputError(Fault("effect", f"there are {len(films)} oil films between the flanks", "give one oil_film"))
+    wedge, squeeze, drive, loose, minimum, felt = films[0]
+    waves = sum(abs(row.p[3]) for row in rows if row.code == Code.FLANK_HARMONIC)
+    if backlash <= 2.0 * minimum:
+        text = f"the oil's smallest thickness of {minimum:.4g} m on both flanks fills the backlash"
+        raise InputError(Fault("effect", text, "give more backlash or a smaller minimum_thickness"))
+    felt = max(min(felt - minimum, WIDEST * (backlash - 2.0 * minimum - waves)), THINNEST * minimum)
+    return Film(wedge, squeeze, drive, loose, minimum, felt)
+
+
+@njit(cache=True)
+def film_push(film: Film, gap: float, rate: float, squeezed: bool, speeds: tuple[float, float]) -> float:
+    """Return the force with which a film keeps two flanks apart [N].
+
+    Args:
+        film: of oil.
+        gap: over the film's smallest thickness [m].
+        rate: of the gap [m/s].
+        squeezed: whether the flanks approach.
+        speeds: of drive and loose gear [rad/s].
+    """
+    thickness = max(gap, 0.0) + film.minimum
+    rolling = film.rolling_drive * speeds[0] + film.rolling_loose * speeds[1]
+    force = film.wedge * abs(rolling) / thickness
+    if squeezed:
+        force -= film.squeeze * rate / thickness**1.5
+    return force

@@ -1,0 +1,231 @@
+"""Between oiled flanks: steps under the forces of both films, and of flanks that yield where one is pressed through.
+
+Films push all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
+which a film's thickness or force changes, and is cut where the law does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, speed_after, through
+from gears3d.engine.films import film_push
+from gears3d.engine.mesh import side_gap
+from gears3d.engine.motion import drive_at
+from gears3d.engine.pressing import AT_REST, gap_force
+from gears3d.engine.torques import FREE, resisting
+from gears3d.kernels import njit
+
+NOBODY = -1
+"""Stands for a flank where there is none."""
+ON, HALTS, TURNS, TOUCHES, FLIPS, CLEARS, ENTERS, LEAVES = 0, 1, 2, 4, 6, 8, 10, 12
+"""How a step ends: nothing, the loose gear at rest; then, one more on the reverse flank: a gap begins or ceases to
+close, flanks touch, yielding flanks begin or cease to push, they are clear of each other, a passage begins, or ends."""
+STILL = 1e-13
+"""Rate of a gap that is none: it has just turned [m/s]."""
+THINNER = 0.05
+"""Part of its thickness by which a film may change in a step."""
+DAMPED, SWINGS = 0.3, 0.2
+"""Steps in the time constants of a film: of the decay of a rate under the squeeze, of a radian on the wedge."""
+BISECTIONS = 40
+SAME = 1e-13
+"""Duration of a step known so well is that of its event [s]."""
+
+
+class Swim(NamedTuple):
+    """What is fixed during one step between oiled flanks.
+
+    Args:
+        direction: sign of the loose gear's motion, which dry torques act against; AT_REST where they hold it.
+        squeezed: whether the film of the active and of the reverse flank is being squeezed.
+        touching: flank that yields under the loose gear, or NOBODY.
+        pushing: whether it pushes; a damper can end that while the gap is still closed.
+        within: flank whose passage is under way, or NOBODY.
+    """
+
+    direction: float
+    squeezed: tuple[bool, bool]
+    touching: int
+    pushing: bool
+    within: int
+
+
+@njit(cache=True)
+def pushed(
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float
+) -> tuple[float, float, float]:
+    """Return what films and yielding flank do along a path.
+
+    Args:
+        plant: surfaces, motion, torques, film.
+        teeth: candidate tooth pairs (n, 3).
+        springs: stiffness and damping (1, 2), or (0, 2).
+        swim: what is fixed.
+        arc: path.
+        after: time since its start [s].
+
+    Returns:
+        Their torque on the loose gear [N m], the force on the flank whose passage is under way [N], and that of the
+        yielding flank [N].
+    """
+    angle, speed, _ = drive_at(plant.motion, arc.time + after)
+    theta, omega = angle_after(arc, after), speed_after(arc, after)
+    torque, passing, spring = 0.0, 0.0, 0.0
+    for side in range(2):
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+        rate = by_drive * speed + by_loose * omega
+        force = film_push(plant.film, gap, rate, swim.squeezed[side], (speed, omega))
+        if side == swim.touching and swim.pushing:
+            spring = gap_force(springs, gap, rate)
+            force += spring
+        torque += force * by_loose
+        if side == swim.within:
+            passing = force
+    return torque, passing, spring
+
+
+@njit(cache=True)
+def _acceleration(
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float
+) -> tuple[float, float]:
+    """Return the acceleration [rad/s²], and the force on the flank whose passage is under way [N], along a path."""
+    torque, passing, spring = pushed(plant, teeth, springs, swim, arc, after)
+    if swim.direction == AT_REST:
+        return 0.0, passing
+    place = FREE if swim.touching == NOBODY else 1 + swim.touching
+    plain, dry = resisting(plant.torques, place, arc.time + after, angle_after(arc, after), speed_after(arc, after))
+    dry += plant.friction * max(spring, 0.0)
+    return (torque - plain - swim.direction * dry) / plant.inertia, passing
+
+
+@njit(cache=True)
+def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, start: Arc) -> float:
+    """Return the sign of motion, at rest that which begins, or AT_REST where dry torque holds."""
+    if start.omega != 0.0:
+        return np.sign(start.omega)
+    torque, _, spring = pushed(plant, teeth, springs, swim, start, 0.0)
+    place = FREE if swim.touching == NOBODY else 1 + swim.touching
+    plain, dry = resisting(plant.torques, place, start.time, start.theta, 0.0)
+    dry += plant.friction * max(spring, 0.0)
+    net = torque - plain
+    return AT_REST if abs(net) <= dry else np.sign(net)
+
+
+@njit(cache=True)
+def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> float:
+    """Return the longest step that both films allow [s].
+
+    Args:
+        plant: surfaces, motion, film.
+        teeth: candidate tooth pairs (n, 3).
+        start: where the loose gear is now.
+        acceleration: of the loose gear there [rad/s²].
+    """
+    angle, speed, alpha = drive_at(plant.motion, start.time)
+    film, longest = plant.film, math.inf
+    for side in range(2):
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, start.theta)
+        rate = by_drive * speed + by_loose * start.omega
+        bend = abs(by_drive * alpha + by_loose * acceleration)
+        mass = plant.inertia / by_loose**2
+        thickness = max(gap, 0.0) + film.minimum
+        change = THINNER * thickness
+        longest = min(longest, 2.0 * change / (abs(rate) + math.sqrt(rate * rate + 2.0 * bend * change) + 1e-300))
+        decay = film.squeeze / (mass * thickness**1.5)
+        stiff = film_push(film, gap, -abs(rate), True, (speed, start.omega)) / (mass * thickness)
+        longest = min(longest, DAMPED / (decay + 1e-300), SWINGS / math.sqrt(1.5 * abs(stiff) + 1e-300))
+    return longest
+
+
+@njit(cache=True)
+def _path(
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, start: Arc, duration: float
+) -> tuple[Arc, float]:
+    """Return the path of a step, and the mean force on the flank whose passage is under way [N]."""
+    here = Arc(start.time, start.theta, start.omega, 0.0, 0.0)
+    first, force = _acceleration(plant, teeth, springs, swim, here, 0.0)
+    arc = Arc(start.time, start.theta, start.omega, first, 0.0)
+    if duration <= 0.0:
+        return arc, force
+    for _ in range(8):
+        one, force_one = _acceleration(plant, teeth, springs, swim, arc, GAUSS[0] * duration)
+        two, force_two = _acceleration(plant, teeth, springs, swim, arc, GAUSS[1] * duration)
+        new, force = through(start, duration, one, two), 0.5 * (force_one + force_two)
+        moved = abs(new.accel - arc.accel) + abs(new.jerk - arc.jerk) * duration
+        arc = new
+        if moved <= 1e-12 * (abs(one) + abs(two)):
+            break
+    return arc, force
+
+
+@njit(cache=True)
+def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float) -> int:
+    """Return what has happened ``after`` seconds on a path: nothing, or how it ends."""
+    angle, speed, _ = drive_at(plant.motion, arc.time + after)
+    theta, omega = angle_after(arc, after), speed_after(arc, after)
+    if swim.direction != AT_REST and swim.direction * omega < 0.0:
+        return HALTS
+    for side in range(2):
+        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+        rate = by_drive * speed + by_loose * omega
+        if rate * (-1.0 if swim.squeezed[side] else 1.0) < -STILL:
+            return TURNS + side
+        if side == swim.touching:
+            if gap >= 0.0 and rate > 0.0:
+                return CLEARS + side
+            force = gap_force(springs, gap, rate)
+            if (force < 0.0) == swim.pushing and force != 0.0:
+                return FLIPS + side
+        elif gap < 0.0 and rate < -STILL:
+            return TOUCHES + side
+        if swim.within == NOBODY and gap < plant.film.felt and rate < 0.0:
+            return ENTERS + side
+        if swim.within == side and gap > plant.film.felt and rate > 0.0:
+            return LEAVES + side
+    return ON
+
+
+@njit(cache=True)
+def plan_swim(
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Swim, start: Arc, steps: tuple[float, float]
+) -> tuple[float, Arc, float, int]:
+    """Return the next step between oiled flanks.
+
+    Args:
+        plant: surfaces, motion, torques, inertia, film.
+        teeth: candidate tooth pairs (n, 3).
+        springs: stiffness and damping (1, 2), or (0, 2).
+        state: flanks that matter; its direction is not used.
+        start: where the loose gear is now; acceleration and jerk are not used.
+        steps: longest one wanted [s], and the part taken of what the films ask for.
+
+    Returns:
+        Duration [s], path, impulse on the flank whose passage is under way [N s], and how it ends.
+    """
+    direction = direction_of(plant, teeth, springs, state, start)
+    swim = Swim(direction, state.squeezed, state.touching, state.pushing, state.within)
+    first, _ = _acceleration(plant, teeth, springs, swim, Arc(start.time, start.theta, start.omega, 0.0, 0.0), 0.0)
+    longest = min(steps[0], steps[1] * stride(plant, teeth, start, first))
+    arc, force = _path(plant, teeth, springs, swim, start, longest)
+    end = _ends(plant, teeth, springs, swim, arc, longest)
+    if end == ON:
+        return longest, arc, force * longest, ON
+    duration = longest
+    for _ in range(8):
+        low, high = 0.0, longest
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            found = _ends(plant, teeth, springs, swim, arc, middle)
+            if found == ON:
+                low = middle
+            else:
+                high, end = middle, found
+        settled = abs(high - duration) <= SAME
+        duration = high
+        arc, force = _path(plant, teeth, springs, swim, start, duration)
+        if settled:
+            break
+    return duration, arc, force * duration, end
