@@ -19,6 +19,8 @@ TOUCH = 1e-11
 """A gap smaller than this counts as none [m]."""
 PARTS = 4
 """Looks within a step at which both gaps are measured."""
+GLIDING = 1e-9
+"""Rate of a gap that has just been let go, within rounding [m/s]: it may open yet."""
 HALVINGS = 60
 GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
 """The two points of Gauss-Legendre quadrature, in parts of a step."""
@@ -237,7 +239,7 @@ def highest(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, duration: floa
     """Return the largest gap of one side during a step of flight [m]."""
     _, rate_low = gap_along(plant, teeth, side, arc, 0.0)
     gap_high, rate_high = gap_along(plant, teeth, side, arc, duration)
-    if rate_low > 0.0 > rate_high:
+    if rate_low > -GLIDING and rate_high < 0.0:
         top, _ = gap_along(plant, teeth, side, arc, _turn(plant, teeth, side, arc, 0.0, duration, 1.0))
         return max(top, gap_high)
     return gap_high
