@@ -25,6 +25,14 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 
+CONVEX = 0.05
+"""Part of the perfect flank's radius of curvature at the lower end of its working part that must be left everywhere."""
+PARALLEL = 0.8
+"""Part of centre distance · sin(working pressure angle) up to which a flank touches its mate in one point only."""
+SAMPLES = 40
+"""In a radian of the highest order, over which the bending of a flank is looked at."""
+
+
 def steepest(pair: Pair, which: str) -> float:
     """Return the largest sum of |amplitude|·order² that the flanks of a gear can carry [m].
 
@@ -40,8 +48,8 @@ def steepest(pair: Pair, which: str) -> float:
         of the perfect flank it is the smaller of 0.8·k and the A for which k·A/(k + A) = 0.95·ρ.
     """
     reach = pair.path_length
-    radius = 0.95 * max(pair.start_roll(which), 0.0) * pair.gear(which).base_radius
-    return min(0.8 * reach, radius * reach / (reach - radius))
+    radius = (1.0 - CONVEX) * max(pair.start_roll(which), 0.0) * pair.gear(which).base_radius
+    return min(PARALLEL * reach, radius * reach / (reach - radius))
 
 
 def clearance(pair: Pair, more: Sequence[Deviation] = ()) -> float:
@@ -108,7 +116,8 @@ def check_deviations(pair: Pair) -> None:
             teeth = pair.gear(deviation.gear).teeth
             raise InputError(Fault("tooth", f"is {deviation.tooth}", f"the {deviation.gear} gear has 1 to {teeth}"))
     for (which, flank), size in steep.items():
-        _check_steepness(pair, which, flank, size)
+        if size > steepest(pair, which) and not _stays_convex(pair, which, flank):
+            _refuse_steepness(pair, which, flank, size)
     _check_profiles(pair, steep)
     left = clearance(pair)
     if left < 0.0:
@@ -122,18 +131,46 @@ def check_deviations(pair: Pair) -> None:
         )
 
 
-def _check_steepness(pair: Pair, which: str, flank: str, steep: float) -> None:
-    most = steepest(pair, which)
-    if steep > most:
-        teeth = pair.gear(which).teeth
-        raise InputError(
-            Fault(
-                "amplitude",
-                f"of the {which} gear's {flank} flanks is too large for its order: amplitude·order² adds up to "
-                f"{steep * 1e3:.4g} mm, no regular flank beyond {most * 1e3:.4g} mm",
-                f"at order {teeth} give at most {most / teeth**2 * 1e6:.3g} um",
-            )
+def _stays_convex(pair: Pair, which: str, flank: str) -> bool:
+    """Return whether harmonics that add up to too much never do so where a tooth's working flank would be bent too far.
+
+    The same that :func:`steepest` asks of any phases, asked of these.
+    """
+    from gears3d.gears.arrays import ACTIVE_START, PITCH, compile_pair  # compiled kernels: most rigs do without them
+    from gears3d.gears.support import full_support
+
+    waves = [d for d in pair.deviations if isinstance(d, HarmonicDeviation) and (d.gear, d.flank) == (which, flank)]
+    highest = max(wave.order for wave in waves)
+    theta = np.linspace(0.0, 2.0 * np.pi, SAMPLES * highest + 1)
+    bent = np.zeros_like(theta)
+    for wave in waves:
+        bent += wave.amplitude * wave.order**2 * np.cos(wave.order * theta + wave.phase)
+    if np.abs(bent).max() > PARALLEL * pair.path_length:
+        return False
+    flanks, gear = compile_pair(pair), pair.gear(which)
+    index, at = GEARS.index(which), FLANKS.index(flank)
+    side, start = 1.0 - 2.0 * at, pair.start_roll(which)
+    rolls = np.linspace(start, gear.tip_roll, max(int(SAMPLES * highest * (gear.tip_roll - start)), 2))
+    least = CONVEX * start * gear.base_radius
+    for tooth in range(1, gear.teeth + 1):
+        for roll in rolls:
+            u = flanks.gears[index, ACTIVE_START + at] - flanks.gears[index, PITCH] * (tooth - 1) - side * roll
+            height, _, bend = full_support(flanks, index, at, tooth, u)
+            if height + bend < least:
+                return False
+    return True
+
+
+def _refuse_steepness(pair: Pair, which: str, flank: str, steep: float) -> None:
+    most, teeth = steepest(pair, which), pair.gear(which).teeth
+    raise InputError(
+        Fault(
+            "amplitude",
+            f"of the {which} gear's {flank} flanks is too large for its order: amplitude·order² adds up to "
+            f"{steep * 1e3:.4g} mm, no regular flank beyond {most * 1e3:.4g} mm",
+            f"at order {teeth} give at most {most / teeth**2 * 1e6:.3g} um",
         )
+    )
 
 
 def _check_profiles(pair: Pair, steep: dict[tuple[str, str], float]) -> None:

@@ -203,6 +203,32 @@ def test_any_regular_deviation_is_imposed_exactly(pair, data):
             assert flank_gap(flanks, theta_drive, theta_loose, drive, loose, flank)[0] == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.parametrize("which", ["drive", "loose"])
+@pytest.mark.parametrize("flank", [ACTIVE, REVERSE])
+def test_orders_of_many_phases_are_imposed_exactly_though_they_would_be_too_steep_in_phase(which, flank):
+    pinion = Gear(6e-3, 18, profile_shift=0.3)
+    pair = Pair.from_backlash(pinion, pinion, 1.6e-3)
+    orders, side = (18, 36, 54, 72, 90), ("active", "reverse")[flank]
+    sizes = [0.25 * steepest(pair, which) / order**2 for order in orders]
+    phases = (0.0, 0.7, 2.1, 3.9, 5.0)
+
+    def waves(times):
+        each = zip(orders, [times * size for size in sizes], phases, strict=True)
+        return [HarmonicDeviation(which, side, *wave) for wave in each]
+
+    with pytest.raises(InputError, match=r"no regular flank"):
+        pair.with_deviations(*waves(4.0))
+    flanks = pair.with_deviations(*waves(1.0)).compiled()
+    for theta in np.linspace(-0.4, 0.4, 41):
+        phi = sum(a * cos(n * theta + p) for n, a, p in zip(orders, sizes, phases, strict=True))
+        s = phi if flank == ACTIVE else pair.backlash - phi
+        theta_loose = angles(pair, theta, s) if which == "drive" else theta
+        theta_drive = theta if which == "drive" else (pair.loose.base_radius * theta - s) / pair.drive.base_radius
+        meet = candidates(flanks, theta_drive, theta_loose, flank)
+        gaps = [flank_gap(flanks, theta_drive, theta_loose, *teeth, flank)[0] for teeth in meet]
+        assert gaps == pytest.approx([0.0] * len(gaps), abs=1e-12)
+
+
 def test_added_material_at_fixed_normal_would_miss_the_imposed_deviation():
     """δ differs from φ by φ'²/(2·centre distance·sin(working pressure angle)): about 0.9 µm at order 90, 5 µm."""
     flanks = PAIR.with_deviations(HarmonicDeviation("drive", "active", 90, 5e-6, -pi / 2)).compiled()
