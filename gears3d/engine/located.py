@@ -27,13 +27,14 @@ from gears3d.engine.closing import (
     plan_flight,
 )
 from gears3d.engine.faults import SUNK, jammed, jammed_at_start, see_numbers, sunk
+from gears3d.engine.forced import AT_REST, CLEARS, FLIPS, HALTS, Forces, plan_forced
 from gears3d.engine.holding import HELD, MEETS, on_flank, plan_contact, softly, supporting
 from gears3d.engine.impact import ImpactLaw, normal_impulse
 from gears3d.engine.lines import line_gap, turn_of
 from gears3d.engine.log import Impact, Log, Meeting
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import HALTS, PARTS_NOW, TURNS, lasting, plan_pressed, pressed_step
+from gears3d.engine.pressing import lasting, pressed_step
 from gears3d.engine.torques import FREE, until_kink
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
@@ -375,10 +376,9 @@ class Located:
         springs, flight = self.settings.springs, self.flight
         mass = self.plant.inertia / self._contact(side)[2] ** 2
         longest = min(longest, self.settings.share * pressed_step(springs, mass))
-        duration, arc, force, end = plan_pressed(
-            self.plant, self.teeth, side, springs, self._here(), longest, flight.pushing
-        )
-        flight.impulse += force * duration
+        forces = Forces(AT_REST, (False, False), side, flight.pushing, side)
+        duration, arc, impulse, end = plan_forced(self.plant, self.teeth, springs, forces, self._here(), (longest, 1.0))
+        flight.impulse += impulse
         self._move(arc, duration)
         # only one flank has a force of its own here
         if self._see_depth(side, self.settings.deepest) < -TOUCH and self._contact(1 - side)[0] < -TOUCH:
@@ -389,9 +389,9 @@ class Located:
         if end == HALTS:
             self.omega = 0.0
             self._pose()
-        elif end == TURNS:
+        elif end == FLIPS + side:
             flight.pushing = not flight.pushing
-        elif end == PARTS_NOW:
+        elif end == CLEARS + side:
             if not flight.stays:
                 self._note(side, flight.began, (flight.entry, self._contact(side)[1]), flight.impulse)
             self._leave(side)

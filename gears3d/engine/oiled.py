@@ -13,13 +13,25 @@ from dataclasses import dataclass, field
 from gears3d.engine.closing import TOUCH, highest
 from gears3d.engine.faults import jammed
 from gears3d.engine.films import film_push
+from gears3d.engine.forced import (
+    AT_REST,
+    CLEARS,
+    ENTERS,
+    FLIPS,
+    HALTS,
+    LEAVES,
+    NOBODY,
+    TOUCHES,
+    TURNS,
+    Forces,
+    plan_forced,
+)
 from gears3d.engine.holding import on_flank
 from gears3d.engine.located import NEAR, Flight, Located
 from gears3d.engine.log import Meeting
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
-from gears3d.engine.oiling import CLEARS, ENTERS, FLIPS, HALTS, LEAVES, NOBODY, TOUCHES, TURNS, Swim, plan_swim
-from gears3d.engine.pressing import AT_REST, pressed_step
+from gears3d.engine.pressing import pressed_step
 from gears3d.engine.torques import FREE
 from gears3d.errors import EngineError
 
@@ -121,9 +133,11 @@ class Oiled(Located):
         if touching != NOBODY:
             step = pressed_step(springs, self.plant.inertia / self._contact(touching)[2] ** 2)
             longest = min(longest, self.settings.share * step)
-        swim = Swim(AT_REST, (self.squeezed[0], self.squeezed[1]), touching, self.flight.pushing, self.passage.flank)
+        forces = Forces(
+            AT_REST, (self.squeezed[0], self.squeezed[1]), touching, self.flight.pushing, self.passage.flank
+        )
         steps = longest, self.settings.share
-        duration, arc, impulse, end = plan_swim(self.plant, self.teeth, springs, swim, self._here(), steps)
+        duration, arc, impulse, end = plan_forced(self.plant, self.teeth, springs, forces, self._here(), steps)
         top = highest(self.plant, self.teeth, self.flight.left, arc, duration)
         self.flight.height = max(self.flight.height, top)
         self.passage.impulse += impulse

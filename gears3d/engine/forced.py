@@ -1,7 +1,7 @@
-"""Between oiled flanks: steps under the forces of both films, and of flanks that yield where one is pressed through.
+"""Steps under forces of the gap: flanks that yield, and films of oil.
 
 Films push all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
-which a film's thickness or force changes, and is cut where the law does.
+which a film's thickness or force changes, and is cut where a law does.
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, speed_after, 
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import AT_REST, gap_force
+from gears3d.engine.pressing import gap_force
 from gears3d.engine.torques import FREE, resisting
 from gears3d.kernels import njit
 
+AT_REST = 2.0
+"""Stands for the direction of motion of a loose gear that dry torque holds."""
 NOBODY = -1
 """Stands for a flank where there is none."""
 ON, HALTS, TURNS, TOUCHES, FLIPS, CLEARS, ENTERS, LEAVES = 0, 1, 2, 4, 6, 8, 10, 12
@@ -35,8 +37,8 @@ SAME = 1e-13
 """Duration of a step known so well is that of its event [s]."""
 
 
-class Swim(NamedTuple):
-    """What is fixed during one step between oiled flanks.
+class Forces(NamedTuple):
+    """What is fixed during one step.
 
     Args:
         direction: sign of the loose gear's motion, which dry torques act against; AT_REST where they hold it.
@@ -55,7 +57,7 @@ class Swim(NamedTuple):
 
 @njit(cache=True)
 def pushed(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
 ) -> tuple[float, float, float]:
     """Return what films and yielding flank do along a path.
 
@@ -63,7 +65,7 @@ def pushed(
         plant: surfaces, motion, torques, film.
         teeth: candidate tooth pairs (n, 3).
         springs: stiffness and damping (1, 2), or (0, 2).
-        swim: what is fixed.
+        forces: what is fixed.
         arc: path.
         after: time since its start [s].
 
@@ -74,40 +76,43 @@ def pushed(
     angle, speed, _ = drive_at(plant.motion, arc.time + after)
     theta, omega = angle_after(arc, after), speed_after(arc, after)
     torque, passing, spring = 0.0, 0.0, 0.0
+    dry = plant.film.minimum == 0.0
     for side in range(2):
+        if dry and side != forces.touching:
+            continue
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
         rate = by_drive * speed + by_loose * omega
-        force = film_push(plant.film, gap, rate, swim.squeezed[side], (speed, omega))
-        if side == swim.touching and swim.pushing:
+        force = 0.0 if dry else film_push(plant.film, gap, rate, forces.squeezed[side], (speed, omega))
+        if side == forces.touching and forces.pushing:
             spring = gap_force(springs, gap, rate)
             force += spring
         torque += force * by_loose
-        if side == swim.within:
+        if side == forces.within:
             passing = force
     return torque, passing, spring
 
 
 @njit(cache=True)
 def _acceleration(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
 ) -> tuple[float, float]:
     """Return the acceleration [rad/s²], and the force on the flank whose passage is under way [N], along a path."""
-    torque, passing, spring = pushed(plant, teeth, springs, swim, arc, after)
-    if swim.direction == AT_REST:
+    torque, passing, spring = pushed(plant, teeth, springs, forces, arc, after)
+    if forces.direction == AT_REST:
         return 0.0, passing
-    place = FREE if swim.touching == NOBODY else 1 + swim.touching
+    place = FREE if forces.touching == NOBODY else 1 + forces.touching
     plain, dry = resisting(plant.torques, place, arc.time + after, angle_after(arc, after), speed_after(arc, after))
     dry += plant.friction * max(spring, 0.0)
-    return (torque - plain - swim.direction * dry) / plant.inertia, passing
+    return (torque - plain - forces.direction * dry) / plant.inertia, passing
 
 
 @njit(cache=True)
-def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, start: Arc) -> float:
+def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc) -> float:
     """Return the sign of motion, at rest that which begins, or AT_REST where dry torque holds."""
     if start.omega != 0.0:
         return np.sign(start.omega)
-    torque, _, spring = pushed(plant, teeth, springs, swim, start, 0.0)
-    place = FREE if swim.touching == NOBODY else 1 + swim.touching
+    torque, _, spring = pushed(plant, teeth, springs, forces, start, 0.0)
+    place = FREE if forces.touching == NOBODY else 1 + forces.touching
     plain, dry = resisting(plant.torques, place, start.time, start.theta, 0.0)
     dry += plant.friction * max(spring, 0.0)
     net = torque - plain
@@ -116,7 +121,7 @@ def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swi
 
 @njit(cache=True)
 def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> float:
-    """Return the longest step that both films allow [s].
+    """Return the longest step that both films allow [s]; without oil there is none.
 
     Args:
         plant: surfaces, motion, film.
@@ -126,6 +131,8 @@ def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> 
     """
     angle, speed, alpha = drive_at(plant.motion, start.time)
     film, longest = plant.film, math.inf
+    if film.minimum == 0.0:
+        return longest
     for side in range(2):
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, start.theta)
         rate = by_drive * speed + by_loose * start.omega
@@ -142,17 +149,17 @@ def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> 
 
 @njit(cache=True)
 def _path(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, start: Arc, duration: float
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc, duration: float
 ) -> tuple[Arc, float]:
     """Return the path of a step, and the mean force on the flank whose passage is under way [N]."""
     here = Arc(start.time, start.theta, start.omega, 0.0, 0.0)
-    first, force = _acceleration(plant, teeth, springs, swim, here, 0.0)
+    first, force = _acceleration(plant, teeth, springs, forces, here, 0.0)
     arc = Arc(start.time, start.theta, start.omega, first, 0.0)
     if duration <= 0.0:
         return arc, force
     for _ in range(8):
-        one, force_one = _acceleration(plant, teeth, springs, swim, arc, GAUSS[0] * duration)
-        two, force_two = _acceleration(plant, teeth, springs, swim, arc, GAUSS[1] * duration)
+        one, force_one = _acceleration(plant, teeth, springs, forces, arc, GAUSS[0] * duration)
+        two, force_two = _acceleration(plant, teeth, springs, forces, arc, GAUSS[1] * duration)
         new, force = through(start, duration, one, two), 0.5 * (force_one + force_two)
         moved = abs(new.accel - arc.accel) + abs(new.jerk - arc.jerk) * duration
         arc = new
@@ -162,37 +169,40 @@ def _path(
 
 
 @njit(cache=True)
-def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, swim: Swim, arc: Arc, after: float) -> int:
+def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float) -> int:
     """Return what has happened ``after`` seconds on a path: nothing, or how it ends."""
     angle, speed, _ = drive_at(plant.motion, arc.time + after)
     theta, omega = angle_after(arc, after), speed_after(arc, after)
-    if swim.direction != AT_REST and swim.direction * omega < 0.0:
+    if forces.direction != AT_REST and forces.direction * omega < 0.0:
         return HALTS
+    dry = plant.film.minimum == 0.0
     for side in range(2):
+        if dry and side != forces.touching:
+            continue
         gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
         rate = by_drive * speed + by_loose * omega
-        if rate * (-1.0 if swim.squeezed[side] else 1.0) < -STILL:
+        if not dry and rate * (-1.0 if forces.squeezed[side] else 1.0) < -STILL:
             return TURNS + side
-        if side == swim.touching:
+        if side == forces.touching:
             if gap >= 0.0 and rate > 0.0:
                 return CLEARS + side
             force = gap_force(springs, gap, rate)
-            if (force < 0.0) == swim.pushing and force != 0.0:
+            if (force < 0.0) == forces.pushing and force != 0.0:
                 return FLIPS + side
         elif gap < 0.0 and rate < -STILL:
             return TOUCHES + side
-        if swim.within == NOBODY and gap < plant.film.felt and rate < 0.0:
+        if forces.within == NOBODY and gap < plant.film.felt and rate < 0.0:
             return ENTERS + side
-        if swim.within == side and gap > plant.film.felt and rate > 0.0:
+        if forces.within == side and gap > plant.film.felt and rate > 0.0:
             return LEAVES + side
     return ON
 
 
 @njit(cache=True)
-def plan_swim(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Swim, start: Arc, steps: tuple[float, float]
+def plan_forced(
+    plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Forces, start: Arc, steps: tuple[float, float]
 ) -> tuple[float, Arc, float, int]:
-    """Return the next step between oiled flanks.
+    """Return the next step under forces of the gap.
 
     Args:
         plant: surfaces, motion, torques, inertia, film.
@@ -206,11 +216,11 @@ def plan_swim(
         Duration [s], path, impulse on the flank whose passage is under way [N s], and how it ends.
     """
     direction = direction_of(plant, teeth, springs, state, start)
-    swim = Swim(direction, state.squeezed, state.touching, state.pushing, state.within)
-    first, _ = _acceleration(plant, teeth, springs, swim, Arc(start.time, start.theta, start.omega, 0.0, 0.0), 0.0)
+    forces = Forces(direction, state.squeezed, state.touching, state.pushing, state.within)
+    first, _ = _acceleration(plant, teeth, springs, forces, Arc(start.time, start.theta, start.omega, 0.0, 0.0), 0.0)
     longest = min(steps[0], steps[1] * stride(plant, teeth, start, first))
-    arc, force = _path(plant, teeth, springs, swim, start, longest)
-    end = _ends(plant, teeth, springs, swim, arc, longest)
+    arc, force = _path(plant, teeth, springs, forces, start, longest)
+    end = _ends(plant, teeth, springs, forces, arc, longest)
     if end == ON:
         return longest, arc, force * longest, ON
     duration = longest
@@ -218,14 +228,14 @@ def plan_swim(
         low, high = 0.0, longest
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            found = _ends(plant, teeth, springs, swim, arc, middle)
+            found = _ends(plant, teeth, springs, forces, arc, middle)
             if found == ON:
                 low = middle
             else:
                 high, end = middle, found
         settled = abs(high - duration) <= SAME
         duration = high
-        arc, force = _path(plant, teeth, springs, swim, start, duration)
+        arc, force = _path(plant, teeth, springs, forces, start, duration)
         if settled:
             break
     return duration, arc, force * duration, end
