@@ -87,13 +87,14 @@ def _is_dry(row: Row) -> bool:
 def _check_gap(reader: Reader, scenario: Scenario, lowered: list[list[Row]]) -> None:
     """Check whether the flanks leave a gap at every angle; the effect with which it closes is told."""
     pair, rows = scenario.pair(), [row for own in lowered for row in own]
-    if not any(row.code // 100 == 2 for row in rows) or _least_gap(pair, rows) > 0.0:
+    if not any(row.code // 100 == 2 or row.code == Code.GAP_FILM for row in rows) or _least_gap(pair, rows) > 0.0:
         return
     for index in range(len(lowered)):
         rows = [row for own in lowered[: index + 1] for row in own]
         left = _least_gap(pair, rows)
         if left <= 0.0:
-            name = _leading(scenario.effects[index])
+            oil = any(row.code == Code.GAP_FILM for row in lowered[index])
+            name = "minimum_thickness" if oil else _leading(scenario.effects[index])
             reader.fault(
                 f"effect[{index}].{name}",
                 f"uses up the backlash: of {show(pair.backlash, 'length')} {show(left, 'length')} is left where the "
@@ -104,12 +105,16 @@ def _check_gap(reader: Reader, scenario: Scenario, lowered: list[list[Row]]) -> 
 
 
 def _least_gap(pair: Pair, rows: list[Row]) -> float:
-    """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once a turn."""
+    """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once a turn.
+
+    Oil takes its smallest thickness on either flank.
+    """
     from gears3d.gears import HarmonicDeviation
     from gears3d.gears.clearance import mounted_band
     from gears3d.gears.limits import clearance
 
     taken = pair.backlash - mounted_band(pair)[0] if pair.mounting else 0.0
+    taken += 2.0 * sum(row.p[4] for row in rows if row.code == Code.GAP_FILM)
     more = 2.0 * sin(pair.working_pressure_angle)
     waves = [HarmonicDeviation(e.gear, "reverse", 1, more * e.offset, e.phase) for e in eccentricities(rows)]
     return clearance(pair, (*flank_deviations(rows), *waves)) - taken

@@ -115,7 +115,7 @@ def test_the_error_estimate_sees_steps_in_oil_and_they_are_small(more):
 
 
 def test_oil_that_fills_the_backlash_and_two_films_are_refused():
-    with pytest.raises(InputError, match=r"fills the backlash.*minimum_thickness"):
+    with pytest.raises(InputError, match=r"uses up the backlash.*minimum_thickness"):
         simulate(bench(SPUR, oil(0.01, minimum_thickness="80 um"), mount__backlash="150 um"))
     with pytest.raises(InputError, match="2 oil films"):
         simulate(bench(SPUR, oil(0.01), oil(0.02)))
@@ -123,7 +123,10 @@ def test_oil_that_fills_the_backlash_and_two_films_are_refused():
         simulate(bench(SPUR, oil(0.01)), contact="native")
 
 
-def test_flanks_that_leave_no_room_for_the_oil_jam():
+def test_flanks_that_leave_no_room_for_the_oil_are_refused_at_the_door_and_jam_if_they_came_in(monkeypatch):
     wide = {"kind": "backlash_variation", "order": 1, "amplitude": "246 um"}
-    with pytest.raises((EngineError, InputError), match=r"jam|backlash"):
-        simulate(bench(SPUR, oil(0.01, minimum_thickness="5 um"), wide, run__duration="2 s"))
+    with pytest.raises(InputError, match=r"uses up the backlash.*-6 um.*minimum_thickness"):
+        bench(SPUR, wide, oil(0.01, minimum_thickness="5 um"))
+    monkeypatch.setattr("gears3d.scenario.checks.check_effects", lambda *_: None)
+    with pytest.raises(EngineError, match="jam"):
+        simulate(bench(SPUR, wide, oil(0.01, minimum_thickness="5 um"), run__duration="2 s"))
