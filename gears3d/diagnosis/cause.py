@@ -165,7 +165,8 @@ def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...
     """Return causes with their numbers moved, those of the shapes within their bounds.
 
     A power keeps its torque at the pivot, a usual speed, while its exponent moves: its coefficient goes with that
-    speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already.
+    speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already. A torque
+    over a difference of speeds is straight in its coefficient and in their product with the other speed.
     """
     cuts, moved = np.cumsum([len(cause.numbers) for cause in causes])[:-1], []
     for cause, step in zip(causes, np.split(by, cuts), strict=True):
@@ -174,6 +175,8 @@ def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...
             before, after = np.exp(cause.numbers[1]), np.exp(numbers[1])
             numbers[0] += cause.numbers[0] * np.log(pivot) * before * step[1]
             numbers[0] *= pivot ** (before - after)
+        if cause.candidate.kind == "drag_differential" and cause.free and numbers[0] != 0.0:
+            numbers = _within(cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]]))
         moved.append(cause._replace(numbers=numbers))
     return tuple(moved)
 
