@@ -71,7 +71,7 @@ def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):
 
 
 def test_a_torque_over_a_difference_of_speeds_is_told_from_wherever_its_fit_begins():
-    # coefficient and other speed are straight together only as their product; a power with a dry drag fitted better here
+    # straight are the coefficient and its product with the other speed; a power with a dry drag fitted better here
     found = play(Case("kinds", 62, ("drag_differential",), (("duration", 3.0), ("noise", 0.003))))
     assert found["kinds_first"], found["causes"]
     assert not found["wrong_names"]
