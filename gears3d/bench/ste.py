@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.bench.dry import refuse_oil
 from gears3d.engine import simulate
 from gears3d.engine.motion import there_and_back
 from gears3d.errors import Fault, InputError
@@ -95,8 +96,8 @@ def static_error(
         Both flanks over the drive's angle, as the gears stood, and the record of the encoders.
 
     Raises:
-        InputError: speed or turns are not above 0, drag does not hold the loose gear on its flanks, or what the engine
-            cannot do.
+        InputError: speed or turns are not above 0, drag does not hold the loose gear on its flanks, oil keeps it off
+            them, or what the engine cannot do.
         EngineError: the gears jam.
         KeyboardInterrupt: it was interrupted; half a turn tells nothing.
 
@@ -112,6 +113,7 @@ def static_error(
     if not (speed > 0.0 and turns > 0.0):
         raise InputError(Fault("--speed" if speed <= 0.0 else "--turns", "is not above 0", "give a positive number"))
     refuse_unseen(scenario, "bullet")
+    refuse_oil(scenario, "flanks that touch all the way")
     way, turning, rate = 2.0 * pi * (turns + LEAD), 2.0 * pi * TURNING / speed, PER_TURN * speed / (2.0 * pi)
     rate = min(scenario.sensors.sample_rate, rate)
     run = replace(scenario.run, duration=2.0 * way / speed + turning, output_rate=rate, settle=0.0)

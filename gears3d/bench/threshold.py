@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.bench.dry import refuse_oil
 from gears3d.errors import Fault, InputError
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.excitation import assess
@@ -120,13 +121,14 @@ def thresholds(
         Λ of loss and return for each frequency, and the records.
 
     Raises:
-        InputError: no swing, no drag, or what the engine cannot do.
+        InputError: no swing, no drag, oil between the flanks, or what the engine cannot do.
         KeyboardInterrupt: it was interrupted.
 
     Source: Rigaud & Perret-Liaudet 2020, section 4, eqs (2)-(10), figs 3, 4.
     """
     if not scenario.motion.harmonics:
         raise InputError(Fault("motion.harmonics", "is needed: its first amplitude is swept", "give a harmonic"))
+    refuse_oil(scenario, "contact that can be lost")
     done, sweeps, about = 0.0, [], assess(scenario)
     for frequency in frequencies or [scenario.motion.harmonics[0].frequency]:
         tick = None if progress is None else _later(progress, done)

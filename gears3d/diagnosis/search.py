@@ -134,7 +134,7 @@ def _search(
     more = {gear: dear(records, gear) for gear in ("drive", "loose", "")}
     now = fit(records, base, first)
     left = score(known, now.rest, directions(records, now))
-    while len(now.causes) < most and (able := _able(left, more)):
+    while len(now.causes) < most and (able := _able(left, more, now.causes)):
         best = _best(records, base, now, able, more)
         if not best.causes[-1].possible:
             break
@@ -145,15 +145,19 @@ def _search(
     return Search(now, base, left, known, list(records))
 
 
-def _able(left: list[Scored], more: dict[str, float]) -> list[Scored]:
+def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = ()) -> list[Scored]:
     """Return the candidates that would gain enough at a size that matters, most first.
 
-    Where one that is too small gains more in the same channel, that is what is there, and others only look like it.
+    Where one that is too small gains more in the same channel, that is what is there, and others only look like it. A
+    cause that is there already is none anew: what it leaves is not of its form.
     """
     able, small = [], set()
+    there = [(one.candidate.kind, one.candidate.shape) for one in causes if one.candidate.kind not in FREE]
     for one in left:
         if one.gain <= ACCEPT:
             break
+        if (one.candidate.kind, one.candidate.shape) in there:
+            continue
         if one.gain <= ACCEPT + more[goes_by(one.candidate)]:
             continue
         size = float(np.hypot.reduce(one.units))
