@@ -152,7 +152,7 @@ def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = 
     cause that is there already is none anew: what it leaves is not of its form.
     """
     able, small = [], set()
-    there = [(one.candidate.kind, one.candidate.shape) for one in causes if one.candidate.kind not in FREE]
+    there = [(one.candidate.kind, one.candidate.shape) for one in causes if not FREE.get(one.candidate.kind)]
     for one in left:
         if one.gain <= ACCEPT:
             break
