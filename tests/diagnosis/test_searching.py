@@ -9,7 +9,8 @@ from gears3d.diagnosis.candidates import Candidate
 from gears3d.diagnosis.cause import begin, fit
 from gears3d.diagnosis.channels import Contacts, Drive
 from gears3d.diagnosis.evidence import uncut
-from gears3d.diagnosis.search import _base, _everywhere, _held, _within, search
+from gears3d.diagnosis.library import Scored
+from gears3d.diagnosis.search import _able, _base, _everywhere, _held, _within, search
 from gears3d.diagnosis.sifting import badly_cut, without_outliers
 from gears3d.scenario import load
 
@@ -112,3 +113,13 @@ def test_a_drag_that_drives_is_no_cause_however_well_it_fits(kind):
     assert _within(begin(drag, np.array([0.3])))
     assert not _within(begin(drag, np.array([-0.3])))
     assert not begin(drag, np.array([0.0])).possible  # nothing at all
+
+
+def test_a_cause_that_is_there_is_no_candidate_any_more():
+    drag = Candidate("mesh_drag", {}, "coefficient", 1.0, False, ("loss",))
+    other = WAVE._replace(shape={**WAVE.shape, "order": 4})
+    left = [Scored(one, 1e4, np.array([0.3]), np.array([0.01])) for one in (drag, WAVE, other)]
+    dear = {"drive": 0.0, "loose": 0.0, "": 0.0}
+    assert [one.candidate for one in _able(left, dear)] == [drag, WAVE, other]
+    there = [begin(drag, np.array([0.1])), begin(WAVE, np.array([0.1, 0.0]))]
+    assert [one.candidate for one in _able(left, dear, there)] == [other]
