@@ -15,6 +15,10 @@ from gears3d.errors import InputError
 Array = np.ndarray
 STEP = 1e-3
 """Of a number in units, for slopes."""
+DAMPED = (0.0, 0.01, 1.0)
+"""Dampings of a step, one after the other, until chi-square falls."""
+SQUARED = (*DAMPED, 10.0, 100.0)
+"""The same where a drag of the mesh, felt with its square, is among the causes: from far off a step leads far beyond."""
 FARTHEST = 3.0
 """Units that a number moves in one round at most."""
 ENOUGH = 0.01
@@ -119,11 +123,12 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
     units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
     normal = np.zeros((len(units), len(units)))
     pivot = max(float(np.mean([one.radii[0] / one.radii[1] * abs(one.motion.mean) for one in records])), 1e-9)
+    dampings = SQUARED if any(cause.candidate.kind == "mesh_drag" for cause in causes) else DAMPED
     for _ in range(rounds if len(units) else 0):
         slopes = np.column_stack([column for k, c in enumerate(causes) for column in slopes_of(records, c, parts[k])])
         normal, right = slopes.T @ slopes, slopes.T @ rest
         before, done = float(rest @ rest), True
-        for damping in (0.0, 0.01, 1.0):
+        for damping in dampings:
             move = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), right, rcond=1e-12)[0]
             try:
                 trial = _moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units, pivot)
