@@ -18,7 +18,7 @@ STEP = 1e-3
 DAMPED = (0.0, 0.01, 1.0)
 """Dampings of a step, one after the other, until chi-square falls."""
 SQUARED = (*DAMPED, 10.0, 100.0)
-"""The same where a drag of the mesh is among the causes: it is felt with its square, and steps from far off overshoot."""
+"""The same where a drag of the mesh is among the causes: felt with its square, steps from far off overshoot."""
 FARTHEST = 3.0
 """Units that a number moves in one round at most."""
 ENOUGH = 0.01
