@@ -78,6 +78,13 @@ def test_a_torque_over_a_difference_of_speeds_is_told_from_wherever_its_fit_begi
     assert all(abs(one["error"]) < 0.001 for one in found["parameters"])
 
 
+def test_a_mesh_drag_is_found_from_far_off():
+    # it is felt with its square, and a bit more of it holds contact for ever: straight steps from far off overshoot
+    found = play(Case("kinds", 218, ("mesh_drag",), (("duration", 3.0), ("noise", 0.003), ("records", 3))))
+    assert [one["kind"] for one in found["causes"]] == ["mesh_drag"]
+    assert abs(found["parameters"][0]["error"]) < 0.02
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", SEPARABLE)
 def test_each_separable_kind_is_right_first(tmp_path, kind):
