@@ -171,7 +171,7 @@ def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...
 
     A power keeps its torque at the pivot, a usual speed, while its exponent moves: its coefficient goes with that
     speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already. A torque
-    over a difference of speeds is straight in its coefficient and in their product with the other speed.
+    over a difference of speeds is straight in its coefficient and in the product of that and the other speed.
     """
     cuts, moved = np.cumsum([len(cause.numbers) for cause in causes])[:-1], []
     for cause, step in zip(causes, np.split(by, cuts), strict=True):

@@ -20,7 +20,7 @@ THINNEST = 1e-3
 
 
 class Film(NamedTuple):
-    """A film of oil on both flanks; without wedge and squeeze there is none.
+    """A film of oil on both flanks; without a smallest thickness there is none.
 
     Args:
         wedge: [N·s].

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, speed_after, through
+from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, gap_along, speed_after, through
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
@@ -171,16 +171,13 @@ def _path(
 @njit(cache=True)
 def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float) -> int:
     """Return what has happened ``after`` seconds on a path: nothing, or how it ends."""
-    angle, speed, _ = drive_at(plant.motion, arc.time + after)
-    theta, omega = angle_after(arc, after), speed_after(arc, after)
-    if forces.direction != AT_REST and forces.direction * omega < 0.0:
+    if forces.direction != AT_REST and forces.direction * speed_after(arc, after) < 0.0:
         return HALTS
     dry = plant.film.minimum == 0.0
     for side in range(2):
         if dry and side != forces.touching:
             continue
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
-        rate = by_drive * speed + by_loose * omega
+        gap, rate = gap_along(plant, teeth, side, arc, after)
         if not dry and rate * (-1.0 if forces.squeezed[side] else 1.0) < -STILL:
             return TURNS + side
         if side == forces.touching:

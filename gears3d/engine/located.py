@@ -261,12 +261,7 @@ class Located:
 
     def _strike(self, side: int) -> None:
         """A gap has closed: act with the impact law, or begin a compliant contact."""
-        gap, rate, lever = self._contact(side)
-        self.located = max(self.located, abs(gap))
-        if abs(gap) > NEAR:
-            raise EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {self.time:.9g} s")
-        if self._contact(1 - side)[0] < -NEAR:
-            raise jammed(self.time)
+        rate, lever = self._met(side)
         if self.settings.springs.size:
             self.flight.entry, self.flight.began, self.flight.impulse = rate, self.time, 0.0
             self.place = 1 + side
@@ -280,6 +275,16 @@ class Located:
             self.theta, self.omega = on_flank(self.plant, self.teeth, side, self.time, self.theta)
         self._pose()
 
+    def _met(self, side: int) -> tuple[float, float]:
+        """Return the rate of a gap that has just closed [m/s] and the loose gear's lever [m]; see that it has."""
+        gap, rate, lever = self._contact(side)
+        self.located = max(self.located, abs(gap))
+        if abs(gap) > NEAR:
+            raise EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {self.time:.9g} s")
+        if self._contact(1 - side)[0] < -NEAR:
+            raise jammed(self.time)
+        return rate, lever
+
     def _blow(self, side: int, rate: float, lever: float) -> tuple[float, float, float]:
         """Return rebound [m/s], speed of the loose gear after it [rad/s] and impulse [N s] by the law of impacts.
 
@@ -287,15 +292,11 @@ class Located:
         """
         coefficient = self.settings.law.coefficient(Flank(side), abs(rate))
         rebound = coefficient * abs(rate)
-        if rebound < self.settings.stick_velocity and self._holds(side):
+        if rebound < self.settings.stick_velocity and self._reaction(side) >= 0.0:
             rebound = 0.0
             self.place = 1 + side
         after = self.omega + (rebound - rate) / lever
         return rebound, after, normal_impulse(self.plant.inertia, lever, self.plant.friction, (self.omega, after))
-
-    def _holds(self, side: int) -> bool:
-        """Whether the flank presses if the loose gear stays on it."""
-        return self._reaction(side) >= 0.0
 
     def _reaction(self, side: int) -> float:
         """Return the force that holds the loose gear on a flank [N], negative where the flank would have to pull."""

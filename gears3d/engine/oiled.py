@@ -33,7 +33,6 @@ from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import pressed_step
 from gears3d.engine.torques import FREE
-from gears3d.errors import EngineError
 
 HALVINGS = 100
 
@@ -70,12 +69,10 @@ class Oiled(Located):
     Args:
         passage: under way, or the last one.
         squeezed: whether the film of the active and of the reverse flank is being squeezed.
-        touches: how often the flanks themselves have met.
     """
 
     passage: Passage = field(default_factory=Passage)
     squeezed: list[bool] = field(default_factory=lambda: [False, False])
-    touches: int = 0
 
     def _begin_on(self, side: int) -> None:
         """Begin on the flank if its film does not bear the gear, else on the film, or where that ends."""
@@ -142,13 +139,10 @@ class Oiled(Located):
         self.flight.height = max(self.flight.height, top)
         self.passage.impulse += impulse
         self._move(arc, duration)
-        if touching != NOBODY and self._see_depth(touching, self.settings.deepest) < -TOUCH:
-            self._see_room(1 - touching)
-        self._happen(end - end % 2, end % 2) if end > HALTS else self._halt(end)
-
-    def _see_room(self, side: int) -> None:
-        if self._contact(side)[0] < -NEAR:
+        deep = touching != NOBODY and self._see_depth(touching, self.settings.deepest) < -TOUCH
+        if deep and self._contact(1 - touching)[0] < -NEAR:
             raise jammed(self.time)
+        self._happen(end - end % 2, end % 2) if end > HALTS else self._halt(end)
 
     def _halt(self, end: int) -> None:
         if end == HALTS:
@@ -207,12 +201,7 @@ class Oiled(Located):
 
     def _strike(self, side: int) -> None:
         """The flanks themselves meet, amid a passage: their law of impacts acts, or they yield."""
-        gap, rate, lever = self._contact(side)
-        self.located = max(self.located, abs(gap))
-        if abs(gap) > NEAR:
-            raise EngineError(f"the gap is {gap * 1e9:.3g} nm where the flanks meet at t = {self.time:.9g} s")
-        self._see_room(1 - side)
-        self.touches += 1
+        rate, lever = self._met(side)
         self.passage.turned = True
         if self.settings.springs.size:
             self.place, self.flight.pushing = 1 + side, True
