@@ -99,16 +99,36 @@ def on_both(records: Sequence[Evidence], effect: Any) -> Any:
 
     Args:
         records: all.
+        effect: pitch error, with its size.
+    """
+    found = _behind(records, effect) if may_be_on_both(effect) else None
+    return replace(effect, flank="both") if found is not None and found.clear else effect
+
+
+def may_be_on_both(effect: Any) -> bool:
+    """Whether a pitch error stands out on one flank; one that stands back there would throw the gear off the other.
+
+    Args:
+        effect: pitch error, with its size.
+    """
+    return effect.flank != "both" and effect.offset * outward(SIDES.index(effect.flank)) > 0.0
+
+
+def denied(records: Sequence[Evidence], effect: Any) -> bool:
+    """Whether corners of paths speak against a tooth that stands out on one flank standing back on the other.
+
+    Args:
+        records: all.
         effect: pitch error of one flank, with its size.
     """
-    if effect.flank == "both":
-        return effect
-    flank = 1 if effect.flank == "active" else 0
-    if effect.offset * outward(flank) > 0.0:  # it stands back where it is seen, and would throw on the other
-        return effect
-    seen = _Corners(records, flank)
-    found = seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
-    return replace(effect, flank="both") if found is not None and found.clear else effect
+    found = _behind(records, effect)
+    return found is not None and found.gain < 0.0
+
+
+def _behind(records: Sequence[Evidence], effect: Any) -> _Tooth | None:
+    """Return what corners on a tooth's other flank gain where it stands back as far as it stands out on its own."""
+    seen = _Corners(records, 1 - SIDES.index(effect.flank))
+    return seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
 
 
 class _Corners:

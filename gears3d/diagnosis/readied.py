@@ -14,12 +14,13 @@ import numpy as np
 
 from gears3d.diagnosis.aligned import aligned
 from gears3d.diagnosis.candidates import SHOWS, Candidate
-from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.cause import Cause, begin, fit
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
+from gears3d.diagnosis.library import ONE_SIDED
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.pockets import Pocket, on_both, pocket
-from gears3d.diagnosis.search import Search, keeping
+from gears3d.diagnosis.pockets import Pocket, denied, may_be_on_both, on_both, pocket
+from gears3d.diagnosis.search import Search, keeping, on_both_flanks
 from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
@@ -164,7 +165,25 @@ def searched(
         return *before, None  # what was suspected is no tooth
     if deep is not None:  # its depth is not what the search makes of where the gear was seen
         found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
-    return records, found, deep
+    return records, whole_teeth(found), deep
+
+
+def whole_teeth(found: Search) -> Search:
+    """Return a search that has single teeth out of step, on both flanks, where nothing says that they are on one only.
+
+    Args:
+        found: by the search.
+    """
+    causes = list(found.fit.causes)
+    for k, cause in enumerate(found.fit.causes):
+        effect = cause.effect
+        for whole in on_both_flanks(cause.candidate):
+            if effect is None or not may_be_on_both(effect) or denied(found.records, effect):
+                continue
+            tried = fit(found.records, found.base, [*causes[:k], cause._replace(candidate=whole), *causes[k + 1 :]])
+            if tried.chi2 < found.fit.chi2 + ONE_SIDED:
+                causes, found = list(tried.causes), found._replace(fit=tried)
+    return found
 
 
 def _others(known: Sequence[Any], found: Sequence[Any]) -> Sequence[Any]:

@@ -179,13 +179,13 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
         bends = kind in FREE
         if kinds[kind] > (1 if bends else 2):
             continue
-        same = [one.candidate, *_on_both(one.candidate)] if kinds[kind] == 1 else [one.candidate]
+        same = [one.candidate, *on_both_flanks(one.candidate)] if kinds[kind] == 1 else [one.candidate]
         fits = [fit(records, base, [*now.causes, begin(each, one.units)], 8 if bends else 2) for each in same]
         tried.append(min(fits, key=lambda each: float(np.sum(np.minimum(each.rest**2, FAR[-1] ** 2)))))
     return min(tried, key=lambda one: (not one.causes[-1].possible, _worth(one, more)))
 
 
-def _on_both(one: Candidate) -> list[Candidate]:
+def on_both_flanks(one: Candidate) -> list[Candidate]:
     """Return the candidate on both flanks of a tooth on one.
 
     Columns are straight lines in its thickness; how far a tooth that stands back lets gears fall is none.

@@ -30,6 +30,8 @@ def alternative(rival: Rival) -> dict[str, str]:
     """
     if rival.worse > 0.5:
         why = f"fits worse by {rival.worse:.1f} in chi-square, which is not enough to exclude it"
+    elif rival.worse < -0.5:
+        why = f"fits better by {-rival.worse:.1f} in chi-square, which is not enough to prefer it"
     else:
         why = "predicts the same in all these records"
     return {"kind": _kinds(rival), "why": f"{why} ({_shapes(rival)})"}

@@ -15,14 +15,14 @@ from gears3d.diagnosis.heldout import UNITS, Split
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.pockets import Pocket
+from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
 from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
 from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.zeros import GEARS, counted_from, free
-from gears3d.diagnosis.zeros import covariance as zeros_free
+from gears3d.diagnosis.zeros import counted_from
 from gears3d.effects import catalogue
 from gears3d.identification import Parameter
 from gears3d.units import FAMILIES
@@ -107,19 +107,16 @@ def name_causes(found: Search, others: list[list[Rival]]) -> list[Named]:
         others: rivals of each cause.
     """
     now, at, told = found.fit, 0, []
-    whole = now.covariance
-    if now.causes and any(free(found.records, gear) for gear in GEARS):
-        whole = zeros_free(found.records, now.causes)
-    level = max(now.chi2 / max(len(now.rest), 1), 1.0)
+    known = covariance(found.records, now.causes) if now.causes else now.covariance
     for k, cause in enumerate(now.causes):
-        covariance = level * whole[at : at + len(cause.numbers), at : at + len(cause.numbers)]
-        at += len(cause.numbers)
+        own = slice(at, at + len(cause.numbers))
+        at = own.stop
         less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
         gain = less.chi2 - now.chi2
         effect: Any = cause.effect
         alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
         excluded = tuple(refused(one) for one in others[k] if one.excluded)
-        numbers = parameters(cause, covariance)
+        numbers = parameters(cause, known[own, own])
         written, zero = table(effect, numbers), counted_from(found.records, effect)
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import Cause, contribution, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library
 from gears3d.errors import Fault, InputError
@@ -289,31 +288,6 @@ def kept(one: Evidence, gear: str) -> bool:
         gear: drive or loose.
     """
     return abs(one.turned[GEARS.index(gear)]) < 1e-9
-
-
-def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
-    """Return the covariance of the numbers of causes where the zeros of records are not known, by least squares [SI].
-
-    Args:
-        records: turned to the zeros of one of them.
-        causes: fitted to them, all numbers free together.
-    """
-    units = np.concatenate([cause.units for cause in causes])
-    effects = [cause.effect for cause in causes if cause.effect is not None]
-    normal = np.zeros((len(units), len(units)))
-    for one in records:
-        slopes = np.column_stack([column for cause in causes for column in slopes_of([one], cause)])
-        own, zeros = contribution([one], effects), []
-        for gear in one.unmarked:
-            if not kept(one, gear):
-                by = [STEP if gear == each else 0.0 for each in GEARS]
-                zeros.append((contribution([turn(one, *by)], effects) - own) / STEP)
-        if zeros and np.any(zeros):
-            free_of = np.linalg.svd(np.column_stack(zeros), full_matrices=False)
-            across = free_of[0][:, free_of[1] > 1e-9 * free_of[1][0]]
-            slopes = slopes - across @ (across.T @ slopes)
-        normal += slopes.T @ slopes
-    return np.linalg.pinv(normal, hermitian=True) * np.outer(units, units)
 
 
 def counted_from(records: Sequence[Evidence], effect: Any) -> str:

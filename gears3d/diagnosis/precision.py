@@ -1,0 +1,94 @@
+"""How well the numbers of causes are known.
+
+Noise of readings is independent from point to point, but what cutting gets wrong is not: flanks that are drawn a little
+off, or a touch that is told a little late, move all points about them. So each stretch of a record speaks once, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gears3d.diagnosis.cause import Cause, contribution, slopes_of
+from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.prediction import CHANNELS, residuals
+from gears3d.diagnosis.zeros import GEARS, STEP, kept, turn
+
+Array = np.ndarray
+STRETCHES = (16, 4, 1)
+"""Parts of a record over which errors may hang together, each of as many points of every channel."""
+FEWEST = 4
+"""Stretches in all below which these say nothing of their scatter."""
+KNOWN = 1e-12
+"""Part of the best known combination of numbers below which another one is not known at all."""
+
+
+def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
+    """Return the covariance of the numbers of causes, zeros of records that are not known being free [SI], (p, p).
+
+    No combination of numbers is better known than points with independent errors of their own scatter make it, nor
+    better than sixteenths, quarters or the whole of records with errors that hang together do.
+
+    Args:
+        records: turned to the zeros of one of them.
+        causes: fitted to them, all numbers free together.
+
+    Source: Liang and Zeger 1986, theorem 1, for errors that hang together.
+    """
+    units = np.concatenate([cause.units for cause in causes])
+    effects = [cause.effect for cause in causes if cause.effect is not None]
+    normal, scores = np.zeros((len(units), len(units))), []
+    chi2, count = 0.0, 0
+    for one in records:
+        slopes = np.column_stack([column for cause in causes for column in slopes_of([one], cause)])
+        own, told = contribution([one], effects), residuals(one)
+        rest = np.concatenate([told[name] for name in CHANNELS]) - own
+        if len(across := _zeros(one, effects, own)):
+            slopes = slopes - across.T @ (across @ slopes)
+        normal += slopes.T @ slopes
+        chi2, count = chi2 + float(rest @ rest), count + len(rest)
+        where = np.concatenate([np.arange(len(told[n])) * STRETCHES[0] // max(len(told[n]), 1) for n in CHANNELS])
+        voted = np.zeros((STRETCHES[0], len(units)))
+        np.add.at(voted, where, slopes * rest[:, None])
+        scores.append(voted)
+    return _wider(normal, np.array(scores), max(chi2 / max(count, 1), 1.0)) * np.outer(units, units)
+
+
+def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
+    """Return what other zeros would do to a record, orthonormal, (0 to 2, n)."""
+    lost = [gear for gear in one.unmarked if not kept(one, gear)]
+    turned = [turn(one, *(STEP if gear == each else 0.0 for each in GEARS)) for gear in lost]
+    moves = [(contribution([each], effects) - own) / STEP for each in turned]
+    if not np.any(moves):
+        return np.zeros((0, len(own)))
+    left, size, _ = np.linalg.svd(np.column_stack(moves), full_matrices=False)
+    return left[:, size > 1e-9 * size[0]].T
+
+
+def _wider(normal: Array, scores: Array, level: float) -> Array:
+    """Return the inverse of the normal matrix times the level, or the scatter of the scores where that is larger.
+
+    Args:
+        normal: of all points, (p, p).
+        scores: of the shortest stretches of each record, (r, s, p).
+        level: mean square of what is left of a point.
+
+    >>> alike = np.array([[[1.0], [-1.0]] * 8])
+    >>> float(_wider(np.array([[16.0]]), 0.1 * alike, 1.0)[0, 0])
+    0.0625
+    >>> round(float(_wider(np.array([[16.0]]), 3.0 * alike, 1.0)[0, 0]), 9)
+    0.6
+    """
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    known, turned = np.linalg.eigh(normal / np.outer(scale, scale))
+    good = known > KNOWN * known[-1]
+    root = np.sqrt(level / known[good]) * turned[:, good] / scale[:, None]
+    moves = scores @ root / level  # of the numbers, by each stretch alone
+    for parts in STRETCHES:
+        together = moves.reshape(-1, moves.shape[1] // parts, moves.shape[2]).sum(axis=1)
+        if len(together) >= FEWEST:
+            spread, toward = np.linalg.eigh(together.T @ together * (len(together) / (len(together) - 1)))
+            wider = np.sqrt(np.maximum(spread, 1.0))
+            root, moves = root @ toward * wider, moves @ toward / wider
+    return root @ root.T
