@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.validation.claim import CHAPTERS
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -21,10 +23,7 @@ def validate(
     quick: Annotated[bool, typer.Option(help="A part of the cases, in about a minute.")] = False,
     only: Annotated[
         str,
-        typer.Option(
-            help="One chapter: solids, twin, agreement, native, faults, effects, film, eccentric, helical, "
-            "published, ste, threshold, convergence, oracles."
-        ),
+        typer.Option(help=f"One chapter: {', '.join(CHAPTERS)}."),
     ] = "",
     out: Annotated[Path | None, typer.Option(help="Write the table as Markdown, too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON.")] = False,
