@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.diagnosis.cause import Cause, contribution, fit
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import CHANNELS, impact_sigma, residuals
+from gears3d.diagnosis.prediction import CHANNELS, residuals, rms_of
 
 Array = np.ndarray
 STRETCHES = 4
@@ -29,7 +29,7 @@ class Split(NamedTuple):
         extended: the same with the causes, fitted to the rest.
         noise: the same of noise alone.
         likelihood: gain in log-likelihood.
-        sizes: root mean square errors by channel, of base and extended.
+        sizes: root mean square errors by channel, of base and extended [its unit].
     """
 
     held: tuple[str, ...]
@@ -89,30 +89,9 @@ def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> 
     level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
     base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
     likelihood = sum(0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen)
-    typical = {name: scale(held, name) for name in seen}
-    sizes = {n: tuple(typical[n] * float(np.sqrt(np.mean(rest[n] ** 2))) for rest in (before, after)) for n in seen}
+    sizes = {name: (rms_of(before[name], [held], name), rms_of(after[name], [held], name)) for name in seen}
     noise = float(np.mean([min(level[n], float(np.mean(after[n] ** 2))) for n in seen]))
-    return Split((held.name,), base, extended, noise, likelihood, sizes)  # type: ignore[arg-type]
-
-
-def scale(one: Evidence, name: str) -> float:
-    """Return a typical standard deviation of the points of a channel [its unit].
-
-    Args:
-        one: the record.
-        name: of the channel.
-    """
-    from gears3d.diagnosis.prediction import loss_sigma
-
-    seen = one.channels
-    sigma = {
-        "flight": lambda: seen.flights.sigma,
-        "contact": lambda: seen.contacts.sigma,
-        "impact": lambda: impact_sigma(one),
-        "loss": lambda: loss_sigma(one),
-        "drive": lambda: np.array([seen.drive.sigma]),
-    }[name]()
-    return float(np.sqrt(np.mean(sigma**2))) if sigma.size else 0.0
+    return Split((held.name,), base, extended, noise, likelihood, sizes)
 
 
 def _stretches(one: Evidence) -> list[Evidence]:

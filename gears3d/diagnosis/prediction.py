@@ -55,6 +55,28 @@ def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
     return _ADDED[name](one, rows, sensors)
 
 
+def sigmas(one: Evidence, name: str) -> Array:
+    """Return the standard deviations of the points of a channel [its unit], in the order of its residuals.
+
+    Args:
+        one: the record.
+        name: of the channel.
+    """
+    return _SIGMA[name](one)
+
+
+def rms_of(rest: Array, records: Iterable[Evidence], name: str) -> float:
+    """Return the root mean square of residuals of a channel [its unit], 0 without any.
+
+    Args:
+        rest: in standard deviations, of all records, (n,).
+        records: in their order.
+        name: of the channel.
+    """
+    each = rest * np.concatenate([np.zeros(0), *(sigmas(one, name) for one in records)])
+    return float(np.sqrt(np.mean(each**2))) if each.size else 0.0
+
+
 def reading_error(
     sensors: Iterable[Any], gear: str, angle: Array, speed: Array, known: dict[Any, Any] | None = None
 ) -> Array:
@@ -268,4 +290,9 @@ _BASE = {
 _ADDED = {
     "flight": _flight_added, "contact": _contact_added, "impact": _impact_added, "loss": _loss_added,
     "drive": _drive_added,
+}  # fmt: skip
+_SIGMA = {
+    "flight": lambda one: one.channels.flights.sigma.ravel(), "contact": lambda one: one.channels.contacts.sigma,
+    "impact": impact_sigma, "loss": loss_sigma,
+    "drive": lambda one: np.full(len(one.channels.drive.time), one.channels.drive.sigma),
 }  # fmt: skip

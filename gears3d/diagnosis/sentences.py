@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause
-from gears3d.diagnosis.heldout import UNITS, scale
+from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import table
+from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.search import Search
 from gears3d.units import show
@@ -85,8 +86,7 @@ def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> st
         if fall > best and len(before):
             best = fall
             rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
-            sigma = float(np.sqrt(np.mean([scale(one, name) ** 2 for one in found.records])))
-            sizes = [sized(sigma * each, UNITS[name]) for each in rms]
+            sizes = [sized(rms_of(part, found.records, name), UNITS[name]) for part in (before, after)]
             text = f"{SEEN[name]} off by {sizes[0]} without it and by {sizes[1]} with it, {rms[0]:.3g} and {rms[1]:.3g}"
             text += " times their noise; "
     return f"{text}{sure(gain)} in all"

@@ -11,10 +11,9 @@ import numpy as np
 
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import worth_of
-from gears3d.diagnosis.prediction import CHANNELS
+from gears3d.diagnosis.prediction import CHANNELS, rms_of
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
-from gears3d.views.report.diagnosed.pictures import samples
 from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, called, joined
 from gears3d.views.report.figures import Figure, figure, plain
 
@@ -221,9 +220,10 @@ def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
         base, rest = found.found.base[span], found.found.fit.rest[span]
         if not len(base):
             continue
-        sigma = _typical(found, name, base)
+        records = found.found.records
+        sigma = rms_of(np.ones_like(base), records, name)
         times = [float(np.sqrt(np.mean(part**2))) for part in (base, rest)]
-        sizes = [times[0] * sigma, times[1] * sigma]
+        sizes = [rms_of(part, records, name) for part in (base, rest)]
         if held["base"] and name in held["base"]:
             sizes = [held[key][name]["value"] for key in ("base", "extended")]
         unit, some = UNITS[name], bool(found.causes)
@@ -232,15 +232,6 @@ def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
                        sized(sigma, unit), sized(times[0], "sigma"), sized(times[1] if some else None, "sigma"))
         )  # fmt: skip
     return rows
-
-
-def _typical(found: Diagnosis, name: str, base: np.ndarray) -> float:
-    """Return a typical standard deviation of a channel [its unit]."""
-    if name == "flight":
-        sigma = np.concatenate([one.channels.flights.sigma.ravel() for one in found.found.records])
-    else:
-        sigma = 1.0 / samples(found.found.records, name, base).sure
-    return float(np.sqrt(np.mean(sigma**2)))
 
 
 def numbers(one: Named) -> list[NumberRow]:
