@@ -4,11 +4,15 @@ import dataclasses
 import html
 import json
 import re
+import subprocess
+import sys
 import tomllib
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from gears3d.challenge.scoring import score
 from gears3d.cli.diagnosed import show
@@ -27,6 +31,7 @@ from gears3d.effects import catalogue
 from gears3d.gate import Finding
 from gears3d.identification import Parameter
 from gears3d.scenario import load
+from gears3d.views.mesh.colours import FLANKS
 from gears3d.views.report.diagnosed import render, story, write
 from gears3d.views.report.diagnosed.page import SHOWN
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples
@@ -34,6 +39,14 @@ from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, STRUCTURES
 from tests.diagnosis.test_placing import flights_under
 from tests.views.test_report import Reader
 
+ROOT = Path(__file__).parents[2]
+LINES_OF_WORDS = """Math.max(...[...document.querySelectorAll("#wrong tbody th")].map(cell => {
+    const word = document.createRange(), end = (cell.firstChild.data + " ").indexOf(" ");
+    word.setStart(cell.firstChild, 0);
+    word.setEnd(cell.firstChild, end);
+    return word.getClientRects().length;
+}))"""
+"""Lines that the first word of a channel's name is broken into, at most."""
 SECTIONS = ("wrong", "causes", "gain", "left", "add", "records")
 PLACED = {
     "drag_coulomb": ({"torque": 1e-3}, "flight", "speed of the loose gear [rpm]"),
@@ -304,6 +317,21 @@ def test_the_page_follows_the_reader_s_theme(chromium, found, tmp_path, scheme):
     for width in (1100, 420):
         tab.set_viewport_size({"width": width, "height": 900})
         assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        assert tab.evaluate(LINES_OF_WORDS) == 1
     assert said == []
     assert asked == [path.as_uri()]
     tab.close()
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_the_readme_s_diagnosis_can_be_made(chromium, tmp_path):
+    command = [sys.executable, "tools/diagnosis_picture.py", str(tmp_path)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    kept = ROOT / "docs/pictures/diagnosis.png"
+    with Image.open(tmp_path / "diagnosis.png") as fresh, Image.open(kept) as shown:
+        assert fresh.width == shown.width
+        seen = np.asarray(fresh.convert("RGB")).astype(int)
+    for flank in FLANKS:
+        assert np.mean(np.abs(seen - np.array(flank)).max(axis=-1) < 24) > 5e-4
