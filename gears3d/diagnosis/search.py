@@ -34,6 +34,8 @@ OWN = 10.0
 """Chi-square that a cause must be expected to gain in a record, for its absence there to count."""
 MOST = 5
 """Causes at most."""
+ONCE = ("drag_power", "drag_drift", "drag_differential")
+"""Torques whose shape is fitted: what one of them leaves, another of its kind only patches."""
 PRICE = 8.0
 """Chi-square that a number must be worth against a rival with fewer."""
 TRIED = 12
@@ -153,10 +155,11 @@ def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = 
     """
     able, small = [], set()
     there = [(one.candidate.kind, one.candidate.shape) for one in causes if not FREE.get(one.candidate.kind)]
+    once = {one.candidate.kind for one in causes if one.candidate.kind in ONCE}
     for one in left:
         if one.gain <= ACCEPT:
             break
-        if (one.candidate.kind, one.candidate.shape) in there:
+        if (one.candidate.kind, one.candidate.shape) in there or one.candidate.kind in once:
             continue
         if one.gain <= ACCEPT + more[goes_by(one.candidate)]:
             continue
