@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from gears3d.bench.threshold import Thresholds
 
 COLOURS = {"phi": "#0072B2", "psi": "#D55E00", "backlash": "#444444"}
+ROUNDING = 1e-4
+"""Amplitudes and deviations that are rounding [µm]."""
 NAMES = {"phi": "active flank, φ", "psi": "reverse flank, ψ", "backlash": "backlash, b"}
 
 
@@ -39,16 +41,20 @@ def static_picture(found: StaticError) -> Figure:
         axis.plot(turn, 1e6 * (curve - shift), style, color=COLOURS[name], linewidth=1, label=label)
         size = 2e6 * np.abs(np.fft.rfft(curve)[1:]) / len(curve)
         order = np.arange(1, len(size) + 1) / found.turns
-        seen = size > 1e-4  # µm: below is rounding
+        seen = size > ROUNDING
         lines.plot(order[seen], size[seen], ".", color=COLOURS[name], markersize=4, label=NAMES[name])
     flanks.set(ylabel="flank about its mean [µm]")
     gap.set(xlabel="turns of the drive", ylabel="backlash [µm]")
-    gap.ticklabel_format(useOffset=False)
+    for axis in (flanks, gap):
+        axis.ticklabel_format(useOffset=False)
+        middle, half = np.mean(axis.get_ylim()), 0.5 * np.ptp(axis.get_ylim())
+        axis.set_ylim(middle - max(half, 10.0 * ROUNDING), middle + max(half, 10.0 * ROUNDING))
     lines.set(xlabel="cycles a turn of the drive", ylabel="amplitude [µm]")
     if any(np.any(line.get_ydata()) for line in lines.lines):
         lines.set(xscale="log", yscale="log")
     else:
         lines.set_title("no order above 0.1 nm", fontsize=9)
+        lines.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), xticks=(), yticks=())
     for axis in (flanks, gap, lines):
         axis.legend(frameon=False, fontsize=8)
     return figure

@@ -162,6 +162,19 @@ def test_the_folder_is_read_by_identify(tmp_path, capsys):
     assert "did you mean 'ste'" in said.err
 
 
+@pytest.mark.parametrize(("size", "high"), [(1e-14, 2e-3), (1e-6, 2.0)])
+def test_rounding_is_not_drawn_as_a_deviation(size, high):
+    theta = np.linspace(0.0, 2 * np.pi, 101)
+    phi = np.where(np.arange(101) == 40, -size, 0.0)
+    found = StaticError(theta, phi, 0.0 * phi + 1e-4, Recording({"time_s": [0.0], **ANGLES}), 0.1, 1.0, {})
+    flanks, gap, _ = static_picture(found).axes
+    for axis in (flanks, gap):
+        assert np.ptp(axis.get_ylim()) == pytest.approx(high, rel=0.6)
+        for line in axis.lines:
+            drawn = line.get_ydata()
+            assert axis.get_ylim()[0] <= drawn.min() <= drawn.max() <= axis.get_ylim()[1]
+
+
 def test_pictures_of_nothing_to_be_seen(tmp_path):
     even = np.linspace(0.0, 2 * np.pi, 100)
     found = StaticError(even, 0.0 * even, 0.0 * even + 1e-4, Recording({"time_s": [0.0], **ANGLES}), 0.1, 1.0, {})
