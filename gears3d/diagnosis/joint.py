@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.diagnosis.cause import Cause, contribution, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals
-from gears3d.diagnosis.zeros import GEARS, STEP, kept, turn
+from gears3d.diagnosis.zeros import GEARS, kept, slopes_of_zeros, turn
 
 Array = np.ndarray
 ROUNDS = 4
@@ -39,7 +39,7 @@ def settled(records: Sequence[Evidence], causes: Sequence[Cause]) -> tuple[Array
             told = residuals(one)
             rests.append(np.concatenate([told[name] for name in CHANNELS]) - own)
             lost = [side for side, gear in enumerate(GEARS) if gear in one.unmarked and not kept(records[k], gear)]
-            zeros = [(contribution([turn(one, *(STEP * np.eye(2)[side]))], effects) - own) / STEP for side in lost]
+            zeros = slopes_of_zeros(one, effects, own, [GEARS[side] for side in lost])
             tables.append((np.column_stack([c for cause in causes for c in slopes_of([one], cause)]), zeros))
             places += [(k, side) for side in lost]
         normal, right = np.zeros((width + len(places),) * 2), np.zeros(width + len(places))

@@ -13,7 +13,7 @@ import numpy as np
 from gears3d.diagnosis.cause import Cause, contribution, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals
-from gears3d.diagnosis.zeros import GEARS, STEP, kept, turn
+from gears3d.diagnosis.zeros import kept, slopes_of_zeros
 
 Array = np.ndarray
 STRETCHES = (16, 4, 1)
@@ -57,9 +57,7 @@ def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
 
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
     """Return what other zeros would do to a record, orthonormal, (0 to 2, n)."""
-    lost = [gear for gear in one.unmarked if not kept(one, gear)]
-    turned = [turn(one, *(STEP if gear == each else 0.0 for each in GEARS)) for gear in lost]
-    moves = [(contribution([each], effects) - own) / STEP for each in turned]
+    moves = slopes_of_zeros(one, effects, own, [gear for gear in one.unmarked if not kept(one, gear)])
     if not np.any(moves):
         return np.zeros((0, len(own)))
     left, size, _ = np.linalg.svd(np.column_stack(moves), full_matrices=False)

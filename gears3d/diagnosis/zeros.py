@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.candidates import Candidate
+from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library
 from gears3d.errors import Fault, InputError
@@ -288,6 +289,19 @@ def kept(one: Evidence, gear: str) -> bool:
         gear: drive or loose.
     """
     return abs(one.turned[GEARS.index(gear)]) < 1e-9
+
+
+def slopes_of_zeros(one: Evidence, effects: Sequence[Any], own: Array, gears: Sequence[str]) -> list[Array]:
+    """Return how what effects add to the predictions of a record changes with its zeros [1/rad], each (n,).
+
+    Args:
+        one: the record.
+        effects: any.
+        own: what they add to it as it is, (n,).
+        gears: whose zeros.
+    """
+    turned = [turn(one, *(STEP if gear == each else 0.0 for each in GEARS)) for gear in gears]
+    return [(contribution([each], effects) - own) / STEP for each in turned]
 
 
 def counted_from(records: Sequence[Evidence], effect: Any) -> str:
