@@ -13,8 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.candidates import SHOWS, Candidate
+from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.deviation import Gear, Side, over_tooth
 from gears3d.diagnosis.evidence import Evidence
+from gears3d.diagnosis.rivals import EXCLUDED, Rival
 from gears3d.diagnosis.sentences import sure
 from gears3d.diagnosis.struck import GEARS, SIDES, outward
 from gears3d.effects import catalogue
@@ -27,11 +30,12 @@ DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
 """Depths that are tried, as parts of the backlash."""
 HELD = 64.0
 """Chi-square that a corner may be worth: where the path was cut wrongly, it is anywhere."""
-LEAST, OTHERS = 100.0, 30.0
-"""Chi-square that a tooth must gain, more than a corner or two, and where none is known without the best record."""
+LEAST, OTHERS = 70.0, 30.0
+"""Chi-square that a tooth must gain, more than a corner does, and where none is known without the best record; where no
+tooth stands back the best of all teeth gain up to some ten."""
 SINGLE = 2.0
 """Times what any tooth elsewhere on its flank would gain that a single one must."""
-FEWEST, CLEAR = 4, 3.0
+FEWEST, CLEAR = 3, 3.0
 """Corners that a tooth must bring nearer, where it moves them by so many standard deviations."""
 AWAY = 3
 """Pitches from a tooth to where its neighbours no longer pass for it."""
@@ -46,11 +50,13 @@ class Pocket(NamedTuple):
         effect: pitch error as deep as it is at least.
         gain: in chi-square.
         why: it is held for one, a sentence without a stop.
+        others: teeth that corners do not exclude in its place: at a ratio of 1 the one that it always meets.
     """
 
     effect: Any
     gain: float
     why: str
+    others: tuple[Rival, ...] = ()
 
 
 class _Tooth(NamedTuple):
@@ -82,14 +88,35 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
     best = found[0]
     if any(SINGLE * one.gain > best.gain for one in found[1:] if _elsewhere(records[0], one, best)):
         return None
-    flank = 0 if best.side == "active" else 1
-    offset = -outward(flank) * best.depth
-    effect = catalogue()["pitch_error"](offset=offset, tooth=best.tooth, gear=best.gear, flank=best.side)
+    unit = records[0].rig.backlash
+    others = tuple(
+        Rival((as_cause(_effect(one), unit),), best.gain - one.gain, False)
+        for one in found[1:]
+        if best.gain - one.gain < EXCLUDED
+    )
     why = (
         f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and on no other, in"
         f" {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more; {sure(best.gain)}"
     )
-    return Pocket(effect, best.gain, why)
+    return Pocket(_effect(best), best.gain, why, others)
+
+
+def as_cause(tooth: Any, unit: float) -> Cause:
+    """Return a pitch error as a cause with its size.
+
+    Args:
+        tooth: the pitch error.
+        unit: of its size [m].
+    """
+    shape = {"gear": tooth.gear, "tooth": tooth.tooth, "flank": tooth.flank}
+    candidate = Candidate(tooth.kind, shape, "offset", unit, False, SHOWS[tooth.place])
+    return begin(candidate, np.array([tooth.offset / unit]))
+
+
+def _effect(one: _Tooth) -> Any:
+    """Return a tooth that stands back as a pitch error, as deep as it is at least."""
+    offset = -outward(SIDES.index(one.side)) * one.depth
+    return catalogue()["pitch_error"](offset=offset, tooth=one.tooth, gear=one.gear, flank=one.side)
 
 
 def on_both(records: Sequence[Evidence], effect: Any) -> Any:

@@ -18,7 +18,7 @@ from gears3d.diagnosis.channels import Losses
 from gears3d.diagnosis.deviation import deviation, wave
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.falling import held_back
-from gears3d.diagnosis.followed import followed_back
+from gears3d.diagnosis.followed import flown, followed_back, misread
 from gears3d.diagnosis.freed import free_contact, free_drive, free_flight, speed_of
 from gears3d.diagnosis.freed import without as without
 from gears3d.diagnosis.torque import torque
@@ -200,11 +200,14 @@ def _loss_base(one: Evidence) -> Array:
 
 
 def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
-    """What torques do that change along a flight, and those that act in contact only."""
+    """What torques do that change along a flight, those that act in contact only, and encoders that bend flights."""
     seen = one.channels.losses
-    if not len(seen.time) or not any(100 < row.code < 200 for row in rows):
-        return np.zeros_like(seen.time)
-    return (followed_back(one, rows) - _late(one, rows)) / loss_sigma(one)
+    rate = np.zeros_like(seen.time)
+    if len(seen.time) and any(100 < row.code < 200 for row in rows):
+        rate = followed_back(one, rows) - _late(one, rows)
+    if len(seen.time) and any(sensor.gear == "loose" for sensor in sensors):
+        rate = rate + misread(one, reading_error(sensors, "loose", *flown(one)))
+    return rate / loss_sigma(one)
 
 
 def _late(one: Evidence, rows: list[Row]) -> Array:

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.aligned import aligned
-from gears3d.diagnosis.candidates import SHOWS, Candidate
-from gears3d.diagnosis.cause import Cause, begin, fit
+from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.evidence import Evidence, of_cut
 from gears3d.diagnosis.library import ONE_SIDED
 from gears3d.diagnosis.paths import Paths
-from gears3d.diagnosis.pockets import Pocket, denied, may_be_on_both, on_both, pocket
+from gears3d.diagnosis.pockets import Pocket, as_cause, denied, may_be_on_both, on_both, pocket
 from gears3d.diagnosis.search import Search, keeping, on_both_flanks
 from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
@@ -159,7 +158,9 @@ def searched(
         tell("cutting anew with single teeth", 0.65)
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
         tell("looking for causes", 0.7)
-        records, found = aligned(records, highest, [_cause(one, records[0]) for one in known if deep is None])
+        records, found = aligned(
+            records, highest, [as_cause(one, records[0].rig.backlash) for one in known if deep is None]
+        )
     named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
     if deep is None and not named & _places(known):
         return *before, None  # what was suspected is no tooth
@@ -190,15 +191,6 @@ def _others(known: Sequence[Any], found: Sequence[Any]) -> Sequence[Any]:
     """Return teeth that are not known already: what is still off on those is how records were cut."""
     there = {(one.gear, one.tooth) for one in known}
     return [one for one in found if (one.gear, one.tooth) not in there]
-
-
-def _cause(tooth: Any, one: Evidence) -> Cause:
-    """Return a pitch error as a cause with its size."""
-    shape = {"gear": tooth.gear, "tooth": tooth.tooth, "flank": tooth.flank}
-    unit = one.rig.backlash
-    return begin(
-        Candidate(tooth.kind, shape, "offset", unit, False, SHOWS[tooth.place]), np.array([tooth.offset / unit])
-    )
 
 
 def _effect(deep: Pocket | None) -> tuple[Any, ...]:

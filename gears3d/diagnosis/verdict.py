@@ -142,7 +142,8 @@ def _out_of_reach(deep: Pocket) -> Named:
     effect = deep.effect
     ends = sorted((effect.offset, float(np.copysign(effect.params["offset"].high, effect.offset))))
     numbers = {"offset": Parameter(effect.offset, "m", *ends)}
-    return Named(effect.kind, effect.place, numbers, deep.why, deep.gain, (), effect, table(effect, numbers),
+    others = tuple(map(alternative, deep.others))
+    return Named(effect.kind, effect.place, numbers, deep.why, deep.gain, others, effect, table(effect, numbers),
                  at_least=("offset",))  # fmt: skip
 
 

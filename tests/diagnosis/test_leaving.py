@@ -21,9 +21,10 @@ BENCH = {"run.duration": "3 s", "sensors.sample_rate": "20 kHz", "sensors.loose.
          "sensors.drive.noise": "5e-6 rad"}  # fmt: skip
 
 
-def left(effects):
+def left(effects, noise="5e-6 rad"):
     """Return the losses of a record of the twin as evidence about the rig without the effects."""
-    plain = load("scenarios/rigaud-2020/fig5-20rpm.toml", BENCH)
+    noises = {f"sensors.{gear}.noise": noise for gear in ("drive", "loose")}
+    plain = load("scenarios/rigaud-2020/fig5-20rpm.toml", BENCH | noises)
     rig = plain.with_({"effect": effects}) if effects else plain
     return evidence(measure(record(rig), plain), plain)
 
@@ -58,6 +59,17 @@ def test_drag_over_the_angle_bends_flights_and_moves_what_they_are_followed_back
     assert np.ptp(before) > 4e-4
     assert np.corrcoef(before, predicted)[0, 1] > 0.95
     assert np.std(before - predicted) < 0.3 * np.std(before)
+
+
+@pytest.mark.parametrize(("order", "amplitude"), [(3, 2e-3), (8, 1e-3)])
+def test_a_wave_of_the_encoder_bends_flights_and_moves_what_they_are_followed_back_to(order, amplitude):
+    wave = {"gear": "loose", "amplitude": f"{amplitude} rad", "order": order, "phase": "0.4 rad"}
+    seen = left([{"kind": "encoder_eccentricity", **wave}], noise="2e-6 rad")
+    effect = catalogue()["encoder_eccentricity"](amplitude=amplitude, order=order, phase=0.4, gear="loose")
+    before, predicted = residuals(seen)["loss"], added(seen, [effect], "loss")
+    assert np.ptp(before) > 3.0
+    assert np.corrcoef(before, predicted)[0, 1] > 0.95
+    assert np.std(before - predicted) < 0.35 * np.std(before)
 
 
 def test_drag_that_follows_the_speed_makes_no_loss_late():

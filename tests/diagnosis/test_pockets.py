@@ -12,26 +12,27 @@ from gears3d.effects import catalogue
 from gears3d.gears import Gear, Pair, ToothDeviation, quasi_static
 
 PAIR = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 53), 2e-4)
+RIG = SimpleNamespace(backlash=PAIR.backlash)
 NOISE = 5e-7
 OTHER = {"drive": 31, "loose": 53}
 
 
-def _records(random, gear="drive", tooth=1, flank=1, thickness=0.0, count=3, rounded=0.0):
+def _records(random, gear="drive", tooth=1, flank=1, thickness=0.0, count=3, rounded=0.0, nominal=PAIR):
     """Records whose corners lie where gears with one tooth out of step touch, some rounded off by a part of it."""
     side = ("active", "reverse")[flank]
-    pair = PAIR.with_deviations(ToothDeviation(gear, side, tooth, thickness)) if thickness else PAIR
+    pair = nominal.with_deviations(ToothDeviation(gear, side, tooth, thickness)) if thickness else nominal
     made = []
     for _ in range(count):
         teeth = random.uniform(-0.5, 52.5, 500)  # of the drive, from tooth 1, in a mesh that both begin at 0
         near = (tooth - 1) + random.uniform(-1.5, 1.5, 40)
-        theta = np.append(teeth, near) * 2.0 * np.pi / 31
+        theta = np.append(teeth, near) * 2.0 * np.pi / nominal.drive.teeth
         found = quasi_static(pair, theta)
         side_of = np.append(random.integers(0, 2, 500), np.full(40, flank))
         phi = np.where(side_of == 1, found.phi_reverse, found.phi_active)
-        loose = (theta * PAIR.drive.base_radius + phi + PAIR.backlash * side_of) / PAIR.loose.base_radius
+        loose = (theta * nominal.drive.base_radius + phi + nominal.backlash * side_of) / nominal.loose.base_radius
         off = phi * (1.0 - rounded * random.uniform(0.0, 1.0, len(phi))) + random.normal(0.0, NOISE, len(phi))
         corners = Corners(theta, loose, side_of, off, np.full(len(theta), NOISE))
-        made.append(SimpleNamespace(pair=PAIR, channels=SimpleNamespace(corners=corners)))
+        made.append(SimpleNamespace(pair=nominal, rig=RIG, channels=SimpleNamespace(corners=corners)))
     return made
 
 
@@ -46,6 +47,18 @@ def test_the_tooth_is_told_no_deeper_than_it_is(gear, tooth, flank, depth, round
     assert found.effect.flank == ("active", "reverse")[flank]
     assert (found.effect.offset > 0.0) == (flank == 1)  # displaced forwards it stands back on its reverse flank
     assert 0.3 * min(depth, 3e-5) < abs(found.effect.offset) < 1.02 * depth
+
+
+def test_the_tooth_that_it_always_meets_is_not_excluded():
+    """At a ratio of 1 two teeth are always together, and no corner tells which of them stands back."""
+    equal = Pair.from_backlash(Gear(3e-3, 31), Gear(3e-3, 31), 2e-4)
+    found = pocket(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4, nominal=equal))
+    assert found is not None
+    (other,) = found.others
+    told = {(one.gear, one.tooth) for one in (found.effect, other.causes[0].effect)}
+    assert ("drive", 5) in told
+    assert {gear for gear, _ in told} == {"drive", "loose"}
+    assert pocket(_records(np.random.default_rng(5), "drive", 5, 1, -1e-4)).others == ()
 
 
 def test_corners_on_the_flanks_tell_no_tooth():
