@@ -18,8 +18,8 @@ KINDS = ("backlash_offset", "backlash_variation", "eccentricity", "transmission_
 """Kinds that are looked for beside a law of contact."""
 HIGHEST = 4
 """Order that is looked for."""
-FEW = 3
-"""Every so manieth visit is used while causes are looked for."""
+FEW = 40
+"""Visits that are used while causes are looked for."""
 ROUNDS, TRIAL = 10, 3
 MOST = 2
 """Causes beside a law at most."""
@@ -54,7 +54,7 @@ def beside(records: Sequence[Visits], laws: Iterable[list[Cause]]) -> Held | Non
         records: visits of all records.
         laws: each at the sizes from which it is fitted.
     """
-    few, known = [some(one, FEW) for one in records], shortlist(records[0].rig)
+    few, known = some(records, FEW), shortlist(records[0].rig)
     found = None
     for started in laws:
         begun = _begun(few, started)

@@ -224,7 +224,7 @@ def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held, grids:
         law, over, here = law_of(rows, one), grids.of(rows, one), one.place - rest
         own = [(followed(law, over, start + row, zero, one) - here) / step
                for row, step in zip(np.diag(ASIDE), ASIDE, strict=True)]  # fmt: skip
-        shared = [1.0 - own[0]]  # flanks that lie further up: the start lies further down, and all is seen further up
+        shared = [(followed(law, over, start, zero + ASIDE[0], one) - here) / ASIDE[0]]
         for causes in _stepped(now.causes):
             rows = _rows(one, effects, causes)
             shared.append((followed(law_of(rows, one), grids.of(rows, one), start, zero, one) - here) / SMALL)

@@ -58,8 +58,10 @@ def flown(one: Evidence) -> tuple[Array, Array]:
     Args:
         one: the record.
     """
-    seen = one.channels.losses
-    return seen.loose[:, None] + seen.ahead, np.gradient(seen.ahead, axis=1) / _step(one)
+    if "flown" not in one.kept:
+        seen = one.channels.losses
+        one.kept["flown"] = seen.loose[:, None] + seen.ahead, np.gradient(seen.ahead, axis=1) / _step(one)
+    return one.kept["flown"]
 
 
 def _step(one: Evidence) -> Array:
@@ -75,13 +77,20 @@ def _told_by_parabolas(one: Evidence, path: Array) -> Array:
         one: the record.
         path: of the loose gear, from the loss on [rad], (l, n).
     """
+    if "parabola" not in one.kept:
+        one.kept["parabola"] = _weights(one)
+    off = np.einsum("lg,lg->l", one.kept["parabola"], path)
+    return one.rig.base_radius_loose * np.where(one.channels.losses.flank == 0, off, -off)
+
+
+def _weights(one: Evidence) -> Array:
+    """Return by what points of a path count for its rate at the loss, by the parabola through them [1/s], (l, n)."""
     seen, after = one.channels.losses, one.channels.losses.after
     middle = 0.5 * (seen.begun + after[:, -1])[:, None]
     half = after[:, -1:] - middle
     x, change = (after - middle) / half, seen.curved[:, None] * half
     bent, rate = bend(x, change)
     basis = np.stack([np.ones_like(x), x, bent], axis=-1) * (after >= seen.begun[:, None])[..., None]
-    normal = np.einsum("lga,lgb->lab", basis, basis)
-    numbers = np.linalg.solve(normal, np.einsum("lga,lg->la", basis, path)[..., None])[..., 0]
-    off = (numbers[:, 1] + numbers[:, 2] * rate[:, 0]) / half[:, 0]
-    return one.rig.base_radius_loose * np.where(seen.flank == 0, off, -off)
+    wanted = np.stack([np.zeros_like(rate[:, 0]), np.ones_like(rate[:, 0]), rate[:, 0]], axis=-1) / half
+    numbers = np.linalg.solve(np.einsum("lga,lgb->lab", basis, basis), wanted[..., None])
+    return (basis @ numbers)[..., 0]

@@ -38,7 +38,7 @@ HOPE = 30.0
 LOST = 1e4
 """Chi-square a point of the visit in the middle from which on a law that does worse than none is not fitted further."""
 FEW, TRIAL = 20, 4
-"""Visits, spread evenly over all, and rounds, with which sizes are tried."""
+"""Visits and rounds with which sizes are tried."""
 FEWEST = 12
 """Visits without which nothing is said."""
 EXACT = 1.5e-3
@@ -223,8 +223,7 @@ def _laws(one: Visits) -> Iterator[list[Cause]]:
 
 def _best(records: Sequence[Visits], started: list[Cause], plain: Held) -> Held | None:
     """Return the fit of a law to all visits; ``None`` where a few of them exclude it."""
-    every = max(sum(len(one.sizes) for one in records) // FEW, 1)
-    few, found = [some(one, every) for one in records], None
+    few, found = some(records, FEW), None
     for cause in started:
         try:
             held = hold(few, [], [cause], rounds=TRIAL)

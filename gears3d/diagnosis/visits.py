@@ -7,6 +7,7 @@ and is followed for a few falls across the gap; its start is free.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -74,15 +75,16 @@ class Visits:
     starts: Array
 
 
-def some(one: Visits, every: int) -> Visits:
-    """Return every so manieth visit of a record.
+def some(records: Sequence[Visits], most: int) -> list[Visits]:
+    """Return about so many of the visits of records, spread evenly; at least one of each record.
 
     Args:
-        one: the record.
-        every: which are kept.
+        records: all.
+        most: visits of all of them together, or a few more.
     """
+    every = max(sum(len(one.sizes) for one in records) // most, 1)
     columns = ("time", "drive", "rate", "loose", "sizes", "place", "sigma", "flank", "starts")
-    return replace(one, **{name: getattr(one, name)[::every] for name in columns})
+    return [replace(one, **{name: getattr(one, name)[::every] for name in columns}) for one in records]
 
 
 def visits(known: Track, scenario: Scenario, name: str = "") -> Visits | None:
