@@ -38,6 +38,7 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
     every = [row for row in rows if _part(row) == "kinds"]
     if known := [row for row in every if row["visible"]]:
         yield from _known(known)
+        yield from ["", *_errors(known)]
         yield from ["", *_confusion(known)]
     if unseen := [row for row in every if not row["visible"]]:
         yield from ["", "hidden where it leaves no trace, and nothing named: " + _count(unseen, _right)]
@@ -95,6 +96,27 @@ def _known(rows: list[dict[str, Any]]) -> Iterable[str]:
         sure = [one["covered"] for row in right for one in row["parameters"] if one["covered"] is not None]
         cells = (name, _count(own, _right), _count(own, lambda r: r["wrong_names"]), _count(right, _close))
         yield "| " + " | ".join([*cells, rate(sum(sure), len(sure))]) + " |"
+
+
+def _errors(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return how far numbers are off, where the cause is right and more is known than that they are as large."""
+    yield "| number | middle and largest error, 0.3 % noise | middle and largest error, 1.5 % noise |"
+    yield "|---|---|---|"
+    right = [(row["noise"] <= FINE, one) for row in rows if row["set_right"] for one in row["parameters"]
+             if one["error"] is not None and one["covered"] is not None]  # fmt: skip
+    for kind, name in sorted({(one["kind"], one["name"]) for _, one in right}):
+        own = [(low, abs(one["error"])) for low, one in right if (one["kind"], one["name"]) == (kind, name)]
+        cells = [_off([error for low, error in own if low is fine], name) for fine in (True, False)]
+        yield f"| {kind}, {name.replace('_', ' ')} | " + " | ".join(cells) + " |"
+
+
+def _off(errors: list[float], name: str) -> str:
+    """Return the middle and the largest of some errors, of angles in degrees, of others in per cent."""
+    if not errors:
+        return "–"
+    factor, unit = (np.degrees(1.0), "deg") if name == "phase" else (100.0, "%")
+    middle, most = factor * float(np.median(errors)), factor * max(errors)
+    return f"{middle:.2g}, {most:.2g} {unit} ({len(errors)})"
 
 
 def _confusion(rows: list[dict[str, Any]]) -> Iterable[str]:

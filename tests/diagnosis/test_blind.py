@@ -59,12 +59,14 @@ def test_tables_count_what_rows_say():
     row = {"part": "kinds", "seed": 1, "records": 5, "hidden": ["drag_viscous"], "size": 0.2, "noise": 0.003,
            "visible": True, "causes": [{"kind": "drag_viscous", "or": []}], "structure": "none", "gain": 0.9,
            "seconds": 2.0, "verdict": "explained", "set_right": True, "wrong_names": [], "coordinate_right": None,
-           "parameters": [{"error": 0.04, "right": None, "covered": False}]}  # fmt: skip
+           "parameters": [{"kind": "drag_viscous", "name": "coefficient", "error": -0.04, "right": None,
+                           "covered": False}]}  # fmt: skip
     missed = {**row, "causes": [], "set_right": False, "verdict": "unexplained", "parameters": [], "gain": None}
     alarm = {**row, "part": "short", "hidden": []}
     lines = list(tables([row, missed, alarm]))
     assert f"| drag_viscous | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 1)} | {rate(0, 1)} |" in lines
     assert "| drag_viscous | drag_viscous 1, *unexplained* 1 |" in lines
+    assert "| drag_viscous, coefficient | 4, 4 % (1) | – |" in lines
     assert any(line.startswith(f"| short | 1 (5) | {rate(1, 1)}") for line in lines)
 
 
