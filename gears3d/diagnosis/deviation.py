@@ -118,10 +118,26 @@ def over_tooth(pair: Pair, gear: Gear, tooth: float, side: Side, thickness: floa
         thickness: by which it stands out; back where it is negative [m].
         own: angle of its gear [rad], (n,).
     """
-    teeth = pair.gear(gear).teeth
-    since = np.mod(own - (tooth - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi
     angle, moved = influence(pair, gear, side, thickness)
-    return np.interp(since * teeth, angle, moved, left=0.0, right=0.0)
+    return np.interp(2.0 * pi * pitches_from(pair, gear, tooth, own), angle, moved, left=0.0, right=0.0)
+
+
+def pitches_from(pair: Pair, gear: Gear, tooth: float, own: Array) -> Array:
+    """Return by how many pitches a gear has turned beyond a tooth's place in mesh, half a turn to either side.
+
+    Args:
+        pair: nominal gears.
+        gear: whose tooth it is.
+        tooth: its number.
+        own: angle of its gear [rad], (n,).
+
+    >>> from gears3d.gears import Gear, Pair
+    >>> pair = Pair.from_backlash(Gear(3.5e-3, 30), Gear(3.5e-3, 30), 1e-4)
+    >>> pitches_from(pair, "drive", 2, np.array([0.0, 2.0 * pi / 30])).round(9).tolist()
+    [-1.0, 0.0]
+    """
+    teeth = pair.gear(gear).teeth
+    return (np.mod(own - (tooth - 1.0) * 2.0 * pi / teeth + pi, 2.0 * pi) - pi) * teeth / (2.0 * pi)
 
 
 def influence(pair: Pair, gear: Gear, side: Side, thickness: float) -> tuple[Array, Array]:

@@ -20,6 +20,7 @@ from gears3d.diagnosis.library import ONE_SIDED
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.pockets import Pocket, as_cause, denied, may_be_on_both, on_both, pocket
 from gears3d.diagnosis.search import Search, keeping, on_both_flanks
+from gears3d.diagnosis.sifting import off_teeth
 from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
@@ -202,9 +203,9 @@ def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
 
 
 def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any], paths: Paths | None) -> Evidence:
-    """Return a record cut with flanks that may have single teeth; as before where it cannot be."""
+    """Return a record cut with flanks that may have single teeth, less impacts there; as before where it cannot be."""
     try:
-        return ready(one, delay, teeth, paths, before.turned)
+        return off_teeth(ready(one, delay, teeth, paths, before.turned), teeth)
     except InputError:
         return before
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.diagnosis.channels import Flights
+from gears3d.diagnosis.deviation import REACH, pitches_from
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import bend, residuals, without
 from gears3d.diagnosis.scatter import FEWEST
@@ -92,6 +93,26 @@ def emptied(one: Evidence) -> Evidence:
         gone[name] = type(points)(*(column[:0] for column in points))
     kept = seen._replace(**gone, left_out=left_out)
     return replace(one, channels=kept, fine=tuple(column[:0] for column in one.fine), at=one.at[:0])
+
+
+def off_teeth(one: Evidence, teeth: Sequence[Any]) -> Evidence:
+    """Return a record without the impacts where single teeth are in mesh, on either flank.
+
+    Such a tooth throws the gear at the other flank, and back, within less than readings tell from one blow.
+
+    Args:
+        one: the record.
+        teeth: pitch errors.
+    """
+    kept: dict[str, Any] = {}
+    for name in ("impacts", "blows"):
+        seen = getattr(one.channels, name)
+        turned = [pitches_from(one.pair, each.gear, each.tooth, getattr(seen, each.gear)) for each in teeth]
+        far = np.all(np.abs(turned) > REACH, axis=0)
+        kept[name] = type(seen)(*(column[far] for column in seen))
+    out = len(one.channels.impacts.time) - len(kept["impacts"].time)
+    left_out = {**one.channels.left_out, "impact": one.channels.left_out.get("impact", 0) + out}
+    return replace(one, channels=one.channels._replace(**kept, left_out=left_out))
 
 
 def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:

@@ -86,6 +86,13 @@ def test_a_mesh_drag_is_found_from_far_off():
 
 
 @pytest.mark.slow
+def test_blows_about_a_single_tooth_pass_for_no_law_of_restitution():
+    # the tooth throws the gear at the other flank and meets it again before its rebound is seen
+    found = play(Case("kinds", 377, ("pitch_error",), (("noise", 0.015),)))
+    assert [one["kind"] for one in found["causes"]] == ["pitch_error"]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SEPARABLE)
 def test_each_separable_kind_is_right_first(tmp_path, kind):
     found, score = hidden(tmp_path / "c", (kind,), seed=5, size=0.3)

@@ -10,7 +10,7 @@ from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.paths import _read_in_time
 from gears3d.diagnosis.prediction import added, loss_sigma, residuals
 from gears3d.diagnosis.readied import delay_of, ready
-from gears3d.diagnosis.sifting import without_rolling, without_strays
+from gears3d.diagnosis.sifting import off_teeth, without_rolling, without_strays
 from gears3d.effects import catalogue
 from gears3d.measurement import measure
 from gears3d.recording import Recording
@@ -116,6 +116,27 @@ def test_flanks_are_cut_along_a_tooth_that_stands_out_once_it_is_known():
     rest = before - added(seen, [effect], "contact")
     assert np.count_nonzero(np.abs(before) > 10.0) > 20
     assert np.count_nonzero(np.abs(rest) > 10.0) < 0.2 * np.count_nonzero(np.abs(before) > 10.0)
+
+
+def test_blows_where_a_single_tooth_is_in_mesh_are_left_out():
+    seen = left([])
+    teeth = [
+        catalogue()["pitch_error"](offset=2e-5, tooth=4),
+        catalogue()["pitch_error"](offset=2e-5, tooth=9, gear="loose"),
+    ]
+    kept = off_teeth(seen, teeth)
+    for name in ("impacts", "blows"):
+        before, after = getattr(seen.channels, name), getattr(kept.channels, name)
+        near = np.zeros(len(before.time), bool)
+        for gear, number in (("drive", 4), ("loose", 9)):
+            pitch = 2.0 * np.pi / seen.pair.gear(gear).teeth
+            away = getattr(before, gear) - (number - 1) * pitch
+            near |= np.abs(np.angle(np.exp(1j * away))) < 2.25 * pitch
+        assert 0 < np.count_nonzero(near) < len(near)
+        assert after.time.tolist() == before.time[~near].tolist()
+    out = len(seen.channels.impacts.time) - len(kept.channels.impacts.time)
+    assert kept.channels.left_out["impact"] == seen.channels.left_out.get("impact", 0) + out
+    assert kept.channels.losses is seen.channels.losses
 
 
 def test_a_few_flights_that_are_none_are_left_out():
