@@ -85,6 +85,23 @@ def test_a_mesh_drag_is_found_from_far_off():
     assert abs(found["parameters"][0]["error"]) < 0.02
 
 
+def test_records_are_freed_of_a_delay_that_only_the_search_finds(tmp_path):
+    found, score = hidden(tmp_path / "c", ("encoder_skew",), 10, size=0.03, records=3, duration=4.0, noise=0.003)
+    assert not any(each["kind"] == "skew" for one in found.findings.values() for each in one)  # the gate sees none
+    assert score["kinds_first"], found.to_dict()
+    assert not score["wrong_names"]
+    assert all(abs(one["error"]) < 0.01 for one in score["parameters"] if one["error"] is not None)
+    told = found.causes[0].parameters["delay"].value
+    assert all(one.spared[0].delay == pytest.approx(told, rel=0.02) for one in found.found.records)
+
+
+@pytest.mark.slow
+def test_a_delay_passes_for_no_law_of_restitution():
+    # flanks that move with the speed were drawn amiss by microns, and every blow was off by what falls in that
+    found = play(Case("limits", 209, ("encoder_skew",), (("size", 0.04), ("noise", 0.003))))
+    assert [one["kind"] for one in found["causes"]] == ["encoder_skew"]
+
+
 @pytest.mark.slow
 def test_blows_about_a_single_tooth_pass_for_no_law_of_restitution():
     # the tooth throws the gear at the other flank and meets it again before its rebound is seen
