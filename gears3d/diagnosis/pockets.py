@@ -31,8 +31,8 @@ DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
 HELD = 64.0
 """Chi-square that a corner may be worth: where the path was cut wrongly, it is anywhere."""
 LEAST, OTHERS = 70.0, 30.0
-"""Chi-square that a tooth must gain, more than a corner does, and where none is known without the best record; where no
-tooth stands back the best of all teeth gain up to some ten."""
+"""Chi-square that a tooth must gain, more than a corner may be worth, and where none is known without the best record:
+where no tooth stands back, the best of all comes to a quarter of that at most (tests/diagnosis/test_pockets.py)."""
 SINGLE = 2.0
 """Times what any tooth elsewhere on its flank would gain that a single one must."""
 FEWEST, CLEAR = 3, 3.0
