@@ -95,8 +95,8 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
         if best.gain - one.gain < EXCLUDED
     )
     why = (
-        f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and no other of its gear, in"
-        f" {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more; {sure(best.gain)}"
+        f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and no other of its"
+        f" gear, in {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more; {sure(best.gain)}"
     )
     return Pocket(_effect(best), best.gain, why, others)
 
