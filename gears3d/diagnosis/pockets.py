@@ -96,7 +96,8 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
     )
     why = (
         f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and no other of its"
-        f" gear, in {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more; {sure(best.gain)}"
+        f" gear, in {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more;"
+        f" {sure(best.gain)}"
     )
     return Pocket(_effect(best), best.gain, why, others)
 
