@@ -238,6 +238,16 @@ def test_ratios_are_rounded_within_a_twentieth_of_their_interval(value, half):
     assert digits <= max(np.log10(abs(value) / half) + 3, 3)
 
 
+def test_a_tooth_of_which_only_the_least_depth_is_known_is_told_so(found):
+    effect = catalogue()["pitch_error"](offset=-2e-5, tooth=3)
+    known = {"offset": Parameter(-2e-5, "m", -1e-3, -2e-5)}
+    deep = dataclasses.replace(found.causes[0], effect=effect, parameters=known, table=table(effect, known))
+    for one, told in ((deep, False), (dataclasses.replace(deep, at_least=("offset",)), True)):
+        changed = dataclasses.replace(found, causes=(one,))
+        assert ("-20 um or beyond" in story.sentence(changed, changed.to_dict())) is told
+        assert (story.numbers(one)[0].value == "-20 um or beyond") is told
+
+
 def test_the_terminal_tells_the_story(found, capsys):
     show(found)
     said = capsys.readouterr().out

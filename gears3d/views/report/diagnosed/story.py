@@ -55,7 +55,7 @@ class NumberRow(NamedTuple):
 
     Args:
         name: of the parameter.
-        value: as a scenario has it.
+        value: as a scenario has it; "or beyond" it where no more is known.
         low: end of the 95 % interval, or empty for what is chosen.
         high: other end.
         si: bare SI value, or ``None``.
@@ -245,6 +245,7 @@ def numbers(one: Named) -> list[NumberRow]:
         family = one.effect.params[name].family
         digits = worth_of(number)
         value, low, high = (show(each, family, digits) for each in (number.value, number.low, number.high))
+        value = f"{value} or beyond" if name in one.at_least else value
         rows.append(NumberRow(name, value, low, high, float(number.value)))
     fixed = {name: value for name, value in one.table.items() if name != "kind" and name not in one.parameters}
     return rows + [NumberRow(name, str(value), "", "", None) for name, value in fixed.items()]
