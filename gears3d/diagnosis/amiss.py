@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gears3d.diagnosis.heldout import UNITS
-from gears3d.diagnosis.prediction import rms_of, sigmas
+from gears3d.diagnosis.prediction import rms_of
+from gears3d.diagnosis.remains import farthest, parts_of
 from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
-    from gears3d.diagnosis.search import Search
 
 Array = np.ndarray
 FAR = 5.0
@@ -23,30 +24,24 @@ ASKED = ("flight", "contact")
 """Channels that are asked."""
 
 
-def amiss(found: Search) -> list[Structure]:
+def amiss(records: Sequence[Evidence], rest: Array) -> list[Structure]:
     """Return the channels whose errors stay far above their noise whatever the causes, farthest off first.
 
     Args:
-        found: by the search.
+        records: all.
+        rest: residuals that the causes leave, stacked, (n,).
 
     Returns:
         One ``CHANNEL.all`` each, with the root mean square of its points, and no place.
     """
-    told = []
+    told, parts = [], parts_of(records, rest)
     for name in ASKED:
-        rest = np.clip(found.fit.rest[found.known.spans[name]], -STRAY, STRAY)
-        if not rest.size or float(np.mean(rest**2)) <= FAR**2:
+        own = [np.clip(part, -STRAY, STRAY) for part in parts[name]]
+        whole = np.concatenate([np.zeros(0), *own])
+        if not whole.size or float(np.mean(whole**2)) <= FAR**2:
             continue
-        gain = float(rest @ rest) - rest.size
-        size = rms_of(rest, found.records, name)
-        worst = _farthest(found.records, name, rest)
+        gain = float(whole @ whole) - whole.size
+        size = rms_of(whole, records, name)
+        worst = records[farthest(own)].name
         told.append(Structure(f"{name}.all", gain, 0.0, size, UNITS[name], float("nan"), gain, worst))
     return sorted(told, key=lambda one: -one.gain)
-
-
-def _farthest(records: list[Evidence], name: str, rest: Array) -> str:
-    """Return the name of the record whose points are farthest off."""
-    sizes = [len(sigmas(one, name)) for one in records]
-    parts = np.split(rest**2, np.cumsum(sizes)[:-1])
-    means = [float(np.mean(part)) if part.size else 0.0 for part in parts]
-    return records[int(np.argmax(means))].name

@@ -23,6 +23,7 @@ from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
+from gears3d.diagnosis.stepping import of_counts, shared
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
@@ -177,10 +178,12 @@ def _diagnosed(
     records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
-    left = [*kicks, *_left(found, highest)]
+    same, odd = _left(found, highest)
+    left = [*kicks, *same]
     while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
         found = keeping(found, kept)
-        left = [*kicks, *_left(found, highest)]
+        same, odd = _left(found, highest)
+        left = [*kicks, *same]
     if left and not kicks and (law := with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)
     tell("looking for rivals", 0.85)
@@ -195,8 +198,9 @@ def _diagnosed(
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
-    left += amiss(found)
-    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
+    off, more = shared(found.records, found.fit.rest, amiss(found.records, found.fit.rest), amiss)
+    left, odd = [*left, *off], [*odd, *more]
+    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
@@ -295,6 +299,10 @@ def _measured(
     return records, [*notes, *left_out]
 
 
-def _left(found: Search, highest: int) -> list[Structure]:
-    every = structures(found.records, found.fit.rest, highest)
-    return [one for one in every if one.chance < CHANCE]
+def _left(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:
+    """Return the structure that remains, and what coarse encoders make of one record."""
+
+    def looked(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
+        return [one for one in structures(records, rest, highest) if one.chance < CHANCE]
+
+    return shared(found.records, found.fit.rest, looked(found.records, found.fit.rest), looked)

@@ -33,7 +33,7 @@ def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[S
         rest: residuals that the causes leave, stacked, (n,).
         highest: order that is looked for.
     """
-    parts = _parts(records, rest)
+    parts = parts_of(records, rest)
     found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts, highest),
              *_loss(records, parts), *_drive(records, parts)]  # fmt: skip
     looked, units = max(len(found), 1), _units(records)
@@ -70,8 +70,13 @@ def _units(records: Sequence[Evidence]) -> dict[str, float]:
     return {"flight": slowing, "contact": rig.backlash, "impact": rebound, "loss": VAGUE, "drive": angle}
 
 
-def _parts(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
-    """Return the residuals by channel and record."""
+def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
+    """Return residuals by channel and record.
+
+    Args:
+        records: all.
+        rest: residuals, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+    """
     sizes = {
         "flight": [one.channels.flights.time.size for one in records],
         "contact": [len(one.channels.contacts.time) for one in records],
@@ -86,6 +91,18 @@ def _parts(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
             found[name].append(rest[at : at + size])
             at += size
     return found
+
+
+def farthest(parts: Sequence[Array]) -> int:
+    """Return the record whose points are farthest off.
+
+    Args:
+        parts: residuals of each record, in standard deviations.
+
+    >>> farthest([np.ones(3), np.zeros(0), np.full(2, -2.0)])
+    2
+    """
+    return int(np.argmax([float(np.mean(part**2)) if part.size else 0.0 for part in parts]))
 
 
 def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:

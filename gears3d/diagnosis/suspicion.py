@@ -9,6 +9,7 @@ from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records
 from gears3d.diagnosis.library import score
 from gears3d.diagnosis.search import directions
+from gears3d.diagnosis.stepping import alone
 from gears3d.diagnosis.verdict import Named, name_causes
 
 if TYPE_CHECKING:
@@ -50,7 +51,8 @@ def part(
         notes: of the records as they came in.
     """
     named = sorted([*name_causes(found, others), *beside], key=lambda one: -one.gain)
-    weak = [carried(found.records, cause) for cause in found.fit.causes]
+    rest = found.fit.rest
+    weak = [carried(found.records, cause) or alone(found.records, rest, cause) for cause in found.fit.causes]
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     told = [*notes, *of_records(found.records), *of_causes(rig, own), *(why for why in weak if why is not None)]
     blocked = any(one.blocks for one in told)

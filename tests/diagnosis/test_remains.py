@@ -99,15 +99,10 @@ OFF = ["contact.all"]
 def test_a_channel_is_off_as_a_whole_and_not_by_a_few_strays(share, size, told):
     rest = np.random.default_rng(6).normal(size=4000)
     rest[: int(share * len(rest))] += size
-    record = SimpleNamespace(
-        name="only",
-        channels=SimpleNamespace(
-            flights=SimpleNamespace(sigma=np.zeros((0, BINS))), contacts=SimpleNamespace(sigma=np.full(len(rest), 1e-6))
-        ),
-    )
-    found = SimpleNamespace(
-        known=SimpleNamespace(spans={"flight": slice(0, 0), "contact": slice(0, len(rest))}),
-        fit=SimpleNamespace(rest=rest),
-        records=[record],
-    )
-    assert [one.name for one in amiss(found)] == told
+    none, few = SimpleNamespace(time=np.zeros(0)), np.zeros((0, BINS))
+    channels = SimpleNamespace(
+        flights=SimpleNamespace(time=few, sigma=few), impacts=none, losses=none, drive=none,
+        contacts=SimpleNamespace(time=rest, sigma=np.full(len(rest), 1e-6)),
+    )  # fmt: skip
+    record = SimpleNamespace(name="only", channels=channels)
+    assert [one.name for one in amiss([record], rest)] == told

@@ -194,7 +194,7 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
     rest = search.fit.rest.copy()
     span = search.known.spans["contact"]
     rest[span] = np.clip(wide * np.random.default_rng(5).standard_normal(span.stop - span.start), -14.0, 14.0)
-    left = amiss(search._replace(fit=search.fit._replace(rest=rest)))
+    left = amiss(search.records, rest)
     assert [one.name for one in left] == ["contact.all"]
     verdict = judged(found.causes, left, found.power)
     told = dataclasses.replace(found, verdict=verdict, left=tuple(left)).to_dict()
@@ -214,7 +214,7 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
 
 
 def test_channels_within_their_noise_do_not_remain(found):
-    assert amiss(found.found) == []
+    assert amiss(found.found.records, found.found.fit.rest) == []
 
 
 def test_the_extended_rig_has_no_digits_beyond_its_intervals_and_tells_them(found):

@@ -1,0 +1,116 @@
+"""Encoders that count too coarsely: what is off in one record alone is no gear's then.
+
+Where noise does not blur the steps of readings, these are off alike for as long as steps and samples keep pace: in a
+whole record, if that is its speed, and in no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.diagnosis.cause import contribution
+from gears3d.diagnosis.grounds import Note
+from gears3d.diagnosis.prediction import CHANNELS
+from gears3d.diagnosis.remains import channel_of, farthest, parts_of
+from gears3d.diagnosis.search import ACCEPT
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.cause import Cause
+    from gears3d.diagnosis.evidence import Evidence
+    from gears3d.diagnosis.structure import Structure
+
+Array = np.ndarray
+COARSE = 0.05
+"""Step of the displacement, as a part of the backlash, from which on encoders are coarse."""
+REPEATED = "impact.time"
+"""Structure that steps make in any record: they come back with the motion, so errors of blows are like those before."""
+
+
+def step_of(one: Evidence) -> float:
+    """Return the step of the displacement that the coarser encoder makes, as a part of the backlash; 0 without counts.
+
+    Args:
+        one: the record.
+    """
+    sensors = one.scenario.sensors
+    counts = (sensors.drive.counts_per_revolution, sensors.loose.counts_per_revolution)
+    steps = [2.0 * pi * radius / count for radius, count in zip(one.radii, counts, strict=True) if count]
+    return max(steps, default=0.0) / one.rig.backlash
+
+
+def shared(
+    records: Sequence[Evidence],
+    rest: Array,
+    left: Sequence[Structure],
+    looked: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
+) -> tuple[list[Structure], list[Structure]]:
+    """Return the structure that is left without the record farthest off, too, and what is not, by coarse encoders.
+
+    Args:
+        records: all.
+        rest: residuals that the causes leave, stacked, (n,).
+        left: structure in all of them.
+        looked: how it was found.
+    """
+    if not left or max(map(step_of, records)) < COARSE:
+        return list(left), []
+    kept: set[str] = set()
+    for channel in {channel_of(one.name) for one in left}:
+        others = _without_farthest(records, rest, channel)
+        there = {one.name for one in (left if others is None else looked(*others)) if one.name != REPEATED}
+        kept |= {one.name for one in left if channel_of(one.name) == channel and one.name in there}
+    return [one for one in left if one.name in kept], [one for one in left if one.name not in kept]
+
+
+def _without_farthest(
+    records: Sequence[Evidence], rest: Array, channel: str
+) -> tuple[Sequence[Evidence], Array] | None:
+    """Return records and residuals without the record farthest off; ``None`` where no other has points there."""
+    parts = parts_of(records, rest)
+    worst = farthest(parts[channel])
+    if not any(own.size for k, own in enumerate(parts[channel]) if k != worst):
+        return None
+    others = [one for k, one in enumerate(records) if k != worst]
+    some = [own for name in CHANNELS for k, own in enumerate(parts[name]) if k != worst]
+    return others, np.concatenate(some)
+
+
+def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None:
+    """Return that a cause rests on one of several records alone, where encoders are coarse; ``None`` where not.
+
+    Args:
+        records: all.
+        rest: residuals that all causes leave, stacked, (n,).
+        cause: one of them.
+    """
+    step = max(map(step_of, records))
+    if cause.effect is None or len(records) < 2 or step < COARSE:
+        return None
+    own = contribution(records, [cause.effect])
+    parts = parts_of(records, own * (own + 2.0 * rest))
+    gains = np.array([sum(float(np.sum(parts[name][k])) for name in CHANNELS) for k in range(len(records))])
+    if float(np.sum(gains) - np.max(gains)) >= ACCEPT:
+        return None
+    best = records[int(np.argmax(gains))].name
+    return _note(step, f"{cause.candidate.kind} shows there only", best)
+
+
+def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
+    """Return what was not told of the gears, for coarse encoders made one record differ from all others.
+
+    Args:
+        records: all.
+        gone: structure of one record alone.
+    """
+    names = sorted({one.name for one in gone})
+    return [_note(max(map(step_of, records)), f"{', '.join(names)} shows in no two records", "")] if names else []
+
+
+def _note(step: float, what: str, record: str) -> Note:
+    text = f"a count of the encoders is {100.0 * step:.2g} % of the backlash, and {what}: steps that keep pace with "
+    remedy = "record at other speeds, or with finer encoders"
+    return Note("coarse-counts", f"{text}the samples make as much", remedy, record)

@@ -1,0 +1,78 @@
+"""Where encoders are coarse, what is off in one record alone is told of no gear; what all show is."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import hide
+from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis.stepping import COARSE, of_counts, shared, step_of
+from gears3d.diagnosis.structure import Structure
+from gears3d.gate import admit
+from gears3d.readers import files_of
+from gears3d.scenario import load
+from tests.diagnosis.blind import FINE, cases
+
+BACKLASH = 1e-4
+
+
+def record(name, counts, blows):
+    gear = SimpleNamespace(counts_per_revolution=counts)
+    sensors = SimpleNamespace(drive=gear, loose=SimpleNamespace(counts_per_revolution=0))
+    few, none = np.zeros((0, BINS)), SimpleNamespace(time=np.zeros(0))
+    channels = SimpleNamespace(
+        flights=SimpleNamespace(time=few), contacts=none, losses=none, drive=none,
+        impacts=SimpleNamespace(time=np.arange(float(blows))),
+    )  # fmt: skip
+    return SimpleNamespace(name=name, scenario=SimpleNamespace(sensors=sensors), radii=(0.05, 0.05), channels=channels,
+                           rig=SimpleNamespace(backlash=BACKLASH))  # fmt: skip
+
+
+def looked(records, rest):
+    """Structure wherever any record is off on the mean."""
+    sizes = np.cumsum([len(one.channels.impacts.time) for one in records])
+    off = any(abs(part.mean()) > 1.0 for part in np.split(rest, sizes[:-1]) if part.size)
+    return [Structure("impact.speed", 1.0, 0.0, 1.0, "m/s", 0.0)] if off else []
+
+
+def test_a_step_is_that_of_the_coarser_encoder_over_the_backlash():
+    assert step_of(record("a", 8192, 3)) == pytest.approx(2.0 * np.pi * 0.05 / 8192 / BACKLASH)
+    assert step_of(record("a", 0, 3)) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("off", "counts", "told"),
+    [
+        ((0.0, 3.0, 0.0), 8192, False),  # one record alone
+        ((0.0, 3.0, 2.0), 8192, True),  # two of them
+        ((0.0, 3.0, 0.0), 1_000_000, True),  # fine encoders do no such thing
+    ],
+)
+def test_what_one_record_alone_has_is_told_of_fine_encoders_only(off, counts, told):
+    records = [record(name, counts, 20) for name in "abc"]
+    assert (step_of(records[0]) > COARSE) is (counts == 8192)
+    rest = np.concatenate([np.full(20, each) for each in off])
+    same, odd = shared(records, rest, looked(records, rest), looked)
+    assert [len(same), len(odd)] == [int(told), int(not told)]
+    notes = of_counts(records, odd)
+    assert [note.kind for note in notes] == [] if told else ["coarse-counts"]
+
+
+def test_of_one_record_all_is_told():
+    records = [record("a", 8192, 20), record("b", 8192, 0)]
+    rest = np.full(20, 3.0)
+    assert len(shared(records, rest, looked(records, rest), looked)[0]) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [395, 397, 398])
+def test_coarse_encoders_on_a_bench_with_nothing_hidden_are_no_effect(seed, tmp_path):
+    case = next(one for one in cases("coarse", seed, 1) if dict(one.options)["noise"] == FINE)
+    hide(case.plan(), tmp_path)
+    rig = load(tmp_path / "rig.toml")
+    found = diagnose([admit(file, rig, chart) for file, chart in files_of([tmp_path / "record.toml"])], rig)
+    assert found.causes == ()
+    assert found.verdict in ("nothing_to_add", "not_decidable")
+    assert "coarse-counts" in {note.kind for note in found.notes}
