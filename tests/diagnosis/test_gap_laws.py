@@ -56,7 +56,7 @@ def test_no_law_of_contact_where_flanks_are_rigid(tmp_path):
         assert gap_law([one for one in seen if one is not None]).law is None
 
 
-@pytest.mark.parametrize("kinds", [(), ("drag_viscous",)])
+@pytest.mark.parametrize("kinds", [(), pytest.param(("drag_viscous",), marks=pytest.mark.slow)])
 def test_a_rig_whose_teeth_yield_agrees_or_is_not_decided(tmp_path, kinds):
     soft = plan(11, ("mesh_friction",), records=2, duration=2.0).rig
     found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", kinds, rig=soft, size=0.3, records=2, duration=2.0))

@@ -70,6 +70,7 @@ def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):
     assert all(abs(one["error"]) < 0.05 for one in found["parameters"] if one["error"] is not None)
 
 
+@pytest.mark.slow
 def test_a_torque_over_a_difference_of_speeds_is_told_from_wherever_its_fit_begins():
     # straight are the coefficient and its product with the other speed; a power with a dry drag fitted better here
     found = play(Case("kinds", 62, ("drag_differential",), (("duration", 3.0), ("noise", 0.003))))

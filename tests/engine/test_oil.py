@@ -32,7 +32,7 @@ def apart(solids, twin, name):
     return float(np.abs(solids.impacts[name] - twin.impacts[name]).max())
 
 
-@pytest.mark.parametrize("viscosity", [0.0005, 0.05])
+@pytest.mark.parametrize("viscosity", [pytest.param(0.0005, marks=pytest.mark.slow), 0.05])
 def test_spur_gears_under_oil_move_as_the_twin_says(viscosity):
     solids, twin = both(bench(SPUR, oil(viscosity), impact__restitution=0.6, run__duration="0.3 s"))
     off = solids.signals["displacement_m"] - twin.signals["displacement_m"]

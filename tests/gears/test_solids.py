@@ -301,9 +301,12 @@ def test_mass_of_the_rig_gear():
     assert found.inertia[0, 0] == pytest.approx(found.inertia[2, 2] / 2 + found.mass * 7.5e-3**2 / 12, rel=1e-6)
 
 
-@pytest.mark.parametrize("hub", [None, 0.018])
-@pytest.mark.parametrize("bore", [None, 0.012])
-@pytest.mark.parametrize("helix", [0.0, 25.0])
+@pytest.mark.parametrize(
+    ("helix", "bore", "hub"),
+    [(0.0, bore, hub) for bore in (None, 0.012) for hub in (None, 0.018)]
+    + [pytest.param(25.0, *each, marks=pytest.mark.slow) for each in ((None, None), (None, 0.018), (0.012, None))]
+    + [(25.0, 0.012, 0.018)],
+)
 def test_a_web_makes_a_closed_body_that_weighs_and_turns_as_it_should(helix, bore, hub):
     values = {"module": 2e-3, "teeth": 24, "face_width": 12e-3, "helix_angle": radians(helix), "bore": bore}
     gear = Gear(**values, rim=4e-3, web=3e-3, hub=hub)
