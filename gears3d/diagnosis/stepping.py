@@ -42,6 +42,15 @@ def step_of(one: Evidence) -> float:
     return max(steps, default=0.0) / one.rig.backlash
 
 
+def are_coarse(records: Sequence[Evidence]) -> bool:
+    """Return whether encoders are coarse in any of some records.
+
+    Args:
+        records: any.
+    """
+    return max(map(step_of, records)) > COARSE
+
+
 def shared(
     records: Sequence[Evidence],
     rest: Array,
@@ -56,7 +65,7 @@ def shared(
         left: structure in all of them.
         looked: how it was found.
     """
-    if not left or max(map(step_of, records)) < COARSE:
+    if not left or not are_coarse(records):
         return list(left), []
     kept: set[str] = set()
     for channel in {channel_of(one.name) for one in left}:
@@ -80,15 +89,14 @@ def _without_farthest(
 
 
 def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None:
-    """Return that a cause rests on one of several records alone, where encoders are coarse; ``None`` where not.
+    """Return that a cause rests on one of several records of coarse encoders alone; ``None`` where not.
 
     Args:
         records: all.
         rest: residuals that all causes leave, stacked, (n,).
         cause: one of them.
     """
-    step = max(map(step_of, records))
-    if cause.effect is None or len(records) < 2 or step < COARSE:
+    if cause.effect is None or len(records) < 2:
         return None
     own = contribution(records, [cause.effect])
     parts = parts_of(records, own * (own + 2.0 * rest))
@@ -96,7 +104,7 @@ def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None
     if float(np.sum(gains) - np.max(gains)) >= ACCEPT:
         return None
     best = records[int(np.argmax(gains))].name
-    return _note(step, f"{cause.candidate.kind} shows there only", best)
+    return _note(records, f"{cause.candidate.kind} shows there only", best)
 
 
 def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
@@ -107,10 +115,11 @@ def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[No
         gone: structure of one record alone.
     """
     names = sorted({one.name for one in gone})
-    return [_note(max(map(step_of, records)), f"{', '.join(names)} shows in no two records", "")] if names else []
+    return [_note(records, f"{', '.join(names)} shows in no two records", "")] if names else []
 
 
-def _note(step: float, what: str, record: str) -> Note:
+def _note(records: Sequence[Evidence], what: str, record: str) -> Note:
+    step = max(map(step_of, records))
     text = f"a count of the encoders is {100.0 * step:.2g} % of the backlash, and {what}: steps that keep pace with "
     remedy = "record at other speeds, or with finer encoders"
     return Note("coarse-counts", f"{text}the samples make as much", remedy, record)

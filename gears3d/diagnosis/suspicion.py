@@ -9,7 +9,7 @@ from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records
 from gears3d.diagnosis.library import score
 from gears3d.diagnosis.search import directions
-from gears3d.diagnosis.stepping import alone
+from gears3d.diagnosis.stepping import alone, are_coarse
 from gears3d.diagnosis.verdict import Named, name_causes
 
 if TYPE_CHECKING:
@@ -51,8 +51,7 @@ def part(
         notes: of the records as they came in.
     """
     named = sorted([*name_causes(found, others), *beside], key=lambda one: -one.gain)
-    rest = found.fit.rest
-    weak = [carried(found.records, cause) or alone(found.records, rest, cause) for cause in found.fit.causes]
+    weak = _not_carried(found)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     told = [*notes, *of_records(found.records), *of_causes(rig, own), *(why for why in weak if why is not None)]
     blocked = any(one.blocks for one in told)
@@ -64,6 +63,20 @@ def part(
         found = _only(found, stays)
         others = [each for each, stay in zip(others, stays, strict=True) if stay]
     return Parted(found, others, causes, suspects, tuple(told), not blocked and (bool(causes) or not suspects))
+
+
+def _not_carried(found: Search) -> list[Note | None]:
+    """Return why records do not carry each cause, ``None`` where they do; what others made up for is asked anew."""
+    weak = [carried(found.records, cause) for cause in found.fit.causes]
+    while are_coarse(found.records):
+        stays = [k for k, why in enumerate(weak) if why is None]
+        now = fit(found.records, found.base, [found.fit.causes[k] for k in stays])
+        anew = [alone(found.records, now.rest, cause) for cause in now.causes]
+        if not any(anew):
+            break
+        for k, why in zip(stays, anew, strict=True):
+            weak[k] = why
+    return weak
 
 
 def _only(found: Search, stays: Sequence[bool]) -> Search:

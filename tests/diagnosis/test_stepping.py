@@ -13,7 +13,7 @@ from gears3d.diagnosis.structure import Structure
 from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load
-from tests.diagnosis.blind import FINE, cases
+from tests.diagnosis.blind import FINE, NOISY, Case
 
 BACKLASH = 1e-4
 
@@ -67,10 +67,9 @@ def test_of_one_record_all_is_told():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [395, 397, 398])
-def test_coarse_encoders_on_a_bench_with_nothing_hidden_are_no_effect(seed, tmp_path):
-    case = next(one for one in cases("coarse", seed, 1) if dict(one.options)["noise"] == FINE)
-    hide(case.plan(), tmp_path)
+@pytest.mark.parametrize(("seed", "noise"), [(395, FINE), (397, FINE), (398, FINE), (403, NOISY)])
+def test_coarse_encoders_on_a_bench_with_nothing_hidden_are_no_effect(seed, noise, tmp_path):
+    hide(Case("coarse", seed, (), (("noise", noise),), bench="coarse").plan(), tmp_path)
     rig = load(tmp_path / "rig.toml")
     found = diagnose([admit(file, rig, chart) for file, chart in files_of([tmp_path / "record.toml"])], rig)
     assert found.causes == ()
