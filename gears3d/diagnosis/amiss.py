@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.diagnosis.heldout import UNITS
-from gears3d.diagnosis.prediction import rms_of
-from gears3d.diagnosis.remains import farthest, parts_of
+from gears3d.diagnosis.prediction import parts_of, rms_of
+from gears3d.diagnosis.remains import farthest
 from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:

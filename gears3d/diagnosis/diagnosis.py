@@ -18,12 +18,12 @@ from gears3d.diagnosis.grounds import Note, of_channels, of_phases, of_teeth, of
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.quantisation import of_counts, shared
 from gears3d.diagnosis.readied import delay_of, ready, searched, with_one_flank
 from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
-from gears3d.diagnosis.stepping import of_counts, shared
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.suspicion import part
 from gears3d.diagnosis.verdict import (
@@ -178,12 +178,13 @@ def _diagnosed(
     records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
-    same, odd = _left(found, highest)
-    left = [*kicks, *same]
-    while found.fit.causes and len(kept := [] if kicks else upheld(found, left)) < len(found.fit.causes):
-        found = keeping(found, kept)
+    while True:
         same, odd = _left(found, highest)
         left = [*kicks, *same]
+        kept = [] if kicks else upheld(found, left)
+        if len(kept) == len(found.fit.causes):
+            break
+        found = keeping(found, kept)
     if left and not kicks and (law := with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)
     tell("looking for rivals", 0.85)

@@ -8,7 +8,7 @@ predictions alike. Everything is in standard deviations of the data, and effects
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import atan2, pi, sqrt
 from typing import Any
 
@@ -75,6 +75,29 @@ def rms_of(rest: Array, records: Iterable[Evidence], name: str) -> float:
     """
     each = rest * np.concatenate([np.zeros(0), *(sigmas(one, name) for one in records)])
     return float(np.sqrt(np.mean(each**2))) if each.size else 0.0
+
+
+def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
+    """Return residuals by channel and record.
+
+    Args:
+        records: all.
+        rest: residuals, of each channel in turn, in it of each record in turn, (n,).
+    """
+    sizes = {
+        "flight": [one.channels.flights.time.size for one in records],
+        "contact": [len(one.channels.contacts.time) for one in records],
+        "impact": [len(one.channels.impacts.time) for one in records],
+        "loss": [len(one.channels.losses.time) for one in records],
+        "drive": [len(one.channels.drive.time) for one in records],
+    }
+    found, at = {}, 0
+    for name in CHANNELS:
+        found[name] = []
+        for size in sizes[name]:
+            found[name].append(rest[at : at + size])
+            at += size
+    return found
 
 
 def reading_error(

@@ -10,7 +10,7 @@ from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.neighbours import LAGS, alike
 from gears3d.diagnosis.placing import placed
-from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma
+from gears3d.diagnosis.prediction import CHANNELS, bend, impact_sigma, parts_of
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held, level_of, parted, scanned
 from gears3d.diagnosis.waving import waved
@@ -68,29 +68,6 @@ def _units(records: Sequence[Evidence]) -> dict[str, float]:
     slowing = max(rig.drag_torque / rig.inertia, 1e-6)
     angle = rig.backlash / rig.base_radius_drive
     return {"flight": slowing, "contact": rig.backlash, "impact": rebound, "loss": VAGUE, "drive": angle}
-
-
-def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
-    """Return residuals by channel and record.
-
-    Args:
-        records: all.
-        rest: residuals, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
-    """
-    sizes = {
-        "flight": [one.channels.flights.time.size for one in records],
-        "contact": [len(one.channels.contacts.time) for one in records],
-        "impact": [len(one.channels.impacts.time) for one in records],
-        "loss": [len(one.channels.losses.time) for one in records],
-        "drive": [len(one.channels.drive.time) for one in records],
-    }
-    found, at = {}, 0
-    for name in CHANNELS:
-        found[name] = []
-        for size in sizes[name]:
-            found[name].append(rest[at : at + size])
-            at += size
-    return found
 
 
 def farthest(parts: Sequence[Array]) -> int:

@@ -13,7 +13,7 @@ from gears3d.diagnosis.cause import Cause, Fit, begin, contribution, fit, slopes
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.library import Library, Scored, library, price, score
 from gears3d.diagnosis.motions import lines
-from gears3d.diagnosis.prediction import CHANNELS, added, residuals
+from gears3d.diagnosis.prediction import CHANNELS, added, parts_of, residuals
 from gears3d.diagnosis.scatter import with_own_noise
 from gears3d.diagnosis.sifting import badly_cut, emptied, without_outliers, without_rolling, without_strays
 from gears3d.diagnosis.zeros import dear, goes_by
@@ -102,9 +102,7 @@ def _held(records: Sequence[Evidence], now: Fit) -> Array:
 
 def _agreeing(records: Sequence[Evidence], now: Fit) -> Array:
     """Return whether contact of each record is as near to what a fit makes of it as that of most others, (r,)."""
-    sizes = np.array([len(one.channels.contacts.time) for one in records])
-    begin = sum(one.channels.flights.time.size for one in records)
-    own = np.split(now.rest[begin : begin + int(sizes.sum())], np.cumsum(sizes)[:-1])
+    own = parts_of(records, now.rest)["contact"]
     errors = np.array([np.sqrt(np.mean(part**2)) if part.size else 0.0 for part in own])
     return errors <= APART * max(float(np.median(errors)), 1.0)
 

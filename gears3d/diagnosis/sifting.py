@@ -11,7 +11,7 @@ import numpy as np
 from gears3d.diagnosis.channels import Flights
 from gears3d.diagnosis.deviation import REACH, pitches_from
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.prediction import bend, residuals, without
+from gears3d.diagnosis.prediction import bend, parts_of, residuals, without
 from gears3d.diagnosis.scatter import FEWEST
 
 Array = np.ndarray
@@ -124,9 +124,7 @@ def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] 
         records: all.
         rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
     """
-    cuts = np.cumsum([one.channels.flights.time.size for one in records])
-    parts = np.split(rest[: cuts[-1]], cuts[:-1])
-    found = [_without_rolling(one, own) for one, own in zip(records, parts, strict=True)]
+    found = [_without_rolling(*each) for each in zip(records, parts_of(records, rest)["flight"], strict=True)]
     return found if any(a is not b for a, b in zip(found, records, strict=True)) else None
 
 
@@ -138,14 +136,12 @@ def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> l
         rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
         most: standard deviations that a point may be off.
     """
-    flights = sum(one.channels.flights.time.size for one in records)
-    contacts = sum(len(one.channels.contacts.time) for one in records)
-    at, behind, found = flights, flights + contacts, []
-    for one in records:
+    parts, found = parts_of(records, rest), []
+    for k, one in enumerate(records):
         seen = one.channels
         kept, left_out = {}, dict(seen.left_out)
-        for name, own, begin in (("contact", seen.contacts, at), ("impact", seen.impacts, behind)):
-            off = rest[begin : begin + len(own.time)]
+        for name, own in (("contact", seen.contacts), ("impact", seen.impacts)):
+            off = parts[name][k]
             if name == "contact" and len(off):  # its zero is anywhere, and was drawn towards what is far off
                 off = off - np.median(off)
             far = np.abs(off) > most
@@ -153,6 +149,5 @@ def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> l
                 continue
             kept[name + "s"] = type(own)(*(column[~far] for column in own))
             left_out[name] = left_out.get(name, 0) + int(np.sum(far))
-        at, behind = at + len(seen.contacts.time), behind + len(seen.impacts.time)
         found.append(replace(one, channels=seen._replace(**kept, left_out=left_out)) if kept else one)
     return found if any(a is not b for a, b in zip(found, records, strict=True)) else None

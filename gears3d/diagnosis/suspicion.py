@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records
 from gears3d.diagnosis.library import score
+from gears3d.diagnosis.quantisation import alone, are_coarse
 from gears3d.diagnosis.search import directions
-from gears3d.diagnosis.stepping import alone, are_coarse
 from gears3d.diagnosis.verdict import Named, name_causes
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
-"""Encoders that count too coarsely: what is off in one record alone is no gear's then.
+"""Quantisation by coarse encoders: what is off in one record alone is no gear's then.
 
-Where noise does not blur the steps of readings, these are off alike for as long as steps and samples keep pace: in a
-whole record, if that is its speed, and in no other.
+Where noise does not blur the counts, readings are off alike for as long as counts and samples keep pace: in a whole
+record, if that is its speed, and in no other.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.grounds import Note
-from gears3d.diagnosis.prediction import CHANNELS
-from gears3d.diagnosis.remains import channel_of, farthest, parts_of
+from gears3d.diagnosis.prediction import CHANNELS, parts_of
+from gears3d.diagnosis.remains import channel_of, farthest
 from gears3d.diagnosis.search import ACCEPT
 
 if TYPE_CHECKING:
@@ -25,13 +25,14 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 COARSE = 0.05
-"""Step of the displacement, as a part of the backlash, from which on encoders are coarse."""
+"""Count on the base circle, as a part of the backlash, from which on encoders are coarse: over twenty times that of
+ordinary benches, less than half of that of 8192 counts (tests/diagnosis/test_quantisation.py)."""
 REPEATED = "impact.time"
-"""Structure that steps make in any record: they come back with the motion, so errors of blows are like those before."""
+"""Structure that counts make in any record: they come back with the motion, and so do the errors of earlier blows."""
 
 
-def step_of(one: Evidence) -> float:
-    """Return the step of the displacement that the coarser encoder makes, as a part of the backlash; 0 without counts.
+def quantum_of(one: Evidence) -> float:
+    """Return a count of the coarser encoder on its base circle, as a part of the backlash; 0 without counts.
 
     Args:
         one: the record.
@@ -48,7 +49,7 @@ def are_coarse(records: Sequence[Evidence]) -> bool:
     Args:
         records: any.
     """
-    return max(map(step_of, records)) > COARSE
+    return max(map(quantum_of, records)) > COARSE
 
 
 def shared(
@@ -57,7 +58,9 @@ def shared(
     left: Sequence[Structure],
     looked: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
 ) -> tuple[list[Structure], list[Structure]]:
-    """Return the structure that is left without the record farthest off, too, and what is not, by coarse encoders.
+    """Return the structure that belongs to the gears, and what coarse encoders may have made.
+
+    That is what is gone without the record that is farthest off, and rebounds that are like those before them.
 
     Args:
         records: all.
@@ -104,22 +107,21 @@ def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None
     if float(np.sum(gains) - np.max(gains)) >= ACCEPT:
         return None
     best = records[int(np.argmax(gains))].name
-    return _note(records, f"{cause.candidate.kind} shows there only", best)
+    return _note(records, f"what passes for {cause.candidate.kind}, here and nowhere else", best)
 
 
 def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
-    """Return what was not told of the gears, for coarse encoders made one record differ from all others.
+    """Return what was not told of the gears.
 
     Args:
         records: all.
-        gone: structure of one record alone.
+        gone: structure that coarse encoders may have made.
     """
     names = sorted({one.name for one in gone})
-    return [_note(records, f"{', '.join(names)} shows in no two records", "")] if names else []
+    return [_note(records, f"what is left ({', '.join(names)})", "")] if names else []
 
 
 def _note(records: Sequence[Evidence], what: str, record: str) -> Note:
-    step = max(map(step_of, records))
-    text = f"a count of the encoders is {100.0 * step:.2g} % of the backlash, and {what}: steps that keep pace with "
-    remedy = "record at other speeds, or with finer encoders"
-    return Note("coarse-counts", f"{text}the samples make as much", remedy, record)
+    size = max(map(quantum_of, records))
+    text = f"a count of the encoders is {100.0 * size:.2g} % of the backlash: quantisation may make {what}"
+    return Note("coarse-counts", text, "record at other speeds, or with finer encoders", record)

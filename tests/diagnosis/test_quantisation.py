@@ -8,12 +8,13 @@ import pytest
 from gears3d.challenge import hide
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.stepping import COARSE, of_counts, shared, step_of
+from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis.quantisation import COARSE, alone, of_counts, quantum_of, shared
 from gears3d.diagnosis.structure import Structure
 from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load
-from tests.diagnosis.blind import FINE, NOISY, Case
+from tests.diagnosis.blind import FINE, NOISY, PARTS, Case, cases
 
 BACKLASH = 1e-4
 
@@ -30,6 +31,13 @@ def record(name, counts, blows):
                            rig=SimpleNamespace(backlash=BACKLASH))  # fmt: skip
 
 
+@pytest.mark.parametrize("part", PARTS)
+def test_of_all_benches_only_those_meant_to_be_are_coarse(part):
+    for case in cases(part, 0, 1):
+        quantum = quantum_of(uncut(case.plan().rig))
+        assert quantum > 2.0 * COARSE if part == "coarse" else quantum < 0.05 * COARSE
+
+
 def looked(records, rest):
     """Structure wherever any record is off on the mean."""
     sizes = np.cumsum([len(one.channels.impacts.time) for one in records])
@@ -37,9 +45,9 @@ def looked(records, rest):
     return [Structure("impact.speed", 1.0, 0.0, 1.0, "m/s", 0.0)] if off else []
 
 
-def test_a_step_is_that_of_the_coarser_encoder_over_the_backlash():
-    assert step_of(record("a", 8192, 3)) == pytest.approx(2.0 * np.pi * 0.05 / 8192 / BACKLASH)
-    assert step_of(record("a", 0, 3)) == 0.0
+def test_a_count_is_that_of_the_coarser_encoder_over_the_backlash():
+    assert quantum_of(record("a", 8192, 3)) == pytest.approx(2.0 * np.pi * 0.05 / 8192 / BACKLASH)
+    assert quantum_of(record("a", 0, 3)) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -52,12 +60,37 @@ def test_a_step_is_that_of_the_coarser_encoder_over_the_backlash():
 )
 def test_what_one_record_alone_has_is_told_of_fine_encoders_only(off, counts, told):
     records = [record(name, counts, 20) for name in "abc"]
-    assert (step_of(records[0]) > COARSE) is (counts == 8192)
+    assert (quantum_of(records[0]) > COARSE) is (counts == 8192)
     rest = np.concatenate([np.full(20, each) for each in off])
     same, odd = shared(records, rest, looked(records, rest), looked)
     assert [len(same), len(odd)] == [int(told), int(not told)]
     notes = of_counts(records, odd)
     assert [note.kind for note in notes] == [] if told else ["coarse-counts"]
+
+
+def test_rebounds_like_those_before_them_are_told_of_fine_encoders_only():
+    rest = np.full(60, 3.0)
+
+    def alike(records, rest):
+        return [Structure("impact.time", 1.0, 0.0, 1.0, "m/s", 2.0)]
+
+    for counts, told in ((8192, 0), (1_000_000, 1)):
+        records = [record(name, counts, 20) for name in "abc"]
+        assert len(shared(records, rest, alike(records, rest), alike)[0]) == told
+
+
+@pytest.mark.parametrize(
+    ("sizes", "told"), [((3.0, 3.0, 3.0), False), ((9.0, 0.0, 0.0), True), ((9.0, -4.0, 3.0), True)]
+)
+def test_a_cause_must_gain_without_the_record_in_which_it_gains_most(sizes, told, monkeypatch):
+    records = [record(name, 8192, 20) for name in "abc"]
+    own = np.repeat(np.abs(sizes), 20)
+    rest = np.where(np.repeat(sizes, 20) < 0.0, -own, 0.0)  # where it is of the wrong sign it takes away nothing
+    monkeypatch.setattr("gears3d.diagnosis.quantisation.contribution", lambda *_: own)
+    cause = SimpleNamespace(effect=object(), candidate=SimpleNamespace(kind="restitution_speed"))
+    note = alone(records, rest, cause)
+    assert (note is not None) is told
+    assert note is None or note.record == "a"
 
 
 def test_of_one_record_all_is_told():
