@@ -1,67 +1,271 @@
-"""Compiling kernels: numba's ``njit``, with a cache of its own for every state of the sources.
+"""Compiling kernels: numba's ``njit``, with a cache whose entries are named after all that a kernel is made of.
 
-Numba looks at the file of a kernel only, not at the kernels that it calls from other files: after an update an old
-cache would go on running old code without a word. Here the cache lies in a folder that is named after the content of
-all rooms with kernels. ``NUMBA_CACHE_DIR`` names another place, as ever, and then the user looks after it.
+A kernel's entry is named after its own bytecode, that of the kernels that it calls, the constants that both read, its
+argument types, numba and the processor. An edit compiles the kernels that depend on it, and no others; an entry is
+whole or absent, so any number of processes and versions may share the folder.
 """
 
 from __future__ import annotations
 
+import atexit
+import contextlib
+import enum
 import hashlib
 import os
+import pickle
 import shutil
+import stat
+import sys
 import tempfile
-from contextlib import suppress
+import time
+import types as python_types
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
+import llvmlite
 import numba
-from numba import njit as njit
+import numpy as np
+from numba import types
+from numba.core import event
+from numba.core.caching import _Cache
+from numba.core.compiler import CompileResult
+from numba.core.dispatcher import Dispatcher
+from numba.core.extending import _Intrinsic
+from numba.core.serialize import dumps
+from numba.core.typing.templates import Signature
+from platformdirs import user_cache_path
 
 HOME = Path(__file__).parent
-ROOMS = (
-    "challenge",
-    "effects",
-    "engine",
-    "gears",
-    "identification/kernels",
-    "lumped",
-    "lumped/lubricated",
-    "measurement/kernels",
-)
-"""Where kernels and the constants that are compiled into them live."""
+OLD = 30 * 86400.0
+"""Entries of other states of a kernel are removed after so long [s]."""
 
 
-def fingerprint() -> str:
-    """Return twelve digits that change with every file of the rooms that have kernels, and with numba itself."""
+def njit(function: Any = None, **options: Any) -> Any:
+    """Compile a function on first use, as ``numba.njit`` does; ``cache=True`` keeps the result on this machine.
+
+    Args:
+        function: of Python, in nopython mode.
+        options: numba's.
+    """
+    if function is None:
+        return lambda decorated: njit(decorated, **options)
+    keep = options.pop("cache", False)
+    made: Any = numba.njit(**options)(function)
+    if keep:
+        made._cache = _Kept(made)
+    made.get_call_template = partial(_plain_template, made)
+    return made
+
+
+def _plain_template(kernel: Any, args: Any, kws: Any) -> Any:
+    """Compile a kernel for integers, not once for each constant that a caller gives it."""
+    plain = {name: types.unliteral(kind) for name, kind in kws.items()}
+    return type(kernel).get_call_template(kernel, tuple(types.unliteral(kind) for kind in args), plain)
+
+
+class inner:
+    """Compile a function that compiled code calls: without a wrapper for Python, from where it runs as it is written.
+
+    Args:
+        function: of Python.
+    """
+
+    def __init__(self, function: Any) -> None:
+        self.kernel = njit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+        self.py_func = function
+        self._numba_type_ = types.Dispatcher(self.kernel)
+
+    def __call__(self, *args: Any) -> Any:
+        """Run the function as Python."""
+        return self.py_func(*args)
+
+
+class _Kept(_Cache):
+    """One file for each compiled signature of a kernel."""
+
+    def __init__(self, kernel: Any) -> None:
+        self._kernel = kernel
+        self._on = True
+
+    @property
+    def cache_path(self) -> str:
+        return str(place())
+
+    def enable(self) -> None:
+        self._on = True
+
+    def disable(self) -> None:
+        self._on = False
+
+    def flush(self) -> None:
+        for path in place().glob(f"{self._name()}-*.nbc"):
+            path.unlink(missing_ok=True)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        target_context.refresh()
+        path = self._path(sig, target_context.codegen())
+        try:
+            return CompileResult._rebuild(target_context, *pickle.loads(path.read_bytes())) if self._on else None
+        except FileNotFoundError:
+            return None
+        except Exception:  # a damaged entry is as good as none
+            with contextlib.suppress(OSError):
+                path.unlink(missing_ok=True)
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        if not self._on or data.library.has_dynamic_globals or any(not one.can_cache for one in data.lifted):
+            return
+        path = self._path(sig, data.codegen)
+        with contextlib.suppress(OSError):
+            descriptor, temporary = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
+            try:
+                with os.fdopen(descriptor, "wb") as file:
+                    file.write(dumps(data._reduce()))
+                Path(temporary).replace(path)
+            except BaseException:
+                Path(temporary).unlink(missing_ok=True)
+                raise
+            for other in path.parent.glob(f"{self._name()}-*.nbc"):
+                if time.time() - other.stat().st_mtime > OLD:
+                    other.unlink(missing_ok=True)
+
+    def _name(self) -> str:
+        return f"{self._kernel.py_func.__module__}.{self._kernel.py_func.__qualname__}".replace("<locals>.", "")
+
+    def _path(self, sig: Any, codegen: Any) -> Path:
+        of_machine = (sys.version_info[:3], numba.__version__, llvmlite.__version__, codegen.magic_tuple(), _lowering())
+        whole = f"{fingerprint(self._kernel)} {sig} {of_machine}"
+        return place() / f"{self._name()}-{hashlib.sha256(whole.encode()).hexdigest()[:24]}.nbc"
+
+
+@cache
+def fingerprint(kernel: Any) -> str:
+    """Return digits that change with a kernel, the kernels that it calls and the constants that they read.
+
+    Args:
+        kernel: made by :func:`njit` or :func:`inner`.
+    """
+    digest = hashlib.sha256()
+    _describe(kernel, digest, set())
+    return digest.hexdigest()
+
+
+def _describe(value: Any, digest: Any, seen: set[int]) -> None:
+    """Add what a value that compiled code reads contributes to the code."""
+    value = value.kernel if isinstance(value, inner) else value
+    if isinstance(value, Dispatcher):
+        digest.update(repr(sorted(value.targetoptions.items(), key=str)).encode())
+        value = value.py_func
+    elif isinstance(value, _Intrinsic):
+        value = value._defn
+    if isinstance(value, python_types.FunctionType):
+        if id(value) not in seen:
+            seen.add(id(value))
+            digest.update(value.__qualname__.encode())
+            for cell in value.__closure__ or ():
+                with contextlib.suppress(ValueError):  # a cell that is still empty
+                    _describe(cell.cell_contents, digest, seen)
+            _describe_code(value.__code__, value.__globals__, digest, seen)
+    elif isinstance(value, np.ndarray):
+        digest.update(value.tobytes() + repr((value.shape, value.dtype)).encode())
+    elif isinstance(value, (bool, int, float, complex, str, bytes, type(None), tuple, enum.Enum)):
+        digest.update(repr(value).encode())
+    elif isinstance(value, (types.Type, Signature)):
+        digest.update(str(value).encode())
+    else:
+        digest.update(repr((getattr(value, "__qualname__", type(value)), getattr(value, "_fields", ""))).encode())
+
+
+def _describe_code(code: Any, names: dict[str, Any], digest: Any, seen: set[int]) -> None:
+    digest.update(code.co_code + repr((code.co_names, code.co_varnames)).encode())
+    for constant in code.co_consts:
+        if isinstance(constant, python_types.CodeType):
+            _describe_code(constant, names, digest, seen)
+        else:
+            digest.update(repr(constant).encode())
+    for name in code.co_names:
+        value = names.get(name)
+        if isinstance(value, python_types.ModuleType):
+            if value.__name__.startswith("gears3d"):  # what is read of a module of ours stands among the names
+                for attribute in code.co_names:
+                    _describe(getattr(value, attribute, None), digest, seen)
+        else:
+            _describe(value, digest, seen)
+
+
+@cache
+def _lowering() -> str:
+    """Return digits that change with how records are compiled, which no kernel's own code shows."""
+    return hashlib.sha256((HOME / "records.py").read_bytes()).hexdigest()
+
+
+@cache
+def sources() -> str:
+    """Return twelve digits that change with every module of gears3d that holds or feeds kernels, and with numba."""
     digest = hashlib.sha256(numba.__version__.encode())
-    for room in ROOMS:
-        for path in sorted((HOME / room).glob("*.py")):
+    for package in ("challenge", "effects", "engine", "gears", "identification", "lumped", "measurement", "stiffness"):
+        for path in sorted((HOME / package).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 
 
+@cache
 def place() -> Path:
-    """Return the folder of the compiled kernels; the one of an older state is removed."""
-    name = f"kernels-{fingerprint()}"
-    for home in (HOME / "__pycache__", Path(tempfile.gettempdir()) / f"gears3d-{os.getuid()}"):
-        with suppress(OSError):
-            (home / name).mkdir(parents=True, exist_ok=True)
-            for old in home.glob("kernels-*"):
-                if old.name != name:
-                    shutil.rmtree(old, ignore_errors=True)
-            return home / name
-    return Path(tempfile.mkdtemp(prefix="gears3d-"))
+    """Return the folder of the compiled kernels.
+
+    ``NUMBA_CACHE_DIR`` names it, else it is in the user's cache folder. What is loaded from there is run, so a folder
+    that others may write to is not used: kernels are then compiled for this process alone.
+    """
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    try:
+        folder = Path(named) if named else user_cache_path("gears3d") / "kernels"
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if _mine(folder) and os.access(folder, os.W_OK | os.X_OK):
+            return folder
+    except (OSError, RuntimeError):  # no home folder, or one that cannot be written to
+        pass
+    alone = Path(tempfile.mkdtemp(prefix="gears3d-kernels-"))
+    atexit.register(shutil.rmtree, alone, ignore_errors=True)
+    return alone
 
 
-def compiled() -> bool:
-    """Whether the kernels have been compiled before on this machine."""
-    return kept() > 0
+def _mine(folder: Path) -> bool:
+    """Whether a folder belongs to this user and nobody else can write to it."""
+    found = folder.lstat()
+    if not hasattr(os, "getuid"):
+        return stat.S_ISDIR(found.st_mode)
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022
 
 
-def kept() -> int:
-    """Return how many kernels are compiled and kept on this machine."""
-    return sum(1 for _ in Path(numba.config.CACHE_DIR).rglob("*.nbi"))  # type: ignore[attr-defined]
+compiled: list[str] = []
+"""Names of the kernels that this process has begun to compile, as ``module.function``, in order."""
+watchers: list[Callable[[str], None]] = []
+"""Called with the name of every kernel whose compilation begins."""
 
 
-if not os.environ.get("NUMBA_CACHE_DIR"):
-    numba.config.CACHE_DIR = str(place())  # type: ignore[attr-defined]
+class _Listener(event.Listener):
+    def on_start(self, event: Any) -> None:
+        function = event.data["dispatcher"].py_func
+        if str(function.__module__).startswith("gears3d."):
+            compiled.append(f"{function.__module__.removeprefix('gears3d.')}.{function.__name__}")
+            for watcher in watchers:
+                watcher(compiled[-1])
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+event.register("numba:compile", _Listener())
+
+
+@contextlib.contextmanager
+def watched(report: Callable[[str], None]) -> Iterator[None]:
+    """Call ``report`` with the name of every kernel whose compilation begins meanwhile."""
+    watchers.append(report)
+    try:
+        yield
+    finally:
+        watchers.remove(report)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from typing import Any
 
 from gears3d.cli.interrupts import patient_interrupts
 
@@ -36,4 +37,19 @@ def bars() -> Iterator[Track]:
 
             return tick
 
-        yield track
+        with _compilation_shown(progress) if console.is_terminal else nullcontext():
+            yield track
+
+
+@contextmanager
+def _compilation_shown(progress: Any) -> Iterator[None]:
+    """Show the name of the kernel that is being compiled, below the bars."""
+    from gears3d.kernels import compiled, watched
+
+    task = progress.add_task("compiling", total=None, visible=False)
+
+    def show(name: str) -> None:
+        progress.update(task, description=f"compiling {len(compiled)}: {name}", visible=True)
+
+    with watched(show):
+        yield

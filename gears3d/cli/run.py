@@ -59,7 +59,7 @@ def run(
     with RunFolder(place) as folder:
         how = {"contact": contact, "error_estimate": error_estimate}
         if stream:
-            about = {"command": _command(), "kernels_compiled": _announce_compilation()}
+            about = {"command": _command()}
             summary, stopped = streamed(folder, question, contact, about, _header)
         else:
             summary, stopped = _fill(folder, question, model, how, twin, views, begin)
@@ -93,7 +93,7 @@ def _fill(
     from gears3d.simulation import simulate
 
     wall: dict[str, float] = {}
-    about = {"command": _command(), "kernels_compiled": _announce_compilation()}
+    about = {"command": _command()}
     stopped: EngineError | None = None
     with bars() as track:
         with _clock(wall, model):
@@ -120,22 +120,19 @@ def _fill(
         if views:
             with _clock(wall, "replay"):
                 _replay(folder, scenario, recording, other)
-            summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
+            summary |= _costs(wall, begin)
             with _clock(wall, "report"):
                 _report(folder, scenario, recording, other, summary)
-    summary["wall_s"] = {**wall, "total": time.perf_counter() - begin}
+    summary |= _costs(wall, begin)
     folder.write_summary(summary)
     return summary, stopped
 
 
-def _announce_compilation() -> bool:
-    """Say why the first run takes longer, the kernels are compiled for this machine and kept; return whether it is."""
+def _costs(wall: dict[str, float], begin: float) -> dict[str, Any]:
+    """Return the wall times of the stages, and whether kernels had to be compiled for this machine."""
     from gears3d.kernels import compiled
 
-    first = not compiled()
-    if first and sys.stderr.isatty():
-        print("compiling for this machine (once, about a minute) ...", file=sys.stderr)  # noqa: T201
-    return first
+    return {"wall_s": {**wall, "total": time.perf_counter() - begin}, "kernels_compiled": bool(compiled)}
 
 
 def _until(scenario: Scenario, recording: Recording) -> Scenario:

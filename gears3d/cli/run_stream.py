@@ -48,6 +48,7 @@ def streamed(
         EngineError: the simulation cannot begin.
     """
     from gears3d.cli.progress import bars
+    from gears3d.kernels import compiled
     from gears3d.recording.streaming import SIGNALS, excerpt
     from gears3d.runs import summarise
     from gears3d.simulation import stream
@@ -61,7 +62,7 @@ def streamed(
             if not (folder.path / SIGNALS).exists():
                 raise
             stopped = error
-    summary = {**summarise(scenario, excerpt(folder.path)), **about}
+    summary = {**summarise(scenario, excerpt(folder.path)), **about, "kernels_compiled": bool(compiled)}
     folder.write_scenario(scenario, header(summary))
     wall = time.perf_counter() - begin
     summary["wall_s"] = {"bullet": wall, "total": wall}

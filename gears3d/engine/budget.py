@@ -17,14 +17,13 @@ from gears3d.engine.mesh import (
     lean_of,
     teeth_of_points,
     tilt_of,
-    tooth_gap,
+    tooth_gaps,
 )
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
 from gears3d.gears.flank import Flanks
-from gears3d.kernels import njit
 
 if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
@@ -40,42 +39,33 @@ MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
 
-@njit(cache=True)
-def _hold_against(
+def _compared(
     shape: Mesh, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
 ) -> tuple[int, float, float]:
-    """Hold Bullet's gaps, margins taken out, against the refined ones of the pairs that are next to touch.
+    """Compare Bullet's gaps, margins taken out, with the refined ones of the pairs that are next to touch.
 
     Returns the worst row, its excess and its refined gap [m]; ``sums`` takes count, sum, sum of squares and largest
     size of the difference.
     """
-    gaps = np.full(found.shape[0], math.inf)
-    least = np.full(2, math.inf)
-    for i in range(found.shape[0]):
-        side = found[i, 2]
-        if side == NOBODY:
-            continue
-        if shape.planar:
-            gaps[i] = tooth_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)[0]
-        else:  # Bullet measures along the normal, and teeth that only edges bring together elsewhere
-            gap, _, _, _, inside = line_gap(
-                shape.edged, shape.along, thetas[0], thetas[1], found[i, 0], found[i, 1], side
-            )
-            gaps[i] = gap * shape.along.tilt if inside else math.inf
-        least[side] = min(least[side], gaps[i])
-    row, worst, refined = NOBODY, 0.0, 0.0
-    for i in range(found.shape[0]):
-        side = found[i, 2]
-        if side == NOBODY or gaps[i] < -DEEP or not gaps[i] <= min(least[side] + slack, FAR):
-            continue
-        excess = raw[i] + MARGINS - gaps[i]
-        sums[0] += 1.0
-        sums[1] += excess
-        sums[2] += excess * excess
-        sums[3] = max(sums[3], abs(excess))
-        if abs(excess) > abs(worst):
-            row, worst, refined = i, excess, gaps[i]
-    return row, worst, refined
+    gaps = np.zeros(len(found))
+    if shape.planar:
+        tooth_gaps(shape, found, *thetas, gaps)
+    else:  # Bullet measures along the normal, and teeth that only edges bring together elsewhere
+        for i, (drive, loose, side) in enumerate(found.tolist()):
+            gaps[i] = math.inf
+            if side != NOBODY:
+                gap, _, _, _, inside = line_gap(shape.edged, shape.along, *thetas, drive, loose, side)
+                gaps[i] = gap * shape.along.tilt if inside else math.inf
+    least = [gaps[found[:, 2] == side].min(initial=math.inf) for side in (0, 1)]
+    near = np.minimum(np.array([*least, -math.inf])[found[:, 2]] + slack, FAR)
+    rows = np.flatnonzero((found[:, 2] != NOBODY) & (gaps >= -DEEP) & (gaps <= near))
+    if not rows.size:
+        return NOBODY, 0.0, 0.0
+    excess = raw[rows] + MARGINS - gaps[rows]
+    sums[:3] += rows.size, excess.sum(), (excess * excess).sum()
+    worst = int(np.argmax(np.abs(excess)))
+    sums[3] = max(sums[3], abs(excess[worst]))
+    return int(rows[worst]), float(excess[worst]), float(gaps[rows[worst]])
 
 
 def _roughness(flanks: Flanks) -> float:
@@ -128,9 +118,7 @@ class Watch:
         theta_drive = drive_at(plant.motion, time)[0]
         found, raw = self._near(world, theta_drive, theta_loose, time)
         self.teeth = able_to_touch(self._shape, found, theta_drive, theta_loose, self._turn, self._slack)
-        row, excess, refined = _hold_against(
-            self._shape, found, raw, (theta_drive, theta_loose), self._slack, self._sums
-        )
+        row, excess, refined = _compared(self._shape, found, raw, (theta_drive, theta_loose), self._slack, self._sums)
         if abs(excess) > self.allowed:
             self._refuse(found[row], raw[row], refined, time)
 

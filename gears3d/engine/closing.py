@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.engine.films import NO_FILM, Film
-from gears3d.engine.mesh import Mesh, side_gap
+from gears3d.engine.mesh import Mesh, call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
+from gears3d.records import Floats2, Record
 
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
 """How a step ends: no event, a gap closes on the active or reverse flank, the loose gear comes to rest."""
@@ -26,21 +27,23 @@ GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
 """The two points of Gauss-Legendre quadrature, in parts of a step."""
 
 
-class Plant(NamedTuple):
+class Plant(Record):
     """What does not change during a run.
 
     Args:
         surfaces: flanks and edges.
         motion: table of the drive gear's motion.
         torques: table of the loose gear's torques.
+        gated: whether some of them act in flight or in contact only.
         inertia: of the loose gear [kg m²].
         friction: torque against the loose gear's motion over the flank force [m].
         film: of oil, between the flanks.
     """
 
     surfaces: Mesh
-    motion: np.ndarray
-    torques: np.ndarray
+    motion: Floats2
+    torques: Floats2
+    gated: bool
     inertia: float
     friction: float = 0.0
     film: Film = NO_FILM
@@ -64,26 +67,27 @@ class Arc(NamedTuple):
     jerk: float
 
 
-@njit(cache=True)
-def angle_after(arc: Arc, after: float) -> float:
-    """Return the loose gear's angle [rad] ``after`` seconds."""
+def path_angle(arc, after):
+    """Return the loose gear's angle [rad] ``after`` seconds, a number or an array."""
     return arc.theta + (arc.omega + (0.5 * arc.accel + arc.jerk * after / 6.0) * after) * after
 
 
-@njit(cache=True)
-def speed_after(arc: Arc, after: float) -> float:
-    """Return the loose gear's speed [rad/s] ``after`` seconds."""
+def path_speed(arc, after):
+    """Return the loose gear's speed [rad/s] ``after`` seconds, a number or an array."""
     return arc.omega + (arc.accel + 0.5 * arc.jerk * after) * after
 
 
-@njit(cache=True)
+angle_after, speed_after = inner(path_angle), inner(path_speed)
+
+
+@inner
 def through(start: Arc, duration: float, first: float, second: float) -> Arc:
     """Return the arc whose acceleration has these values at the two Gauss points of a step [rad/s²]."""
     jerk = (second - first) / (GAUSS[1] - GAUSS[0]) / duration
     return Arc(start.time, start.theta, start.omega, first - GAUSS[0] * duration * jerk, jerk)
 
 
-@njit(cache=True)
+@inner
 def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
     """Return the flight under the torques for a step: exact for constant ones, else of fourth order.
 
@@ -117,15 +121,17 @@ def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
     return arc
 
 
-@njit(cache=True)
+@inner
 def gap_along(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, after: float) -> tuple[float, float]:
     """Return gap [m] and gap rate [m/s] of one side, ``after`` seconds into a flight."""
     angle, speed, _ = drive_at(plant.motion, arc.time + after)
-    gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, angle_after(arc, after))
+    gap, by_drive, by_loose, _ = call_side(
+        plant.surfaces.side, (plant.surfaces, teeth, side, angle, angle_after(arc, after))
+    )
     return gap, by_drive * speed + by_loose * speed_after(arc, after)
 
 
-@njit(cache=True)
+@inner
 def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest: float) -> float:
     """Return when the gap of one side first closes, or -1 if it stays open for ``longest`` seconds.
 
@@ -152,7 +158,7 @@ def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest
     return -1.0
 
 
-@njit(cache=True)
+@inner
 def _turn(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float, sign: float) -> float:
     """Return where the gap rate, of this sign at ``low``, changes it: the top (+1) or bottom (-1) of the gap."""
     for _ in range(HALVINGS):
@@ -165,7 +171,7 @@ def _turn(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high
     return low
 
 
-@njit(cache=True)
+@inner
 def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high: float) -> float:
     """Return where the gap, open at ``low``, is closed: Newton's method kept inside a shrinking bracket."""
     at = high
@@ -184,7 +190,7 @@ def _root(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, low: float, high
     return high
 
 
-@njit(cache=True)
+@inner
 def _stop_within(arc: Arc, longest: float) -> float:
     """Return when the loose gear comes to rest, or -1 if its speed keeps its sign."""
     if arc.omega * speed_after(arc, longest) >= 0.0:
@@ -200,17 +206,21 @@ def _stop_within(arc: Arc, longest: float) -> float:
 
 
 @njit(cache=True)
-def plan_flight(plant: Plant, teeth: np.ndarray, start: Arc, longest: float) -> tuple[float, Arc, int]:
-    """Return how long the next step of a flight is, its path, and how it ends.
+def plan_flight(
+    plant: Plant, teeth: np.ndarray, start: Arc, longest: float, left: int
+) -> tuple[float, Arc, int, float]:
+    """Return how long the next step of a flight is, its path, how it ends, and how far it gets from a flank.
 
     Args:
         plant: surfaces, motion, torques, inertia.
         teeth: candidate tooth pairs (n, 3): drive, loose, side.
         start: where the flight is now; acceleration and jerk are not used.
         longest: longest step wanted [s].
+        left: the flank that the flight left.
 
     Returns:
-        Duration [s], path, and NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS.
+        Duration [s], path, NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS, and the largest gap of the flank that the
+        flight left [m].
     """
     duration, event = longest, NOTHING
     arc = flight_arc(plant, FREE, start, duration)
@@ -231,7 +241,7 @@ def plan_flight(plant: Plant, teeth: np.ndarray, start: Arc, longest: float) -> 
         if new.accel == arc.accel and new.jerk == arc.jerk:
             break
         arc = new
-    return duration, arc, event
+    return duration, arc, event, highest(plant, teeth, left, arc, duration)
 
 
 @njit(cache=True)

@@ -25,7 +25,7 @@ from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
 from gears3d.engine.oiled import Oiled
 from gears3d.engine.pressing import springs_of
-from gears3d.engine.torques import friction, torque_table
+from gears3d.engine.torques import friction, gated, torque_table
 from gears3d.engine.world import Body, World
 from gears3d.errors import EngineError, Fault, GearsError, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, pieces
@@ -177,7 +177,7 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     shape = meshed(gears, film.minimum)
     arm = friction(rows) * gears.loose.base_radius
     motion = motion_table(scenario, rows) if path is None else path
-    plant = Plant(shape, motion, torques, rig.inertia, arm, film)
+    plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm, film)
     longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
     turn = fastest(motion)[0] * longest
     watch = Watch(gears, shape, turn, slices_of(gears))
@@ -335,7 +335,7 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, floa
         deepest=YIELDED * scenario.gears.drive.module,
         share=steps[1],
     )
-    kind = Located if plant.film == NO_FILM else Oiled
+    kind = Located if plant.film is NO_FILM else Oiled
     return kind(world, plant, settings, watch, log)
 
 

@@ -7,11 +7,11 @@ roughness leaves it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from gears3d.effects.rows import Code, Row
 from gears3d.errors import Fault, InputError
 from gears3d.kernels import njit
+from gears3d.records import Record
 
 WIDEST = 0.25
 """Part of the backlash that the height from which on a film is felt may be."""
@@ -19,7 +19,7 @@ THINNEST = 1e-3
 """The same height in smallest thicknesses, at least."""
 
 
-class Film(NamedTuple):
+class Film(Record):
     """A film of oil on both flanks; without a smallest thickness there is none.
 
     Args:
@@ -55,7 +55,7 @@ def film_of(rows: Sequence[Row], backlash: float) -> Film:
     >>> from gears3d.effects.rows import gap_film
     >>> film_of([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6).felt
     1e-05
-    >>> film_of([], 98e-6) == NO_FILM
+    >>> film_of([], 98e-6) is NO_FILM
     True
     """
     films = [row.p for row in rows if row.code == Code.GAP_FILM]

@@ -13,7 +13,7 @@ import numpy as np
 
 from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, gap_along, speed_after, through
 from gears3d.engine.films import film_push
-from gears3d.engine.mesh import side_gap
+from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import gap_force
 from gears3d.engine.torques import FREE, resisting
@@ -80,7 +80,7 @@ def pushed(
     for side in range(2):
         if dry and side != forces.touching:
             continue
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
         rate = by_drive * speed + by_loose * omega
         force = 0.0 if dry else film_push(plant.film, gap, rate, forces.squeezed[side], (speed, omega))
         if side == forces.touching and forces.pushing:
@@ -134,7 +134,7 @@ def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> 
     if film.minimum == 0.0:
         return longest
     for side in range(2):
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, start.theta)
+        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, start.theta))
         rate = by_drive * speed + by_loose * start.omega
         bend = abs(by_drive * alpha + by_loose * acceleration)
         mass = plant.inertia / by_loose**2

@@ -11,10 +11,10 @@ import numpy as np
 
 from gears3d.engine.closing import HALVINGS, Arc, Plant
 from gears3d.engine.films import film_push
-from gears3d.engine.mesh import side_gap
+from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
-from gears3d.engine.torques import FREE, gated, resisting
-from gears3d.kernels import njit
+from gears3d.engine.torques import FREE, resisting
+from gears3d.kernels import inner, njit
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
@@ -38,14 +38,14 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     angle, speed, _ = drive_at(plant.motion, time)
     theta, by_drive, by_loose = guess, 0.0, 1.0
     for _ in range(8):
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, theta)
+        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
         theta -= gap / by_loose
         if abs(gap) < 1e-11:  # the step just taken leaves less than its square
             break
     return theta, -by_drive / by_loose * speed
 
 
-@njit(cache=True)
+@inner
 def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
     """Return the normal force [N] that permanent contact of the held teeth needs; negative where it would have to pull.
 
@@ -58,20 +58,20 @@ def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time:
     _, after = on_flank(plant, held, side, time + DIFFERENCE, theta + step)
     alpha = (after - before) / (2.0 * DIFFERENCE)
     angle, _, _ = drive_at(plant.motion, time)
-    _, _, by_loose, _ = side_gap(plant.surfaces, held, side, angle, theta)
+    _, _, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, held, side, angle, theta))
     # at rest dry torque takes whatever part it can: the flank must push only if it cannot
     against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
     plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
     lever = by_loose - against * plant.friction
     needed = plant.inertia * alpha - _oil_torque(plant, teeth, side, time, theta, omega)
     force = (needed + plain + against * dry) / lever
-    if gated(plant.torques):
+    if plant.gated:
         plain, dry = resisting(plant.torques, FREE, time, theta, omega)
         force = max(force, (needed + plain + against * dry) / lever)
     return force
 
 
-@njit(cache=True)
+@inner
 def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, omega: float) -> float:
     """Return the torque of both films on a loose gear that touches one flank [N m]."""
     if plant.film.minimum == 0.0:
@@ -79,19 +79,20 @@ def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: 
     angle, speed, _ = drive_at(plant.motion, time)
     torque = 0.0
     for flank in range(2):
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, flank, angle, theta)
+        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, flank, angle, theta))
         rate = by_drive * speed + by_loose * omega if flank != side else 0.0
         torque += by_loose * film_push(plant.film, gap, rate, rate < 0.0, (speed, omega))
     return torque
 
 
-@njit(cache=True)
-def resolved(theta: float) -> float:
+def resolution(theta: float) -> float:
     """Return the difference of two gaps that rounding leaves meaningful at an angle [rad], in m."""
     return 1e-13 + 2e-16 * abs(theta)
 
 
-@njit(cache=True)
+resolved = inner(resolution)
+
+
 def softly(plant: Plant, time: float, stick_velocity: float) -> float:
     """Return the speed below which teeth that run onto each other take over without an impact [m/s].
 
@@ -99,7 +100,7 @@ def softly(plant: Plant, time: float, stick_velocity: float) -> float:
     """
     angle, speed, _ = drive_at(plant.motion, time)
     radius = plant.surfaces.edged.flanks.gears[0, 0]
-    return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolved(angle)))
+    return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolution(angle)))
 
 
 @njit(cache=True)
@@ -111,12 +112,14 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
     into it.
     """
     angle, speed, _ = drive_at(plant.motion, time)
-    least = side_gap(plant.surfaces, teeth, side, angle, theta)[0]
+    least = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0]
     best, force, fastest = -1, 0.0, 0.0
     for i in range(teeth.shape[0]):
         if teeth[i, 2] != side:
             continue
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth[i : i + 1], side, angle, theta)
+        gap, by_drive, by_loose, _ = call_side(
+            plant.surfaces.side, (plant.surfaces, teeth[i : i + 1], side, angle, theta)
+        )
         if gap > least + resolved(theta):
             continue
         push = -by_drive / abs(by_loose) * speed
@@ -167,7 +170,7 @@ def plan_contact(
         new, force = supporting(plant, teeth, side, start.time + end, theta, soft)
         if meets >= 0.0:
             angle, speed, _ = drive_at(plant.motion, start.time + end)
-            _, by_drive, by_loose, other = side_gap(plant.surfaces, teeth, side, angle, theta)
+            _, by_drive, by_loose, other = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
             if by_drive * speed + by_loose * omega < -soft:
                 return end, MEETS, row
             new = other if new == row else new
@@ -179,13 +182,13 @@ def plan_contact(
     return low, HELD, row
 
 
-@njit(cache=True)
+@inner
 def _held_at(plant: Plant, held: np.ndarray, side: int, start: Arc, after: float) -> tuple[float, float]:
     """Return angle and speed of the loose gear on the held teeth, ``after`` seconds into the step."""
     return on_flank(plant, held, side, start.time + after, start.theta + start.omega * after)
 
 
-@njit(cache=True)
+@inner
 def _lost_between(
     plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, start: Arc, low: float, high: float, weak: float
 ) -> float:
@@ -201,7 +204,7 @@ def _lost_between(
     return high
 
 
-@njit(cache=True)
+@inner
 def _meets_between(
     plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, low: float, high: float
 ) -> float:
@@ -217,9 +220,9 @@ def _meets_between(
     return high
 
 
-@njit(cache=True)
+@inner
 def _overlaps(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, start: Arc, after: float) -> bool:
     """Return whether some pair of teeth overlaps while the held pair touches."""
     theta, _ = _held_at(plant, held, side, start, after)
     angle, _, _ = drive_at(plant.motion, start.time + after)
-    return side_gap(plant.surfaces, teeth, side, angle, theta)[0] < -resolved(theta)
+    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] < -resolved(theta)

@@ -10,7 +10,7 @@ over the face: an end of it, where teeth lean on each other, or a place on a cro
 from __future__ import annotations
 
 from math import ceil, cos, inf, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from gears3d.gears.arrays import TIP_ROLL
 from gears3d.gears.edge import Edged
 from gears3d.gears.flank import roll_of
 from gears3d.gears.surface import Surfaces, compile_surfaces, lowest, section_gap
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
+from gears3d.records import Floats2, Floats3, Record
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
@@ -38,10 +39,11 @@ _STAND_OFF = 2e-6
 _SLICES = 8
 
 
-class Along(NamedTuple):
+class Along(Record):
     """What makes a pair's contact differ from one transverse section.
 
     Args:
+        surfaces: the flanks over their face width.
         axial: turn of the sections and the rest of :class:`gears3d.gears.Surfaces`, (2, 8).
         leads: of single flanks, as there.
         looks: sections that are looked at: 0 one transverse section tells all, 1 the gap is level along the line.
@@ -49,8 +51,9 @@ class Along(NamedTuple):
         tilt: cosine of the base helix angle.
     """
 
-    axial: np.ndarray
-    leads: np.ndarray
+    surfaces: Surfaces
+    axial: Floats2
+    leads: Floats3
     looks: int
     margin: float
     tilt: float
@@ -75,7 +78,7 @@ def along_of(pair: Pair) -> Along:
     slopes = sum(abs(d.amplitude) * d.order for d in pair.deviations if isinstance(d, HarmonicDeviation))
     wandering = float(np.abs(axial[:, 3:5]).sum())
     margin = 1e-6 + 2.0 * slopes / min(g.base_radius for g in gears) + 4.0 * wandering / pair.path_length
-    return Along(axial, leads, looks, margin, cos(pair.drive.base_helix_angle))
+    return Along(surfaces, axial, leads, looks, margin, cos(pair.drive.base_helix_angle))
 
 
 def slices_of(pair: Pair) -> int | None:
@@ -167,8 +170,7 @@ def line_gap(
         angles of drive and loose gear [m/rad], the height of that section [m], and whether the teeth face each other
         flank on flank.
     """
-    surfaces = Surfaces(shape, along.axial, along.leads)
-    angles, teeth = (theta_drive, theta_loose), (tooth_drive, tooth_loose)
+    surfaces, angles, teeth = along.surfaces, (theta_drive, theta_loose), (tooth_drive, tooth_loose)
     low, high, end = facing(shape, along, angles, teeth, side, -along.margin)
     inside = low <= high
     if along.looks > 1:
@@ -183,7 +185,7 @@ def line_gap(
     return found[0], found[1], found[2], z, inside
 
 
-@njit(cache=True)
+@inner
 def _searched(
     surfaces: Surfaces, angles: tuple[float, float], teeth: tuple[int, int], side: int, span: tuple[float, float]
 ) -> float:
@@ -207,7 +209,6 @@ def _searched(
     return z if gap < gaps[i + 1] else low + i * step
 
 
-@njit(cache=True)
 def merged(found: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return each pair of teeth once, with the smallest of Bullet's gaps of its slices.
 
@@ -215,13 +216,10 @@ def merged(found: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         found: drive tooth, loose tooth, side (n, 3).
         raw: Bullet's gaps (n,) [m].
     """
-    keep = np.zeros(found.shape[0], np.bool_)
+    rows: dict[tuple[int, ...], int] = {}
     least = raw.copy()
-    for i in range(found.shape[0]):
-        keep[i] = True
-        for k in range(i):
-            if keep[k] and found[k, 0] == found[i, 0] and found[k, 1] == found[i, 1] and found[k, 2] == found[i, 2]:
-                least[k] = min(least[k], raw[i])
-                keep[i] = False
-                break
+    for i, teeth in enumerate(map(tuple, found.tolist())):
+        first = rows.setdefault(teeth, i)
+        least[first] = min(least[first], raw[i])
+    keep = list(rows.values())
     return found[keep], least[keep]

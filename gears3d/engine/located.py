@@ -22,8 +22,7 @@ from gears3d.engine.closing import (
     TOUCH,
     Arc,
     Plant,
-    angle_after,
-    highest,
+    path_angle,
     plan_flight,
 )
 from gears3d.engine.faults import SUNK, jammed, jammed_at_start, see_numbers, sunk
@@ -218,8 +217,7 @@ class Located:
             self._hold(longest)
 
     def _fly(self, longest: float) -> None:
-        duration, arc, event = plan_flight(self.plant, self.teeth, self._here(), longest)
-        top = highest(self.plant, self.teeth, self.flight.left, arc, duration)
+        duration, arc, event, top = plan_flight(self.plant, self.teeth, self._here(), longest, self.flight.left)
         self.flight.height = max(self.flight.height, top)
         self._move(arc, duration)
         if event == STOPS:
@@ -244,7 +242,7 @@ class Located:
         too_far = (0.5 * arc.accel + arc.jerk * duration / 3.0) * duration * duration
         self.theta, self.omega = theta - too_far, omega
         radius = self.plant.surfaces.edged.flanks.gears[1, 0]
-        self.strayed = max(self.strayed, radius * abs(self.theta - angle_after(arc, duration)))
+        self.strayed = max(self.strayed, radius * abs(self.theta - path_angle(arc, duration)))
         self.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
         self.steps += 1
         self._pose()

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.engine.closing import Arc, Plant, angle_after, speed_after
-from gears3d.engine.mesh import side_gap
-from gears3d.engine.motion import drive_at
+from gears3d.engine.closing import Arc, Plant, path_angle, path_speed
+from gears3d.engine.mesh import call_side
+from gears3d.engine.motion import drive_at, drive_samples
 from gears3d.kernels import njit
 
 HELICAL = ("height_m", "axial_impulse_N_s")
@@ -62,15 +62,12 @@ class Meeting(NamedTuple):
     leans: float = math.nan
 
 
-@njit(cache=True)
 def _fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
     """Write the samples before ``until`` from a flight; return the first sample not written."""
-    while first < times.size and times[first] < until:
-        after = times[first] - arc.time
-        out[first, 0] = angle_after(arc, after)
-        out[first, 1] = speed_after(arc, after)
-        first += 1
-    return first
+    last = max(first, int(np.searchsorted(times, until)))
+    after = times[first:last] - arc.time
+    out[first:last, 0], out[first:last, 1] = path_angle(arc, after), path_speed(arc, after)
+    return last
 
 
 @njit(cache=True)
@@ -88,20 +85,11 @@ def _fill_contact(
         guess = y * y * ((1.0 + 2.0 * x) * ends[0, 1] + x * span * ends[0, 2])
         guess += x * x * ((3.0 - 2.0 * x) * ends[1, 1] - y * span * ends[1, 2])
         angle, speed, _ = drive_at(plant.motion, times[first])
-        gap, by_drive, by_loose, _ = side_gap(plant.surfaces, teeth, side, angle, guess)
+        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, guess))
         out[first, 0] = guess - gap / by_loose
         out[first, 1] = -by_drive / by_loose * speed
         first += 1
     return first
-
-
-@njit(cache=True)
-def _drive_samples(motion: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return angle and speed of the drive gear, (n, 2)."""
-    out = np.zeros((times.size, 2))
-    for i in range(times.size):
-        out[i, 0], out[i, 1], _ = drive_at(motion, times[i])
-    return out
 
 
 class Log:
@@ -150,7 +138,7 @@ class Log:
             base_radii: of drive and loose gear [m].
         """
         times, loose = self.times[: self._next], self._loose[: self._next]
-        drive = _drive_samples(motion, times)
+        drive = drive_samples(motion, times)
         of_drive, of_loose = base_radii
         return {
             "time_s": times,

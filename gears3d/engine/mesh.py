@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import float64, int64, types
 
 from gears3d.engine.lines import Along, along_of, line_gap
 from gears3d.gears import Eccentricity, Misalignment, Wobble
-from gears3d.gears.arrays import compile_pair
-from gears3d.gears.edge import Edged, edged_gap, edged_gap_at, edges_of
+from gears3d.gears.edge import Edged, edged_gap, edged_gap_at
 from gears3d.gears.flank import Flanks, roll_of
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
+from gears3d.records import Floats1, Record, address_of, caller
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
@@ -27,25 +28,35 @@ SAME_RATE = 1e-4
 _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
-class Mesh(NamedTuple):
+class Mesh(Record):
     """The flanks of a pair with the edges they end in, on axes that may stand off the axes of rotation.
 
     Args:
         edged: flanks and edges on ideal axes.
-        offsets: of the teeth's axis from the axis of rotation in each gear's own frame, x and y of the drive, then of
-            the loose gear [m].
-        eccentric: whether there is any offset.
         along: how flanks change with the height.
+        offsets: of the teeth's axis from the axis of rotation in each gear's own frame, x and y of the drive, then of
+            the loose gear [m], (4,).
         planar: whether one transverse section tells all.
         layer: how far apart flanks that touch stay [m]: what oil between them is not squeezed thinner than.
+        law: address of the gap of two teeth, 0 for one section on ideal axes.
+        side: address of :func:`side_gap`.
     """
 
     edged: Edged
-    offsets: tuple[float, float, float, float]
-    eccentric: bool
     along: Along
+    offsets: Floats1
     planar: bool
-    layer: float = 0.0
+    layer: float
+    law: int
+    side: int
+
+
+_GAP = types.UniTuple(float64, 3)(Mesh.compiled, float64, float64, int64, int64, int64)
+_call_gap = caller(_GAP)
+TEETH = types.Array(int64, 2, "C")
+_SIDE_GAP = types.Tuple((float64, float64, float64, int64))(Mesh.compiled, TEETH, int64, float64, float64)
+call_side = caller(_SIDE_GAP)
+"""``call_side(mesh.side, (mesh, teeth, side, theta_drive, theta_loose))``: :func:`side_gap`, compiled by itself."""
 
 
 def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
@@ -55,10 +66,14 @@ def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
         pair: deviations and mounting included.
         layer: of oil that stays between flanks that touch [m].
     """
-    shape, along = edges_of(pair, compile_pair(pair)), along_of(pair)
-    (x1, y1), (x2, y2) = (offset_of(pair, which).tolist() for which in ("drive", "loose"))
-    offsets = (x1, y1, x2, y2)
-    return Mesh(shape, offsets, any(offsets), along, along.looks == 0, layer)
+    along = along_of(pair)
+    offsets = np.concatenate([offset_of(pair, which) for which in ("drive", "loose")])
+    planar, law = along.looks == 0, 0
+    if not planar:
+        law = address_of(_lined_gap, _GAP)
+    elif offsets.any():
+        law = address_of(_eccentric_gap, _GAP)
+    return Mesh(along.surfaces.shape, along, offsets, planar, layer, law, address_of(side_gap, _SIDE_GAP))
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
@@ -101,7 +116,7 @@ def tilt_of(pair: Pair, which: str) -> np.ndarray:
     return tilt
 
 
-@njit(cache=True)
+@inner
 def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
     """Return where a gear's teeth have their axis, from the axis of rotation, in the world [m].
 
@@ -116,6 +131,30 @@ def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
+def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+    """As :func:`tooth_gap`, of teeth whose gap differs over the face."""
+    gap, by_drive, by_loose, _, _ = line_gap(
+        mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
+    )
+    return gap, by_drive, by_loose
+
+
+@njit(cache=True)
+def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+    """As :func:`tooth_gap`, of one section on axes off the axes of rotation."""
+    turned = math.pi - theta_loose
+    x1, y1 = off_axis(mesh, 0, theta_drive)
+    x2, y2 = off_axis(mesh, 1, turned)
+    centre = (mesh.edged.flanks.mount[2] + x2 - x1, y2 - y1)
+    gap, by_drive, by_loose, _, _, nx, ny, _ = edged_gap_at(
+        mesh.edged, centre, theta_drive, turned, tooth_drive, tooth_loose, side
+    )
+    if gap == math.inf:
+        return gap, 0.0, 0.0
+    return gap, by_drive + y1 * nx - x1 * ny, y2 * nx - x2 * ny - by_loose
+
+
+@inner
 def tooth_gap(
     mesh: Mesh, theta_drive: float, theta_loose: float, tooth_drive: int, tooth_loose: int, side: int
 ) -> tuple[float, float, float]:
@@ -129,24 +168,10 @@ def tooth_gap(
         tooth_loose: number of the loose gear's tooth.
         side: 0 active, 1 reverse.
     """
-    if not mesh.planar:
-        gap, by_drive, by_loose, _, _ = line_gap(
-            mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
-        )
-        return gap, by_drive, by_loose
-    if not mesh.eccentric:
-        gap, by_drive, by_loose, _ = edged_gap(mesh.edged, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
-        return gap, by_drive, by_loose
-    turned = math.pi - theta_loose
-    x1, y1 = off_axis(mesh, 0, theta_drive)
-    x2, y2 = off_axis(mesh, 1, turned)
-    centre = (mesh.edged.flanks.mount[2] + x2 - x1, y2 - y1)
-    gap, by_drive, by_loose, _, _, nx, ny, _ = edged_gap_at(
-        mesh.edged, centre, theta_drive, turned, tooth_drive, tooth_loose, side
-    )
-    if gap == math.inf:
-        return gap, 0.0, 0.0
-    return gap, by_drive + y1 * nx - x1 * ny, y2 * nx - x2 * ny - by_loose
+    if mesh.law != 0:
+        return _call_gap(mesh.law, (mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side))
+    gap, by_drive, by_loose, _ = edged_gap(mesh.edged, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
+    return gap, by_drive, by_loose
 
 
 @njit(cache=True)
@@ -167,19 +192,15 @@ def side_gap(
         ``teeth`` it is for; without candidates the gap is infinite.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
-    centred = shape.edged
     for i in range(teeth.shape[0]):
         if teeth[i, 2] == side:
-            if shape.eccentric or not shape.planar:
-                gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
-            else:  # without a call in between, which would cost a fifth
-                gap, drive, loose, _ = edged_gap(centred, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
+            gap, drive, loose = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], side)
             if gap < best:
                 best, by_drive, by_loose, row = gap, drive, loose, i
     return best - shape.layer, by_drive, by_loose, row
 
 
-@njit(cache=True)
+@inner
 def tooth_at(flanks: Flanks, gear: int, count: int, angle: float) -> tuple[int, int]:
     """Return the number of the tooth (1 to count) and its side at a polar angle.
 
@@ -197,7 +218,6 @@ def tooth_at(flanks: Flanks, gear: int, count: int, angle: float) -> tuple[int, 
     return tooth % count + 1, ACTIVE if beside > 0.0 else REVERSE
 
 
-@njit(cache=True)
 def teeth_of_points(
     shape: Mesh,
     counts: tuple[int, int],
@@ -219,28 +239,30 @@ def teeth_of_points(
     Returns:
         (n, 3): tooth of the drive gear, tooth of the loose gear, side; NOBODY as side where the two do not match.
     """
-    flanks, distance = shape.edged.flanks, shape.edged.flanks.mount[2]
-    x1, y1 = off_axis(shape, 0, theta_drive)
-    x2, y2 = off_axis(shape, 1, math.pi - theta_loose)
     found = np.zeros((on_drive.shape[0], 3), np.int64)
-    for i in range(on_drive.shape[0]):
-        turn1, turn2 = shape.along.axial[0, 0] * on_drive[i, 2], shape.along.axial[1, 0] * on_loose[i, 2]
-        angle = math.atan2(on_drive[i, 1] - y1, on_drive[i, 0] - x1) - theta_drive - turn1
-        found[i, 0], side = tooth_at(flanks, 0, counts[0], angle)
-        angle = math.atan2(on_loose[i, 1] - y2, on_loose[i, 0] - distance - x2) - math.pi + theta_loose - turn2
-        found[i, 1], mate = tooth_at(flanks, 1, counts[1], angle)
-        found[i, 2] = side if side == mate else NOBODY
+    _name_teeth(shape, counts, on_drive, on_loose, (theta_drive, theta_loose), found)
     return found
 
 
 @njit(cache=True)
+def _name_teeth(shape, counts, on_drive, on_loose, thetas, found):
+    """Fill in what :func:`teeth_of_points` returns."""
+    flanks, distance = shape.edged.flanks, shape.edged.flanks.mount[2]
+    x1, y1 = off_axis(shape, 0, thetas[0])
+    x2, y2 = off_axis(shape, 1, math.pi - thetas[1])
+    for i in range(on_drive.shape[0]):
+        turn1, turn2 = shape.along.axial[0, 0] * on_drive[i, 2], shape.along.axial[1, 0] * on_loose[i, 2]
+        angle = math.atan2(on_drive[i, 1] - y1, on_drive[i, 0] - x1) - thetas[0] - turn1
+        found[i, 0], side = tooth_at(flanks, 0, counts[0], angle)
+        angle = math.atan2(on_loose[i, 1] - y2, on_loose[i, 0] - distance - x2) - math.pi + thetas[1] - turn2
+        found[i, 1], mate = tooth_at(flanks, 1, counts[1], angle)
+        found[i, 2] = side if side == mate else NOBODY
+
+
 def both_sides(found: np.ndarray) -> bool:
     """Return whether there are teeth on the active and on the reverse side; ``found`` (n, 3)."""
-    some = [False, False]
-    for i in range(found.shape[0]):
-        if found[i, 2] != NOBODY:
-            some[found[i, 2]] = True
-    return some[0] and some[1]
+    sides = found[:, 2].tolist()
+    return ACTIVE in sides and REVERSE in sides
 
 
 @njit(cache=True)
@@ -275,7 +297,6 @@ def touching_teeth(
     return drive, loose
 
 
-@njit(cache=True)
 def able_to_touch(
     shape: Mesh, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float, slack: float
 ) -> np.ndarray:
@@ -290,17 +311,28 @@ def able_to_touch(
         slack: by how much more open than the nearest a gap may be to be kept [m].
     """
     ratio = shape.edged.flanks.gears[0, 0] / shape.edged.flanks.gears[1, 0]
-    keep = np.zeros(teeth.shape[0], np.bool_)
-    gaps = np.zeros(teeth.shape[0])
+    keep = np.zeros(len(teeth), bool)
+    gaps = np.zeros(len(teeth))
     for sign in (0.0, 1.0, -1.0):
-        drive, loose = theta_drive + sign * turn, theta_loose + sign * turn * ratio
-        least = np.full(2, math.inf)
-        for i in range(teeth.shape[0]):
-            side = teeth[i, 2]
-            if side != NOBODY:
-                gaps[i] = tooth_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
-                least[side] = min(least[side], gaps[i])
-        for i in range(teeth.shape[0]):
-            side = teeth[i, 2]
-            keep[i] = keep[i] or (side != NOBODY and gaps[i] <= least[side] + slack)
+        tooth_gaps(shape, teeth, theta_drive + sign * turn, theta_loose + sign * turn * ratio, gaps)
+        for side in (ACTIVE, REVERSE):
+            own = teeth[:, 2] == side
+            keep |= own & (gaps <= gaps[own].min(initial=math.inf) + slack)
     return teeth[keep]
+
+
+@njit(cache=True)
+def tooth_gaps(shape: Mesh, teeth: np.ndarray, theta_drive: float, theta_loose: float, gaps: np.ndarray) -> None:
+    """Fill in the gap of each pair of teeth, infinite where their sides do not match.
+
+    Args:
+        shape: flanks of the pair.
+        teeth: drive tooth, loose tooth, side (n, 3).
+        theta_drive: angle of the drive gear [rad].
+        theta_loose: angle of the loose gear [rad].
+        gaps: filled in (n,) [m].
+    """
+    for i in range(teeth.shape[0]):
+        gaps[i] = math.inf
+        if teeth[i, 2] != NOBODY:
+            gaps[i] = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], teeth[i, 2])[0]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.effects.rows import Code, Row
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
 from gears3d.scenario.drive_record import LEAST, drive_record
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def _pieces(scenario: Scenario) -> np.ndarray:
     return np.column_stack([pieces.x[:-1][some], pieces.c[::-1, some].T, ends]).reshape(-1, 3)
 
 
-@njit(cache=True)
+@inner
 def _recorded(motion: np.ndarray, time: float) -> tuple[float, float, float]:
     """Return angle [rad], speed [rad/s] and acceleration [rad/s²] of a measured motion."""
     pieces = int(motion[0, 1])
@@ -151,6 +151,20 @@ def drive_at(motion: np.ndarray, time: float) -> tuple[float, float, float]:
         else:
             theta += amplitude * math.sin(phase) * time
     return theta, omega, alpha
+
+
+def drive_samples(motion: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return angle [rad] and speed [rad/s] of the drive gear at times (n,) [s], (n, 2)."""
+    out = np.zeros((times.size, 2))
+    _fill_samples(motion, times, out)
+    return out
+
+
+@njit(cache=True)
+def _fill_samples(motion, times, out):
+    """Fill in what :func:`drive_samples` returns."""
+    for i in range(times.size):
+        out[i, 0], out[i, 1], _ = drive_at(motion, times[i])
 
 
 def fastest(motion: np.ndarray) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gears3d.effects.rows import Code, Row
-from gears3d.kernels import njit
+from gears3d.kernels import inner
 
 STEPS_PER_RADIAN = 10.0
 """Steps while the undamped contact oscillation turns through one radian."""
@@ -41,7 +41,7 @@ def lasting(springs: np.ndarray, mass: float) -> float:
     return 10.0 * math.pi * math.sqrt(mass / springs[:, 0].sum())
 
 
-@njit(cache=True)
+@inner
 def gap_force(springs: np.ndarray, gap: float, rate: float) -> float:
     """Return the force of spring and damper [N]; where it is negative the flanks push no more.
 

@@ -18,7 +18,7 @@ from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, fastest, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
-from gears3d.engine.torques import FREE, acceleration, friction, until_kink
+from gears3d.engine.torques import FREE, acceleration, friction, gated, until_kink
 from gears3d.engine.world import World
 from gears3d.errors import EngineError, Fault, InputError
 
@@ -61,7 +61,7 @@ class Bench:
         shape, rig = meshed(gears), scenario.rig()
         arm = friction(rows) * gears.loose.base_radius
         motion = standing_at(motion_table(scenario, rows), drive)
-        self._plant = Plant(shape, motion, torques, rig.inertia, arm)
+        self._plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm)
         longest = longest_step(motion, rows, gears)
         self._watch = Watch(gears, shape, fastest(motion)[0] * longest, slices_of(gears))
         self._settings = Settings(

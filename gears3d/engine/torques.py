@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
 
 _SOON = 1e-6
 """Points of a tabulated torque nearer than this are passed over [s]."""
@@ -62,7 +62,21 @@ def friction(rows: Sequence[Row]) -> float:
     return float(sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION))
 
 
-@njit(cache=True)
+@inner
+def _points_before(line: np.ndarray, at: float, touched: bool) -> int:
+    """Return how many points of a tabulated torque lie before a place, with one that lies there if ``touched``."""
+    low, high = 0, int(line[3])
+    while low < high:
+        middle = (low + high) // 2
+        point = line[2 + WIDTH + middle]
+        if point < at or (touched and point == at):
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inner
 def _between(line: np.ndarray, at: float) -> float:
     """Return a tabulated torque [N m]: straight between its points, constant beyond its ends."""
     count = int(line[3])
@@ -71,13 +85,13 @@ def _between(line: np.ndarray, at: float) -> float:
         return line[first + count]
     if at >= line[first + count - 1]:
         return line[first + 2 * count - 1]
-    high = first + np.searchsorted(line[first : first + count], at, side="right")
+    high = first + _points_before(line, at, True)
     low = high - 1
     share = (at - line[low]) / (line[high] - line[low])
-    return line[low + count] + share * (line[high + count] - line[low + count])
+    return float(line[low + count] + share * (line[high + count] - line[low + count]))
 
 
-@njit(cache=True)
+@inner
 def _acts(gate: int, place: int) -> bool:
     """Return whether a row with this gate acts at this place."""
     if gate == _FLIGHT:
@@ -91,7 +105,6 @@ def _acts(gate: int, place: int) -> bool:
     return True
 
 
-@njit(cache=True)
 def gated(table: np.ndarray) -> bool:
     """Return whether some torque acts in flight or in contact only; ``table`` of :func:`torque_table`."""
     return bool(np.any(table[:, 1] != _ALWAYS))
@@ -158,7 +171,6 @@ def acceleration(
     return -(plain + direction * dry) / inertia
 
 
-@njit(cache=True)
 def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta: float, omega: float) -> float:
     """Return how long it takes, nearly, until a tabulated torque comes to its next point, at least a microsecond [s].
 
@@ -170,6 +182,14 @@ def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta
         theta: rad.
         omega: rad/s.
     """
+    if not (table[:, 0] == _TABLE).any():
+        return math.inf
+    return _until_point(table, inertia, place, time, theta, omega)
+
+
+@njit(cache=True)
+def _until_point(table, inertia, place, time, theta, omega):
+    """As :func:`until_kink`."""
     soonest = math.inf
     for i in range(table.shape[0]):
         if int(table[i, 0]) != _TABLE:
@@ -181,12 +201,8 @@ def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta
             at, rate = omega, acceleration(table, inertia, place, time, theta, omega, np.sign(omega))
         if rate == 0.0:
             continue
-        points = table[i, 2 + WIDTH : 2 + WIDTH + int(table[i, 3])]
         ahead = at + rate * _SOON
-        if rate > 0.0:
-            k = np.searchsorted(points, ahead, side="right")
-        else:
-            k = np.searchsorted(points, ahead, side="left") - 1
-        if 0 <= k < points.size:
-            soonest = min(soonest, (points[k] - at) / rate)
+        k = _points_before(table[i], ahead, True) if rate > 0.0 else _points_before(table[i], ahead, False) - 1
+        if 0 <= k < int(table[i, 3]):
+            soonest = min(soonest, (table[i, 2 + WIDTH + k] - at) / rate)
     return soonest

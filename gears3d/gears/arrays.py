@@ -5,16 +5,14 @@ Gears are numbered 0 drive, 1 loose; flanks 0 active, 1 reverse; teeth from 1 in
 
 from __future__ import annotations
 
-from math import pi, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.gears.deviation import FLANKS, GEARS, HarmonicDeviation, ProfileSlope, ProfileWave, ToothDeviation
-from gears3d.gears.rack import form
-from gears3d.gears.relief import relief_rows
-from gears3d.kernels import njit
+from gears3d.records import Floats1, Floats2, Floats3, Floats4, Record
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
@@ -31,7 +29,7 @@ LEAST_TURN = 0.2
 """How much the normal of a flank that is not perfect turns at least for one unit of roll: 1 on the involute."""
 
 
-class Flanks(NamedTuple):
+class Flanks(Record):
     """The flanks of a pair as arrays that compiled functions take.
 
     Args:
@@ -47,52 +45,20 @@ class Flanks(NamedTuple):
         slopes: profile slope of each tooth [m]; nothing where no profile deviates, (2, 2, teeth or 0).
         waves: amplitude [m], circular waves by roll angle [rad/rad], phase [rad] and tooth, 0 for all, of the waves of
             profiles, for each gear and flank (2, 2, n, 4).
+        turned: by how much the sections are turned on about +z in their gears [rad], (2,): a harmonic deviation is a
+            function of the gear's angle at the moment of touching, and a section that stands ahead of its gear by some
+            angle meets what it shall impose at an angle that much larger.
+        shaped: address of the support function of flanks that are no perfect involutes; 0 where all are.
     """
 
-    mount: NDArray[np.float64]
-    gears: NDArray[np.float64]
-    harmonics: NDArray[np.float64]
-    offsets: NDArray[np.float64]
-    slopes: NDArray[np.float64]
-    waves: NDArray[np.float64]
-
-
-def compile_pair(pair: Pair) -> Flanks:
-    """Return the flanks of a pair as arrays.
-
-    Args:
-        pair: the pair, deviations included.
-
-    Returns:
-        The arrays.
-    """
-    direction = 0.5 * pi - pair.working_pressure_angle
-    mount = [pair.path_length, pair.drive.base_radius + pair.loose.base_radius, pair.centre_distance, direction]
-    gears = np.zeros((2, 18))
-    for row, which, sense in ((DRIVE, "drive", 1.0), (LOOSE, "loose", -1.0)):
-        gear, half = pair.gear(which), pair.half_angle(which)
-        start, lowest = direction + mount[PATH] / mount[BASE_SUM], form(gear, half)[0]
-        begin = max(pair.start_roll(which), lowest)
-        gears[row, :FLOOR] = (
-            gear.base_radius,
-            sense * TURN / gear.teeth,
-            start,
-            start - 2.0 * half - pi,
-            lowest,
-            gear.tip_roll,
-            *relief_rows(gear, lowest),
-            begin,
-            gear.tip_roll - begin,
-        )
-    slopes, waves = _profiles(pair, gears)
-    for row in (DRIVE, LOOSE):
-        for flank in (0, 1):
-            rise, _, most = steepness(slopes[row, flank], waves[row, flank], gears[row, PROFILE_REACH])
-            base = gears[row, BASE]
-            gears[row, FLOOR + flank] = max(
-                gears[row, FORM_ROLL], (sqrt(rise * base / (1.0 - LEAST_TURN)) + most) / base if rise else -1.0
-            )
-    return Flanks(np.array(mount), gears, *_deviations(pair), slopes, waves)
+    mount: Floats1
+    gears: Floats2
+    harmonics: Floats4
+    offsets: Floats3
+    slopes: Floats3
+    waves: Floats4
+    turned: Floats1
+    shaped: int
 
 
 def steepness(slopes: NDArray[np.float64], waves: NDArray[np.float64], reach: float) -> tuple[float, float, float]:
@@ -111,7 +77,7 @@ def steepness(slopes: NDArray[np.float64], waves: NDArray[np.float64], reach: fl
     return slope / reach + float(size @ number), float(size @ number**2), 0.5 * slope + float(size.sum())
 
 
-def _profiles(pair: Pair, gears: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def profiles(pair: Pair, gears: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Sort the deviations of profiles by gear, flank and tooth."""
     found = [d for d in pair.deviations if isinstance(d, ProfileSlope | ProfileWave)]
     slopes = np.zeros((2, 2, max(pair.drive.teeth, pair.loose.teeth) if found else 0))
@@ -136,7 +102,7 @@ def _table(lists: list[list[list[list[float]]]], width: int) -> NDArray[np.float
     return table
 
 
-def _deviations(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def deviations(pair: Pair) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Sort the deviations by gear and flank; an absent harmonic has amplitude 0."""
     lists: list[list[list[list[float]]]] = [[[], []], [[], []]]
     offsets = np.zeros((2, 2, max(pair.drive.teeth, pair.loose.teeth)))
@@ -158,28 +124,3 @@ def relief_starts(flanks: Flanks, gear: int) -> NDArray[np.float64]:
     """
     starts = flanks.gears[gear, [ROOT_RELIEF + START, TIP_RELIEF + START]]
     return starts[np.isfinite(starts)]
-
-
-@njit(cache=True)
-def turned_on(flanks, turn_drive, turn_loose):
-    """Return the flanks of sections that are turned on in their gears, so that deviations come when they should.
-
-    A harmonic deviation is a function of the gear's angle at the moment of touching. A section that stands ahead of the
-    gear by some angle meets what it shall impose at an angle that much larger.
-
-    Args:
-        flanks: the arrays of a pair.
-        turn_drive: by how much the drive gear's section is turned about +z [rad].
-        turn_loose: the same of the loose gear [rad].
-
-    Returns:
-        The arrays; the same ones where nothing depends on the angle.
-    """
-    if flanks.harmonics.shape[2] == 0 or (turn_drive == 0.0 and turn_loose == 0.0):
-        return flanks
-    harmonics = flanks.harmonics.copy()
-    for flank in range(2):
-        for i in range(harmonics.shape[2]):
-            harmonics[0, flank, i, 2] -= harmonics[0, flank, i, 0] * turn_drive
-            harmonics[1, flank, i, 2] += harmonics[1, flank, i, 0] * turn_loose
-    return Flanks(flanks.mount, flanks.gears, harmonics, flanks.offsets, flanks.slopes, flanks.waves)

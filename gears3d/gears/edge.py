@@ -13,14 +13,14 @@ distance in each direction does.
 from __future__ import annotations
 
 from math import atan2, cos, inf, pi, sin
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gears3d.gears.arrays import BASE, FLOOR, ROOT_RELIEF, START, TIP_RELIEF, TIP_ROLL
-from gears3d.gears.flank import Flanks, flank_point, roll_at_radius, roll_of, support
-from gears3d.kernels import njit
+from gears3d.gears.flank import Flanks, flank_point, perfect_points, roll_of, solve_roll, support
+from gears3d.kernels import inner, njit
+from gears3d.records import Floats1, Floats4, Record
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
@@ -40,7 +40,7 @@ _BESIDE = 1e-12
 """Roll angle by which a place beside a corner differs from it [rad]."""
 
 
-class Edged(NamedTuple):
+class Edged(Record):
     """The flanks of a pair with the edges they end in.
 
     Args:
@@ -49,10 +49,12 @@ class Edged(NamedTuple):
             roll angles of the normals beside corners, root relief's start before and after, tip relief's, and the
             lowest regular point of a profile that deviates, 0 where there is none [rad], for each gear, flank and
             tooth (2, 2, teeth, 8).
+        cuts: where the search for several maxima puts the ends of its parts, (16,).
     """
 
     flanks: Flanks
-    tips: NDArray[np.float64]
+    tips: Floats4
+    cuts: Floats1
 
 
 def edged(pair: Pair) -> Edged:
@@ -75,27 +77,34 @@ def edges_of(pair: Pair, flanks: Flanks) -> Edged:
         flanks: its flanks.
     """
     gears = (pair.drive, pair.loose)
-    tips = np.zeros((2, 2, max(gear.teeth for gear in gears), 8))
+    shape = Edged(flanks, np.zeros((2, 2, max(gear.teeth for gear in gears), 8)), np.zeros(16))
     for number, gear in enumerate(gears):
+        teeth = np.arange(1, gear.teeth + 1)
         for flank in (0, 1):
-            for tooth in range(1, gear.teeth + 1):
-                tips[number, flank, tooth - 1] = edge_of(flanks, number, flank, tooth)
-    return Edged(flanks, tips)
+            if flanks.shaped:
+                for tooth in teeth.tolist():
+                    trace_edge(shape, number, flank, tooth)
+            else:
+                rolls = gear.tip_roll - flanks.offsets[number, flank, : gear.teeth] / gear.base_radius
+                shape.tips[number, flank, : gear.teeth, 0] = rolls
+                shape.tips[number, flank, : gear.teeth, 1:3] = perfect_points(flanks, number, flank, teeth, rolls)[0]
+    return shape
 
 
 @njit(cache=True)
-def edge_of(flanks, gear, flank, tooth):
-    """Return the edge and the corners of one flank: a row of :class:`Edged`'s tips, (8,).
+def trace_edge(shape, gear, flank, tooth):
+    """Find the edge and the corners of one flank: a row of :class:`Edged`'s tips.
 
     Args:
-        flanks: the arrays of a pair.
+        shape: flanks and edges of a pair; the row is filled in.
         gear: 0 drive, 1 loose.
         flank: 0 active, 1 reverse.
         tooth: number of the tooth.
     """
-    found, profiled = np.zeros(8), flanks.slopes.shape[2] > 0
+    flanks = shape.flanks
+    found, profiled = shape.tips[gear, flank, tooth - 1], flanks.slopes.shape[2] > 0
     radius = flanks.gears[gear, BASE] * np.sqrt(1.0 + flanks.gears[gear, TIP_ROLL] ** 2)
-    roll = roll_at_radius(flanks, gear, flank, tooth, radius)
+    roll = solve_roll(flanks, gear, flank, tooth, radius)
     found[1], found[2], _, _, _, _ = flank_point(flanks, gear, flank, tooth, roll)
     found[0] = roll
     if flanks.gears[gear, TIP_RELIEF + START] < inf or profiled:
@@ -107,17 +116,16 @@ def edge_of(flanks, gear, flank, tooth):
             found[4 + 2 * i] = _normal_roll(flanks, gear, flank, tooth, start + _BESIDE)
     if profiled:
         found[7] = _normal_roll(flanks, gear, flank, tooth, flanks.gears[gear, FLOOR + flank])
-    return found
 
 
-@njit(cache=True)
+@inner
 def _normal_roll(flanks, gear, flank, tooth, roll):
     """Roll angle of the normal at a point of a flank given by its roll angle before relief."""
     _, _, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, roll)
     return roll_of(flanks, gear, flank, tooth, atan2(ny, nx))
 
 
-@njit(cache=True)
+@inner
 def edged_support(shape, gear, flank, tooth, u):
     """Return the support function of a flank that ends in an edge at its tip, and its first two derivatives.
 
@@ -232,7 +240,7 @@ def edged_gap_at(shape, centre, rotation_drive, rotation_loose, tooth_drive, too
     return x * nx + y * ny - h1 - h2, s1, s2, px, py, nx, ny, at1 == 0 and at2 == 0
 
 
-@njit(cache=True)
+@inner
 def _apart(shape, centre, rotations, teeth, flank, psi):
     """Distance of the tangents with normal ``psi`` [m] and its derivative [m/rad]."""
     x, y, nx, ny = centre[0], centre[1], cos(psi), sin(psi)
@@ -241,7 +249,7 @@ def _apart(shape, centre, rotations, teeth, flank, psi):
     return x * nx + y * ny - h1 - h2, y * nx - x * ny - s1 - s2
 
 
-@njit(cache=True)
+@inner
 def _crest(shape, centre, rotations, teeth, flank, span):
     """Find the direction at which the distance of tangents has a maximum, from the middle of (bottom, start, top)."""
     bottom, psi, top = span
@@ -264,7 +272,7 @@ def _crest(shape, centre, rotations, teeth, flank, span):
     return psi
 
 
-@njit(cache=True)
+@inner
 def _greatest(shape, centre, rotations, teeth, flank, found):
     """Find the direction of the greatest of all maxima, one of which is found.
 
@@ -272,8 +280,8 @@ def _greatest(shape, centre, rotations, teeth, flank, found):
     """
     middle = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
     bottom, top = middle - _SEARCH, middle + _SEARCH
-    cuts = np.full(16, bottom)
-    cuts[1] = top
+    cuts = shape.cuts
+    cuts[0], cuts[1] = bottom, top
     count = 2
     for gear in range(2):
         u = middle - rotations[0] if gear == 0 else middle + pi - rotations[1]
@@ -284,7 +292,12 @@ def _greatest(shape, centre, rotations, teeth, flank, found):
             if bottom < here < top and (i <= 0 or corner != 0.0):
                 cuts[count] = here
                 count += 1
-    cuts = np.sort(cuts[:count])
+    for i in range(1, count):
+        here, k = cuts[i], i
+        while k > 0 and cuts[k - 1] > here:
+            cuts[k] = cuts[k - 1]
+            k -= 1
+        cuts[k] = here
     best, most, before = found, _apart(shape, centre, rotations, teeth, flank, found)[0], 0.0
     for i in range(count):
         gap, rise = _apart(shape, centre, rotations, teeth, flank, cuts[i])

@@ -10,29 +10,45 @@ Gears are numbered 0 drive, 1 loose; flanks 0 active, 1 reverse; teeth from 1 in
 from __future__ import annotations
 
 from math import atan2, cos, pi, sin, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gears3d.gears.arrays import (
     ACTIVE,
     ACTIVE_START,
     BASE,
+    BASE_SUM,
     DIRECTION,
     DISTANCE,
     DRIVE,
+    FLOOR,
     FORM_ROLL,
+    LEAST_TURN,
     LOOSE,
     PATH,
     PITCH,
+    PROFILE_REACH,
     REVERSE,
+    ROOT_RELIEF,
+    START,
+    TIP_RELIEF,
     TIP_ROLL,
     TURN,
     Flanks,
-    compile_pair,
+    deviations,
+    profiles,
     relief_starts,
+    steepness,
 )
-from gears3d.gears.support import deviation, full_support, roll_of, support, taken_off
-from gears3d.kernels import njit
+from gears3d.gears.rack import form
+from gears3d.gears.relief import relief_rows
+from gears3d.gears.support import deviation, full_support, roll_of, shaped_address, support, taken_off
+from gears3d.kernels import inner, njit
+
+if TYPE_CHECKING:
+    from gears3d.gears.pair import Pair
 
 __all__ = [
     "ACTIVE",
@@ -56,6 +72,70 @@ __all__ = [
 
 _SEARCH = 0.7
 """How far from the line of action's normal a common normal is looked for [rad]."""
+
+
+def compile_pair(pair: Pair) -> Flanks:
+    """Return the flanks of a pair as arrays.
+
+    Args:
+        pair: the pair, deviations included.
+
+    Returns:
+        The arrays.
+    """
+    direction = 0.5 * pi - pair.working_pressure_angle
+    mount = [pair.path_length, pair.drive.base_radius + pair.loose.base_radius, pair.centre_distance, direction]
+    gears = np.zeros((2, 18))
+    for row, which, sense in ((DRIVE, "drive", 1.0), (LOOSE, "loose", -1.0)):
+        gear, half = pair.gear(which), pair.half_angle(which)
+        start, lowest = direction + mount[PATH] / mount[BASE_SUM], form(gear, half)[0]
+        begin = max(pair.start_roll(which), lowest)
+        gears[row, :FLOOR] = (
+            gear.base_radius,
+            sense * TURN / gear.teeth,
+            start,
+            start - 2.0 * half - pi,
+            lowest,
+            gear.tip_roll,
+            *relief_rows(gear, lowest),
+            begin,
+            gear.tip_roll - begin,
+        )
+    slopes, waves = profiles(pair, gears)
+    for row in (DRIVE, LOOSE):
+        for flank in (0, 1):
+            rise, _, most = steepness(slopes[row, flank], waves[row, flank], gears[row, PROFILE_REACH])
+            base = gears[row, BASE]
+            gears[row, FLOOR + flank] = max(
+                gears[row, FORM_ROLL], (sqrt(rise * base / (1.0 - LEAST_TURN)) + most) / base if rise else -1.0
+            )
+    harmonics, offsets = deviations(pair)
+    reliefs = gears[:, [ROOT_RELIEF + START, TIP_RELIEF + START]]
+    perfect = not (harmonics.size or slopes.size or np.isfinite(reliefs).any())
+    shaped = 0 if perfect else shaped_address()
+    return Flanks(np.array(mount), gears, harmonics, offsets, slopes, waves, np.zeros(2), shaped)
+
+
+def perfect_points(
+    flanks: Flanks, gear: int, flank: int, teeth: NDArray[np.int64] | int, rolls: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return points and outward normals of perfect flanks, in closed form.
+
+    Args:
+        flanks: the arrays of a pair, without waves, reliefs and deviations of profiles.
+        gear: 0 drive, 1 loose.
+        flank: 0 active, 1 reverse.
+        teeth: numbers of the teeth, one or one for each roll angle.
+        rolls: roll angles [rad], (n,).
+
+    Returns:
+        Positions [m] and normals, each (n, 2), in the gear's own frame.
+    """
+    side, base = 1.0 - 2.0 * flank, flanks.gears[gear, BASE]
+    u = flanks.gears[gear, ACTIVE_START + flank] - flanks.gears[gear, PITCH] * (np.asarray(teeth) - 1) - side * rolls
+    height = base * rolls + flanks.offsets[gear, flank, np.asarray(teeth) - 1]
+    normals = np.stack([np.cos(u), np.sin(u)], axis=-1)
+    return height[:, None] * normals - side * base * np.stack([-normals[:, 1], normals[:, 0]], axis=-1), normals
 
 
 @njit(cache=True)
@@ -131,7 +211,7 @@ def gap_at(flanks, x, y, rotation_drive, rotation_loose, tooth_drive, tooth_loos
     return gap, s1, s2, along * nx - across * ny, along * ny + across * nx, nx, ny, valid
 
 
-@njit(cache=True)
+@inner
 def _on_flank(flanks, gear, height, slope):
     base, low, high = flanks.gears[gear, BASE], flanks.gears[gear, FORM_ROLL], flanks.gears[gear, TIP_ROLL]
     square = (height * height + slope * slope) / (base * base) - 1.0
@@ -197,7 +277,7 @@ def candidates(flanks, theta_drive, theta_loose, flank):
     return pairs[:count]
 
 
-@njit(cache=True)
+@inner
 def _near(angle):
     """Return the angle within half a turn of 0."""
     return angle - TURN * np.floor(angle / TURN + 0.5)
@@ -226,8 +306,9 @@ def nearest_gap(flanks, theta_drive, theta_loose, flank):
     return (tooth_drive, tooth_loose, *best)
 
 
-@njit(cache=True)
-def flank_points(flanks, gear, flank, tooth, rolls):
+def flank_points(
+    flanks: Flanks, gear: int, flank: int, tooth: int, rolls: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return points and outward normals of a flank at many roll angles, in the gear's own frame.
 
     Args:
@@ -240,15 +321,22 @@ def flank_points(flanks, gear, flank, tooth, rolls):
     Returns:
         Positions [m] and normals, each (n, 2).
     """
-    points, normals = np.zeros((rolls.size, 2)), np.zeros((rolls.size, 2))
-    for i in range(rolls.size):
-        x, y, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, rolls[i])
-        points[i, 0], points[i, 1], normals[i, 0], normals[i, 1] = x, y, nx, ny
-    return points, normals
+    if not flanks.shaped:
+        return perfect_points(flanks, gear, flank, tooth, rolls)
+    found = _many_points(flanks, gear, flank, tooth, np.ascontiguousarray(rolls))
+    return found[:, :2], found[:, 2:]
 
 
 @njit(cache=True)
-def roll_at_radius(flanks, gear, flank, tooth, radius):
+def _many_points(flanks, gear, flank, tooth, rolls):
+    """Points and normals of a flank, (n, 4)."""
+    found = np.zeros((rolls.size, 4))
+    for i in range(rolls.size):
+        found[i, 0], found[i, 1], found[i, 2], found[i, 3], _, _ = flank_point(flanks, gear, flank, tooth, rolls[i])
+    return found
+
+
+def roll_at_radius(flanks: Flanks, gear: int, flank: int, tooth: int, radius: float) -> float:
     """Return the roll angle at which a flank, deviations included, reaches a radius [rad].
 
     Args:
@@ -261,6 +349,15 @@ def roll_at_radius(flanks, gear, flank, tooth, radius):
     Returns:
         Roll angle [rad].
     """
+    if flanks.shaped:
+        return solve_roll(flanks, gear, flank, tooth, radius)
+    base = flanks.gears[gear, BASE]
+    return sqrt(max((radius / base) ** 2 - 1.0, 0.0)) - flanks.offsets[gear, flank, tooth - 1] / base
+
+
+@njit(cache=True)
+def solve_roll(flanks, gear, flank, tooth, radius):
+    """As :func:`roll_at_radius`, of any flank."""
     base = flanks.gears[gear, BASE]
     roll = sqrt(max((radius / base) ** 2 - 1.0, 0.0))
     for _ in range(30):

@@ -136,7 +136,8 @@ def _stays_convex(pair: Pair, which: str, flank: str) -> bool:
 
     The same that :func:`steepest` asks of any phases, asked of these.
     """
-    from gears3d.gears.arrays import ACTIVE_START, PITCH, compile_pair  # compiled kernels: most rigs do without them
+    from gears3d.gears.arrays import ACTIVE_START, PITCH
+    from gears3d.gears.flank import compile_pair  # compiled kernels: most rigs do without them
     from gears3d.gears.support import full_support
 
     waves = [d for d in pair.deviations if isinstance(d, HarmonicDeviation) and (d.gear, d.flank) == (which, flank)]
@@ -177,7 +178,8 @@ def _check_profiles(pair: Pair, steep: dict[tuple[str, str], float]) -> None:
     """Refuse deviations of profiles with which a flank would fold between the start of its active profile and tip."""
     if not any(isinstance(each, ProfileSlope | ProfileWave) for each in pair.deviations):
         return
-    from gears3d.gears.arrays import LEAST_TURN, compile_pair  # compiled kernels: most rigs are checked without them
+    from gears3d.gears.arrays import LEAST_TURN
+    from gears3d.gears.flank import compile_pair  # compiled kernels: most rigs are checked without them
 
     flanks = compile_pair(pair)
     for gear, which in enumerate(GEARS):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from gears3d.errors import EngineError, Fault, InputError
 from gears3d.gears.deviation import FLANKS
 from gears3d.gears.surface import Surfaces, compile_surfaces, mates, surface_gap
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
 
 if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
@@ -175,7 +175,7 @@ def roll(surfaces, angles, flank, start):
     return places, teeth, heights
 
 
-@njit(cache=True)
+@inner
 def _smallest(surfaces, theta_drive, theta_loose, flank):
     """Smallest gap of all pairs of teeth, its derivative by the loose gear's angle, tooth numbers and height."""
     pairs = mates(surfaces, theta_drive, theta_loose, flank)

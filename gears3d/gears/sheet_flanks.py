@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.gears.arrays import compile_pair, steepness
+from gears3d.gears.arrays import steepness
 from gears3d.gears.clearance import mounted_band
 from gears3d.gears.deviation import FLANKS, GEARS, HelixSlope, ProfileSlope
+from gears3d.gears.flank import compile_pair
 from gears3d.gears.limits import clearance
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
 from gears3d.gears.rack import form

@@ -20,6 +20,7 @@ from __future__ import annotations
 from math import atan2, cos, inf, sin, sqrt
 
 import numpy as np
+from numba import float64, int64, types
 
 from gears3d.gears.arrays import (
     ACTIVE_PROFILE,
@@ -38,8 +39,18 @@ from gears3d.gears.arrays import (
     START,
     TIP_RELIEF,
     TURN,
+    Flanks,
 )
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
+from gears3d.records import address_of, caller
+
+_SHAPED = types.UniTuple(float64, 3)(Flanks.compiled, int64, int64, int64, float64, float64)
+_call_shaped = caller(_SHAPED)
+
+
+def shaped_address() -> int:
+    """Return the address of the support function of flanks that are no perfect involutes."""
+    return address_of(_shaped_support, _SHAPED)
 
 
 @njit(cache=True)
@@ -64,12 +75,13 @@ def deviation(flanks, gear, flank, tooth, u):
     side = 1.0 - 2.0 * flank
     distance, base_sum, direction = flanks.mount[DISTANCE], flanks.mount[BASE_SUM], flanks.mount[DIRECTION]
     theta = sense * (side * direction - u)
+    ahead = sense * flanks.turned[gear]
     x, value, fall, curvature, bend = 0.0, 0.0, 0.0, -1.0, 0.0
     for _ in range(30):
         value, slope, bend = 0.0, 0.0, 0.0
         for i in range(terms.shape[0]):
             order, amplitude = terms[i, 0], terms[i, 1]
-            argument = order * theta + terms[i, 2]
+            argument = order * (theta - ahead) + terms[i, 2]
             value += amplitude * cos(argument)
             slope -= amplitude * order * sin(argument)
             bend -= amplitude * order * order * cos(argument)
@@ -87,7 +99,7 @@ def deviation(flanks, gear, flank, tooth, u):
     return offset + height + value, side * fall, second
 
 
-@njit(cache=True)
+@inner
 def roll_of(flanks, gear, flank, tooth, u):
     """Return the roll angle [rad] of a perfect flank whose outward normal has direction u in the gear's own frame."""
     sense_pitch = flanks.gears[gear, PITCH]
@@ -130,14 +142,11 @@ def support(flanks, gear, flank, tooth, u):
         h [m], h' [m/rad], h'' [m/rad²]; the point is h·n + h'·t, the radius of curvature h + h''. On a relief h''
         leaves out how the deviation's own curvature changes there.
     """
-    base = flanks.gears[gear, BASE]
     roll = roll_of(flanks, gear, flank, tooth, u)
-    if flanks.slopes.shape[2] > 0:
-        return _profiled_support(flanks, gear, flank, tooth, (u, roll))
-    if flanks.gears[gear, ROOT_RELIEF + START] <= roll <= flanks.gears[gear, TIP_RELIEF + START]:
-        delta, slope, bend = deviation(flanks, gear, flank, tooth, u)
-        return base * roll + delta, slope - (1.0 - 2.0 * flank) * base, bend
-    return _relieved_support(flanks, gear, flank, tooth, (u, roll))
+    if flanks.shaped != 0:
+        return _call_shaped(flanks.shaped, (flanks, gear, flank, tooth, u, roll))
+    base = flanks.gears[gear, BASE]
+    return base * roll + flanks.offsets[gear, flank, tooth - 1], -(1.0 - 2.0 * flank) * base, 0.0
 
 
 @njit(cache=True)
@@ -162,7 +171,7 @@ def relieved(flanks, gear, roll):
     return 0.0, 0.0, 0.0
 
 
-@njit(cache=True)
+@inner
 def taken_off(flanks, gear, flank, tooth, roll):
     """Return what relief takes off a flank along its normal, less what deviations of the profile put on.
 
@@ -196,7 +205,7 @@ def taken_off(flanks, gear, flank, tooth, roll):
     return taken, fall, bend
 
 
-@njit(cache=True)
+@inner
 def _relieved_support(flanks, gear, flank, tooth, at):
     """Find the roll angle whose tilted normal has the direction ``at`` (u, roll of the normal), and the support there.
 
@@ -238,7 +247,7 @@ def _relieved_support(flanks, gear, flank, tooth, at):
     return height, around, sqrt(radius * radius + slope * slope) / turn - height
 
 
-@njit(cache=True)
+@inner
 def _profiled_support(flanks, gear, flank, tooth, at):
     """As :func:`_relieved_support`, with deviations of the profile: between the edges of reliefs, down to the floor."""
     u, wanted = at
@@ -286,3 +295,14 @@ def _profiled_support(flanks, gear, flank, tooth, at):
     height = (h - taken) * cos(tilt) - side * s * sin(tilt)
     around = side * (h - taken) * sin(tilt) + s * cos(tilt)
     return height, around, sqrt(radius * radius + slope * slope) / turn - height
+
+
+@njit(cache=True)
+def _shaped_support(flanks, gear, flank, tooth, u, roll):
+    """As :func:`support`, of flanks with waves, relief or deviations of the profile."""
+    if flanks.slopes.shape[2] > 0:
+        return _profiled_support(flanks, gear, flank, tooth, (u, roll))
+    if flanks.gears[gear, ROOT_RELIEF + START] <= roll <= flanks.gears[gear, TIP_RELIEF + START]:
+        delta, slope, bend = deviation(flanks, gear, flank, tooth, u)
+        return flanks.gears[gear, BASE] * roll + delta, slope - (1.0 - 2.0 * flank) * flanks.gears[gear, BASE], bend
+    return _relieved_support(flanks, gear, flank, tooth, (u, roll))

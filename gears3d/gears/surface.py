@@ -12,17 +12,18 @@ The gap of two teeth is the smallest over the face, in transverse sections, tip 
 from __future__ import annotations
 
 from math import cos, inf, pi, sin, tan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.gears.arrays import DISTANCE, Flanks, compile_pair, turned_on
+from gears3d.gears.arrays import DISTANCE, Flanks
 from gears3d.gears.deviation import FLANKS, GEARS, HelixSlope
-from gears3d.gears.edge import Edged, edge_of, edged_gap_at, edges_of
-from gears3d.gears.flank import flank_point
+from gears3d.gears.edge import Edged, edged_gap_at, edges_of, trace_edge
+from gears3d.gears.flank import compile_pair, flank_point
 from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
+from gears3d.records import Floats2, Floats3, Record
 
 if TYPE_CHECKING:
     from gears3d.gears.gear import Gear
@@ -40,7 +41,7 @@ _WITHIN = 1e-12
 """How near the height of the smallest gap is found [m]."""
 
 
-class Surfaces(NamedTuple):
+class Surfaces(Record):
     """The flanks of a pair over their face width, on their axes.
 
     Args:
@@ -50,11 +51,13 @@ class Surfaces(NamedTuple):
             the lean of the loose axis in the plane of the axes, for the loose gear that across it, (2, 8).
         leads: turn by helix slope of each tooth's flanks beyond that [rad/m]; nothing where none deviates,
             (2, 2, teeth or 0).
+        section: flanks and edges of the section that is looked at, where it differs from that in the middle.
     """
 
     shape: Edged
-    axial: NDArray[np.float64]
-    leads: NDArray[np.float64]
+    axial: Floats2
+    leads: Floats3
+    section: Edged
 
 
 def lead_turn(gear: Gear, sense: float) -> float:
@@ -96,7 +99,8 @@ def flanks_at(pair: Pair, height: float) -> Flanks:
         height: above the middle of the face [m].
     """
     flanks = compile_pair(pair)
-    return turned_on(flanks, lead_turn(pair.drive, 1.0) * height, lead_turn(pair.loose, -1.0) * height)
+    flanks.turned[:] = lead_turn(pair.drive, 1.0) * height, lead_turn(pair.loose, -1.0) * height
+    return flanks
 
 
 def compile_surfaces(pair: Pair) -> Surfaces:
@@ -122,25 +126,27 @@ def compile_surfaces(pair: Pair) -> Surfaces:
             axial[row, [_OFF_X, _OFF_Y]] += item.offset * direction
         elif isinstance(item, Wobble):
             axial[row, [_TILT_X, _TILT_Y]] += tan(item.angle) * direction
-    return Surfaces(edges_of(pair, compile_pair(pair)), axial, flank_leads(pair))
+    shape = edges_of(pair, compile_pair(pair))
+    section = Edged(compile_pair(pair), shape.tips.copy(), np.zeros_like(shape.cuts))
+    return Surfaces(shape, axial, flank_leads(pair), section)
 
 
-@njit(cache=True)
+@inner
 def _section(surfaces, flank, tooth_drive, tooth_loose, z):
     """Return flanks and edges of two teeth at a height; deviations that depend on the angle differ along a helix."""
     shape, axial = surfaces.shape, surfaces.axial
     turned = axial[0, _TURN] != 0.0 or axial[1, _TURN] != 0.0
     if shape.flanks.harmonics.shape[2] == 0 or not turned or z == 0.0:
         return shape
-    flanks = turned_on(shape.flanks, axial[0, _TURN] * z, axial[1, _TURN] * z)
-    tips = np.zeros_like(shape.tips)
+    section = surfaces.section
     for gear in range(2):
         tooth = tooth_loose if gear else tooth_drive
-        tips[gear, flank, tooth - 1] = edge_of(flanks, gear, flank, tooth)
-    return Edged(flanks, tips)
+        section.flanks.turned[gear] = axial[gear, _TURN] * z
+        trace_edge(section, gear, flank, tooth)
+    return section
 
 
-@njit(cache=True)
+@inner
 def _lead(surfaces, gear, flank, tooth):
     """Turn of one flank with the height, helix, gear and flank together [rad/m]."""
     turn = surfaces.axial[gear, _TURN]
@@ -172,11 +178,12 @@ def surface_point(surfaces, gear, flank, tooth, roll, z):
     return found
 
 
-@njit(cache=True)
+@inner
 def _turned_point(surfaces, gear, flank, tooth, roll, z):
     """As :func:`surface_point`, but for how the section itself changes with the height."""
     axial, side = surfaces.axial, 1.0 - 2.0 * flank
-    flanks = turned_on(surfaces.shape.flanks, axial[0, _TURN] * z, axial[1, _TURN] * z)
+    flanks = surfaces.section.flanks
+    flanks.turned[gear] = axial[gear, _TURN] * z
     x, y, nx, ny, dx, dy = flank_point(flanks, gear, flank, tooth, roll)
     lead = _lead(surfaces, gear, flank, tooth)
     turn = lead * z - side * axial[gear, _LEAN] * z * z

@@ -53,9 +53,9 @@ class Plan:
     @cached_property
     def key(self) -> str:
         """Digits that change with scenario, model, axes, times, seed, version and compiled kernels."""
-        from gears3d.kernels import fingerprint
+        from gears3d.kernels import sources
 
-        whole = {**self.table(), "version": __version__, "kernels": fingerprint(), "format": FORMAT}
+        whole = {**self.table(), "version": __version__, "kernels": sources(), "format": FORMAT}
         return hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:32]
 
     def table(self) -> dict[str, Any]:
