@@ -8,16 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.engine.closing import TOUCH
-from gears3d.engine.lines import line_gap, merged
+from gears3d.engine.lines import merged
 from gears3d.engine.mesh import (
-    NOBODY,
     Mesh,
-    able_to_touch,
     both_sides,
     lean_of,
+    survey,
     teeth_of_points,
     tilt_of,
-    tooth_gaps,
 )
 from gears3d.engine.motion import drive_at
 from gears3d.engine.world import MARGIN, MM, World
@@ -37,35 +35,6 @@ FAR = 3e-4
 """Gaps wider than this are not held against Bullet's: the ends of the hulls' flanks may be nearest there [m]."""
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
-
-
-def _compared(
-    shape: Mesh, found: np.ndarray, raw: np.ndarray, thetas: tuple[float, float], slack: float, sums: np.ndarray
-) -> tuple[int, float, float]:
-    """Compare Bullet's gaps, margins taken out, with the refined ones of the pairs that are next to touch.
-
-    Returns the worst row, its excess and its refined gap [m]; ``sums`` takes count, sum, sum of squares and largest
-    size of the difference.
-    """
-    gaps = np.zeros(len(found))
-    if shape.planar:
-        tooth_gaps(shape, found, *thetas, gaps)
-    else:  # Bullet measures along the normal, and teeth that only edges bring together elsewhere
-        for i, (drive, loose, side) in enumerate(found.tolist()):
-            gaps[i] = math.inf
-            if side != NOBODY:
-                gap, _, _, _, inside = line_gap(shape.edged, shape.along, *thetas, drive, loose, side)
-                gaps[i] = gap * shape.along.tilt if inside else math.inf
-    least = [gaps[found[:, 2] == side].min(initial=math.inf) for side in (0, 1)]
-    near = np.minimum(np.array([*least, -math.inf])[found[:, 2]] + slack, FAR)
-    rows = np.flatnonzero((found[:, 2] != NOBODY) & (gaps >= -DEEP) & (gaps <= near))
-    if not rows.size:
-        return NOBODY, 0.0, 0.0
-    excess = raw[rows] + MARGINS - gaps[rows]
-    sums[:3] += rows.size, excess.sum(), (excess * excess).sum()
-    worst = int(np.argmax(np.abs(excess)))
-    sums[3] = max(sums[3], abs(excess[worst]))
-    return int(rows[worst]), float(excess[worst]), float(gaps[rows[worst]])
 
 
 def _roughness(flanks: Flanks) -> float:
@@ -117,8 +86,12 @@ class Watch:
         """
         theta_drive = drive_at(plant.motion, time)[0]
         found, raw = self._near(world, theta_drive, theta_loose, time)
-        self.teeth = able_to_touch(self._shape, found, theta_drive, theta_loose, self._turn, self._slack)
-        row, excess, refined = _compared(self._shape, found, raw, (theta_drive, theta_loose), self._slack, self._sums)
+        thetas, limits = (theta_drive, theta_loose), (self._slack, -DEEP, FAR)
+        keep = np.zeros(len(found), bool)
+        row, excess, refined = survey(
+            self._shape, found, raw + MARGINS, thetas, self._turn, limits, (np.zeros(len(found)), keep), self._sums
+        )
+        self.teeth = found[keep]
         if abs(excess) > self.allowed:
             self._refuse(found[row], raw[row], refined, time)
 

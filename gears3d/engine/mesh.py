@@ -39,6 +39,7 @@ class Mesh(Record):
         planar: whether one transverse section tells all.
         layer: how far apart flanks that touch stay [m]: what oil between them is not squeezed thinner than.
         law: address of the gap of two teeth, 0 for one section on ideal axes.
+        seen: address of the gap as Bullet measures it, 0 where that is the same.
         side: address of :func:`side_gap`.
     """
 
@@ -48,6 +49,7 @@ class Mesh(Record):
     planar: bool
     layer: float
     law: int
+    seen: int
     side: int
 
 
@@ -68,12 +70,12 @@ def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
     """
     along = along_of(pair)
     offsets = np.concatenate([offset_of(pair, which) for which in ("drive", "loose")])
-    planar, law = along.looks == 0, 0
+    planar, law, seen = along.looks == 0, 0, 0
     if not planar:
-        law = address_of(_lined_gap, _GAP)
+        law, seen = address_of(_lined_gap, _GAP), address_of(_seen_gap, _GAP)
     elif offsets.any():
         law = address_of(_eccentric_gap, _GAP)
-    return Mesh(along.surfaces.shape, along, offsets, planar, layer, law, address_of(side_gap, _SIDE_GAP))
+    return Mesh(along.surfaces.shape, along, offsets, planar, layer, law, seen, address_of(side_gap, _SIDE_GAP))
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
@@ -137,6 +139,13 @@ def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
         mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
     )
     return gap, by_drive, by_loose
+
+
+@njit(cache=True)
+def _seen_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
+    """The gap as Bullet measures it: along the normal, and elsewhere of teeth that only edges bring together."""
+    gap, _, _, _, inside = line_gap(mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
+    return gap * mesh.along.tilt if inside else math.inf, 0.0, 0.0
 
 
 @njit(cache=True)
@@ -297,42 +306,63 @@ def touching_teeth(
     return drive, loose
 
 
-def able_to_touch(
-    shape: Mesh, teeth: np.ndarray, theta_drive: float, theta_loose: float, turn: float, slack: float
-) -> np.ndarray:
-    """Return the tooth pairs that touch first, or nearly so, now or after a turn to either side.
+@njit(cache=True)
+def survey(
+    shape: Mesh,
+    teeth: np.ndarray,
+    raw: np.ndarray,
+    thetas: tuple[float, float],
+    turn: float,
+    limits: tuple[float, float, float],
+    work: tuple[np.ndarray, np.ndarray],
+    sums: np.ndarray,
+) -> tuple[int, float, float]:
+    """Find the tooth pairs that touch first, or nearly so, and compare Bullet's gaps with the refined ones.
 
     Args:
         shape: flanks of the pair.
         teeth: found near each other (n, 3).
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-        turn: of the drive gear [rad], less than the flanks stay in mesh.
-        slack: by how much more open than the nearest a gap may be to be kept [m].
+        raw: Bullet's gaps, margins taken out (n,) [m].
+        thetas: angles of drive and loose gear [rad].
+        turn: of the drive gear to either side within which pairs are found, less than the flanks stay in mesh [rad].
+        limits: by how much more open than the nearest a gap may be to count, the deepest and the widest gap that is
+            compared [m].
+        work: gaps (n,) [m], overwritten, and whether a pair may touch first now or after the turn (n,), filled in.
+        sums: takes count, sum, sum of squares and largest size of the differences (4,).
+
+    Returns:
+        The row that differs most, its excess and its refined gap [m].
     """
+    gaps, keep = work
+    slack, deepest, widest = limits
     ratio = shape.edged.flanks.gears[0, 0] / shape.edged.flanks.gears[1, 0]
-    keep = np.zeros(len(teeth), bool)
-    gaps = np.zeros(len(teeth))
-    for sign in (0.0, 1.0, -1.0):
-        tooth_gaps(shape, teeth, theta_drive + sign * turn, theta_loose + sign * turn * ratio, gaps)
-        for side in (ACTIVE, REVERSE):
-            own = teeth[:, 2] == side
-            keep |= own & (gaps <= gaps[own].min(initial=math.inf) + slack)
-    return teeth[keep]
-
-
-@njit(cache=True)
-def tooth_gaps(shape: Mesh, teeth: np.ndarray, theta_drive: float, theta_loose: float, gaps: np.ndarray) -> None:
-    """Fill in the gap of each pair of teeth, infinite where their sides do not match.
-
-    Args:
-        shape: flanks of the pair.
-        teeth: drive tooth, loose tooth, side (n, 3).
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-        gaps: filled in (n,) [m].
-    """
-    for i in range(teeth.shape[0]):
-        gaps[i] = math.inf
-        if teeth[i, 2] != NOBODY:
-            gaps[i] = tooth_gap(shape, theta_drive, theta_loose, teeth[i, 0], teeth[i, 1], teeth[i, 2])[0]
+    row, worst, refined = NOBODY, 0.0, 0.0
+    for pose in range(4):  # as Bullet sees the teeth, then as they touch now and after a turn to either side
+        sign = (pose == 2) * 1.0 - (pose == 3) * 1.0
+        drive, loose = thetas[0] + sign * turn, thetas[1] + sign * turn * ratio
+        active, reverse = math.inf, math.inf
+        for i in range(teeth.shape[0]):
+            side, gaps[i] = teeth[i, 2], math.inf
+            if side == NOBODY:
+                continue
+            if pose == 0 and shape.seen != 0:
+                gaps[i] = _call_gap(shape.seen, (shape, drive, loose, teeth[i, 0], teeth[i, 1], side))[0]
+            else:
+                gaps[i] = tooth_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
+            active = min(active, gaps[i]) if side == ACTIVE else active
+            reverse = min(reverse, gaps[i]) if side == REVERSE else reverse
+        for i in range(teeth.shape[0]):
+            least = active if teeth[i, 2] == ACTIVE else reverse
+            if teeth[i, 2] == NOBODY or not gaps[i] <= least + slack:
+                continue
+            if pose > 0:
+                keep[i] = True
+            elif deepest <= gaps[i] <= widest:
+                excess = raw[i] - gaps[i]
+                sums[0] += 1.0
+                sums[1] += excess
+                sums[2] += excess * excess
+                sums[3] = max(sums[3], abs(excess))
+                if abs(excess) > abs(worst):
+                    row, worst, refined = i, excess, gaps[i]
+    return row, worst, refined
