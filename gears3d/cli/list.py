@@ -61,13 +61,10 @@ def effects() -> Rows:
 def scenarios() -> Rows:
     """Return the scenarios that come with gears3d."""
     from gears3d.scenario import load
-    from gears3d.scenario.shipped import shipped
+    from gears3d.scenario.shipped import names
 
-    found = []
-    for file in sorted(shipped().rglob("*.toml")):
-        one = load(file)
-        found.append({"name": _shown(file), "about": one.title, "source": one.source})
-    return found
+    loaded = {name: load(name) for name in names()}
+    return [{"name": name, "about": one.title, "source": one.source} for name, one in loaded.items()]
 
 
 def papers() -> Rows:
@@ -123,12 +120,6 @@ def _first(effect: type) -> str:
 
 def _finite(value: float) -> float | None:
     return value if abs(value) < float("inf") else None
-
-
-def _shown(file: Any) -> str:
-    from pathlib import Path
-
-    return str(file.relative_to(Path.cwd())) if file.is_relative_to(Path.cwd()) else str(file)
 
 
 def _show(what: str, rows: Rows) -> None:

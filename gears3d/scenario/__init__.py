@@ -16,7 +16,8 @@ def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()
     """Read a scenario (format 1).
 
     Args:
-        path_or_text: a file, TOML text (anything with a line break or ``=``), or a mapping.
+        path_or_text: a file, the name of a shipped scenario (``gears3d list scenarios``), TOML text (anything with
+            a line break or ``=``), or a mapping. An existing file wins over a name.
         overrides: ``{"motion.mean": "90 rpm"}``, pairs, or ``"KEY=VALUE"`` texts; keys dotted with [i].
 
     Returns:
@@ -24,9 +25,9 @@ def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()
 
     Raises:
         InputError: carries *all* faults, each with file, key path and remedy.
-        UsageError: neither file nor text nor mapping, an override without ``=`` or with a malformed key.
+        UsageError: neither file nor name nor text nor mapping, an override without ``=`` or with a malformed key.
 
-    >>> load("scenarios/base/rigaud-2020.toml", ["drag.torque=0.46 N m"]).drag
+    >>> load("base/rigaud-2020", ["drag.torque=0.46 N m"]).drag
     Drag(torque=0.46)
     """
     from gears3d.scenario.build import build

@@ -14,6 +14,7 @@ import tomlkit
 from tomlkit.exceptions import ParseError, TOMLKitError
 
 from gears3d.errors import Fault, InputError, UsageError
+from gears3d.scenario.shipped import find, names
 
 
 @dataclass
@@ -53,14 +54,15 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
     """Read a scenario and all that it extends.
 
     Args:
-        source: a path, TOML text (anything with a line break, or ``=`` and no ``.toml`` at its end), or a mapping.
+        source: a path, the name of a shipped scenario, TOML text (anything with a line break, or ``=`` and no
+            ``.toml`` at its end), or a mapping.
 
     Returns:
         The merged document.
 
     Raises:
-        InputError: no such file, not TOML, or a circle of ``extends``.
-        UsageError: none of the three.
+        InputError: no such file or name, not TOML, or a circle of ``extends``.
+        UsageError: none of the four.
     """
     if isinstance(source, Mapping):
         return _resolve(tomlkit.parse(tomlkit.dumps(source)), None, ())
@@ -69,7 +71,7 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
         raise UsageError(f'{what}, no scenario: give a file, TOML text or a mapping, e.g. load("case.toml")')
     if isinstance(source, str) and ("\n" in source or ("=" in source and not source.endswith(".toml"))):
         return read_text(source)
-    return _file(Path(source), ())
+    return _file(find(source), ())
 
 
 def read_text(text: str, path: Path | None = None) -> Document:
@@ -93,7 +95,9 @@ def _file(path: Path, chain: tuple[Path, ...]) -> Document:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise InputError(Fault("", "there is no such file", near_files(path), str(path))) from None
+        raise InputError(
+            Fault("", "there is no such file and no shipped scenario of this name", _near(path), str(path))
+        ) from None
     except IsADirectoryError:
         raise InputError(Fault("", "is a folder", "give a .toml file", str(path))) from None
     except UnicodeDecodeError as why:
@@ -103,12 +107,41 @@ def _file(path: Path, chain: tuple[Path, ...]) -> Document:
     return _resolve(_parse(text, str(path)), path, chain)
 
 
+def _near(path: Path) -> str:
+    """Return a remedy for a missing scenario: a path that ends with ``.toml`` means a file, any other a name."""
+    word = path.as_posix().removesuffix(".toml")
+    known = {**{name.rpartition("/")[2]: name for name in names()}, **{name: name for name in names()}}
+    name = [repr(known[near]) for near in get_close_matches(word, known, n=1, cutoff=0.7)]
+    files = _near_files(path)
+    near = (files or name) if path.suffix == ".toml" else (name or files)
+    return _meant(near) if near else f"{near_files(path)}; gears3d list scenarios prints the names"
+
+
 def near_files(path: Path) -> str:
     """Return a remedy that names the files nearest to a missing one.
 
     Args:
         path: the missing file.
     """
+    if near := _near_files(path):
+        return _meant(near)
+    folder, pattern, names = _neighbours(path)
+    some = ", ".join(sorted(names)[:5])
+    return f"{folder} has {some}" if some else f"{folder} has no {pattern}"
+
+
+def _meant(near: list[str]) -> str:
+    return f"did you mean {' or '.join(near)}?"
+
+
+def _near_files(path: Path) -> list[str]:
+    """Return up to two files with a name near to that of a missing one, in quotes."""
+    _, _, names = _neighbours(path)
+    return [repr(str(names[near])) for near in get_close_matches(path.name, list(names), n=2, cutoff=0.5)]
+
+
+def _neighbours(path: Path) -> tuple[Path, str, dict[str, Path]]:
+    """Return the nearest folder that exists, the pattern of files like the missing one, and those files by name."""
     folder = path.parent
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
@@ -116,11 +149,7 @@ def near_files(path: Path) -> str:
     names = {other.name: other for other in sorted(folder.glob(pattern))}
     if not names and folder != Path():
         names = {other.name: other for other in sorted(folder.glob(f"*/{pattern}"))}
-    near = get_close_matches(path.name, list(names), n=2, cutoff=0.5)
-    if near:
-        return "did you mean " + " or ".join(repr(str(names[name])) for name in near) + "?"
-    some = ", ".join(sorted(names)[:5])
-    return f"{folder} has {some}" if some else f"{folder} has no {pattern}"
+    return folder, pattern, names
 
 
 def _resolve(toml: tomlkit.TOMLDocument, path: Path | None, chain: tuple[Path, ...]) -> Document:
@@ -134,18 +163,19 @@ def _resolve(toml: tomlkit.TOMLDocument, path: Path | None, chain: tuple[Path, .
         return document
     base = toml.pop("extends")
     if not isinstance(base, str):
-        raise InputError(Fault("extends", f"{base!r} is no file name", 'e.g. "base.toml"', str(path or "")))
-    target = folder / base
+        raise InputError(Fault("extends", f"{base!r} is not a file name", 'e.g. "base.toml"', str(path or "")))
+    target = find(base, folder)
     chain = (*chain, path.resolve()) if path else chain
     if target.resolve() in chain:
         circle = " -> ".join(link.name for link in (*chain, target))
         raise InputError(Fault("extends", f"goes round in a circle: {circle}", "take one out", str(path or "")))
     try:
         below = _file(target, chain)
-    except InputError as why:
+    except InputError:
         if target.exists():
             raise
-        fault = Fault("extends", f"there is no file {str(target)!r}", why.faults[0].remedy, str(path or ""))
+        remedy = _near(target if target.suffix == ".toml" else Path(base))
+        fault = Fault("extends", f"there is no file {str(target)!r}", remedy, str(path or ""))
         raise InputError(fault) from None
     _merge(toml, below.toml, "", below, document)
     return document

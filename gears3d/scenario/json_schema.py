@@ -23,7 +23,10 @@ def schema() -> dict[str, Any]:
     """
     properties: dict[str, Any] = {
         "format": {"const": 1},
-        "extends": {"type": "string", "description": "a scenario file to start from, relative to this one"},
+        "extends": {
+            "type": "string",
+            "description": "file, relative to this one, or shipped scenario to start from",
+        },
         "versions": {"type": "object", "description": "what made this file"},
     }
     properties |= {name: _key(key) for name, key in keys.TOP.items()}

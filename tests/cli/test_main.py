@@ -51,7 +51,7 @@ def test_check_as_json(gears3d, tmp_path):
     assert err == ""
     assert answer["ok"] is False
     assert answer["files"][0] == {"file": BASE, "ok": True, "faults": []}
-    assert answer["files"][1]["faults"][0]["message"] == "there is no such file"
+    assert answer["files"][1]["faults"][0]["message"] == "there is no such file and no shipped scenario of this name"
     assert answer["files"][1]["faults"][0].keys() == {"file", "key", "message", "remedy"}
 
 

@@ -164,7 +164,7 @@ def test_all_faults_come_at_once_in_the_order_of_the_file(tmp_path):
 
 def test_a_missing_file_names_its_neighbours():
     (fault,) = faults("scenarios/rigaud-2020/fig5-20rmp.toml")
-    assert fault.message == "there is no such file"
+    assert fault.message == "there is no such file and no shipped scenario of this name"
     assert "'scenarios/rigaud-2020/fig5-20rpm.toml'" in fault.remedy
     (fault,) = faults("scenarios/rigaud-202/fig5-20rpm.toml")
     assert "'scenarios/rigaud-2020/fig5-20rpm.toml'" in fault.remedy
