@@ -142,7 +142,7 @@ def _command(name: str, overrides: Overrides, model: str) -> str:
     """Return the command line that runs the same."""
     from shlex import quote
 
-    parts = ["gears3d", "run", f"scenarios/{name}", "--model", model]
+    parts = ["gears3d", "run", name.removesuffix(".toml"), "--model", model]
     for key, value in overrides.items():
         parts += ["--set", quote(f"{key}={_toml(value)}")]
     return " ".join(parts)

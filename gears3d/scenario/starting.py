@@ -1,8 +1,9 @@
-"""Commented scenarios to start from."""
+"""Commented scenarios to start from: starters, and copies of shipped scenarios."""
 
 from __future__ import annotations
 
 from importlib.resources import files
+from pathlib import Path
 
 from gears3d.errors import UsageError, did_you_mean
 
@@ -22,15 +23,42 @@ def starter(kind: str, name: str) -> str:
         name: of the scenario; its title, and the name of the file in the commands of its comments.
 
     Raises:
-        UsageError: there is none of that kind.
+        UsageError: the kind is unknown.
 
     >>> starter("rattle", "mine").splitlines()[0][:50]
     '# mine: a loose gear that rattles on its drive gea'
     >>> starter("rattel", "mine")
     Traceback (most recent call last):
-    gears3d.errors.UsageError: there is no scenario to start from 'rattel'; did you mean 'rattle'?
+    gears3d.errors.UsageError: unknown kind of scenario to start from: 'rattel'; did you mean 'rattle'?
     """
     if kind not in STARTERS:
-        raise UsageError(f"there is no scenario to start from {kind!r}; {did_you_mean(kind, list(STARTERS))}")
+        raise UsageError(f"unknown kind of scenario to start from: {kind!r}; {did_you_mean(kind, list(STARTERS))}")
     text = files("gears3d.scenario").joinpath("starters", f"{kind}.toml").read_text(encoding="utf-8")
     return text.replace("NAME", name)
+
+
+def copy(source: str | Path, title: str) -> str:
+    """Return a self-contained copy of a scenario as text: all that it extends is merged in, comments are kept.
+
+    The copy is a question of its own: it has its own title, names its original as source, and has no ``[expect]``.
+
+    Args:
+        source: a shipped scenario by its name, or a file.
+        title: of the copy; the name of its file, without ``.toml``, in the commands of its comments.
+
+    Raises:
+        InputError: there is no such scenario, or it has faults.
+
+    >>> text = copy("rigaud-2020/fig6-10Hz", "mine")
+    >>> "extends" in text, text.splitlines()[2:4]
+    (False, ['title  = "mine"', 'source = "copy of rigaud-2020/fig6-10Hz"'])
+    """
+    from gears3d.scenario.build import build
+    from gears3d.scenario.document import read
+
+    document = read(source)
+    build(document)
+    document.toml["title"] = title
+    document.toml["source"] = f"copy of {source}"
+    document.toml.pop("expect", None)
+    return document.text().replace(f"gears3d run {source}", f"gears3d run {title}.toml")

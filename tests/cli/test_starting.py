@@ -63,11 +63,43 @@ def test_what_a_comment_offers_can_be_switched_on(tmp_path, gears3d):
     assert scenario.expect
 
 
+@pytest.mark.parametrize("name", ["rigaud-2020/fig5-20rpm", "kadmiri-2012/fig7-100rpm", "ottewill-2010/fig6-lag"])
+def test_a_copy_of_a_shipped_scenario_stands_alone(gears3d, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = gears3d("new", "mine", "--from", name, "--json")
+    assert code == 0
+    told = json.loads(out)
+    assert (told["scenario"], told["kind"], told["from"]) == ("mine.toml", None, name)
+    text, original, made = (tmp_path / "mine.toml").read_text(), load(name), load("mine.toml")
+    assert "extends" not in tomllib.loads(text)
+    assert f"scenarios/{name}" not in text
+    assert f"gears3d run {name}" not in text
+    assert text.count("#") > 5
+    assert (made.title, made.source, made.expect) == ("mine", f"copy of {name}", {})
+    for part in ("gears", "mount", "motion", "drag", "impact", "start", "run", "sensors", "effects", "lubricated"):
+        assert getattr(made, part) == getattr(original, part), part
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["--from", "rigaud-2020/fig5-20rmp"], 3, "did you mean 'rigaud-2020/fig5-20rpm'?"),
+        (["--from", "base/rigaud-2020", "--kind", "bench"], 2, "give one of --kind and --from"),
+        (["--kind", "rattel"], 2, "did you mean 'rattle'?"),
+    ],
+)
+def test_what_cannot_be_started_from_is_refused(gears3d, tmp_path, arguments, code, told):
+    found, _, err = gears3d("new", tmp_path / "mine", *arguments)
+    assert found == code
+    assert told in err
+    assert not (tmp_path / "mine.toml").exists()
+
+
 def test_nothing_is_overwritten(tmp_path, gears3d):
     (tmp_path / "mine.toml").write_text("# precious\n")
     code, _, err = gears3d("new", tmp_path / "mine.toml")
     assert code == 3
-    assert "is there already" in err
+    assert "exists already" in err
     assert (tmp_path / "mine.toml").read_text() == "# precious\n"
 
 

@@ -119,7 +119,7 @@ def test_out_writes_rows_table_and_figures(gears3d, only, tmp_path):
     page = (tmp_path / "p/papers.html").read_text()
     assert page.count("data:image/png;base64,") == 1
     assert "&lt;b&gt;not bold" in page
-    assert "gears3d run scenarios/rigaud-2020/fig10.toml --model rigid --set" in page
+    assert "gears3d run rigaud-2020/fig10 --model rigid --set" in page
     assert "http" not in page.replace("http-equiv", "")
     assert json.loads((tmp_path / "p/papers.json").read_text())[0]["verdict"] == "agrees"
     assert "a photograph" in (tmp_path / "p/papers.md").read_text()
@@ -164,7 +164,7 @@ def test_a_scenario_runs_once_and_is_a_command_of_its_figure():
     assert bench.run(FIG10, {"run.duration": "0.6 s"}) is not one
     (command,) = bench.commands["fig. 10"]
     assert command == (
-        "gears3d run scenarios/rigaud-2020/fig10.toml --model rigid --set 'run.duration=\"0.5 s\"' "
+        "gears3d run rigaud-2020/fig10 --model rigid --set 'run.duration=\"0.5 s\"' "
         "--set 'motion.harmonics=[{ amplitude = \"4 rpm\", order = 20 }]'"
     )
 
