@@ -126,7 +126,7 @@ def gears3d(
 ) -> None:
     """Involute gears that rattle inside their backlash: simulate, compare, watch.
 
-    Example: gears3d run scenarios/rigaud-2020/fig5-20rpm.toml
+    Example: gears3d run rigaud-2020/fig5-20rpm
     """
 
 

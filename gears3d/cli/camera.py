@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Correct, MapFile, Rig
+
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
     from gears3d.views.camera import Strip
@@ -33,20 +35,18 @@ def camera(
     slow: Annotated[
         float | None, typer.Option(help="Times slower that it is shown; default: 25 frames a second.")
     ] = None,
-    rig: Annotated[Path | None, typer.Option(help="Scenario of the bench, for measured records.")] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
-    correct: Annotated[
-        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
-    ] = None,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what the pictures show as JSON.")] = False,
 ) -> None:
     """Draw the teeth in mesh in pictures over a period, from a run or from a measured record.
 
     Example: gears3d camera runs/fig5-20rpm --out strip.png
 
-    A film of a period: gears3d camera runs/fig5-20rpm --video rattle.mp4 --rate 3200 --slow 128
+    Video of a period: gears3d camera runs/fig5-20rpm --video rattle.mp4 --rate 3200 --slow 128
 
-    Like the camera of a bench: gears3d camera rattle.parquet --rig rig.toml --backlit --drive right --exaggerate 1
+    Measured record: gears3d camera rattle.parquet --rig rigaud-2020/fig5-20rpm --backlit --drive right --exaggerate 1
     """
     _refuse_words(drive=(drive, ("left", "right")), numbers=(numbers, ("pairs", "teeth")))
     taken = _taken(

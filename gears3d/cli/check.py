@@ -7,17 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides
+
 
 def check(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Scenario files (TOML).")],
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the faults as JSON.")] = False,
 ) -> None:
     """List all faults of scenario files, each with its key and a remedy; exit code 3 when there is one.
 
-    Example: gears3d check scenarios/rigaud-2020/*.toml
+    Example: gears3d check rigaud-2020/fig5-20rpm rigaud-2020/fig10
     """
     from gears3d.cli.output import fault_table, print_faults, print_json
     from gears3d.errors import InputError

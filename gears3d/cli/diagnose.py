@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import Correct, MapFile, RequiredRig
+
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
     from gears3d.gate import Admitted
 
 
 def diagnose(
+    rig: RequiredRig,
     records: Annotated[
-        list[Path] | None, typer.Argument(help="Measured records of one rig, or a record.toml that names them.")
+        list[Path] | None, typer.Argument(help="Measured records of one test rig, or a record.toml that names them.")
     ] = None,
-    rig: Annotated[Path | None, typer.Option(help="Scenario of the rig as it is claimed to be.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder for the report, diagnosis, extended rig and film.")] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
-    correct: Annotated[
-        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
-    ] = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
     bodies: Annotated[bool, typer.Option("--3d/--no-3d", help="Measure the gain in the 3D engine, too.")] = True,
     experiments: Annotated[
         bool, typer.Option("--experiments/--no-experiments", help="Propose runs that tell causes from rivals.")
@@ -33,24 +33,22 @@ def diagnose(
 ) -> None:
     """Show what a rig gets wrong of measured records, name the cause, extend the rig, measure the gain.
 
-    Example: gears3d diagnose record.toml --rig rig.toml --out diagnosis
+    Example: gears3d diagnose blind/record.toml --rig blind/rig.toml --out found
 
-    Several records at several speeds tell causes apart that one record cannot. To practise: gears3d challenge.
+    Several records at several speeds separate causes that one record cannot. Records to practise on: gears3d challenge.
     """
     from gears3d.cli.diagnosed import show
     from gears3d.cli.progress import bars
     from gears3d.diagnosis import diagnose as examine
-    from gears3d.errors import Fault, InputError, UsageError
+    from gears3d.errors import InputError, UsageError
     from gears3d.gate import admit
     from gears3d.readers import files_of
     from gears3d.scenario import load
 
-    if rig is None:
-        raise InputError(Fault("--rig", "is missing", "name the scenario of the bench: --rig rig.toml"))
     bench = load(rig)
     pairs = files_of(records or [], map_file)
     if not pairs:
-        raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out DIR")
+        raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out found")
     admitted, faults = [], []
     for file, chart in pairs:
         try:

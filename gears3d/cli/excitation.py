@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -17,18 +19,16 @@ Line = tuple[str, str, str]
 
 
 def excitation(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     out: Annotated[
         Path | None, typer.Option(help="Draw the map of regimes with the operating point (.png, .svg, .pdf).")
     ] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, SI units.")] = False,
 ) -> None:
     """Say how hard the drive shakes the loose gear, and what regime is to be expected; nothing is simulated.
 
-    Example: gears3d excitation scenarios/rigaud-2020/fig5-20rpm.toml --out map.png
+    Example: gears3d excitation rigaud-2020/fig5-20rpm --out map.png
     """
     from gears3d.scenario import load
     from gears3d.simulation.excitation import assess

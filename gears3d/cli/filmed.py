@@ -38,9 +38,10 @@ def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct
         correct: kinds of findings to correct.
 
     Raises:
-        InputError: it is not there, cannot be read, or comes without its rig.
+        InputError: it does not exist, or cannot be read.
+        UsageError: a measured record comes without its rig.
     """
-    from gears3d.errors import Fault, InputError
+    from gears3d.errors import UsageError
     from gears3d.scenario import load
 
     if source.is_dir() or not source.exists():
@@ -53,8 +54,7 @@ def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct
 
         return Filmed(read(source), load(rig))
     if rig is None:
-        remedy = "give --rig SCENARIO: a record does not tell what its gears look like"
-        raise InputError(Fault("--rig", "is missing", remedy, str(source)))
+        raise UsageError(f"Missing option '--rig': {source} is a measured record, give the scenario of its test rig")
     return _measured(source, load(rig), map_file, correct or [])
 
 

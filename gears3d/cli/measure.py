@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Correct, MapFile
+
 if TYPE_CHECKING:
     from gears3d.gate import Admitted
 
@@ -18,13 +20,15 @@ def measure(
         list[Path] | None, typer.Argument(help="Measured records of any format, or a record.toml that names them.")
     ] = None,
     rig: Annotated[
-        Path | None, typer.Option(help="Scenario with the gears of the bench: base radii, teeth, inertia.")
+        Path | None,
+        typer.Option(
+            metavar="SCENARIO",
+            help="Scenario of the test rig. Required, except with --guess or for a record with its own base radii.",
+        ),
     ] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
+    map_file: MapFile = None,
     guess: Annotated[bool, typer.Option("--guess", help="Propose a record.toml, say why, measure nothing.")] = False,
-    correct: Annotated[
-        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
-    ] = None,
+    correct: Correct = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for report.html, signals, impacts, summary; one a record if several.")
     ] = None,
@@ -32,10 +36,11 @@ def measure(
 ) -> None:
     """Examine the sensors of measured records, then cut each into flights and contacts.
 
-    Example: gears3d measure rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out measured
+    Example: gears3d measure rattle.parquet --rig rigaud-2020/fig5-20rpm --out measured
 
-    What the channels of a file are: gears3d measure bench.tdms --guess --rig rig.toml --out record.toml, then
-    gears3d measure record.toml --rig rig.toml
+    Propose a map of the channels: gears3d measure rattle.parquet --guess --rig rigaud-2020/fig5-20rpm --out record.toml
+
+    Measure with a map: gears3d measure record.toml --rig rigaud-2020/fig5-20rpm
     """
     from gears3d.cli.output import print_json
     from gears3d.errors import InputError, UsageError
@@ -55,6 +60,7 @@ def measure(
     for (file, chart), place in zip(pairs, places, strict=True):
         try:
             admitted = admit(file, bench, chart, correct or (), others=known)
+            _require_rig(admitted)
             if _given_before(admitted):
                 continue
             summaries.append(_one(admitted, place, as_json))
@@ -65,6 +71,16 @@ def measure(
         raise InputError(faults)
     if as_json:
         print_json(summaries[0] if len(pairs) == 1 else summaries)
+
+
+def _require_rig(admitted: Admitted) -> None:
+    """Refuse a record without base radii: neither a rig was given, nor is it the record of a model."""
+    from gears3d.errors import UsageError
+
+    if admitted.rig is None and "base_radius_drive_m" not in admitted.recording.meta:
+        raise UsageError(
+            f"Missing option '--rig': {admitted.file} has no base radii, give the scenario of the test rig"
+        )
 
 
 def _given_before(admitted: Admitted) -> bool:

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
+
 if TYPE_CHECKING:
     from gears3d.gears import Pair
     from gears3d.scenario import Scenario
 
 
 def mesh(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="Folder for the files.")],
     format_: Annotated[str, typer.Option("--format", help="Of stl, obj (mm) and glb (m), with commas.")] = "stl",
     chord: Annotated[str, typer.Option(help="Largest distance of the facets from the flanks.")] = "0.5 um",
     gear: Annotated[str, typer.Option(help="drive, loose or both.")] = "both",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the cards as JSON.")] = False,
 ) -> None:
     """Write the gears of a scenario as watertight solids, each with a card: data, mass, hash, command.
@@ -28,7 +28,7 @@ def mesh(
     Flank effects of the scenario are in the solids. The axis is z; the active flank of tooth 1 crosses +x at the
     working pitch radius.
 
-    Example: gears3d mesh scenarios/base/rigaud-2020.toml --out meshes/mine --format stl,glb --chord "2 um"
+    Example: gears3d mesh base/rigaud-2020 --out meshes/mine --format stl,glb --chord "2 um"
     """
     from gears3d.errors import UsageError
     from gears3d.gears.export import write_meshes

@@ -42,9 +42,7 @@ def new(
     except FileExistsError as error:
         raise InputError(Fault("", "exists already", "choose another name", str(file))) from error
     except OSError as error:
-        raise InputError(
-            Fault("", f"cannot be written: {error.strerror}", "choose a folder", str(file))
-        ) from error
+        raise InputError(Fault("", f"cannot be written: {error.strerror}", "choose a folder", str(file))) from error
     then = [f"gears3d excitation {file}", f"gears3d run {file} --out runs/{stem}"]
     if kind == "bench":
         then = [f"gears3d measure FILE --guess --rig {file} --out record.toml"]

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
+
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
 def record(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.")],
     test: Annotated[
         str, typer.Option(help="rattle; rundown: gears coast; threshold: the swing grows, falls; ste: slow turns.")
@@ -28,14 +30,18 @@ def record(
         typer.Option(help='Of the swing of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
     ] = None,
     turns: Annotated[float | None, typer.Option(help="Of the drive in slow turns, each way.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
 ) -> None:
     """Record a scenario as a test bench would: two encoders with their counts, rate, noise and errors.
 
-    Example: gears3d record scenarios/rigaud-2020/fig5-20rpm.toml --out rattle.parquet --seed 7
+    Example: gears3d record rigaud-2020/fig5-20rpm --out rattle.parquet --seed 7
+
+    Coast-down: gears3d record rigaud-2020/fig5-20rpm --test rundown --speed "60 rpm" --out rundown.parquet
+
+    Slow turns: gears3d record rigaud-2020/fig2 --test ste --out slow.parquet
+
+    Threshold: gears3d record rigaud-2020/fig5-20rpm --test threshold --set "run.duration=20 s" --out sweep.parquet
     """
     from gears3d.cli.progress import bars
     from gears3d.errors import Fault, InputError

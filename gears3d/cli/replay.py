@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Correct, MapFile, Rig
+
 _MAGIC = b"RRF"
 """What a rerun recording begins with."""
 
@@ -22,11 +24,9 @@ def replay(
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Put the time cursor there, in seconds, and hold.")] = None,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
-    rig: Annotated[Path | None, typer.Option(help="Scenario of the bench, for measured records.")] = None,
-    map_file: Annotated[Path | None, typer.Option("--map", help="record.toml that says what the channels are.")] = None,
-    correct: Annotated[
-        list[str] | None, typer.Option(metavar="KIND,...", help="Faults of sensors and clock to correct.")
-    ] = None,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    correct: Correct = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
 ) -> None:
     """Make the replay of a run or of a measured record and open it in the rerun viewer; a run's is made once.
@@ -35,9 +35,9 @@ def replay(
 
     Example: gears3d replay runs/fig5-20rpm --at 2.115
 
-    What was measured: gears3d replay rattle.parquet --rig rig.toml --out rattle.rrd
+    Measured record: gears3d replay rattle.parquet --rig rigaud-2020/fig5-20rpm --out rattle.rrd
 
-    Beside a run: gears3d replay rattle.parquet runs/fig5-20rpm --rig rig.toml --out both.rrd
+    Record and run: gears3d replay rattle.parquet runs/fig5-20rpm --rig rigaud-2020/fig5-20rpm --out both.rrd
     """
     from gears3d.errors import UsageError
 
@@ -47,6 +47,8 @@ def replay(
         file = _several(runs, rig, map_file, correct, out, at)
     elif rig is not None:
         file = _measured(runs[0], rig, map_file, correct, out, at)
+    elif runs[0].is_file() and runs[0].suffix != ".rrd":
+        raise UsageError(f"Missing option '--rig': {runs[0]} is a measured record, give the scenario of its test rig")
     else:
         if at is not None:
             _inside(runs[0], at)

@@ -15,7 +15,7 @@ def reveal(
 ) -> None:
     """Open the sealed answer of a challenge and tell what a diagnosis got right.
 
-    Example: gears3d reveal blind diagnosed/diagnosis.json
+    Example: gears3d reveal blind found
     """
     from gears3d.challenge import reveal as score
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
 from gears3d.cli.run_stream import refuse_with_stream, streamed
 from gears3d.errors import EngineError, GearsError
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     model: Annotated[
         str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF), plastic (closed form) or lubricated.")
     ] = "bullet",
@@ -31,9 +32,7 @@ def run(
         str, typer.Option(help="Model to compare with: rigid (default for bullet), plastic, bullet or none.")
     ] = "",
     out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<scenario's name>.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
     error_estimate: Annotated[
         bool, typer.Option("--error-estimate", help="Of the bullet model: how far off half the step finds the run.")
@@ -45,7 +44,7 @@ def run(
 ) -> None:
     """Simulate a scenario, compare it with its twin, and write the run folder.
 
-    Example: gears3d run scenarios/rigaud-2020/fig5-20rpm.toml --set impact.restitution=0.5
+    Example: gears3d run rigaud-2020/fig5-20rpm --set impact.restitution=0.5
     """
     from gears3d.runs import RunFolder, default_folder
     from gears3d.scenario import load

@@ -7,24 +7,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
+
 if TYPE_CHECKING:
     from gears3d.gears.sheet import Quantity
     from gears3d.scenario import Scenario
 
 
 def show(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     out: Annotated[
         Path | None, typer.Option(help="Draw the mesh there (.png, .svg, .pdf); nothing is drawn without it.")
     ] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the data sheet as JSON, SI units.")] = False,
 ) -> None:
     """Print the data sheet of a gear pair in the terms of ISO 21771, and draw its mesh.
 
-    Example: gears3d show scenarios/base/rigaud-2020.toml --out mesh.png
+    Example: gears3d show base/rigaud-2020 --out mesh.png
     """
     from gears3d.gears.sheet import data_sheet
     from gears3d.scenario import load

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides, ScenarioName
+
 if TYPE_CHECKING:
     from gears3d.sweep import Done, Plan
 
 
 def sweep(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="Folder; one that holds a part of the same sweep is gone on with.")],
     vary: Annotated[
         list[str],
@@ -39,9 +41,7 @@ def sweep(
     point_limit: Annotated[str, typer.Option(help="Time that a point may take, e.g. '60 s'; default none.")] = "",
     longest: Annotated[str, typer.Option(help="A sweep expected to take longer is not begun.")] = "86400 s",
     block: Annotated[int | None, typer.Option(help="Points of a block; default some seconds' worth.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-    ] = None,
+    set_: Overrides = None,
     estimate: Annotated[bool, typer.Option(help="Only say how long it would take.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw what the dataset has a picture for.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print what became of it as JSON.")] = False,
@@ -50,7 +50,7 @@ def sweep(
 
     The same command goes on where it was broken off.
 
-    Example: gears3d sweep scenarios/rigaud-2020/fig5-20rpm.toml --vary "drag.torque=0.1..1.5 N m lin 50" --out sweep
+    Example: gears3d sweep rigaud-2020/fig5-20rpm --vary "drag.torque=0.1..1.5 N m lin 50" --out sweep
     """
     from gears3d.scenario import load
     from gears3d.sweep import make_plan

@@ -49,5 +49,5 @@ def bench() -> None:
 
     Every test has a --help of its own and takes --out DIR and --json.
 
-    Example: gears3d bench ste scenarios/rigaud-2020/fig2.toml --out ste
+    Example: gears3d bench ste rigaud-2020/fig2 --out ste
     """

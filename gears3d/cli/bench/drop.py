@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, finish, quantities, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, finish, quantities, write
 
 
 def drop(
-    scenario: ScenarioFile,
+    scenario: ScenarioName,
     out: OutFolder,
     speeds: Annotated[str, typer.Option(help="On arrival.")] = "5, 10, 20, 50, 100 mm/s",
     repeat: Annotated[int, typer.Option(help="Drops at each speed, at different places of the mesh.")] = 4,
@@ -19,7 +19,7 @@ def drop(
 ) -> None:
     """Let the loose gear come upon both flanks across the gap at several speeds, and see what they give back.
 
-    Example: gears3d bench drop scenarios/base/rigaud-2020.toml --speeds "5, 20, 100 mm/s" --out drop
+    Example: gears3d bench drop base/rigaud-2020 --speeds "5, 20, 100 mm/s" --out drop
     """
     from gears3d.bench import drops
     from gears3d.bench.drawing import drop_picture

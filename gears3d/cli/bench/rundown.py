@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, finish, quantity, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
 
 
 def rundown(
-    scenario: ScenarioFile,
+    scenario: ScenarioName,
     out: OutFolder,
     speed: Annotated[str | None, typer.Option(help="Of the loose gear at the start; default as the drive's.")] = None,
     seed: Seed = None,
@@ -19,7 +19,7 @@ def rundown(
 ) -> None:
     """Let the loose gear run down out of mesh, slowed by its drag alone, and find that drag from the record.
 
-    Example: gears3d bench rundown scenarios/base/rigaud-2020.toml --speed "60 rpm" --out rundown
+    Example: gears3d bench rundown base/rigaud-2020 --speed "60 rpm" --out rundown
     """
     from gears3d.bench import rundown as run
     from gears3d.cli.progress import bars

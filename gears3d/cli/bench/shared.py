@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import Overrides as Overrides
+from gears3d.cli.options import ScenarioName as ScenarioName
+
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.figure import Figure
@@ -18,12 +21,8 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-ScenarioFile = Annotated[Path, typer.Argument(metavar="SCENARIO", help="Scenario of the rig (TOML).")]
 OutFolder = Annotated[Path, typer.Option(help="Folder for records, table, picture and summary.")]
 Seed = Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")]
-Overrides = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
-]
 AsJson = Annotated[bool, typer.Option("--json", help="Print summary.json.")]
 
 

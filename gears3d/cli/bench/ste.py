@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, finish, quantity, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
 
 
 def ste(
-    scenario: ScenarioFile,
+    scenario: ScenarioName,
     out: OutFolder,
     speed: Annotated[str, typer.Option(help="Of the drive, each way.")] = "1 rpm",
     turns: Annotated[float | None, typer.Option(help="Of the drive, each way; default whole hunting cycles.")] = None,
@@ -20,9 +20,9 @@ def ste(
 ) -> None:
     """Turn the rig slowly forth on its active flanks and back on its reverse ones; what it gives is φ, ψ and backlash.
 
-    The record is as measured ones are: gears3d identify transmission-error DIR/record.parquet --rig DIR/scenario.toml
+    Example: gears3d bench ste rigaud-2020/fig2 --out ste
 
-    Example: gears3d bench ste scenarios/rigaud-2020/fig2.toml --out ste
+    The same from its record: gears3d identify transmission-error ste/record.parquet --rig ste/scenario.toml
     """
     from math import pi
 

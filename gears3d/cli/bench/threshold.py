@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioFile, Seed, finish, quantities, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantities, write
 
 
 def threshold(
-    scenario: ScenarioFile,
+    scenario: ScenarioName,
     out: OutFolder,
     frequencies: Annotated[str | None, typer.Option(help='Of the swing, e.g. "0.75, 1.5, 3 Hz".')] = None,
     span: Annotated[str, typer.Option(help="Of the swing, over that at which contact should be lost.")] = "0.9..1.1",
@@ -21,9 +21,9 @@ def threshold(
 ) -> None:
     """Let the drive's swing grow and fall; Λ* is where the gap opens by more than 0.1 µm, up and down.
 
-    The records are as measured ones are: gears3d identify threshold DIR/record-3Hz.parquet --rig DIR/scenario.toml
+    Example: gears3d bench threshold rigaud-2020/fig5-5rpm --frequencies "1.5, 3 Hz" --out threshold
 
-    Example: gears3d bench threshold scenarios/rigaud-2020/fig5-5rpm.toml --frequencies "1.5, 3 Hz" --out threshold
+    The same from its record: gears3d identify threshold threshold/record-3Hz.parquet --rig threshold/scenario.toml
     """
     from math import isnan
 

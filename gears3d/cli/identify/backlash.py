@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
 
 
 def backlash(
     files: Files,
-    rig: Rig = None,
+    rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -15,7 +15,7 @@ def backlash(
 ) -> None:
     """Identify the mean backlash and its orders from slow turns forth and back.
 
-    Example: gears3d identify backlash slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out backlash.png
+    Example: gears3d identify backlash slow.parquet --rig rigaud-2020/fig2 --out backlash.png
     """
     from gears3d.identification import identify_backlash, orders_picture
 

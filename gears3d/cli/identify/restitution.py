@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
 
 
 def restitution(
     files: Files,
-    rig: Rig = None,
+    rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -15,14 +15,11 @@ def restitution(
 ) -> None:
     """Identify the law of restitution from rattle records of one bench: constant or linear in speed, flanks, scatter.
 
-    Example: gears3d identify restitution rattle.parquet --rig scenarios/rigaud-2020/fig5-20rpm.toml --out e.png
+    Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --out e.png
     """
-    from gears3d.errors import Fault, InputError
     from gears3d.identification import identify_restitution, restitution_picture
     from gears3d.measurement import measure
 
-    if rig is None:
-        raise InputError(Fault("--rig", "is missing", "give --rig SCENARIO: angles alone have no displacement"))
     records = admitted(files, rig, map_file, correct)
     found = [measure(one.recording, one.rig, one.file) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, answer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +24,10 @@ def rundown(
     law: Annotated[str | None, typer.Option(help='Fit this law, e.g. "coulomb+viscous"; default: the best.')] = None,
     meshed: Annotated[list[Path] | None, typer.Option(help="Run-down of both gears in mesh; repeatable.")] = None,
     drive_alone: Annotated[list[Path] | None, typer.Option(help="Run-down of the drive alone; repeatable.")] = None,
-    rig: Rig = None,
+    rig: Annotated[
+        Path | None,
+        typer.Option(metavar="SCENARIO", help="Scenario of the test rig. Required with --meshed or without --inertia."),
+    ] = None,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -48,8 +51,9 @@ def rundown(
         read = partial(_track, map_file=map_file, correct=correct)
         found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
+        known = _inertia(inertia, inertia_uncertainty, rig)
         tracks = [_track(file, "loose", map_file, correct) for file in files]
-        found = ident.identify_rundown(tracks, *_inertia(inertia, inertia_uncertainty, rig), law=law)
+        found = ident.identify_rundown(tracks, *known, law=law)
     answer(found, ident.rundown_picture, out, as_json)
 
 
@@ -71,11 +75,11 @@ def _mesh(
     read: Callable[[Path, str], Track],
 ) -> Identified:
     from gears3d import identification as ident
-    from gears3d.errors import Fault, InputError
+    from gears3d.errors import Fault, InputError, UsageError
     from gears3d.scenario import load
 
     if rig is None:
-        raise InputError(Fault("--rig", "is missing", "mesh drag needs both inertias and both base radii"))
+        raise UsageError("Missing option '--rig': mesh drag needs both inertias and both base radii")
     scenario = load(rig)
     constants = scenario.rig()
 
@@ -96,7 +100,7 @@ def _mesh(
 
 
 def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
-    from gears3d.errors import Fault, InputError
+    from gears3d.errors import Fault, InputError, UsageError
     from gears3d.scenario import load
     from gears3d.units import parse
 
@@ -113,7 +117,7 @@ def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, f
     if inertia:
         return quantity(inertia, "--inertia"), spread
     if rig is None:
-        remedy = 'give --inertia "0.0695 kg m^2" or --rig SCENARIO: a run-down knows only the ratio of drag and inertia'
-        raise InputError(Fault("--inertia", "is missing", remedy))
+        reason = "a coast-down determines only the ratio of drag and inertia"
+        raise UsageError(f"Missing option '--inertia' or '--rig': {reason}; e.g. --inertia \"0.0695 kg m^2\"")
     scenario = load(rig)
     return scenario.rig().inertia, spread or scenario.uncertainty.get("gears.loose.inertia", 0.0)

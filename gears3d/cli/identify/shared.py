@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import Correct as Correct
+from gears3d.cli.options import MapFile as MapFile
+from gears3d.cli.options import RequiredRig as RequiredRig
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -16,16 +20,13 @@ if TYPE_CHECKING:
     from gears3d.identification import Identified
 
 Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
-Rig = Annotated[Path | None, typer.Option(help="Scenario of the bench.")]
-MapFile = Annotated[Path | None, typer.Option("--map", help="record.toml that says what the columns are.")]
-Correct = Annotated[list[str] | None, typer.Option(metavar="KIND", help="Sensor finding to correct; repeatable.")]
 Out = Annotated[Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
 
 def admitted(
     files: Sequence[Path],
-    rig: Path | None,
+    rig: Path,
     map_file: Path | None = None,
     correct: Sequence[str] | None = None,
     needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
@@ -34,7 +35,7 @@ def admitted(
 
     Args:
         files: the records.
-        rig: scenario of the bench.
+        rig: scenario of the test rig.
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
         needs: columns that must be there besides time, alternatives as a tuple.
@@ -46,8 +47,7 @@ def admitted(
     from gears3d.gate import admit_all
     from gears3d.scenario import load
 
-    bench = None if rig is None else load(rig)
-    records = admit_all(files, bench, map_file, correct or (), needs=needs)
+    records = admit_all(files, load(rig), map_file, correct or (), needs=needs)
     for record in records:
         show_findings(record.findings, record.file, quiet=True)
     return records

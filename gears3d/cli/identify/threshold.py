@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
 
 
 def threshold(
     files: Files,
-    rig: Rig = None,
+    rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -17,14 +17,10 @@ def threshold(
 
     A file holds a swing that slowly grows, falls or both; or one swing, files in the order of recording.
 
-    Example: gears3d identify threshold sweep.parquet --rig scenarios/rigaud-2020/fig5-5rpm.toml --out threshold.png
+    Example: gears3d identify threshold sweep.parquet --rig rigaud-2020/fig5-20rpm --out threshold.png
     """
     from gears3d import identification as ident
-    from gears3d.errors import Fault, InputError
 
-    if rig is None:
-        remedy = "give the bench: base radii, inertia, backlash, and motion.harmonics[0] for the frequency"
-        raise InputError(Fault("--rig", "is missing", remedy))
     sweeps = []
     for record in admitted(files, rig, map_file, correct):
         assert record.rig is not None

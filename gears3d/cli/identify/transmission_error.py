@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, Rig, admitted, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
 
 
 def transmission_error(
     files: Files,
-    rig: Rig = None,
+    rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -15,7 +15,7 @@ def transmission_error(
 ) -> None:
     """Identify the transmission error of both flanks, order by order, from slow turns forth and back.
 
-    Example: gears3d identify transmission-error slow.parquet --rig scenarios/rigaud-2020/fig2.toml --out ste.png
+    Example: gears3d identify transmission-error slow.parquet --rig rigaud-2020/fig2 --out ste.png
     """
     from gears3d.identification import identify_transmission_error, orders_picture
 
