@@ -1,10 +1,11 @@
 """The command line: ``gears3d VERB``.
 
 To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name, or ``<verb>_`` where Python has
-one of that name already (its docstring is the help and holds an example; it takes ``--json``), and add the name to
-``VERBS``. A verb's file is loaded to show the help, so it imports anything heavy inside its functions. A verb of
-several kinds is a package with a typer ``app``. A verb raises ``GearsError`` for what a user can mend,
-``typer.Exit(code)`` for another exit code, and returns for 0.
+one of that name already, and add the name to ``VERBS``. Its docstring is the help and ends lines with examples that
+``tests/cli/test_wheel.py`` runs; it takes ``--json``; options that verbs share are in ``options``. A verb's file is
+loaded to show the help, so it imports anything heavy inside its functions. A verb of several kinds is a package with a
+typer ``app``. A verb raises ``GearsError`` for what a user can fix, ``typer.Exit(code)`` for another exit code, and
+returns for 0.
 """
 
 from __future__ import annotations
@@ -69,12 +70,12 @@ class _Verbs(TyperGroup):
         """Return a verb.
 
         Raises:
-            UsageError: there is none of that name.
+            UsageError: the verb is unknown.
         """
         if cmd_name not in (known := self.list_commands(ctx)):
-            if ctx.resilient_parsing:  # a shell asks how the line may go on
+            if ctx.resilient_parsing:  # a shell completes the line
                 return None
-            raise UsageError(f"there is no verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
+            raise UsageError(f"unknown verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
         made = import_module(f"gears3d.cli.{cmd_name}")
         if hasattr(made, "app"):
             return get_command(made.app)

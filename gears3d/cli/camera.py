@@ -1,4 +1,4 @@
-"""``gears3d camera``: the mesh as a high-speed camera sees it."""
+"""``gears3d camera``: the mesh as in a high-speed recording."""
 
 from __future__ import annotations
 
@@ -23,22 +23,30 @@ def camera(
         str, typer.Option(metavar="SPAN", help='period, mesh, revolution, "2 periods" or "20 ms".')
     ] = "period",
     at: Annotated[
-        str | None, typer.Option(metavar="TIME", help='First picture, e.g. "1.5 s"; default amid an active contact.')
+        str | None,
+        typer.Option(
+            metavar="TIME", help='First picture, e.g. "1.5 s"; default: middle of a contact on the active flank.'
+        ),
     ] = None,
     zoom: Annotated[str, typer.Option(help="mesh, tooth or gears.")] = "mesh",
-    exaggerate: Annotated[str, typer.Option(metavar="FACTOR", help="Drawn gap over gap, 1 is true scale.")] = "auto",
-    backlit: Annotated[bool, typer.Option("--backlit", help="Dark gears before a light, no colours.")] = False,
-    drive: Annotated[str, typer.Option(help="Side of the drive gear: left or right.")] = "left",
-    numbers: Annotated[str, typer.Option(help="pairs, from the first picture on, or teeth of each gear.")] = "pairs",
-    video: Annotated[Path | None, typer.Option(help="Film to write too (.mp4) of the same span.")] = None,
-    rate: Annotated[float, typer.Option(min=1.0, help="Frames a second that the film is taken with.")] = 3200.0,
+    exaggerate: Annotated[
+        str, typer.Option(metavar="FACTOR", help="Ratio of the drawn gap to the true gap; 1 is true scale.")
+    ] = "auto",
+    backlit: Annotated[bool, typer.Option("--backlit", help="Dark gears on a light background, no colours.")] = False,
+    drive: Annotated[str, typer.Option(help="Side of the driving gear: left or right.")] = "left",
+    numbers: Annotated[
+        str,
+        typer.Option(help="Number tooth pairs from the first picture on (pairs), or the teeth of each gear (teeth)."),
+    ] = "pairs",
+    video: Annotated[Path | None, typer.Option(help="Video to write as well (.mp4), of the same span.")] = None,
+    rate: Annotated[float, typer.Option(min=1.0, help="Frame rate of the recording, 1/s.")] = 3200.0,
     slow: Annotated[
-        float | None, typer.Option(help="Times slower that it is shown; default: 25 frames a second.")
+        float | None, typer.Option(help="Slow-motion factor of the playback; default: 25 frames per second.")
     ] = None,
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what the pictures show as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the content of the pictures as JSON.")] = False,
 ) -> None:
     """Draw the teeth in mesh in pictures over a period, from a run or from a measured record.
 
@@ -63,8 +71,8 @@ def camera(
     else:
         _show(out, taken)
         if film is not None:
-            told = f"{film['frames']} frames, {rate:g} a second slowed {film['slowed']:g} times"
-            typer.echo(f"film written to {video}: {told}")
+            size = f"{film['frames']} frames at {rate:g} 1/s, played {film['slowed']:g} times slower"
+            typer.echo(f"video written to {video}: {size}")
 
 
 def _film(path: Path, taken: Strip, rate: float, slow: float | None) -> dict[str, Any]:
@@ -72,7 +80,7 @@ def _film(path: Path, taken: Strip, rate: float, slow: float | None) -> dict[str
     from gears3d.views.camera import write_film
 
     with bars() as track:
-        return write_film(path, taken.subject, taken.look, taken.span, rate, slow, track("film", taken.span[1] * rate))
+        return write_film(path, taken.subject, taken.look, taken.span, rate, slow, track("video", taken.span[1] * rate))
 
 
 def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:
@@ -91,7 +99,7 @@ def _seen(source: Path, rig: Path | None, map_file: Path | None, correct: list[s
 
 
 def _taken(seen: tuple[Any, Scenario], **asked: Any) -> Strip:
-    """Return the pictures; what is wrong with an option is told by its name on the command line."""
+    """Return the pictures; faults of options carry their names on the command line."""
     from gears3d.errors import InputError
     from gears3d.views.camera import camera as take
 
@@ -139,6 +147,6 @@ def _show(out: Path, taken: Strip) -> None:
     Console(highlight=False).print(rows)
     if not taken.subject.placed:
         typer.echo(
-            "the record does not tell where its teeth stand: tooth 1 is taken to begin at the pitch point", err=True
+            "tooth positions are unknown in this record: tooth 1 is assumed to start at the pitch point", err=True
         )
-    typer.echo(f"gap drawn {taken.look.factor:g} times as wide; picture written to {out}")
+    typer.echo(f"gap drawn {taken.look.factor:g} times its width; picture written to {out}")

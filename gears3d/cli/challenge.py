@@ -1,4 +1,4 @@
-"""``gears3d challenge``: hide an effect in synthetic records and seal the answer."""
+"""``gears3d challenge``: synthetic records with a hidden effect and a sealed answer."""
 
 from __future__ import annotations
 
@@ -10,26 +10,35 @@ import typer
 
 def challenge(
     out: Annotated[Path, typer.Option(help="Folder to write.")],
-    seed: Annotated[int | None, typer.Option(help="Draws the same challenge again; default: a new one.")] = None,
-    effect: Annotated[
-        list[str] | None, typer.Option(metavar="KIND", help="Kind to hide; repeatable. Default: the seed decides.")
+    seed: Annotated[
+        int | None, typer.Option(help="Random seed; the same seed repeats the challenge. Default: a new one.")
     ] = None,
-    none: Annotated[bool, typer.Option("--none", help="Hide nothing.")] = False,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KIND", help="Kind of effect to hide; repeatable. Default: chosen by the seed."),
+    ] = None,
+    none: Annotated[bool, typer.Option("--none", help="Hide no effect.")] = False,
     unknown: Annotated[bool, typer.Option("--unknown", help="Hide a cause outside the catalogue.")] = False,
-    rig: Annotated[Path | None, typer.Option(help="Scenario of the bench; default: drawn.")] = None,
-    size: Annotated[float | None, typer.Option(help="Of the effect, as a share of its unit size.")] = None,
-    noise: Annotated[float | None, typer.Option(help="Of the encoders, as a share of the gap.")] = None,
-    duration: Annotated[str | None, typer.Option(help='Of a record, e.g. "3 s".')] = None,
-    records: Annotated[int, typer.Option(help="How many.", min=1, max=20)] = 5,
+    rig: Annotated[
+        Path | None, typer.Option(metavar="SCENARIO", help="Scenario of the test rig; default: chosen by the seed.")
+    ] = None,
+    size: Annotated[float | None, typer.Option(help="Size of the effect, relative to its unit size.")] = None,
+    noise: Annotated[float | None, typer.Option(help="Encoder noise, relative to the backlash.")] = None,
+    duration: Annotated[str | None, typer.Option(help='Duration of a record, e.g. "3 s".')] = None,
+    records: Annotated[int, typer.Option(help="Number of records.", min=1, max=20)] = 5,
     zero: Annotated[
-        str, typer.Option(metavar="common|arbitrary", help="Marks that encoders count from in all records, or in each.")
+        str,
+        typer.Option(
+            metavar="common|arbitrary",
+            help="Angular datum of the encoders: the same in all records, or arbitrary in each.",
+        ),
     ] = "common",
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value of --rig; repeatable.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
-    """Hide an effect, nothing, or something no catalogue has in records of a bench, and seal the answer.
+    """Write records of a test rig with a hidden effect, none, or a cause outside the catalogue; seal the answer.
 
     Example: gears3d challenge --seed 7 --out blind
     """
@@ -44,7 +53,7 @@ def challenge(
     if sum(map(bool, (effect, none, unknown))) > 1:
         raise UsageError("give one of --effect, --none and --unknown")
     if set_ and rig is None:
-        raise UsageError("--set changes the scenario of --rig, which is not given")
+        raise UsageError("--set changes the scenario of --rig: give --rig as well")
     for name, share in (("--size", size), ("--noise", noise)):
         if share is not None and not 0.0 <= share <= 10.0:
             raise UsageError(f"{name} is {share}: a share, e.g. 0.2")

@@ -11,11 +11,11 @@ from gears3d.cli.options import Overrides
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Scenario files (TOML).")],
+    files: Annotated[list[Path], typer.Argument(metavar="SCENARIO...", help="Shipped scenarios or TOML files.")],
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the faults as JSON.")] = False,
 ) -> None:
-    """List all faults of scenario files, each with its key and a remedy; exit code 3 when there is one.
+    """List all faults of scenario files, each with its key and a remedy; exit code 3 if there are any.
 
     Example: gears3d check rigaud-2020/fig5-20rpm rigaud-2020/fig10
     """

@@ -1,4 +1,4 @@
-"""``gears3d compare``: one recording held against another."""
+"""``gears3d compare``: one recording compared with another."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ if TYPE_CHECKING:
 
 
 def compare(
-    a: Annotated[Path, typer.Argument(help="What is tested: a run folder, a Parquet or CSV record.")],
-    b: Annotated[Path, typer.Argument(help="The reference, the same; a run's twin lies in RUN/twin.")],
+    a: Annotated[Path, typer.Argument(help="Tested recording: a run folder, a Parquet or CSV record.")],
+    b: Annotated[
+        Path, typer.Argument(help="Reference recording, of the same kinds; the twin of a run is in RUN/twin.")
+    ],
     mode: Annotated[
         str | None, typer.Option(help="trajectory or distribution; default: by the reference's Lyapunov exponent.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf); none is drawn without it.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
 ) -> None:
     """Compare the impacts of two recordings; errors are relative to the second.
 
     Example: gears3d compare runs/fig5-20rpm runs/fig5-20rpm/twin --out comparison.png
     """
-    from gears3d import comparison as room
+    from gears3d import comparison
     from gears3d.errors import Fault, InputError
     from gears3d.recording import read
 
@@ -34,16 +34,16 @@ def compare(
     for path, record in ((a, tested), (b, reference)):
         if "model" not in record.meta and not len(record.impacts["time_s"]):
             remedy = "name a folder with impacts.parquet"
-            raise InputError(Fault("", "has angles but no table of impacts to compare", remedy, str(path)))
-    found = room.compare(tested, reference, mode=mode)
+            raise InputError(Fault("", "has angles, but not a table of impacts to compare", remedy, str(path)))
+    found = comparison.compare(tested, reference, mode=mode)
     if out is not None:
-        room.write_picture(out, found, tested, reference)
+        comparison.write_picture(out, found, tested, reference)
     if as_json:
         from gears3d.cli.output import print_json
 
         print_json(found.details())
         return
-    _show(found, f"{a} against {b}")
+    _show(found, f"{a} compared with {b}")
     typer.echo(f"picture written to {out}" if out is not None else "for a picture: --out comparison.png")
 
 
@@ -83,12 +83,12 @@ def rows(found: Comparison) -> list[tuple[str, str]]:
         lines.append(("phase error", f"{found.phase_error_median_cycles:.2g} cycles"))
     for test in found.tests:
         word = "[red]different[/]" if test.different else "no difference found"
-        power = f"; {_percent(test.detectable)} would show" if test.detectable else ""
+        power = f"; minimum detectable effect {_percent(test.detectable)}" if test.detectable else ""
         lines.append((test.quantity.replace(".", " "), f"{word} (p = {test.p_value:.2g}{power})"))
     if found.rate_ratio is not None:
         value, low, high = found.rate_ratio
         lines.append(("impacts per time, ratio", f"{value:.3f} ({low:.3f} to {high:.3f})"))
-    lines.append(("counted", f"after flights higher than {found.flight_height_min_m * 1e6:.3g} µm"))
+    lines.append(("counted", f"impacts after free flights higher than {found.flight_height_min_m * 1e6:.3g} µm"))
     return lines
 
 

@@ -1,4 +1,4 @@
-"""``gears3d describe``: what one recording says."""
+"""``gears3d describe``: the results of one recording."""
 
 from __future__ import annotations
 
@@ -10,13 +10,11 @@ import typer
 
 def describe(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
-    lines: Annotated[int, typer.Option(min=1, help="Lines of each spectrum.")] = 5,
-    out: Annotated[
-        Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf); none is drawn without it.")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    lines: Annotated[int, typer.Option(min=1, help="Number of lines of each spectrum.")] = 5,
+    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print all results as JSON.")] = False,
 ) -> None:
-    """Say what a recording shows: regime, motion, impacts, energies, durations, lines of its spectra.
+    """Report the results of a recording: regime, motion, impacts, energies, durations, lines of its spectra.
 
     Example: gears3d describe runs/fig5-20rpm/twin --out sections.png
     """
@@ -27,7 +25,7 @@ def describe(
     recording = read(run)
     if "model" not in recording.meta and not len(recording.impacts["time_s"]):
         remedy = "name a folder with impacts.parquet"
-        raise InputError(Fault("", "has angles but no table of impacts to tell of", remedy, str(run)))
+        raise InputError(Fault("", "has angles, but not a table of impacts to describe", remedy, str(run)))
     found = {**told(recording), "spectra": _spectra(recording, lines)}
     if out is not None:
         from gears3d.views.signals import write_picture
@@ -69,7 +67,7 @@ def _show(found: dict[str, Any], title: str) -> None:
 
 
 def rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value); what is not known is left out.
+    """Return the table's lines as (name, value); unknown values are excluded.
 
     Args:
         found: what ``gears3d.describe`` returned, with ``spectra``.
@@ -84,13 +82,13 @@ def rows(found: dict[str, Any]) -> list[tuple[str, str]]:
     for flank in ("active", "reverse"):
         lines += _flank(found, flank)
     if found["energy_J_s"] is not None:
-        lines.append(("impacts take", f"{found['energy_J_s'] * 1e3:.3g} mW"))
+        lines.append(("power dissipated by impacts", f"{found['energy_J_s'] * 1e3:.3g} mW"))
     if found["excitation"] is not None:
         lines.append(("excitation Λ", f"{found['excitation']:.3g}"))
     if found["flights"]:
         longest, high = found["flight_longest_s"] * 1e3, found["flight_height_max_m"]
         top = f", {high * 1e6:.4g} µm high" if high is not None else ""
-        lines.append(("flights", f"{found['flights']}, the longest {longest:.4g} ms{top}"))
+        lines.append(("free flights", f"{found['flights']}, the longest {longest:.4g} ms{top}"))
     if found["flight_share"] is not None:
         parts = [f"{found[f'{one}_share']:.1%} {one}" for one in ("active", "reverse", "flight")]
         exact = "" if found["durations_from"] == "contacts" else " (from samples)"
@@ -108,7 +106,7 @@ def _flank(found: dict[str, Any], flank: str) -> list[tuple[str, str]]:
     if restitution is not None:
         text += f", restitution {restitution:.3g}"
     if across is not None:
-        text += f"; flights across last {across * 1e3:.4g} ms"
+        text += f"; crossings of the backlash last {across * 1e3:.4g} ms"
         hard = found[f"{flank}_crossing_velocity_mean_m_s"]
         text += f" and end with {abs(hard) * 1e3:.4g} mm/s" if hard is not None else ""
     return [(f"{flank} flank", text)]

@@ -1,4 +1,4 @@
-"""``gears3d diagnose``: what a rig gets wrong of measured records, why, the extended rig, and what it is worth."""
+"""``gears3d diagnose``: causes of deviations between measured records and a rig, and the extended rig."""
 
 from __future__ import annotations
 
@@ -19,19 +19,21 @@ def diagnose(
     records: Annotated[
         list[Path] | None, typer.Argument(help="Measured records of one test rig, or a record.toml that names them.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for the report, diagnosis, extended rig and film.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for report, diagnosis, extended rig and replay.")] = None,
     map_file: MapFile = None,
     correct: Correct = None,
-    bodies: Annotated[bool, typer.Option("--3d/--no-3d", help="Measure the gain in the 3D engine, too.")] = True,
+    bodies: Annotated[
+        bool, typer.Option("--3d/--no-3d", help="Measure the held-out error reduction in the 3D engine as well.")
+    ] = True,
     experiments: Annotated[
-        bool, typer.Option("--experiments/--no-experiments", help="Propose runs that tell causes from rivals.")
+        bool, typer.Option("--experiments/--no-experiments", help="Propose runs that separate competing hypotheses.")
     ] = True,
     film: Annotated[
-        bool, typer.Option("--replay/--no-replay", help="Write replay.rrd: measured, base and extended rig.")
+        bool, typer.Option("--replay/--no-replay", help="Write replay.rrd: record, rig and extended rig.")
     ] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print the diagnosis as JSON.")] = False,
 ) -> None:
-    """Show what a rig gets wrong of measured records, name the cause, extend the rig, measure the gain.
+    """Find where measured records deviate from a rig, identify the cause, extend the rig, measure the error reduction.
 
     Example: gears3d diagnose blind/record.toml --rig blind/rig.toml --out found
 
@@ -71,10 +73,10 @@ def diagnose(
         return
     show(found)
     if out is None:
-        typer.echo("to keep it, with a report and the extended rig: --out DIR")
+        typer.echo("to write a report and the extended rig: --out DIR")
     else:
         typer.echo(f"report: {out / 'report.html'}")
-        typer.echo(f"{'extended rig' if found.causes else 'rig as it is'}: {out / 'extended.toml'}")
+        typer.echo(f"{'extended rig' if found.causes else 'rig unchanged'}: {out / 'extended.toml'}")
     if filmed:
         typer.echo(filmed)
 
@@ -97,7 +99,7 @@ def _write(found: Diagnosis, out: Path) -> None:
 
 
 def _replay(found: Diagnosis, admitted: list[Admitted], file: Path) -> str:
-    """Write the film and return what it shows in a line; where it cannot be made, say why and leave no earlier one."""
+    """Write the replay and return a line about it; where that fails, report the reason and remove an earlier replay."""
     from gears3d.cli.progress import bars
     from gears3d.diagnosis.stretch import stretch
     from gears3d.errors import GearsError

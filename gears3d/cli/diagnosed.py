@@ -1,4 +1,4 @@
-"""What ``gears3d diagnose`` says in the terminal: the report in short."""
+"""The terminal output of ``gears3d diagnose``: the report in short."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def show(found: Diagnosis) -> None:
     """Print a diagnosis.
 
     Args:
-        found: what it came to.
+        found: the diagnosis.
     """
     from rich.console import Console
     from rich.markup import escape
@@ -29,12 +29,12 @@ def show(found: Diagnosis) -> None:
         console.print(escape(f"note: {place}{note.text} ({note.remedy})"))
     if found.suspects:
         kinds = ", ".join(one.kind for one in found.suspects)
-        console.print(f"found, but not carried by these records: {kinds}")
+        console.print(f"candidate causes with insufficient data: {kinds}")
     for k, cause in enumerate(found.causes, 1):
         console.print(f"{k}. [bold]{cause.kind}[/] ({cause.place})")
         for line in _cause(cause):
             console.print(f"     {escape(line)}")
-    for line in _worth(found, told):
+    for line in _limits(found, told):
         console.print(escape(line))
 
 
@@ -44,13 +44,13 @@ def _cause(cause: Named) -> Iterator[str]:
     for row in numbers(cause):
         yield f"{row.name} {row.value}" + (f" (95 %: {row.low} to {row.high})" if row.low else "")
     yield cause.evidence
-    for word, rivals in (("not excluded", cause.alternatives), ("excluded", cause.excluded)):
-        for rival in rivals:
-            yield f"{word}: {rival['kind']}: {rival['why']}"
+    for word, others in (("not excluded", cause.alternatives), ("excluded", cause.excluded)):
+        for other in others:
+            yield f"{word}: {other['kind']}: {other['why']}"
 
 
-def _worth(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
-    """What the extension is worth, what would tell causes from rivals, what remains, and what would have shown."""
+def _limits(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
+    """Return lines on error reduction, runs that separate hypotheses, residuals and minimum detectable effects."""
     from gears3d.views.report.diagnosed.left import power, remains
     from gears3d.views.report.diagnosed.story import percent, solid
 
@@ -59,20 +59,20 @@ def _worth(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
         low, high = (percent(each).text for each in held["gain_range"])
         many = len(held["splits"])
         over = f"in each of {many} splits" if low == high else f"{low} to {high} over {many} splits"
-        yield f"gain: {percent(held['gain']).text} of the error beyond noise on data held out ({over})"
+        yield f"error reduction: {percent(held['gain']).text} of the held-out error beyond noise ({over})"
     if line := solid(told["heldout_3d"]):
         yield line
     for one in found.runs:
         best = one.runs[0]
         if best.sigma:
-            yield (f"{one.cause} or {one.rival} ({one.now:.2g} sigma apart now): {best.change} would put"
-                   f" {best.sigma:.3g} sigma between them")  # fmt: skip
+            yield (f"{one.cause} or {one.rival} ({one.now:.2g} sigma apart now): {best.change} would separate them"
+                   f" by {best.sigma:.3g} sigma")  # fmt: skip
     rows = remains(told)
     for row in rows:
-        yield f"remains: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}"
+        yield f"residual: {row['name']} ({row['raw']}): {row['size'].text}, {row['where']}"
     if not rows and found.causes and not found.law:
-        yield "remains: nothing that chance would not make"
-    limits = [f"{place} {f'from {limit.text} on' if limit.value is not None else 'not at all'}"
+        yield "residual: none beyond chance"
+    limits = [f"{place} {limit.text if limit.value is not None else 'not detectable'}"
               for place, limit, _ in power(found)]  # fmt: skip
     if limits:
-        yield f"would have shown, as parts of what they act on: {', '.join(limits)}"
+        yield f"minimum detectable effects, relative to what they act on: {', '.join(limits)}"

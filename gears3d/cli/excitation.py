@@ -1,4 +1,4 @@
-"""``gears3d excitation``: what to expect of a scenario before anything is simulated."""
+"""``gears3d excitation``: excitation, thresholds and expected regime of a scenario, without a simulation."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Line = tuple[str, str, str]
 def excitation(
     scenario: ScenarioName,
     out: Annotated[
-        Path | None, typer.Option(help="Draw the map of regimes with the operating point (.png, .svg, .pdf).")
+        Path | None, typer.Option(help="Map of regimes with the operating point to write (.png, .svg, .pdf).")
     ] = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, SI units.")] = False,
 ) -> None:
-    """Say how hard the drive shakes the loose gear, and what regime is to be expected; nothing is simulated.
+    """Report excitation, thresholds and expected regime of a scenario, without a simulation.
 
     Example: gears3d excitation rigaud-2020/fig5-20rpm --out map.png
     """
@@ -70,7 +70,7 @@ def _print(found: Assessment, title: str) -> None:
 
 
 def lines(found: Assessment) -> Iterator[Line]:
-    """Give the table's lines: name, symbol, value.
+    """Return the table's lines: name, symbol, value.
 
     Args:
         found: the assessment.
@@ -83,7 +83,7 @@ def lines(found: Assessment) -> Iterator[Line]:
         yield f"drag at the mean speed: {part['source']}{gate}", "", show(part["torque_N_m"], "torque")
     yield "drag in contact", "Td", show(found.drag_torque_N_m, "torque")
     yield "drag on the line of action", "F", show(found.drag_force_N, "force")
-    yield "what the drag can decelerate", "Td/J", show(found.deceleration_rad_s2, "acceleration")
+    yield "deceleration by the drag alone", "Td/J", show(found.deceleration_rad_s2, "acceleration")
     yield "backlash", "j", show(found.backlash_m, "length")
     if found.backlash_narrowest_m != found.backlash_m:
         yield "backlash at its narrowest", "", show(found.backlash_narrowest_m, "length")
@@ -109,10 +109,10 @@ def _flights(found: Assessment) -> Any:
     from gears3d.units import show
 
     expected = found.expected
-    often = "" if expected.impacts_per_period is None else f": {expected.impacts_per_period:.3g} impacts a period"
+    often = "" if expected.impacts_per_period is None else f": {expected.impacts_per_period:.3g} impacts per period"
     long = "" if expected.periods in (None, 1) else f", a cycle takes {expected.periods} periods"
-    title = f"one cycle{often}{long}" if expected.periods else "from the first loss on"
-    columns = ("leaves", "at phase", "strikes", "at phase", "flight", "impact", "height")
+    title = f"one cycle{often}{long}" if expected.periods else "from the first contact loss on"
+    columns = ("contact loss", "at phase", "impact on", "at phase", "free flight", "velocity", "height")
     table = Table(*columns, title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
     for flight in expected.flights[:SHOWN]:
         table.add_row(

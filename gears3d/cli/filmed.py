@@ -1,4 +1,4 @@
-"""What is to be seen: a run folder, the folder that ``measure`` wrote, or a measured record with its rig."""
+"""Input of camera and replay: a run folder, a folder of ``measure``, or a measured record with its rig."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class Filmed(NamedTuple):
 
     Args:
         recording: simulated or measured.
-        scenario: what was simulated, or the rig.
-        run: where it comes from a run folder.
-        measurement: where it was measured just now.
+        scenario: of the run, or of the test rig.
+        run: the run, if it is one.
+        measurement: the measurement, if it is a measured record.
     """
 
     recording: Recording
@@ -29,11 +29,11 @@ class Filmed(NamedTuple):
 
 
 def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct: list[str] | None = None) -> Filmed:
-    """Open what is to be seen.
+    """Open a recording with its scenario.
 
     Args:
         source: a run folder; with ``rig`` a folder with a recording, or a measured record of any format.
-        rig: scenario of the bench.
+        rig: scenario of the test rig.
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
 

@@ -1,4 +1,4 @@
-"""What the sensor gate found, for people."""
+"""Findings of the sensor gate as text."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ if TYPE_CHECKING:
 
 
 def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:
-    """Print what was found on stderr, one line each.
+    """Print findings on stderr, one line each.
 
     Args:
         findings: of the gate.
-        file: named where there are several.
-        quiet: say nothing when nothing was found.
+        file: its name, where there are several.
+        quiet: print nothing without findings.
     """
     from rich.console import Console
     from rich.markup import escape
@@ -27,4 +27,4 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
     for finding in findings:
         console.print(f"[yellow]sensors:[/] {escape(place + told(finding))}")
     if not findings and not quiet:
-        console.print(f"{escape(place)}sensors: nothing found")
+        console.print(f"{escape(place)}sensors: no findings")

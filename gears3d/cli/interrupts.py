@@ -1,4 +1,4 @@
-"""Ctrl-C that waits for a safe moment: compiled code and Bullet must not be torn apart in the middle."""
+"""Ctrl-C that waits for a safe moment: compiled code and Bullet must not be interrupted inside a call."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from contextlib import contextmanager
 
 @contextmanager
 def patient_interrupts() -> Iterator[Callable[[], None]]:
-    """Give a function that raises ``KeyboardInterrupt`` once if Ctrl-C was pressed since; call it at safe moments.
+    """Provide a function that raises ``KeyboardInterrupt`` once if Ctrl-C was pressed since; call it at safe moments.
 
     A second Ctrl-C that finds the first still waiting interrupts at once. Outside the main thread nothing changes.
 
-    Yields:
-        The function.
+    Returns:
+        A context that provides the function.
     """
     waiting = False
 

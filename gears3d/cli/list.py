@@ -1,4 +1,4 @@
-"""``gears3d list``: what there is by name."""
+"""``gears3d list``: everything that goes by a name."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def list_(
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
 ) -> None:
-    """List what there is by name: effects, scenarios, papers, models, scenarios to start from, units.
+    """List effects, shipped scenarios, papers, models, scenarios to start from, or units.
 
     Example: gears3d list effects
     """
     from gears3d.errors import UsageError, did_you_mean
 
     if what and what not in LISTS:
-        raise UsageError(f"there is no list of {what!r}; {did_you_mean(what, list(LISTS))}")
+        raise UsageError(f"unknown list {what!r}; {did_you_mean(what, list(LISTS))}")
     found = {name: rows() for name, rows in LISTS.items() if what in ("", name)}
     if as_json:
         from gears3d.cli.output import print_json
@@ -59,7 +59,7 @@ def effects() -> Rows:
 
 
 def scenarios() -> Rows:
-    """Return the scenarios that come with gears3d."""
+    """Return the shipped scenarios by name."""
     from gears3d.scenario import load
     from gears3d.scenario.shipped import names
 
@@ -68,7 +68,7 @@ def scenarios() -> Rows:
 
 
 def papers() -> Rows:
-    """Return the papers whose figures are drawn again."""
+    """Return the papers whose figures are reproduced."""
     from gears3d.papers import papers as every
 
     return [
@@ -109,7 +109,7 @@ LISTS: dict[str, Callable[[], Rows]] = {
     "starters": starters,
     "units": units,
 }
-"""What can be listed."""
+"""The lists."""
 
 
 def _first(effect: type) -> str:
@@ -149,6 +149,10 @@ def _more(what: str, one: dict[str, Any]) -> str:
 
 def _show_all(found: dict[str, Rows]) -> None:
     for name, rows in found.items():
-        names = ", ".join(one["name"] for one in rows) if name != "scenarios" else f"{len(rows)} of the papers"
+        names = (
+            ", ".join(one["name"] for one in rows)
+            if name != "scenarios"
+            else f"{len(rows)} of the papers (gears3d list scenarios)"
+        )
         typer.echo(f"{name}: {names}")
     typer.echo(f"more: gears3d list {'|'.join(found)}")

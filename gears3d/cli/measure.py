@@ -27,14 +27,17 @@ def measure(
         ),
     ] = None,
     map_file: MapFile = None,
-    guess: Annotated[bool, typer.Option("--guess", help="Propose a record.toml, say why, measure nothing.")] = False,
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is measured.")
+    ] = False,
     correct: Correct = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for report.html, signals, impacts, summary; one a record if several.")
+        Path | None,
+        typer.Option(help="Folder for report.html, signals, impacts, summary; a subfolder per record if several."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON; a list if several.")] = False,
 ) -> None:
-    """Examine the sensors of measured records, then cut each into flights and contacts.
+    """Examine the sensors of measured records, then segment each into free flights and contacts.
 
     Example: gears3d measure rattle.parquet --rig rigaud-2020/fig5-20rpm --out measured
 
@@ -84,10 +87,10 @@ def _require_rig(admitted: Admitted) -> None:
 
 
 def _given_before(admitted: Admitted) -> bool:
-    """Say that a file is left out that holds the readings of one before."""
+    """Exclude a file with the readings of an earlier one."""
     twice = next((one for one in admitted.findings if one.kind == "duplicated-file"), None)
     if twice is not None:
-        typer.echo(f"left out: {admitted.file}: {twice.evidence}", err=True)
+        typer.echo(f"excluded: {admitted.file}: {twice.evidence}", err=True)
     return twice is not None
 
 
@@ -111,7 +114,7 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
         for warning in found.summary["warnings"]:
             typer.echo(f"warning: {warning}", err=True)
         _show(found.summary, file)
-        typer.echo("to keep it, with a report: --out DIR" if place is None else f"report: {place / 'report.html'}")
+        typer.echo("to write a report: --out DIR" if place is None else f"report: {place / 'report.html'}")
     return found.summary
 
 
@@ -134,16 +137,16 @@ def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | N
     from gears3d.readers import propose
 
     if len(records) != 1 or map_file is not None:
-        raise UsageError("--guess proposes the map of one file: name one, and no --map")
+        raise UsageError("--guess proposes the map of one file: name one, without --map")
     if records[0].suffix.lower() == ".toml":
-        raise UsageError(f"{records[0]}: is a map already: name the measured file")
+        raise UsageError(f"{records[0]}: is already a map: name the measured file")
     text = propose(records[0], bench, None if out is None else out.parent)
     if out is None:
         typer.echo(text, nl=False)
         return
     write_text(out, text)
     then = shlex.join(["gears3d", "measure", str(out), "--rig", "SCENARIO" if rig is None else str(rig)])
-    typer.echo(f"written to {out}; look through it, then: {then}")
+    typer.echo(f"written to {out}; check it, then: {then}")
 
 
 def _write(found: Any, rig: Any, out: Path) -> None:
@@ -158,8 +161,8 @@ def _write(found: Any, rig: Any, out: Path) -> None:
         folder.write_recording(found.recording)
         folder.write_summary(found.summary)
         write_picture(folder.path / "measured.png", found)
-        beside = sorted(file.name for file in folder.path.iterdir())
-        write(folder.path / "report.html", found, tuple(beside), over_a_period(found, rig))
+        files = sorted(file.name for file in folder.path.iterdir())
+        write(folder.path / "report.html", found, tuple(files), over_a_period(found, rig))
         folder.commit()
 
 
@@ -186,30 +189,34 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     ]
     for gear, one in quality["encoders"].items():
         counts = one["counts_per_revolution"]
-        what = f"{counts:.0f} counts a revolution, read as {one['read_as']}" if counts else "no counts seen"
+        what = (
+            f"{counts:.0f} counts per revolution, read as {one['read_as']}" if counts else "quantisation not detected"
+        )
         lines.append((f"encoder, {gear}", what))
-    lines.append(("noise", f"{_um(quality['noise_m'])} a reading, {_um(quality['noise_in_contact_m'])} in contact"))
-    lines.append(("flights seen", f"higher than {_um(quality['flight_height_min_m'])}"))
+    lines.append(("noise", f"{_um(quality['noise_m'])} per reading, {_um(quality['noise_in_contact_m'])} in contact"))
+    lines.append(("detected free flights", f"higher than {_um(quality['flight_height_min_m'])}"))
     if flanks["backlash_m"] is None:
-        lines.append(("backlash", "not seen: the reverse flank was never struck"))
+        lines.append(("backlash", "not measured: no contact with the reverse flank"))
     else:
         low, high = flanks["backlash_m"]["ci95"]
         lines.append(("backlash", f"{_um(flanks['backlash_m']['value'])} (95 %: {1e6 * low:.5g} to {1e6 * high:.5g})"))
     for place, orders in flanks["orders"].items():
         strong = sorted(orders, key=lambda one: -one["amplitude_m"])[:3]
-        told = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
-        lines.append((f"{place}, orders", told))
+        shown = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
+        lines.append((f"{place}, orders", shown))
     lines.append(("regime", str(summary["regime"]).replace("_", " ")))
     for name in ("active", "reverse"):
         speed = summary[f"{name}_velocity_mean_m_s"]
         mean = "" if speed is None else f", mean {1e3 * speed:.4g} mm/s"
         lines.append((f"impacts, {name}", f"{summary[f'{name}_impacts']}{mean}"))
-    lines.append(("flights", f"{flights['whole_flights']} whole, {flights['testifying']} pass for parabolas"))
+    lines.append(
+        ("free flights", f"{flights['whole_flights']} complete, {flights['testifying']} pass the goodness-of-fit test")
+    )
     dropped = ", ".join(f"{count} {why.replace('_', ' ')}" for why, count in flights["dropped"].items() if count)
-    lines.append(("left out", dropped or "nothing"))
+    lines.append(("excluded", dropped or "nothing"))
     slowing = flights["deceleration_median_rad_s2"]
     if slowing is not None:
-        lines.append(("deceleration in flight", f"{slowing:.4g} rad/s^2 (median)"))
+        lines.append(("deceleration in free flight", f"{slowing:.4g} rad/s^2 (median)"))
     return lines
 
 

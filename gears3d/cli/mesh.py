@@ -1,4 +1,4 @@
-"""``gears3d mesh``: both gears of a scenario as files for other programs."""
+"""``gears3d mesh``: solids of both gears as files for other programs."""
 
 from __future__ import annotations
 
@@ -17,13 +17,15 @@ if TYPE_CHECKING:
 def mesh(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="Folder for the files.")],
-    format_: Annotated[str, typer.Option("--format", help="Of stl, obj (mm) and glb (m), with commas.")] = "stl",
-    chord: Annotated[str, typer.Option(help="Largest distance of the facets from the flanks.")] = "0.5 um",
+    format_: Annotated[
+        str, typer.Option("--format", help="stl, obj (both in mm), glb (m), or several with commas.")
+    ] = "stl",
+    chord: Annotated[str, typer.Option(help="Largest distance between facets and flanks.")] = "0.5 um",
     gear: Annotated[str, typer.Option(help="drive, loose or both.")] = "both",
     set_: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the cards as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the metadata sidecars as JSON.")] = False,
 ) -> None:
-    """Write the gears of a scenario as watertight solids, each with a card: data, mass, hash, command.
+    """Write the gears of a scenario as watertight solids, each with a metadata sidecar: data, mass, hash, command.
 
     Flank effects of the scenario are in the solids. The axis is z; the active flank of tooth 1 crosses +x at the
     working pitch radius.
@@ -37,7 +39,7 @@ def mesh(
     loaded = load(scenario, set_ or ())
     formats = [word.strip() for word in format_.split(",") if word.strip()]
     if not formats:
-        raise UsageError("--format names no format: give stl, obj, glb or several with commas")
+        raise UsageError("--format is empty: give stl, obj, glb or several with commas")
     which = ("drive", "loose") if gear == "both" else (gear,)
     words = [str(scenario), f"--out {out}", f"--format {','.join(formats)}", f'--chord "{chord}"']
     words += [f"--gear {gear}"] * (gear != "both") + [f"--set '{each}'" for each in set_ or ()]

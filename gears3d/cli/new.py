@@ -9,14 +9,14 @@ import typer
 
 
 def new(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scenario; NAME.toml is written.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; NAME.toml is written.")],
     kind: Annotated[
         str, typer.Option(help="rattle (default), helical, or bench for the rig of measured records.")
     ] = "",
     from_: Annotated[
         str, typer.Option("--from", metavar="SCENARIO", help="Copy this scenario: shipped name or file.")
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print file and next commands as JSON.")] = False,
 ) -> None:
     """Write a commented scenario to start from; an existing file is never overwritten.
 

@@ -1,4 +1,4 @@
-"""What verbs print: JSON on stdout, errors on stderr. rich drops colour when piped or when NO_COLOR is set."""
+"""Output of verbs: JSON on stdout, errors on stderr. rich drops colour when piped or when NO_COLOR is set."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ def print_json(data: Any) -> None:
     """Print data as JSON on stdout.
 
     Args:
-        data: what JSON can hold.
+        data: serialisable as JSON.
     """
     sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def fault_table(fault: Fault) -> dict[str, str]:
-    """Return a fault as JSON can hold it.
+    """Return a fault as a table for JSON.
 
     Args:
         fault: to show.
@@ -28,7 +28,7 @@ def fault_table(fault: Fault) -> dict[str, str]:
 
 
 def print_error(error: GearsError, as_json: bool = False) -> None:
-    """Print an error for people on stderr and, if asked, for programs on stdout.
+    """Print an error as text on stderr and, if requested, as JSON on stdout.
 
     Args:
         error: with its faults if it has any.
@@ -42,7 +42,7 @@ def print_error(error: GearsError, as_json: bool = False) -> None:
 
 
 def print_faults(faults: tuple[Fault, ...]) -> None:
-    """Print faults on stderr, a line each and the remedy below it.
+    """Print faults on stderr, one line each with the remedy below.
 
     Args:
         faults: to show.

@@ -1,4 +1,4 @@
-"""``gears3d papers``: the published figures run again, each number beside ours."""
+"""``gears3d papers``: the published figures reproduced, each number next to ours."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def papers(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
 ) -> None:
-    """Run the published operating points again and hold each number against ours; exit code 1 if a verdict changed.
+    """Run the published operating points and compare each number with ours; exit code 1 if a verdict changed.
 
     Example: gears3d papers --only rigaud-2020 --out runs/papers
     """
@@ -58,7 +58,7 @@ def papers(
 
 @contextmanager
 def _bench(count: int) -> Iterator[Bench]:
-    """Give a bench whose progress is shown on a terminal, and which stops after Ctrl-C."""
+    """Provide the runs of the papers, with progress on a terminal and an end after Ctrl-C."""
     from rich.console import Console
     from rich.markup import escape
 

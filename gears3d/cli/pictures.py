@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def over_a_period(seen: Recording | Measurement, scenario: Scenario) -> Picture | None:
-    """Return the mesh over a period in pictures; nothing where a recording is too short for them.
+    """Return the mesh over a period in pictures; ``None`` where a recording is too short for them.
 
     Args:
         seen: a run or a measured record.
-        scenario: what was simulated, or the bench.
+        scenario: of the run, or of the test rig.
     """
     from gears3d.views.camera import camera
     from gears3d.views.report import Picture
@@ -30,7 +30,7 @@ def over_a_period(seen: Recording | Measurement, scenario: Scenario) -> Picture 
     begin, lasts = taken.span
     what = "a period; " if scenario.motion.harmonics else ""
     caption = (
-        f"From {begin:.6g} s over {1e3 * lasts:.4g} ms, {what}gap drawn {taken.look.factor:g} times as wide. "
-        "More of them, and films: gears3d camera."
+        f"From {begin:.6g} s over {1e3 * lasts:.4g} ms, {what}gap drawn {taken.look.factor:g} times its width. "
+        "More pictures, and videos: gears3d camera."
     )
     return Picture(taken.png(), taken.words(), caption)

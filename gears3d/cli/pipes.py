@@ -1,4 +1,4 @@
-"""Output into a pipe whose reader goes away, as in ``gears3d schema | head``: the rest is not printed, that is all."""
+"""Output into a pipe whose reader goes away, as in ``gears3d schema | head``: the rest is not printed."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ class Pipe:
             return len(text)
 
     def flush(self) -> None:
-        """Hand on what is buffered."""
+        """Pass on the buffer."""
         try:
             self._stream.flush()
         except BrokenPipeError:
             self._fall_silent()
 
     def _fall_silent(self) -> None:
-        """Let the stream, and what it still holds, lead nowhere."""
+        """Redirect the stream, and its buffer, to the null device."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._stream.fileno())
         os.close(nowhere)
@@ -50,7 +50,7 @@ class Pipe:
 
 @contextmanager
 def quiet_pipes() -> Iterator[None]:
-    """Let standard output and error fall silent when nobody reads them any more; exit codes stay what they are."""
+    """Let standard output and error fall silent when their reader has gone; exit codes stay what they are."""
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = Pipe(sys.stdout), Pipe(sys.stderr)
     try:

@@ -13,10 +13,10 @@ Track = Callable[[str, float], Callable[[float], None]]
 
 @contextmanager
 def bars() -> Iterator[Track]:
-    """Give ``track(name, total)``, which gives ``tick(done)``; a tick raises ``KeyboardInterrupt`` after Ctrl-C.
+    """Provide ``track(name, total)``, which returns ``tick(done)``; a tick raises ``KeyboardInterrupt`` after Ctrl-C.
 
-    Yields:
-        The function.
+    Returns:
+        A context that provides the function.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn

@@ -1,4 +1,4 @@
-"""``gears3d record``: what encoders would have recorded of a scenario."""
+"""``gears3d record``: a scenario as two encoders would record it."""
 
 from __future__ import annotations
 
@@ -17,21 +17,30 @@ def record(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.")],
     test: Annotated[
-        str, typer.Option(help="rattle; rundown: gears coast; threshold: the swing grows, falls; ste: slow turns.")
+        str,
+        typer.Option(
+            help="rattle; rundown: coast-down; threshold: speed amplitude up and down; ste: slow revolutions."
+        ),
     ] = "rattle",
-    model: Annotated[str, typer.Option(help="Of the rattle test: rigid or bullet.")] = "rigid",
-    seed: Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")] = None,
-    speed: Annotated[str | None, typer.Option(help="Start of a run-down; drive of slow turns (1 rpm).")] = None,
-    turning: Annotated[str, typer.Option(help="In a run-down: loose or drive, out of mesh; both, in mesh.")] = "loose",
-    drive_drag: Annotated[str | None, typer.Option(help='Dry drag of the drive that coasts, e.g. "0.1 N m".')] = None,
-    drive_damping: Annotated[str | None, typer.Option(help='Viscous drag of it, e.g. "5e-3 N m s/rad".')] = None,
+    model: Annotated[str, typer.Option(help="Model of the rattle test: rigid or bullet.")] = "rigid",
+    seed: Annotated[int | None, typer.Option(help="Seed of the encoder noise; default: of the scenario.")] = None,
+    speed: Annotated[
+        str | None, typer.Option(help="Initial speed of a coast-down; drive speed of ste (1 rpm).")
+    ] = None,
+    turning: Annotated[str, typer.Option(help="Coasting gear: loose or drive, out of mesh; both, in mesh.")] = "loose",
+    drive_drag: Annotated[
+        str | None, typer.Option(help='Coulomb drag of the coasting drive gear, e.g. "0.1 N m".')
+    ] = None,
+    drive_damping: Annotated[
+        str | None, typer.Option(help='Viscous drag of the coasting drive gear, e.g. "5e-3 N m s/rad".')
+    ] = None,
     amplitudes: Annotated[
         str | None,
-        typer.Option(help='Of the swing of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
+        typer.Option(help='Speed amplitudes of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
     ] = None,
-    turns: Annotated[float | None, typer.Option(help="Of the drive in slow turns, each way.")] = None,
+    turns: Annotated[float | None, typer.Option(help="Revolutions of the drive gear in ste, each way.")] = None,
     set_: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
     """Record a scenario as a test bench would: two encoders with their counts, rate, noise and errors.
 
@@ -39,7 +48,7 @@ def record(
 
     Coast-down: gears3d record rigaud-2020/fig5-20rpm --test rundown --speed "60 rpm" --out rundown.parquet
 
-    Slow turns: gears3d record rigaud-2020/fig2 --test ste --out slow.parquet
+    Slow revolutions: gears3d record rigaud-2020/fig2 --test ste --out slow.parquet
 
     Threshold: gears3d record rigaud-2020/fig5-20rpm --test threshold --set "run.duration=20 s" --out sweep.parquet
     """
@@ -118,5 +127,5 @@ def _start(text: str) -> float:
 
     speed = _quantity(text.lstrip("-"), "speed", "--speed") * (-1.0 if text.startswith("-") else 1.0)
     if speed == 0.0:
-        raise InputError(Fault("--speed", "is 0: nothing runs down, nothing turns", "give another speed"))
+        raise InputError(Fault("--speed", "is 0: nothing turns", "give another speed"))
     return speed

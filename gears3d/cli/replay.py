@@ -1,4 +1,4 @@
-"""``gears3d replay``: watch a run in the rerun viewer, or several beside each other."""
+"""``gears3d replay``: a run in the rerun viewer, or several side by side."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from gears3d.cli.options import Correct, MapFile, Rig
 
 _MAGIC = b"RRF"
-"""What a rerun recording begins with."""
+"""First bytes of a rerun recording."""
 
 
 def replay(
@@ -19,19 +19,19 @@ def replay(
         typer.Argument(metavar="RUN|RECORD...", help="Run folder, an rrd file, or with --rig a measured record."),
     ],
     out: Annotated[
-        Path | None, typer.Option(help="File to write; default RUN/replay.rrd, RECORD.rrd, of several ./replay.rrd.")
+        Path | None, typer.Option(help="File to write; default RUN/replay.rrd or RECORD.rrd, for several replay.rrd.")
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
-    at: Annotated[float | None, typer.Option(help="Put the time cursor there, in seconds, and hold.")] = None,
+    at: Annotated[float | None, typer.Option(help="Time of the cursor in s; the replay starts paused there.")] = None,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was made as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
-    """Make the replay of a run or of a measured record and open it in the rerun viewer; a run's is made once.
+    """Make the replay of a run or of a measured record and open it in the rerun viewer; that of a run is made once.
 
-    Two to four are shown beside each other on one time line. Without a display it writes a picture beside the replay.
+    Two to four are shown side by side on one time line. Without a display a picture is written next to the replay.
 
     Example: gears3d replay runs/fig5-20rpm --at 2.115
 
@@ -42,7 +42,7 @@ def replay(
     from gears3d.errors import UsageError
 
     if web and at is not None:
-        raise UsageError("--at works in the window only: leave out --web, or set the time in the browser")
+        raise UsageError("--at works in the window only: omit --web, or set the time in the browser")
     if len(runs) > 1:
         file = _several(runs, rig, map_file, correct, out, at)
     elif rig is not None:
@@ -67,17 +67,17 @@ def replay(
 
 
 def _file(run: Path, out: Path | None) -> Path:
-    """Return the replay: the one that is there, or a new one where asked for or where there is none."""
+    """Return the replay: an existing one, or a new one where --out is given or none exists."""
     if run.suffix == ".rrd":
         from gears3d.errors import Fault, InputError
 
         if not run.is_file():
-            raise InputError(Fault("", "is not there", "name a run folder or an rrd file", str(run)))
+            raise InputError(Fault("", "does not exist", "name a run folder or an rrd file", str(run)))
         with run.open("rb") as file:
             if file.read(3) != _MAGIC:
-                raise InputError(Fault("", "is no rerun recording", "name a run folder or an rrd file", str(run)))
+                raise InputError(Fault("", "is not a rerun recording", "name a run folder or an rrd file", str(run)))
         if out is not None:
-            raise InputError(Fault("--out", f"{run} is a replay already", "name its run folder to make another"))
+            raise InputError(Fault("--out", f"{run} is already a replay", "name its run folder to make another"))
         return run
     there = run / "replay.rrd"
     if out is None and there.is_file():
@@ -90,14 +90,14 @@ def _file(run: Path, out: Path | None) -> Path:
 def _measured(
     source: Path, rig: Path, map_file: Path | None, correct: list[str] | None, out: Path | None, at: float | None
 ) -> Path:
-    """Return the replay of what was measured, made anew."""
+    """Return the new replay of a measured record."""
     from gears3d.cli.filmed import filmed
     from gears3d.views.replay import replay as write
 
     seen = filmed(source, rig, map_file, correct)
     if at is not None:
         _within(seen.recording.time, at, source)
-    return write(seen.recording, seen.scenario, out=out or _beside(source))
+    return write(seen.recording, seen.scenario, out=out or _default_file(source))
 
 
 def _several(
@@ -108,7 +108,7 @@ def _several(
     out: Path | None,
     at: float | None,
 ) -> Path:
-    """Return the replay of several beside each other; those that are no run folders are measured with the rig."""
+    """Return the replay of several side by side; records are measured with the rig."""
     from gears3d.cli.filmed import filmed
     from gears3d.errors import Fault, InputError
     from gears3d.views.replay.several import Shown, several
@@ -117,7 +117,7 @@ def _several(
     for source in sources:
         if source.suffix == ".rrd":
             raise InputError(
-                Fault("", "is a replay already", "name its run folder to show it beside others", str(source))
+                Fault("", "is already a replay", "name its run folder to show it with others", str(source))
             )
         is_run = (source / "summary.json").is_file()
         seen = filmed(source, None if is_run else rig, map_file, correct)
@@ -127,7 +127,7 @@ def _several(
     return several(shown, out or Path("replay.rrd"))
 
 
-def _beside(source: Path) -> Path:
+def _default_file(source: Path) -> Path:
     return source / "replay.rrd" if source.is_dir() else source.with_suffix(".rrd")
 
 
@@ -141,7 +141,7 @@ def _within(time: Any, at: float, source: Path) -> None:
 
 
 def _inside(run: Path, at: float) -> None:
-    """Refuse a time that the run does not hold; what a bare rrd file holds is not known."""
+    """Refuse a time outside the run; the time span of an rrd file is unknown."""
     from gears3d.errors import Fault, InputError
 
     if run.is_dir():
@@ -153,7 +153,7 @@ def _inside(run: Path, at: float) -> None:
 
 
 def _open(file: Path, web: bool, at: float | None) -> str | None:
-    """Open the viewer; return the picture that was made in its place where there is no display."""
+    """Open the viewer; without a display, write a picture and return it."""
     from gears3d.views.replay import viewer
 
     if web:
@@ -162,14 +162,14 @@ def _open(file: Path, web: bool, at: float | None) -> str | None:
     if viewer.has_display():
         viewer.show(file, at)
         return None
-    typer.echo("no display here: open the file where there is one (`rerun FILE`), or use --web", err=True)
+    typer.echo("no display: open the file on a machine with one (`rerun FILE`), or use --web", err=True)
     picture = file.with_suffix(".png")
     picture.write_bytes(viewer.snapshot(file, at))
     return str(picture)
 
 
 def _browse(address: str) -> None:
-    """Say where the replay is served, and open a browser where there is one with a window."""
+    """Print the address of the replay, and open a browser if there is a display."""
     import os
     import webbrowser
 

@@ -1,4 +1,4 @@
-"""``gears3d run``: a scenario becomes a run folder."""
+"""``gears3d run``: simulate a scenario into a run folder."""
 
 from __future__ import annotations
 
@@ -27,18 +27,21 @@ def run(
     model: Annotated[
         str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF), plastic (closed form) or lubricated.")
     ] = "bullet",
-    contact: Annotated[str | None, typer.Option(help="Of the bullet model: located (default) or native.")] = None,
+    contact: Annotated[
+        str | None, typer.Option(help="Contact of the bullet model: located (default) or native.")
+    ] = None,
     twin: Annotated[
         str, typer.Option(help="Model to compare with: rigid (default for bullet), plastic, bullet or none.")
     ] = "",
-    out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<scenario's name>.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<name of the scenario>.")] = None,
     set_: Overrides = None,
     views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
     error_estimate: Annotated[
-        bool, typer.Option("--error-estimate", help="Of the bullet model: how far off half the step finds the run.")
+        bool,
+        typer.Option("--error-estimate", help="Repeat the bullet model with half the step; report the difference."),
     ] = False,
     stream: Annotated[
-        bool, typer.Option("--stream", help="Write samples as they come: no twin, no views, memory stays flat.")
+        bool, typer.Option("--stream", help="Write samples as they are computed: constant memory, no twin, no views.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print summary.json instead of the table.")] = False,
 ) -> None:
@@ -68,7 +71,7 @@ def run(
             from gears3d.cli.run_table import show
 
             show(summary, place)
-        raise type(stopped)(f"{stopped}; what happened until then is kept in {place}")
+        raise type(stopped)(f"{stopped}; the run until then is in {place}")
     if as_json:
         from gears3d.cli.output import print_json
 
@@ -86,7 +89,7 @@ def run(
 def _fill(
     folder: RunFolder, scenario: Scenario, model: str, how: dict[str, Any], twin: str, views: bool, begin: float
 ) -> tuple[dict[str, Any], EngineError | None]:
-    """Simulate and write everything into the folder; return the summary, and what stopped the run before its end."""
+    """Simulate and write everything into the folder; return the summary, and the error that ended the run early."""
     from gears3d.cli.progress import bars
     from gears3d.runs import summarise
     from gears3d.simulation import simulate
@@ -104,7 +107,7 @@ def _fill(
                     raise
                 recording, stopped = error.partial, error
         other, comparison = None, None
-        # what is saved of a run that broke off must not fall with what is made of it
+        # an error of twin or views must not lose the data of an interrupted run
         spared = suppress(GearsError) if stopped else nullcontext()
         if twin != "none":
             with _clock(wall, "twin"), spared:
@@ -170,7 +173,7 @@ def _report(
 
 
 def _command() -> str:
-    """Return what was typed, ready to type again."""
+    """Return the command line."""
     import shlex
 
     return shlex.join(["gears3d", *sys.argv[1:]])

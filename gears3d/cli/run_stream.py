@@ -1,4 +1,4 @@
-"""``gears3d run --stream``: a long run goes to disk as it happens."""
+"""``gears3d run --stream``: a long run is written to disk while it is simulated."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ if TYPE_CHECKING:
 
 
 def refuse_with_stream(model: str, twin: str, error_estimate: bool) -> None:
-    """Refuse what needs a whole recording in memory.
+    """Refuse options that need a whole recording in memory.
 
     Args:
         model: its name.
         twin: the model to compare with.
-        error_estimate: whether one is asked for.
+        error_estimate: whether one is requested.
 
     Raises:
-        UsageError: one of them does.
+        UsageError: one of them is given.
     """
     if model != "bullet":
         raise UsageError(f"model {model!r} is not streamed: --stream goes with the bullet model")
     if twin not in ("", "none"):
-        raise UsageError(f"--twin {twin} needs the whole recording: leave it or --stream out")
+        raise UsageError(f"--twin {twin} needs the whole recording: omit it or --stream")
     if error_estimate:
-        raise UsageError("--error-estimate needs the whole recording: leave it or --stream out")
+        raise UsageError("--error-estimate needs the whole recording: omit it or --stream")
 
 
 def streamed(
     folder: RunFolder, scenario: Scenario, contact: str | None, about: dict[str, Any], header: Any
 ) -> tuple[dict[str, Any], GearsError | None]:
-    """Simulate into the folder; return the summary, and what stopped the run before its end.
+    """Simulate into the folder; return the summary, and the error that ended the run early.
 
     Args:
         folder: of the run.
-        scenario: what is simulated.
+        scenario: to simulate.
         contact: of the bullet model.
         about: command and the like, for the summary.
         header: gives the comment of the scenario from the summary.

@@ -8,12 +8,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-MOTIONS = {"too_short": "too short to tell the period", "quasi_periodic": "quasi-periodic"}
-"""Names of motions that need more words."""
+MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "quasi-periodic"}
+"""Descriptions of motions whose name is not enough."""
 
 
 def show(summary: dict[str, Any], place: Path) -> None:
-    """Print what a run came to and where it lies.
+    """Print the results of a run and its folder.
 
     Args:
         summary: content of ``summary.json``.
@@ -45,15 +45,15 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
             out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s{first}"))
     power = summary.get("energy_J_s")
     if power:
-        out.append(("impacts take", f"{power * 1e3:.3g} mW"))
+        out.append(("power dissipated by impacts", f"{power * 1e3:.3g} mW"))
     excitation = summary.get("excitation")
     if excitation is not None:
-        out.append(("excitation Λ", f"{excitation:.3g} (rigid teeth part at 1)"))
+        out.append(("excitation Λ", f"{excitation:.3g} (contact loss of rigid teeth above 1)"))
     if summary["comparison"]:
         out += _agreement(summary["comparison"])
     budget = summary["error_budget"]
     if summary["contact"] == "native":
-        out.append(("note", "native contact: facets tilt the normals once the gears turn; located is exact"))
+        out.append(("note", "native contact: facets tilt the normals of rotating gears; located is exact"))
     elif budget:
         out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
     if summary.get("error_estimate"):
@@ -76,14 +76,14 @@ def regime_line(summary: dict[str, Any]) -> str:
 
 
 def impacts_line(summary: dict[str, Any]) -> str:
-    """Return the number of impacts, and how many there are in a period.
+    """Return the number of impacts, in total and per period.
 
     Args:
         summary: with ``impacts`` and ``impacts_per_period``.
     """
     per_period = summary.get("impacts_per_period")
     text = str(summary["impacts"])
-    return text if per_period is None else f"{text} ({per_period:.3g} a period)"
+    return text if per_period is None else f"{text} ({per_period:.3g} per period)"
 
 
 def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
@@ -93,10 +93,10 @@ def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
         missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
         matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} impacts matched"
         verdict = f"{matched}, {missed} missed, {invented} invented"
-    lines = [("against the twin", verdict)]
+    lines = [("compared with the twin", verdict)]
     median, p95 = comparison["velocity_error_median"], comparison["velocity_error_p95"]
     if median is not None and comparison["mode"] == "distribution":
-        lines.append(("impact speed", f"median off by {_percent(median)}, 95th percentile by {_percent(p95)}"))
+        lines.append(("impact speed", f"median deviates by {_percent(median)}, 95th percentile by {_percent(p95)}"))
     elif median is not None:
         lines.append(("speed error of the matched", f"median {_percent(median)}, 95 % below {_percent(p95)}"))
     return lines
@@ -104,7 +104,7 @@ def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _estimate(found: dict[str, Any]) -> str:
     place, speed = found["displacement_m"] * 1e9, found["impact_velocity_m_s"] * 1e3
-    until = f" until the motions part at {found['until_s']:.3g} s" if found["parted"] else ""
+    until = f" until the motions separate at {found['until_s']:.3g} s" if found["parted"] else ""
     return f"{place:.2g} nm, impact speeds {speed:.2g} mm/s{until}"
 
 

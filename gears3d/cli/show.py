@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 def show(
     scenario: ScenarioName,
-    out: Annotated[
-        Path | None, typer.Option(help="Draw the mesh there (.png, .svg, .pdf); nothing is drawn without it.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Drawing of the mesh to write (.png, .svg, .pdf).")] = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the data sheet as JSON, SI units.")] = False,
 ) -> None:
@@ -79,5 +77,5 @@ def _print(loaded: Scenario, path: Path, sheet: tuple[Quantity, ...]) -> None:
     if inertia is not None:
         from gears3d.units import show as text
 
-        table.add_row("moment of inertia that is simulated", "J", "motion is imposed", text(inertia, "inertia"))
+        table.add_row("moment of inertia in simulations", "J", "imposed motion", text(inertia, "inertia"))
     Console(highlight=False).print(table)

@@ -14,23 +14,23 @@ if TYPE_CHECKING:
 def sound(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
     out: Annotated[Path, typer.Option(help="The WAV file.")] = Path("rattle.wav"),
-    slow: Annotated[float, typer.Option(help="How many times slower than real; the bursts keep their pitch.")] = 1.0,
-    rate: Annotated[int, typer.Option(help="Samples a second: 44100 or 48000.")] = 48_000,
+    slow: Annotated[float, typer.Option(help="Slow-motion factor; the bursts keep their pitch.")] = 1.0,
+    rate: Annotated[int, typer.Option(help="Sampling rate in Hz: 44100 or 48000.")] = 48_000,
     by: Annotated[
-        str, typer.Option(help="What scales a burst: impulse, energy or velocity; default impulse where known.")
+        str, typer.Option(help="Scale of a burst: impulse, energy or velocity; default impulse where known.")
     ] = "",
     stereo: Annotated[bool, typer.Option("--stereo", help="Active flank left, reverse flank right.")] = False,
     mode: Annotated[
         list[str] | None,
-        typer.Option(metavar="HZ,MS,WEIGHT", help="A mode that rings: frequency, decay, weight; repeatable."),
+        typer.Option(metavar="HZ,MS,WEIGHT", help="Structural mode: frequency, decay, weight; repeatable."),
     ] = None,
     constant: Annotated[
-        float | None, typer.Option(help="A of the rattle level 10 log10(A w^2 dOmega), of your bench, s^3/rad^3.")
+        float | None, typer.Option(help="A of the rattle level 10 log10(A w^2 dOmega), of your test rig, s^3/rad^3.")
     ] = None,
     whine: Annotated[float, typer.Option(help="Level of the whine in dB, for the sum with --constant.")] = 78.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print numbers and levels as JSON.")] = False,
 ) -> None:
-    """Write the impacts as a sound to listen to: each rings a few modes of a made-up box, scaled by its impulse.
+    """Write the impacts as a sound: each excites a few modes of a fictitious structure, scaled by its impulse.
 
     Example: gears3d sound runs/fig5-20rpm --out rattle.wav --slow 4 --stereo
     """
@@ -89,16 +89,18 @@ def rows(done: dict[str, Any], loud: dict[str, Any]) -> list[tuple[str, str]]:
     bursts = ", ".join(f"{m['frequency_Hz']:g} Hz ({m['decay_s'] * 1e3:g} ms)" for m in done["modes"])
     lines = [
         ("sound", f"{done['duration_s']:.2f} s, {pace}, {done['impacts']} impacts"),
-        ("each impact rings", f"{bursts}: chosen for the ear, no measured structure"),
+        ("modes of an impact", f"{bursts}: fictitious, not a measured structure"),
         ("scaled by", f"{done['by']}; full scale is {1 / done['full_scale_per_unit']:.3g} {done['unit']}")
         if done["full_scale_per_unit"]
         else ("scaled by", f"{done['by']}: silence"),
     ]
     if loud["energy_J_s"]:
         level = f"{loud['energy_level_dB']:.1f} dB re 1 pW"
-        lines.append(("impacts take", f"{loud['energy_J_s'] * 1e3:.3g} mW ({level}); not all of it is radiated"))
+        lines.append(
+            ("power dissipated by impacts", f"{loud['energy_J_s'] * 1e3:.3g} mW ({level}); not all of it is radiated")
+        )
     if loud["rattle_drive_level_dB"] is not None:
-        lines.append(("10 log10(ω²ΔΩ)", f"{loud['rattle_drive_level_dB']:.1f} dB, plus a constant of the bench"))
+        lines.append(("10 log10(ω²ΔΩ)", f"{loud['rattle_drive_level_dB']:.1f} dB, plus a constant of the test rig"))
     if loud["total_level_dB"] is not None:
         parts = f"whine {loud['whine_level_dB']:.1f}, rattle {loud['rattle_level_dB']:.1f}"
         lines.append(("sound pressure level", f"{loud['total_level_dB']:.1f} dB re 20 µPa ({parts})"))

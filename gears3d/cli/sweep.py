@@ -1,4 +1,4 @@
-"""``gears3d sweep``: many runs over a grid become one dataset and its figures."""
+"""``gears3d sweep``: runs over a grid as one dataset with figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def sweep(
     scenario: ScenarioName,
-    out: Annotated[Path, typer.Option(help="Folder; one that holds a part of the same sweep is gone on with.")],
+    out: Annotated[Path, typer.Option(help="Folder; an unfinished sweep in it is continued.")],
     vary: Annotated[
         list[str],
         typer.Option(
@@ -27,28 +27,31 @@ def sweep(
     ],
     model: Annotated[str, typer.Option(help="rigid (1-DOF), lubricated, plastic (closed form) or bullet.")] = "rigid",
     measure: Annotated[
-        str, typer.Option(help="Of threshold,regime,velocities,impulses,poincare,ri,level; default all the model has.")
+        str,
+        typer.Option(
+            help="threshold, regime, velocities, impulses, poincare, ri, level, with commas; default: all of the model."
+        ),
     ] = "",
     follow: Annotated[
-        str, typer.Option(metavar="KEY", help="Follow the motion along this axis, up and down, from point to point.")
+        str, typer.Option(metavar="KEY", help="Continue the motion from point to point along this axis, up and down.")
     ] = "",
-    periods: Annotated[int | None, typer.Option(help="Of every point; default as many as run.duration holds.")] = None,
-    settle: Annotated[int | None, typer.Option(help="Of these, left out at the begin; default run.settle.")] = None,
-    keep: Annotated[int | None, typer.Option(help="Of these, at the end, with sections; default 32.")] = None,
-    strobe: Annotated[float, typer.Option(help="When in the period sections are taken, in cycles.")] = 0.0,
+    periods: Annotated[int | None, typer.Option(help="Periods of every point; default: those of run.duration.")] = None,
+    settle: Annotated[int | None, typer.Option(help="Periods excluded at the start; default: run.settle.")] = None,
+    keep: Annotated[int | None, typer.Option(help="Periods with Poincaré sections, at the end; default 32.")] = None,
+    strobe: Annotated[float, typer.Option(help="Phase of the Poincaré sections, in cycles.")] = 0.0,
     workers: Annotated[int | None, typer.Option(help="Processes; default all cores. 0: in this process.")] = None,
-    scheduler: Annotated[str, typer.Option(help="Of a dask cluster, e.g. tcp://127.0.0.1:8786.")] = "",
-    point_limit: Annotated[str, typer.Option(help="Time that a point may take, e.g. '60 s'; default none.")] = "",
-    longest: Annotated[str, typer.Option(help="A sweep expected to take longer is not begun.")] = "86400 s",
-    block: Annotated[int | None, typer.Option(help="Points of a block; default some seconds' worth.")] = None,
+    scheduler: Annotated[str, typer.Option(help="Scheduler of a dask cluster, e.g. tcp://127.0.0.1:8786.")] = "",
+    point_limit: Annotated[str, typer.Option(help="Time limit of a point, e.g. '60 s'; default none.")] = "",
+    longest: Annotated[str, typer.Option(help="A sweep with a longer estimated time is not started.")] = "86400 s",
+    block: Annotated[int | None, typer.Option(help="Points of a block; default: a few seconds of work.")] = None,
     set_: Overrides = None,
-    estimate: Annotated[bool, typer.Option(help="Only say how long it would take.")] = False,
-    pictures: Annotated[bool, typer.Option(help="Draw what the dataset has a picture for.")] = True,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what became of it as JSON.")] = False,
+    estimate: Annotated[bool, typer.Option(help="Print the estimated time only.")] = False,
+    pictures: Annotated[bool, typer.Option(help="Draw the figures of the dataset.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
     """Run a scenario over a grid of values and write one labelled dataset, sweep.nc, and its figures.
 
-    The same command goes on where it was broken off.
+    The same command continues an interrupted sweep.
 
     Example: gears3d sweep rigaud-2020/fig5-20rpm --vary "drag.torque=0.1..1.5 N m lin 50" --out sweep
     """
@@ -71,7 +74,7 @@ def sweep(
         try:
             done = run(plan, out, workers, scheduler, limit, _seconds(longest, "--longest"), block, about, say, track)
         except KeyboardInterrupt:
-            typer.echo(f"interrupted: finished blocks are kept in {out}; the same command goes on", err=True)
+            typer.echo(f"interrupted: finished blocks are in {out}; the same command continues", err=True)
             raise typer.Exit(130) from None
     drawn = _draw(done.place) if pictures else []
     _report(done, drawn, as_json)
@@ -142,7 +145,7 @@ def _report(done: Done, drawn: list[Path], as_json: bool) -> None:
     typer.echo(f"{done.plan.size} points ({grid}) in {duration(done.seconds)}, {done.plan.periods} periods each")
     bad = {word: count for word, count in done.counts.items() if word != "done" and count}
     if bad:
-        told = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in bad.items())
-        typer.echo(f"not done: {told}; why is in {done.place / 'failed.csv'}")
+        counts = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in bad.items())
+        typer.echo(f"not done: {counts}; reasons in {done.place / 'failed.csv'}")
     for path in files:
         typer.echo(str(path))

@@ -1,4 +1,4 @@
-"""``gears3d validate``: how far to trust gears3d, measured on this machine."""
+"""``gears3d validate``: the checks of gears3d, run on this machine."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Measured = list[tuple[str, list["Claim"]]]
 
 
 def validate(
-    quick: Annotated[bool, typer.Option(help="A part of the cases, in about a minute.")] = False,
+    quick: Annotated[bool, typer.Option(help="Part of the cases, in about a minute.")] = False,
     only: Annotated[
         str,
         typer.Option(help=f"One chapter: {', '.join(CHAPTERS)}."),
     ] = "",
-    out: Annotated[Path | None, typer.Option(help="Write the table as Markdown, too.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the claims as JSON.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False,
 ) -> None:
-    """Measure what gears3d claims of itself and hold each number against its bound; exit code 1 if one is missed.
+    """Run the checks of gears3d and compare each number with its bound; exit code 1 if one is missed.
 
     Example: gears3d validate --quick
     """
@@ -50,7 +50,7 @@ def validate(
     if as_json:
         print_json([_plain(title, claim) for title, claims in measured for claim in claims])
     else:
-        console.print(f"{len(every)} claims, {missed} missed")
+        console.print(f"{len(every)} checks, {missed} missed")
     if out is not None:
         write_text(out, markdown(measured))
     if missed:
@@ -60,7 +60,7 @@ def validate(
 def _print(console: Console, title: str, claims: list[Claim]) -> None:
     from rich.table import Table
 
-    table = Table("claim", "measured", "bound", "", title=title, title_justify="left", box=None)
+    table = Table("check", "measured", "bound", "", title=title, title_justify="left", box=None)
     for claim in claims:
         table.add_row(claim.name, *_words(claim), "[green]holds[/]" if claim.holds else "[red]MISSED[/]")
     console.print(table, "")
@@ -80,7 +80,7 @@ def markdown(measured: Measured) -> str:
     """Return the table as a page of the documentation.
 
     Args:
-        measured: chapters with their claims.
+        measured: chapters with their checks.
     """
     import platform
 
@@ -89,7 +89,7 @@ def markdown(measured: Measured) -> str:
     about = f"gears3d {__version__}, Python {platform.python_version()}, {platform.machine()}"
     lines = ["# Validation", "", f"Printed by `gears3d validate --out docs/validation.md` ({about}).", ""]
     for title, claims in measured:
-        lines += [f"## {title}", "", "| claim | measured | bound | |", "|---|---|---|---|"]
+        lines += [f"## {title}", "", "| check | measured | bound | |", "|---|---|---|---|"]
         for claim in claims:
             value, bound = _words(claim)
             lines.append(f"| {claim.name} | {value} | {bound} | {'holds' if claim.holds else '**missed**'} |")

@@ -104,5 +104,5 @@ def test_a_bare_measured_record_has_no_impacts_to_compare(gears3d, tmp_path):
     file.write_text("time_s,theta_drive_rad,theta_loose_rad\n0,0,0\n1,3,3\n")
     code, _, err = gears3d("compare", str(file), str(file))
     assert code == 3
-    assert "no table of impacts" in " ".join(err.split())
+    assert "not a table of impacts" in " ".join(err.split())
     assert str(file) in "".join(err.split())

@@ -98,4 +98,4 @@ def test_a_bare_record_is_refused(recording, tmp_path, capsys):
     Recording({key: recording.signals[key] for key in keep}).write(tmp_path / "a.csv")
     code, _, err = run(capsys, tmp_path / "a.csv")
     assert code == 3
-    assert "no table of impacts" in err
+    assert "not a table of impacts" in err

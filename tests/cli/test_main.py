@@ -83,8 +83,8 @@ def test_an_output_that_cannot_be_written_is_bad_input(gears3d, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (["chek"], "there is no verb 'chek'; did you mean 'check'?"),
-        (["check"], "FILE..."),
+        (["chek"], "unknown verb 'chek'; did you mean 'check'?"),
+        (["check"], "SCENARIO..."),
         (["check", "--jsn", BASE], "--jsn"),
         (["check", BASE, "--set", "motion.mean"], "write KEY=VALUE"),
     ],

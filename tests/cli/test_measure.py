@@ -66,7 +66,7 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     found = json.loads(printed.out)
     assert code == 0
     assert [each["file"].rpartition("/")[2] for each in found] == ["plain.parquet", "later.parquet"]
-    assert "left out" in printed.err  # bench.txt holds the readings of plain.parquet
+    assert "excluded" in printed.err  # bench.txt holds the readings of plain.parquet
     assert sorted(path.name for path in tmp_path.iterdir()) == ["later", "plain"]
     for place in ("later", "plain"):
         told = json.loads((tmp_path / place / "summary.json").read_text())
@@ -82,8 +82,8 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     ("arguments", "code", "message"),
     [
         ([], 2, "name a measured record"),
-        (["a.csv", "b.csv", "--guess"], 2, "name one, and no --map"),
-        (["a.toml", "--guess"], 2, "is a map already"),
+        (["a.csv", "b.csv", "--guess"], 2, "name one, without --map"),
+        (["a.toml", "--guess"], 2, "is already a map"),
         (["none.tdms"], 3, "none.tdms: is not there"),
         (["none.csv", "gone.csv", "--rig", RIG], 3, "gone.csv: is not there"),
         (["none.csv", "--guess"], 3, "none.csv: is not there"),

@@ -121,7 +121,7 @@ def test_normals_of_the_glb_are_those_of_the_flanks(tmp_path):
     ("arguments", "code", "said"),
     [
         (["--format", "stp"], 2, "there is no format 'stp'"),
-        (["--format", ","], 2, "--format names no format"),
+        (["--format", ","], 2, "--format is empty"),
         (["--gear", "driv"], 2, "there is no gear 'driv'; did you mean 'drive'?"),
         (["--chord", "0 um"], 3, "--chord: is 0 um"),
         (["--chord", "1 s"], 3, "--chord: '1 s' is a time, not a length"),

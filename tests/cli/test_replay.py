@@ -7,10 +7,10 @@ from gears3d import cli
 
 @pytest.fixture
 def refused(capsys):
-    def run(*arguments):
+    def run(*arguments, code=3):
         with pytest.raises(SystemExit) as stop:
             cli.main(["replay", *map(str, arguments)])
-        assert stop.value.code == 3
+        assert stop.value.code == code
         return capsys.readouterr().err
 
     return run
@@ -29,10 +29,10 @@ def finished(tmp_path_factory):
 def test_a_file_that_is_no_recording(refused, tmp_path):
     fake = tmp_path / "fake.rrd"
     fake.write_text("not a recording")
-    assert "is no rerun recording\n       name a run folder or an rrd file" in refused(fake)
+    assert "is not a rerun recording\n       name a run folder or an rrd file" in refused(fake)
     text = tmp_path / "notes.txt"
     text.write_text("x")
-    assert "is a file, not a run folder" in refused(text)
+    assert "Missing option '--rig'" in refused(text, code=2)
     assert "is not there" in refused(tmp_path / "nowhere")
 
 

@@ -171,7 +171,7 @@ def test_a_run_that_breaks_off_keeps_what_happened_until_then(tmp_path):
     assert "Traceback" not in done.stderr
     said = " ".join(done.stderr.split())
     assert "deep in each other at t = " in said
-    assert f"what happened until then is kept in {tmp_path / 'run'}" in said
+    assert f"the run until then is in {tmp_path / 'run'}" in said
     assert "partial: ended at" in done.stdout
     kept = read_run(tmp_path / "run")
     assert kept.summary["status"] == "partial"

@@ -153,7 +153,7 @@ def test_command_line(tmp_path, capsys):
     assert picture.exists()
     with pytest.raises(SystemExit) as stop:
         cli.main(["identify", "restitution", str(file)])
-    assert stop.value.code == 3
+    assert stop.value.code == 2
     assert "--rig" in capsys.readouterr().err
 
 

@@ -191,7 +191,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_same_command_goes_on(tmp_path):
         os.killpg(process.pid, signal.SIGINT)
         told = process.stderr.read()
         assert process.wait(timeout=60) == 130
-    assert "the same command goes on" in told
+    assert "the same command continues" in told
     kept = len(list((place / "parts").glob("*.npz")))
     again = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True)
     assert f"{50 * kept} of 3000 points are there already" in again.stderr

@@ -252,10 +252,16 @@ def test_the_terminal_tells_the_story(found, capsys):
     show(found)
     said = capsys.readouterr().out
     cause = found.causes[0]
-    for words in (found.verdict, f"1. {cause.kind} (torque)", cause.evidence, "gain: ", "remains: nothing"):
+    for words in (
+        found.verdict,
+        f"1. {cause.kind} (torque)",
+        cause.evidence,
+        "error reduction: ",
+        "residual: none beyond chance",
+    ):
         assert words in said
     assert all(f"excluded: {one['kind']}: fits worse by" in said for one in cause.excluded)
-    assert re.search(r"would have shown, .* flanks and backlash from \d+\s% on, torques .* restitution from", said)
+    assert re.search(r"minimum detectable effects, .* flanks and backlash \d+\s%, torques .* restitution \d", said)
 
 
 def test_more_remains_than_is_drawn(found):

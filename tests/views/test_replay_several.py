@@ -115,7 +115,7 @@ def test_verb_refuses_replays_among_them(rrd, tmp_path, monkeypatch, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["replay", str(rrd), str(rrd)])
     assert stop.value.code == 3
-    assert "is a replay already" in capsys.readouterr().err
+    assert "is already a replay" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

@@ -1,4 +1,4 @@
-"""``gears3d bench TEST``: tests of a virtual bench, run in the 3D engine.
+"""``gears3d bench TEST``: virtual tests, run in the 3D engine.
 
 To add a test: write ``gears3d/cli/bench/<test>.py`` with a typer-style function of that name, its shared options from
 ``gears3d.cli.bench.shared``, and add the test to ``TESTS``.
@@ -17,7 +17,7 @@ from typer.main import get_command
 from gears3d.errors import UsageError, did_you_mean
 
 TESTS = ("ste", "rundown", "threshold", "drop")
-"""What the bench can do, in the order of the help."""
+"""The tests in the order of the help."""
 
 
 class _Tests(TyperGroup):
@@ -31,10 +31,10 @@ class _Tests(TyperGroup):
         """Return a test.
 
         Raises:
-            UsageError: there is none of that name.
+            UsageError: the test is unknown.
         """
         if cmd_name not in (known := self.list_commands(ctx)):
-            raise UsageError(f"the bench has no test called {cmd_name!r}; {did_you_mean(cmd_name, known)}")
+            raise UsageError(f"unknown test {cmd_name!r}; {did_you_mean(cmd_name, known)}")
         one = typer.Typer(add_completion=False)
         one.command(cmd_name)(getattr(import_module(f"gears3d.cli.bench.{cmd_name}"), cmd_name))
         return get_command(one)
@@ -45,7 +45,7 @@ app = typer.Typer(cls=_Tests, name="bench", add_completion=False, no_args_is_hel
 
 @app.callback()
 def bench() -> None:
-    """Put a rig on a virtual bench: tests in the 3D engine, written as a bench writes them, and what they give.
+    """Run a virtual test of a rig in the 3D engine; write its records as a test rig would, and its results.
 
     Every test has a --help of its own and takes --out DIR and --json.
 

@@ -1,4 +1,4 @@
-"""``gears3d bench drop``: what the flanks give back."""
+"""``gears3d bench drop``: the coefficient of restitution of both flanks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName,
 def drop(
     scenario: ScenarioName,
     out: OutFolder,
-    speeds: Annotated[str, typer.Option(help="On arrival.")] = "5, 10, 20, 50, 100 mm/s",
-    repeat: Annotated[int, typer.Option(help="Drops at each speed, at different places of the mesh.")] = 4,
+    speeds: Annotated[str, typer.Option(help="Impact velocities.")] = "5, 10, 20, 50, 100 mm/s",
+    repeat: Annotated[int, typer.Option(help="Drops at each velocity, at different mesh positions.")] = 4,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the loose gear come upon both flanks across the gap at several speeds, and see what they give back.
+    """Drop the loose gear on both flanks at several velocities and find the coefficient of restitution.
 
     Example: gears3d bench drop base/rigaud-2020 --speeds "5, 20, 100 mm/s" --out drop
     """

@@ -1,4 +1,4 @@
-"""``gears3d bench rundown``: the drag on the loose gear from a run-down."""
+"""``gears3d bench rundown``: the drag on the loose gear from a coast-down."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName,
 def rundown(
     scenario: ScenarioName,
     out: OutFolder,
-    speed: Annotated[str | None, typer.Option(help="Of the loose gear at the start; default as the drive's.")] = None,
+    speed: Annotated[
+        str | None, typer.Option(help="Initial speed of the loose gear; default: that of its drive.")
+    ] = None,
     seed: Seed = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the loose gear run down out of mesh, slowed by its drag alone, and find that drag from the record.
+    """Let the loose gear coast down out of mesh, by its drag alone, and identify the drag from the record.
 
     Example: gears3d bench rundown base/rigaud-2020 --speed "60 rpm" --out rundown
     """
@@ -41,6 +43,6 @@ def rundown(
         },
         pictures={"rundown.png": lambda: rundown_picture(found.found)},
     )
-    lines = [f"stands after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]
+    lines = [f"standstill after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]
     lines += [f"  {name:12} {p.value:.6g} {p.unit}" for name, p in found.found.parameters.items()]
     finish(summary, as_json, [*lines, "", f"gears3d identify rundown {out}/record.parquet --rig {out}/scenario.toml"])

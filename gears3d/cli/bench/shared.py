@@ -1,4 +1,4 @@
-"""What every test of ``gears3d bench`` shares: options, quantities, and the folder that is written."""
+"""Options, quantities and the output folder that the tests of ``gears3d bench`` share."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 OutFolder = Annotated[Path, typer.Option(help="Folder for records, table, picture and summary.")]
-Seed = Annotated[int | None, typer.Option(help="Of the encoders' noise; default the scenario's.")]
+Seed = Annotated[int | None, typer.Option(help="Seed of the encoder noise; default: of the scenario.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print summary.json.")]
 
 
@@ -35,7 +35,7 @@ def quantity(text: str, family: str, key: str) -> float:
         key: the option.
 
     Raises:
-        InputError: it is none, or not above 0.
+        InputError: it is not a quantity of this family, or not above 0.
     """
     from gears3d.errors import Fault, InputError
     from gears3d.units import parse
@@ -50,7 +50,7 @@ def quantity(text: str, family: str, key: str) -> float:
 
 
 def quantities(text: str, family: str, key: str) -> list[float]:
-    """Return positive quantities that commas part, in SI units; one unit at the end serves those without.
+    """Return positive quantities, separated by commas, in SI units; the last unit applies to those without.
 
     Args:
         text: e.g. ``"1 Hz, 2 Hz"``.
@@ -58,7 +58,7 @@ def quantities(text: str, family: str, key: str) -> list[float]:
         key: the option.
 
     Raises:
-        InputError: one is none, or not above 0.
+        InputError: one is not a quantity of this family, or not above 0.
 
     >>> quantities("1, 2 Hz", "frequency", "--frequencies")
     [1.0, 2.0]
@@ -83,7 +83,7 @@ def write(
     Args:
         place: of the folder.
         scenario: of the rig, written as ``scenario.toml``.
-        summary: what was found, written as ``summary.json`` with the names of the files and the command.
+        summary: the results, written as ``summary.json`` with the names of the files and the command.
         tables: columns by file name.
         pictures: drawers by file name.
         records: as measured ones, by file name.
@@ -125,12 +125,12 @@ def _write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def finish(summary: dict[str, Any], as_json: bool, lines: Sequence[str]) -> None:
-    """Print what was found: the summary as JSON, or lines for people.
+    """Print the results: the summary as JSON, or as lines of text.
 
     Args:
         summary: what :func:`write` returned.
-        as_json: whether programs read it.
-        lines: for people.
+        as_json: whether to print JSON.
+        lines: of text.
     """
     if as_json:
         from gears3d.cli.output import print_json

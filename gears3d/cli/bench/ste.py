@@ -1,4 +1,4 @@
-"""``gears3d bench ste``: the transmission error of both flanks from slow turns."""
+"""``gears3d bench ste``: the transmission error of both flanks from slow revolutions."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName,
 def ste(
     scenario: ScenarioName,
     out: OutFolder,
-    speed: Annotated[str, typer.Option(help="Of the drive, each way.")] = "1 rpm",
-    turns: Annotated[float | None, typer.Option(help="Of the drive, each way; default whole hunting cycles.")] = None,
+    speed: Annotated[str, typer.Option(help="Speed of the drive gear, each way.")] = "1 rpm",
+    turns: Annotated[
+        float | None, typer.Option(help="Revolutions of the drive gear, each way; default: whole hunting cycles.")
+    ] = None,
     seed: Seed = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
-    """Turn the rig slowly forth on its active flanks and back on its reverse ones; what it gives is φ, ψ and backlash.
+    """Turn the rig slowly forward on its active and back on its reverse flanks: transmission errors φ, ψ, backlash.
 
     Example: gears3d bench ste rigaud-2020/fig2 --out ste
 
-    The same from its record: gears3d identify transmission-error ste/record.parquet --rig ste/scenario.toml
+    Identify from its record: gears3d identify transmission-error ste/record.parquet --rig ste/scenario.toml
     """
     from math import pi
 
@@ -51,8 +53,8 @@ def ste(
     )
     lines = []
     for name, about in (("phi", "active flank φ"), ("psi", "reverse flank ψ"), ("backlash", "backlash b")):
-        told = summary[name]
-        reach = 1e6 * (told["largest_m"] - told["smallest_m"])
-        lines.append(f"{about:16} mean {1e6 * told['mean_m']:9.3f} µm, peak to peak {reach:8.3f} µm")
+        curve = summary[name]
+        reach = 1e6 * (curve["largest_m"] - curve["smallest_m"])
+        lines.append(f"{about:16} mean {1e6 * curve['mean_m']:9.3f} µm, peak to peak {reach:8.3f} µm")
     then = f"gears3d identify transmission-error {out}/record.parquet --rig {out}/scenario.toml"
     finish(summary, as_json, [*lines, "", then])

@@ -1,4 +1,4 @@
-"""``gears3d bench threshold``: where contact is lost, and where it comes back."""
+"""``gears3d bench threshold``: contact loss in sweeps up and down."""
 
 from __future__ import annotations
 
@@ -12,18 +12,22 @@ from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName,
 def threshold(
     scenario: ScenarioName,
     out: OutFolder,
-    frequencies: Annotated[str | None, typer.Option(help='Of the swing, e.g. "0.75, 1.5, 3 Hz".')] = None,
-    span: Annotated[str, typer.Option(help="Of the swing, over that at which contact should be lost.")] = "0.9..1.1",
-    periods: Annotated[float, typer.Option(help="Of each sweep, half of them rising.")] = 80.0,
+    frequencies: Annotated[
+        str | None, typer.Option(help='Frequencies of the speed fluctuation, e.g. "0.75, 1.5, 3 Hz".')
+    ] = None,
+    span: Annotated[
+        str, typer.Option(help="Range of the speed-fluctuation amplitude, relative to the predicted threshold.")
+    ] = "0.9..1.1",
+    periods: Annotated[float, typer.Option(help="Periods of each sweep, half of them rising.")] = 80.0,
     seed: Seed = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the drive's swing grow and fall; Λ* is where the gap opens by more than 0.1 µm, up and down.
+    """Sweep the speed-fluctuation amplitude up and down; Λ* is where the gap first (last) opens by more than 0.1 µm.
 
     Example: gears3d bench threshold rigaud-2020/fig5-5rpm --frequencies "1.5, 3 Hz" --out threshold
 
-    The same from its record: gears3d identify threshold threshold/record-3Hz.parquet --rig threshold/scenario.toml
+    Identify from its record: gears3d identify threshold threshold/record-3Hz.parquet --rig threshold/scenario.toml
     """
     from math import isnan
 

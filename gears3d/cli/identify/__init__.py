@@ -17,7 +17,7 @@ from typer.main import get_command
 from gears3d.errors import UsageError, did_you_mean
 
 KINDS = ("rundown", "restitution", "transmission-error", "backlash", "threshold")
-"""What can be identified, in the order of the help."""
+"""The kinds in the order of the help."""
 
 
 def _module(kind: str) -> str:
@@ -35,10 +35,10 @@ class _Kinds(TyperGroup):
         """Return a kind.
 
         Raises:
-            UsageError: there is none of that name.
+            UsageError: the kind is unknown.
         """
         if cmd_name not in (known := self.list_commands(ctx)):
-            raise UsageError(f"there is nothing to identify called {cmd_name!r}; {did_you_mean(cmd_name, known)}")
+            raise UsageError(f"unknown kind {cmd_name!r}; {did_you_mean(cmd_name, known)}")
         one = typer.Typer(add_completion=False)
         one.command(cmd_name)(getattr(import_module(_module(cmd_name)), cmd_name.replace("-", "_")))
         return get_command(one)

@@ -13,7 +13,7 @@ def backlash(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the mean backlash and its orders from slow turns forth and back.
+    """Identify the mean backlash and its orders from slow revolutions forward and back.
 
     Example: gears3d identify backlash slow.parquet --rig rigaud-2020/fig2 --out backlash.png
     """

@@ -1,4 +1,4 @@
-"""``gears3d identify restitution``: what impacts give back."""
+"""``gears3d identify restitution``: the coefficient of restitution."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def restitution(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the law of restitution from rattle records of one bench: constant or linear in speed, flanks, scatter.
+    """Identify the law of restitution from rattle records of one rig: constant or linear in speed, flanks, scatter.
 
     Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --out e.png
     """

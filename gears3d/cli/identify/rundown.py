@@ -1,4 +1,4 @@
-"""``gears3d identify rundown``: the drag on a gear that runs down."""
+"""``gears3d identify rundown``: the drag on a coasting gear."""
 
 from __future__ import annotations
 
@@ -19,11 +19,15 @@ if TYPE_CHECKING:
 
 def rundown(
     files: Files,
-    inertia: Annotated[str, typer.Option(help='Of what runs down, e.g. "0.0695 kg m^2".')] = "",
-    inertia_uncertainty: Annotated[str, typer.Option(help='Its standard deviation, e.g. "0.002 kg m^2".')] = "",
+    inertia: Annotated[str, typer.Option(help='Inertia that coasts down, e.g. "0.0695 kg m^2".')] = "",
+    inertia_uncertainty: Annotated[
+        str, typer.Option(help='Standard deviation of the inertia, e.g. "0.002 kg m^2".')
+    ] = "",
     law: Annotated[str | None, typer.Option(help='Fit this law, e.g. "coulomb+viscous"; default: the best.')] = None,
-    meshed: Annotated[list[Path] | None, typer.Option(help="Run-down of both gears in mesh; repeatable.")] = None,
-    drive_alone: Annotated[list[Path] | None, typer.Option(help="Run-down of the drive alone; repeatable.")] = None,
+    meshed: Annotated[list[Path] | None, typer.Option(help="Coast-down of both gears in mesh; repeatable.")] = None,
+    drive_alone: Annotated[
+        list[Path] | None, typer.Option(help="Coast-down of the drive gear alone; repeatable.")
+    ] = None,
     rig: Annotated[
         Path | None,
         typer.Option(metavar="SCENARIO", help="Scenario of the test rig. Required with --meshed or without --inertia."),
@@ -33,9 +37,9 @@ def rundown(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the drag on a gear that runs down freely, out of mesh; of several assemblies by a campaign file (.toml).
+    """Identify the drag from coast-downs out of mesh; for several assemblies from a campaign file (.toml).
 
-    With --meshed and --drive-alone: the drag of the mesh, what both gears lose together more than each alone.
+    With --meshed and --drive-alone: the mesh drag, in addition to the drag of each gear alone.
 
     Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
     """
@@ -44,7 +48,7 @@ def rundown(
 
     if [file for file in files if file.suffix == ".toml"]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
-            raise UsageError("a campaign file stands alone: inertias and laws are in it")
+            raise UsageError("a campaign file contains inertias and laws: omit the other options")
         campaign = ident.read_campaign(files[0], partial(_track, map_file=map_file, correct=correct))
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
@@ -58,7 +62,7 @@ def rundown(
 
 
 def _track(file: str | Path, gear: str, map_file: Path | None, correct: list[str] | None) -> Track:
-    """Return a run-down that passed the sensor gate; what it found is told."""
+    """Return a coast-down that passed the sensor gate, and print the findings."""
     from gears3d.cli.findings import show_findings
     from gears3d.identification import read_track
 
@@ -110,7 +114,7 @@ def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, f
         except InputError as error:
             raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
         if value < 0.0 or (value == 0.0 and key == "--inertia"):
-            raise InputError(Fault(key, f"is {text!r}; a body has mass", "give a positive inertia"))
+            raise InputError(Fault(key, f"is {text!r}", "give a positive inertia"))
         return value
 
     spread = quantity(uncertainty, "--inertia-uncertainty") if uncertainty else 0.0

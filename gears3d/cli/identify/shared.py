@@ -1,4 +1,4 @@
-"""What every kind of ``gears3d identify`` shares: options, the way in for records, the way out for laws."""
+"""Options, input of records and output of laws that the kinds of ``gears3d identify`` share."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from gears3d.identification import Identified
 
 Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
-Out = Annotated[Path | None, typer.Option(help="Write a picture there (.png, .svg, .pdf).")]
+Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
 
@@ -38,7 +38,7 @@ def admitted(
         rig: scenario of the test rig.
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
-        needs: columns that must be there besides time, alternatives as a tuple.
+        needs: required columns in addition to time, alternatives as a tuple.
 
     Raises:
         InputError: a file cannot be used.
@@ -54,13 +54,13 @@ def admitted(
 
 
 def answer(found: Identified, picture: Callable[[Identified], Figure], out: Path | None, as_json: bool) -> None:
-    """Draw the law if asked for, and print it.
+    """Draw the law if requested, and print it.
 
     Args:
         found: the law.
         picture: draws it.
         out: of the picture.
-        as_json: whether programs read the answer.
+        as_json: whether to print JSON.
     """
     if out is not None:
         from gears3d import files
@@ -93,5 +93,5 @@ def _show(found: Identified) -> None:
     console.print(table)
     if losses := found.goodness.get("held_out"):
         held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
-        console.print(f"loss on stretches never fitted (less is better): {held}", soft_wrap=True)
+        console.print(f"held-out loss (smaller is better): {held}", soft_wrap=True)
     console.print(f"\n{escape(found.snippet)}", end="")

@@ -13,9 +13,9 @@ def threshold(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the excitation at which contact is lost, from sweeps up and down, and the drag that it stands for.
+    """Identify the excitation at contact loss from sweeps up and down, and the drag that follows from it.
 
-    A file holds a swing that slowly grows, falls or both; or one swing, files in the order of recording.
+    In a file the speed-fluctuation amplitude rises, falls or both, slowly; or it is constant, files in order of time.
 
     Example: gears3d identify threshold sweep.parquet --rig rigaud-2020/fig5-20rpm --out threshold.png
     """

@@ -13,7 +13,7 @@ def transmission_error(
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
-    """Identify the transmission error of both flanks, order by order, from slow turns forth and back.
+    """Identify the transmission error of both flanks, order by order, from slow revolutions forward and back.
 
     Example: gears3d identify transmission-error slow.parquet --rig rigaud-2020/fig2 --out ste.png
     """
