@@ -68,7 +68,8 @@ def gather() -> None:
     shutil.rmtree(SOURCE, ignore_errors=True)
     SOURCE.mkdir(parents=True)
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
-        shutil.copy(ROOT / name, SOURCE)
+        text = (ROOT / name).read_text(encoding="utf-8")
+        (SOURCE / name).write_text(text.replace("](docs/site/", "]("), encoding="utf-8")  # those pages go to the top
     shutil.copytree(ROOT / "docs", SOURCE / "docs", ignore=shutil.ignore_patterns("site"))
     for file in (ROOT / "docs" / "site").iterdir():
         if file.is_file():

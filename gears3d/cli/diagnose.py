@@ -37,7 +37,9 @@ def diagnose(
 
     Example: gears3d diagnose blind/record.toml --rig blind/rig.toml --out found
 
-    Several records at several speeds separate causes that one record cannot. Records to practise on: gears3d challenge.
+    Records to practise on: gears3d challenge --seed 7 --out blind
+
+    Several records at several speeds separate causes that one record cannot.
     """
     from gears3d.cli.diagnosed import show
     from gears3d.cli.progress import bars

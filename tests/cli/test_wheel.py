@@ -1,0 +1,140 @@
+"""What people type works where they are: examples of the help and the README's commands, with the installed wheel.
+
+The wheel lies in an environment of its own, with the libraries of the tests' environment; the folder is empty and
+nothing of the checkout is on its path. Examples that take more than a few seconds run with ``--slow``.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from typer.main import get_command
+
+from gears3d import cli
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = re.compile(r"(?:^|: )(gears3d .+)$", re.MULTILINE)
+FIRST = ("new", "run", "record", "challenge", "diagnose", "bench", "measure")
+"""Verbs whose examples write what those of others read."""
+QUICK = ("new", "list", "show", "excitation", "mesh", "check", "schema", "cite")
+"""Verbs that need no compiled kernel."""
+OF_THE_CLONE = "tools/"
+"""Begin of commands that belong to a clone, not to the wheel; those of the installation are no ``sh`` block."""
+
+
+def examples():
+    """Return every example that a help shows, those first that write what others read; each once."""
+    found = {}
+
+    def visit(command, words, verb):
+        for line in EXAMPLE.findall(command.help or ""):
+            found.setdefault(line, verb)
+        for name in command.list_commands(None) if hasattr(command, "list_commands") else ():
+            context = command.make_context(words[-1], ["--help"], resilient_parsing=True)
+            visit(command.get_command(context, name), [*words, name], verb or name)
+
+    visit(get_command(cli.app), ["gears3d"], "")
+    rank = {verb: place for place, verb in enumerate(FIRST)}
+    return sorted(((verb, line) for line, verb in found.items()), key=lambda one: rank.get(one[0], len(rank)))
+
+
+def readme():
+    """Return the commands of the README's shell blocks, in order, without comments."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    lines = "".join(blocks).replace("\\\n", " ").splitlines()
+    commands = [re.sub(r"\s+#.*", "", line).strip() for line in lines]
+    return [line for line in commands if line and not line.startswith(OF_THE_CLONE)]
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory):
+    """Return a function that runs a command line in a folder with the installed wheel."""
+    place = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(place)]
+    subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
+    (built,) = place.glob("gears3d-*.whl")
+    venv.create(place / "env", with_pip=False, symlinks=True)
+    python = next(found for one in ("bin/python", "Scripts/python.exe") if (found := place / "env" / one).exists())
+    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-index", "--no-deps"]
+    subprocess.run([*install, str(built)], check=True, capture_output=True)
+    ask = [str(python), "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"]
+    packages = Path(subprocess.run(ask, check=True, capture_output=True, text=True).stdout.strip())
+    # such a path comes after the environment's own packages, and its editable installs are not read
+    (packages / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n", encoding="utf-8")
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
+    environment |= {"PATH": f"{python.parent}{os.pathsep}{os.environ['PATH']}", "MPLBACKEND": "agg"}
+
+    def run(line, folder):
+        words = shlex.split(line)
+        return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+    return SimpleNamespace(run=run, packages=packages)
+
+
+def adapted(line):
+    """Return a command as a machine without a screen runs it: a viewer would stay open."""
+    return f"{line} --no-open" if line.startswith("gears3d replay ") else line
+
+
+def failures(wheel, lines, folder):
+    """Run commands one after the other; return those that failed with what they said."""
+    done = [(line, wheel.run(adapted(line), folder)) for line in lines]
+    return [f"{line}\n{one.stderr}" for line, one in done if one.returncode]
+
+
+def test_the_wheel_is_what_runs(wheel, tmp_path):
+    line = 'python -c "import gears3d, gears3d.scenario.shipped as s; print(gears3d.__file__, s.shipped())"'
+    package, scenarios = wheel.run(line, tmp_path).stdout.split()
+    assert Path(package).parent.parent.samefile(wheel.packages)
+    assert Path(scenarios).samefile(wheel.packages / "gears3d" / "papers" / "scenarios")
+
+
+def test_names_lead_to_scenarios_of_the_wheel(wheel, tmp_path):
+    (tmp_path / "mine.toml").write_text('extends = "rigaud-2020/fig5-20rpm"\n[impact]\nrestitution = 0.5\n')
+    assert failures(wheel, ["gears3d check mine.toml rigaud-2020/fig10 base/helical-17-43"], tmp_path) == []
+    listed = wheel.run("gears3d list scenarios", tmp_path).stdout
+    assert "rigaud-2020/fig5-20rpm" in listed
+    assert str(wheel.packages) not in listed
+    unknown = wheel.run("gears3d run rigaud-2020/fig5-20rmp", tmp_path)
+    assert unknown.returncode == 3
+    assert "did you mean 'rigaud-2020/fig5-20rpm'?" in unknown.stderr
+    assert unknown.stderr.count("error") == 1
+
+
+def test_every_help_has_an_example_by_name():
+    lines = [line for _, line in examples()]
+    assert [verb for verb in cli.VERBS if not any(line.startswith(f"gears3d {verb}") for line in lines)] == []
+    assert [line for line in lines if "scenarios/" in line] == []
+    assert [line for line in readme() if "scenarios/" in line] == []
+
+
+def test_quick_examples_of_the_help_run(wheel, tmp_path):
+    lines = [line for verb, line in examples() if verb in QUICK]
+    assert len(lines) > 7
+    assert failures(wheel, lines, tmp_path) == []
+
+
+def test_quick_commands_of_the_readme_run(wheel, tmp_path):
+    lines = [line for line in readme() if line.split()[1] in QUICK]
+    assert lines
+    assert failures(wheel, lines, tmp_path) == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_all_examples_of_the_help_run(wheel, tmp_path):
+    assert failures(wheel, [line for _, line in examples()], tmp_path) == []
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_all_commands_of_the_readme_run(wheel, tmp_path):
+    assert failures(wheel, readme(), tmp_path) == []
