@@ -42,7 +42,7 @@ def record(
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
-    """Record a scenario as a test bench would: two encoders with their counts, rate, noise and errors.
+    """Record a scenario as a test rig would: two encoders with their counts, rate, noise and errors.
 
     Example: gears3d record rigaud-2020/fig5-20rpm --out rattle.parquet --seed 7
 
