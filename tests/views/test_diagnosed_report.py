@@ -273,6 +273,15 @@ def test_more_remains_than_is_drawn(found):
     assert section.count("<h3>") == SHOWN
 
 
+def test_a_nominal_model_without_error_beyond_noise_has_no_reduction_to_state(found):
+    """Where held-out errors of the nominal model are at the noise, the gain is not defined: the page says so."""
+    held = tuple(one._replace(base=0.5 * one.noise) for one in found.held)
+    page = render(dataclasses.replace(found, held=held))
+    assert "the nominal model has no error beyond noise" in page
+    assert 'data-key="gain"' not in page
+    assert "the nominal model has no error beyond noise" not in render(found)
+
+
 @pytest.mark.parametrize(("verdict", "power"), [("not_decidable", float("inf")), ("nothing_to_add", 0.05)])
 def test_silence_is_told_with_what_would_have_shown(found, verdict, power):
     page = render(silent(found, verdict=verdict, left=(), power={"geometry": 0.01, "torque": power, "impact": 0.02}))
