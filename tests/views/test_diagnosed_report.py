@@ -55,7 +55,7 @@ PLACED = {
     "mesh_drag": ({"coefficient": 1e-3}, "loss", "speed of the drive gear [rpm]"),
     "transmission_error": ({"amplitude": 2e-5, "order": 3}, "contact", "3 × angle of the drive gear [°]"),
     "backlash_offset": ({"offset": 1e-5}, "contact", "angle of the drive gear [°]"),
-    "pitch_error": ({"offset": 1e-5, "tooth": 4}, "contact", "drive gear, teeth past tooth 4 at the pitch point"),
+    "pitch_error": ({"offset": 1e-5, "tooth": 4}, "contact", "drive gear, teeth after tooth 4 at the pitch point"),
     "restitution_offset": ({"offset": 0.1}, "impact", "speed of approach [mm/s]"),
     "drive_motion": ({"amplitude": 0.05, "frequency": 7.0}, "drive", "phase of this motion [°]"),
     "encoder_eccentricity": ({"amplitude": 1e-4, "gear": "drive"}, "contact", "angle of the drive gear [°]"),
@@ -164,11 +164,11 @@ def test_what_remains_is_drawn_and_told(found):
     left = Structure("flight.speed", 1e6, 0.0, 1.0, "rad/s^2", 5.0)
     page = render(silent(found, verdict="unexplained", left=(left,)))
     text = html.unescape(re.sub(r"<[^>]+>", " ", page))
-    assert "no cause of the catalogue explains it" in text
+    assert "no effect of the catalogue explains it" in text
     assert STRUCTURES["flight.speed"] in text
     assert 'data-channel="flight"' in page
-    assert "flight is off by" in text
-    assert "Nothing was added" in text
+    assert re.search(r"Root mean square of the residuals: .*flight\s+\d", text)
+    assert "No cause was added" in text
     for name in STRUCTURES:
         assert (of_remains(found, name, 2.0) is None) == (name == "flight.gap"), name  # one flank alone is touched here
 
@@ -208,7 +208,7 @@ def test_a_channel_that_is_off_as_a_whole_remains_with_its_size(found):
     assert row["significance"] == pytest.approx(np.sqrt(np.sum(rest[span] ** 2) - len(sigma)))
     page = render(dataclasses.replace(found, verdict=verdict, left=tuple(left)))
     assert STRUCTURES["contact.all"] in page
-    assert "in the whole channel, most in record-" in page
+    assert "in the whole channel, largest in record-" in page
     answer = {"effects": [{"kind": "drag_viscous"}], "unknown": [], "visible": True}
     assert score(answer, told)["verdict_right"]
 
@@ -286,8 +286,8 @@ def test_a_nominal_model_without_error_beyond_noise_has_no_reduction_to_state(fo
 def test_silence_is_told_with_what_would_have_shown(found, verdict, power):
     page = render(silent(found, verdict=verdict, left=(), power={"geometry": 0.01, "torque": power, "impact": 0.02}))
     text = html.unescape(re.sub(r"<[^>]+>", " ", page))
-    assert ("too little of torques on the loose gear" in text) == (verdict == "not_decidable")
-    assert ("effects of 5\xa0% would have shown" in text) == (verdict == "nothing_to_add")
+    assert ("insufficient for a verdict on torques on the loose gear" in text) == (verdict == "not_decidable")
+    assert ("Minimum detectable effect: 5\xa0% of backlash" in text) == (verdict == "nothing_to_add")
     assert 'class="snippet"' not in page
 
 
@@ -311,10 +311,10 @@ def test_a_resonance_is_drawn_as_spectra_with_a_line_a_record_whether_or_not_rec
         assert np.corrcoef(down, -np.log(power[shown]))[0, 1] > 0.9999  # up is more
         assert abs(frequency[np.argmin(down)] - 90.0) < 1.0
     text = html.unescape(re.sub(r"<[^>]+>", " ", page))
-    assert "ring at one frequency, whatever the speed" in text
+    assert "at one frequency, independent of speed" in text
     assert re.search(r"30\s+µm", text)
-    assert "would have been named" not in text
-    assert ("were not cut into flights" in text) != cut
+    assert "would have been reported" not in text
+    assert ("were not segmented into free flights" in text) != cut
 
 
 def test_findings_of_the_gate_and_foreign_text_are_escaped(found):

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: what a rig gets wrong of measured records, why, and what mending it is worth."""
+"""The report of a diagnosis: deviations of records from the nominal model, causes, held-out error reduction."""
 
 from gears3d.views.report.diagnosed.page import render as render
 from gears3d.views.report.diagnosed.page import write as write

@@ -20,7 +20,7 @@ FEW = 250
 BINS = 14
 """Means of a series."""
 GAP = 0.15
-"""Part of the frame without points over which no curve is drawn."""
+"""Share of the frame without points across which no curve is drawn."""
 MAGNIFIED = 2.5
 """Times the range of means and curves that the frame shows of the points at most."""
 VAGUE = 4.0
@@ -98,7 +98,7 @@ def means(x: Array, y: Array, sure: Array, pieces: int = BINS) -> tuple[Array, A
 
 
 def limits(groups: list[list[Series]]) -> tuple[float, float]:
-    """Return a range of values that shows several charts alike.
+    """Return a common range of values for several charts.
 
     Args:
         groups: the series of each chart.
@@ -112,10 +112,10 @@ def limits(groups: list[list[Series]]) -> tuple[float, float]:
         own += [] if one.curve is None or not len(one.curve) else [float(one.curve.min()), float(one.curve.max())]
         points.append(one.y)
     low, high = min(own), max(own)
-    room = (MAGNIFIED - 1.0) / 2.0 * max(high - low, 1e-30)
+    space = (MAGNIFIED - 1.0) / 2.0 * max(high - low, 1e-30)
     every = np.concatenate(points) if points else np.zeros(1)
     ends = np.quantile(every, [0.005, 0.995]) if len(every) else (0.0, 0.0)
-    low, high = min(low, max(float(ends[0]), low - room)), max(high, min(float(ends[1]), high + room))
+    low, high = min(low, max(float(ends[0]), low - space)), max(high, min(float(ends[1]), high + space))
     pad = 0.07 * max(high - low, 1e-30)
     return low - pad, high + pad
 
@@ -126,7 +126,7 @@ def chart(series: list[Series], frame: Frame, says: str) -> Markup:
     Args:
         series: what is drawn.
         frame: what it is drawn in.
-        says: what the picture shows, for those who do not see it.
+        says: description of the chart for screen readers.
     """
     dots = [one for one in series if not one.line]
     parts = [_axes(frame), *(_points(one, frame) for one in dots), *(_means(one, frame) for one in dots)]

@@ -1,4 +1,4 @@
-"""What a diagnosis leaves: structure, points that were not used, and effects too small to have shown."""
+"""Residual patterns of a diagnosis, excluded points and minimum detectable effects."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
 
 ORDERED = ("order", "angle")
-"""Parts of the names of structures that live in an order."""
+"""Parts of the names of residual patterns over an order."""
 
 
 def left_out(counts: dict[str, int]) -> str:
-    """Return how many points of each channel a record does without, in words.
+    """Return how many points of each channel of a record are excluded, in words.
 
     Args:
         counts: by channel.
@@ -33,7 +33,7 @@ def left_out(counts: dict[str, int]) -> str:
 
 
 def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return what no cause explains: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
+    """Return the residual patterns: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
 
     Args:
         told: a diagnosis for JSON.
@@ -51,11 +51,13 @@ def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _where(one: dict[str, Any]) -> str:
     if one["where"] is None:
-        return f"in the whole channel, most in {Path(one['record']).name}" if one["record"] else "in the whole channel"
+        return (
+            f"in the whole channel, largest in {Path(one['record']).name}" if one["record"] else "in the whole channel"
+        )
     if any(word in one["structure"] for word in ORDERED):
         return f"order {one['where']:.4g}"
     if one["structure"].startswith("contact.tooth_"):
-        return f"of all ends of contact, at tooth {one['where']:.0f}"
+        return f"share of all contact losses that occur at tooth {one['where']:.0f}"
     if one["structure"] == "impact.duration":
         return f"at {plain(one['where'])} Hz"
     if one["structure"] == "flight.gap":
@@ -66,13 +68,13 @@ def _where(one: dict[str, Any]) -> str:
 def _unit(structure: str) -> str:
     over = structure.split(".")[1]
     if structure in ("impact.speed", "impact.time"):
-        return "m/s" if over == "speed" else "blows apart"
+        return "m/s" if over == "speed" else "impacts (distance of the correlated impacts)"
     return {"speed": "rad/s", "delay": "rad/s", "loss_phase": "rad/s", "time": "s", "ratio": "s", "tooth": "rad"}.get(
         over, "")  # fmt: skip
 
 
 def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
-    """Return by place the smallest effect that would have shown, and what that means.
+    """Return the minimum detectable effect of each place and what it means.
 
     Args:
         found: by the diagnosis.
@@ -80,9 +82,9 @@ def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
     rows = []
     for place, limit in found.power.items():
         if not np.isfinite(limit):
-            rows.append((PLACES[place], Figure("–"), "these records say nothing of it"))
+            rows.append((PLACES[place], Figure("–"), "not observable in these records"))
         elif limit > POWER:
-            rows.append((PLACES[place], percent(limit), "smaller ones may be there unseen: not decided"))
+            rows.append((PLACES[place], percent(limit), "smaller effects may be present undetected: not decidable"))
         else:
-            rows.append((PLACES[place], percent(limit), "this and larger ones would have been named"))
+            rows.append((PLACES[place], percent(limit), "effects of this size or larger would have been reported"))
     return rows

@@ -1,4 +1,4 @@
-"""The page of a diagnosis: everything that is shown, put into the template."""
+"""The report page of a diagnosis: fills the template."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
 
 SHOWN = 2
-"""Structures that remain of which a picture is drawn."""
+"""Residual patterns that get a chart."""
 
 
-def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) -> str:
+def render(found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> str:
     """Return the report of a diagnosis as one self-contained HTML page.
 
     Args:
         found: by the diagnosis.
-        command: line that made it.
-        beside: names of files in the same folder to link to.
+        command: command line of the diagnosis.
+        files: names of files in the same folder to link to.
 
     Returns:
         HTML that opens without a network.
@@ -65,21 +65,21 @@ def render(found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) ->
             for name, rows in found.findings.items()
         },
         "command": command,
-        "beside": beside,
+        "files": files,
         "blocks": {},
         "asset": asset,
     }
     return environment().get_template("diagnosed.html.j2").render(context)
 
 
-def write(path: str | Path, found: Diagnosis, command: str = "", beside: tuple[str, ...] = ()) -> Path:
+def write(path: str | Path, found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> Path:
     """Write the report under a temporary name and rename it.
 
     Args:
         path: the file, e.g. ``report.html``.
         found: as for :func:`render`.
         command: as for :func:`render`.
-        beside: as for :func:`render`.
+        files: as for :func:`render`.
 
     Returns:
         The path.
@@ -87,7 +87,7 @@ def write(path: str | Path, found: Diagnosis, command: str = "", beside: tuple[s
     Raises:
         InputError: it cannot be written.
     """
-    return write_text(path, render(found, command, beside))
+    return write_text(path, render(found, command, files))
 
 
 def _cause(found: Diagnosis, one: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The picture of a cause where it lives: coordinate on x, what is off before and after on y."""
+"""Charts of a cause: residual without it and with it, over the coordinate on which the cause depends."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
 Array = np.ndarray
 VALUES = {
     "flight": ("extra deceleration of flights [rad/s²]", 1.0),
-    "contact": ("displacement off [µm]", 1e6),
-    "impact": ("rebound off [mm/s]", 1e3),
-    "loss": ("speed at leaving the flank, followed back [µm/s]", 1e6),
-    "drive": ("drive angle off [µrad]", 1e6),
+    "contact": ("displacement residual [µm]", 1e6),
+    "impact": ("rebound residual [mm/s]", 1e3),
+    "loss": ("extrapolated separation speed [µm/s]", 1e6),
+    "drive": ("drive angle residual [µrad]", 1e6),
 }
-"""What is off in each channel, and its scale."""
+"""Name and scale of the residual of each channel."""
 PLACES = {"torque": "flight", "geometry": "contact", "impact": "impact", "motion": "drive", "sensor": "contact"}
 """Channel in which causes of each place are shown."""
 WIDE, REFERENCE = 3.0, 1e-6
 """Times the frequency of a resonance up to which spectra are shown; 0 dB [m]."""
 RPM = 30.0 / pi
 TEETH = 3.0
-"""To either side of a tooth that are shown of its pitch error."""
+"""Teeth to either side of a deviating tooth that its chart shows."""
 
 
 class Samples(NamedTuple):
     """Points of a channel of all records.
 
     Args:
-        value: what is off [SI], (n,).
+        value: residual [SI], (n,).
         sure: one over its standard deviation, (n,).
         time: [s].
         drive: angle of the drive gear [rad].
@@ -64,7 +64,7 @@ class Samples(NamedTuple):
 
 
 class Coordinate(NamedTuple):
-    """What a picture has on x.
+    """The horizontal coordinate of a chart.
 
     Args:
         name: with its unit.
@@ -78,7 +78,7 @@ class Coordinate(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """Two charts of one thing, or one where there is no after.
+    """Charts of a residual before and after a correction, or of one residual alone.
 
     Args:
         channel: that is shown.
@@ -162,7 +162,7 @@ _SAMPLES = {"flight": _flights, "contact": _contacts, "impact": _impacts, "loss"
 def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
     """Return the picture of a cause; ``None`` where its channel has no points.
 
-    Before is what is off with all other causes in, after with this one, too; the curve is what it adds by itself.
+    Before: residual with all other causes; after: with this cause as well; the curve is the contribution of the cause.
 
     Args:
         found: by the diagnosis.
@@ -181,14 +181,14 @@ def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
     if effect.kind == "restitution_scatter":
         edge = 1.96e3 * effect.standard_deviation * before.speed
         flown = [one._replace(edge=edge[before.flank == k]) for k, one in _by_flank(before, along, name)]
-        return _picture(name, along, [flown], effect.kind, "Lines: 95 % of rebounds that scatter so lie between them.")
+        return _picture(name, along, [flown], effect.kind, "Lines: limits of 95 % of the rebounds with this scatter.")
     charts = [_series(before, along, name, curve), _series(after, along, name)]
-    words = "Before: without this cause, all others in. Curve: what this cause adds."
+    words = "Before: without this cause, with all others. Curve: contribution of this cause."
     return _picture(name, along, charts, effect.kind, words)
 
 
 def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture | None:
-    """Return the picture of structure that remains; ``None`` where its channel has no points.
+    """Return the chart of a residual pattern; ``None`` where its channel has no points.
 
     Args:
         found: by the diagnosis.
@@ -215,42 +215,44 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
         along = Coordinate("time [s]", seen.time)
     else:
         along = _speed(name, seen)
-    return _picture(name, along, [_series(seen, along, name)], structure, "What is left.")
+    return _picture(name, along, [_series(seen, along, name)], structure, "Residual.")
 
 
 def _spectra(rings: Resonance) -> Picture:
-    """Return the spectra of all records about a resonance: a line a record, all with a peak at the same frequency."""
+    """Return the spectra of all records near a resonance: one line per record, with a peak at the same frequency."""
     near = rings.frequency < WIDE * rings.structure.where
     near &= np.isfinite(rings.power).all(axis=0)
     level = 10.0 * np.log10(np.maximum(rings.power[:, near], 1e-30) / REFERENCE**2)
     ones, words = np.ones(np.count_nonzero(near)), "each record"
     lines = [Series(words, "flight", rings.frequency[near], row, ones, line=True) for row in level]
-    frame = Frame("frequency [Hz]", "displacement about it [dB re 1 µm]", (0.0, float(rings.frequency[near][-1])),
+    frame = Frame("frequency [Hz]", "displacement amplitude [dB re 1 µm]", (0.0, float(rings.frequency[near][-1])),
                   (float(level.min()) - 3.0, float(level.max()) + 3.0))  # fmt: skip
     drawn = chart(lines, frame, f"{frame.y} over {frame.x}: a peak of every record at {rings.structure.where:.0f} Hz")
-    told = "What comes with the drive or with an angle moves with the speed; this does not."
+    told = "A peak caused by the drive or by an order would shift with the speed; this one does not."
     return Picture("flight", frame.x, drawn, None, [("flight", words)], told, False)
 
 
 def _pull(found: Diagnosis) -> Picture | None:
-    """Return decelerations over the place in the gap: a line a record, and what all of them together tell."""
+    """Return decelerations over the position in the gap: one line per record, and their common curve."""
     records, rest = found.found.records, found.found.fit.rest[found.found.known.spans["flight"]]
     cuts = np.cumsum([one.channels.flights.time.size for one in records])[:-1]
     if (told := pulled(records, np.split(rest, cuts))) is None:
         return None
     across, ones = 100.0 * told.place, np.ones(len(told.place))
     lines = [Series("each record", "flight", across, row - row.mean(), ones, line=True) for row in told.own]
-    lines.append(Series("all together", "active", across, told.common - told.common.mean(), ones, line=True))
-    frame = Frame("place in the gap, from the active flank [%]", VALUES["flight"][0], (0.0, 100.0), _ends(told.common))
-    drawn = chart(lines, frame, f"{frame.y} over {frame.x}: what pulls at gears in flight")
+    lines.append(Series("common curve", "active", across, told.common - told.common.mean(), ones, line=True))
+    frame = Frame(
+        "position in the gap, from the active flank [%]", VALUES["flight"][0], (0.0, 100.0), _ends(told.common)
+    )
+    drawn = chart(lines, frame, f"{frame.y} over {frame.x}")
     legend = [(one.look, one.name) for one in lines[-2:]]
     return Picture(
-        "flight", frame.x, drawn, None, legend, "What is left, beside a constant drag in each record.", False
+        "flight", frame.x, drawn, None, legend, "Residual deceleration, without the mean of each record.", False
     )
 
 
 def _ends(common: Array) -> tuple[float, float]:
-    """Return limits in which a curve takes two thirds: single records may stray beyond where they hardly tell it."""
+    """Return limits of which the common curve takes 2/3: poorly determined parts of single records may exceed them."""
     size = 1.5 * float(np.max(np.abs(common - common.mean())))
     return -size, size
 
@@ -284,10 +286,10 @@ def _by_flank(seen: Samples, along: Coordinate, name: str, curve: Samples | None
 
 
 def _coordinate(records: Sequence[Evidence], name: str, effect: Any, seen: Samples) -> Coordinate:
-    """Return the coordinate that a cause lives in."""
+    """Return the coordinate on which a cause depends."""
     kind, gear, order = effect.kind, getattr(effect, "gear", "drive"), float(getattr(effect, "order", 1.0))
     if kind == "pitch_error":
-        words = f"{gear} gear, teeth past tooth {effect.tooth} at the pitch point"
+        words = f"{gear} gear, teeth after tooth {effect.tooth} at the pitch point"
         return Coordinate(words, _teeth(records, effect, seen))
     if kind == "drag_drift":
         return Coordinate("time [s]", seen.time)
@@ -302,7 +304,7 @@ def _coordinate(records: Sequence[Evidence], name: str, effect: Any, seen: Sampl
 
 
 def _teeth(records: Sequence[Evidence], effect: Any, seen: Samples) -> Array:
-    """Return by how many teeth a gear has turned past the tooth of a pitch error."""
+    """Return by how many teeth a gear has rotated after the tooth of a pitch error."""
     teeth = records[0].rig.teeth_drive if effect.gear == "drive" else records[0].rig.teeth_loose
     since = getattr(seen, effect.gear) - (effect.tooth - 1.0) * 2.0 * pi / teeth
     return (np.mod(since + pi, 2.0 * pi) - pi) * teeth / (2.0 * pi)

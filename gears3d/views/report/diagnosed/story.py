@@ -1,4 +1,4 @@
-"""A diagnosis in words and tables, from the verdict to what could not be decided."""
+"""Sentences and tables of a diagnosis, from the verdict to the minimum detectable effects."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.verdict import Named
 
 OFF = 3.0
-"""Standard deviations beyond which a channel is still off, whatever the verdict."""
+"""Residual in standard deviations above which a channel is reported with every verdict."""
 
 
 class ChannelRow(NamedTuple):
-    """One channel: how far the rig is off, and the extended rig.
+    """Errors of the nominal and of the extended model in one channel.
 
     Args:
         name: in words.
-        what: is compared.
+        what: measured and predicted quantity.
         points: of all records.
-        base: root mean square, rig as claimed.
-        extended: the same with the causes; a dash where there are none.
-        sigma: what noise alone would make.
+        base: root mean square error of the nominal model.
+        extended: the same of the extended model; a dash without causes.
+        sigma: root mean square of the noise.
         times: base in standard deviations.
         times_extended: extended in standard deviations.
     """
@@ -55,8 +55,8 @@ class NumberRow(NamedTuple):
 
     Args:
         name: of the parameter.
-        value: as a scenario has it; "or beyond" it where no more is known.
-        low: end of the 95 % interval, or empty for what is chosen.
+        value: as in a scenario; "or beyond" where only a bound is known.
+        low: end of the 95 % interval; empty for a value that is chosen, not fitted.
         high: other end.
         si: bare SI value, or ``None``.
     """
@@ -113,34 +113,40 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
     """
     many, explains = len(found.records), "explains" if len(found.causes) == 1 else "explain"
     off = [name for name, _ in astray(found)]
-    though = f", though {joined(off)} {'stays' if len(off) == 1 else 'stay'} further off than noise" if off else ""
-    records = "The record parts" if many == 1 else f"The {many} records part"
+    though = f" The residual of {joined(off)} still exceeds the noise." if off else ""
+    records = "The record deviates" if many == 1 else f"The {many} records deviate"
     named = joined([f"{one.kind} ({_leading(one)})" for one in found.causes])
     left = told["remaining"]
     over = called(left["structure"], left.get("unit", ""))
     if found.verdict == "nothing_to_add":
         if not found.power:
-            return "Rig and records agree on every path to the flanks: nothing is to be added."
+            return "Records and nominal model agree in every contact episode: no model change is needed."
         shown = percent(max(found.power.values())).text
-        return f"Rig and records agree: nothing is to be added, and effects of {shown} would have shown{though}."
+        return (
+            "Records and nominal model agree: no model change is needed. "
+            f"Minimum detectable effect: {shown} of backlash, drag torque or restitution.{though}"
+        )
     if found.verdict == "not_decidable" and (found.suspects or any(note.blocks for note in found.notes)):
         why = [note.text for note in found.notes if note.blocks] or [found.notes[-1].text]
-        return f"It cannot be decided: {joined(why)}."
+        return f"Not decidable: {joined(why)}."
     if found.verdict == "not_decidable":
         blind = joined([PLACES[place] for place, limit in found.power.items() if limit > POWER])
-        return f"Nothing was found, but it cannot be decided: these records say too little of {blind}."
+        return f"No cause was found, but the data are insufficient for a verdict on {blind}."
     if found.verdict == "unexplained":
         size = sized(left["size"], left["unit"]).text
-        return f"{records} from the rig by {over} ({size}), and no cause of the catalogue explains it."
+        return f"{records} from the nominal model by {over} ({size}); no effect of the catalogue explains it."
     gain = told["heldout"]["gain"]
-    worth = "" if gain is None else f"; on data held out this takes away {percent(gain).text} of the error beyond noise"
+    worth = "" if gain is None else f" On held-out data this reduces the error beyond noise by {percent(gain).text}."
     if found.verdict == "partly_explained":
-        return f"{records} from the rig; {named} {explains} part of it, but {over} remains{worth}."
-    return f"{records} from the rig as claimed, and {named} {explains} it{worth}{though}."
+        return (
+            f"{records} from the nominal model; {named} {explains} part of the deviation. "
+            f"The residual still shows {over}.{worth}"
+        )
+    return f"{records} from the nominal model; {named} {explains} the deviation.{worth}{though}"
 
 
 def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
-    """Return the channels that are off by more than noise all the same, with their root mean square.
+    """Return the channels whose residual exceeds :data:`OFF`, with their root mean square.
 
     Args:
         found: by the diagnosis.
@@ -154,7 +160,7 @@ def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
 
 
 def solid(told: dict[str, Any]) -> str:
-    """Return what the extension is worth in the 3D engine, in a sentence; empty where it was not asked for.
+    """Return the held-out error reduction in the 3D engine as a sentence; empty where it was not requested.
 
     Args:
         told: ``heldout_3d`` of a diagnosis for JSON.
@@ -163,16 +169,18 @@ def solid(told: dict[str, Any]) -> str:
     ''
     """
     if told["gain"] is None:
-        return "" if told["why"] in ("not asked for", "there is no cause to try") else f"No gain in 3D: {told['why']}."
+        if told["why"] in ("not asked for", "there is no cause to try"):
+            return ""
+        return f"The 3D engine was not used for validation: {told['why']}."
     count = sum(told["events"].values())
     return (
-        f"Rigid bodies with their true flanks in PyBullet, started from {count} measured states held out, say "
-        f"{percent(told['gain']).text}; the rigid model over the same states {percent(told['gain_rigid']).text}."
+        f"Predictions by the 3D engine from {count} held-out measured states: reduction by "
+        f"{percent(told['gain']).text}; by the rigid model over the same states: {percent(told['gain_rigid']).text}."
     )
 
 
 def experiment(one: Experiment) -> dict[str, Any]:
-    """Return what would tell a cause from a rival, for the table of the report.
+    """Return the experiments that distinguish a cause from a competing hypothesis, for the table of the report.
 
     Args:
         one: of a diagnosis.
@@ -190,7 +198,7 @@ def _brief(value: Any) -> str:
 
 
 def worse(told: dict[str, Any]) -> list[str]:
-    """Return the channels in which the extension is further off than the rig on data held out.
+    """Return the channels in which the extended model has a larger held-out error than the nominal model.
 
     Args:
         told: a diagnosis for JSON.
@@ -206,9 +214,9 @@ def _leading(one: Named) -> str:
 
 
 def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
-    """Return how far rig and extended rig are off in each channel.
+    """Return the errors of the nominal and of the extended model in each channel.
 
-    Held-out data where there are any, else all points.
+    Held-out data are used where there are any, else all points.
 
     Args:
         found: by the diagnosis.
