@@ -77,7 +77,7 @@ def draw_map(found: Assessment, title: str = "") -> Figure:
 
 
 def operating_point(found: Assessment) -> tuple[float, float] | None:
-    """Return Λ and j/H of the strongest harmonic; ``None`` when there is none, or no drag.
+    """Return Λ and j/H of the strongest harmonic; ``None`` without a harmonic or without drag.
 
     Args:
         found: of a scenario.

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 CHECKED = [
     "CONTRIBUTING.md",
-    # "gears3d/views",
+    "gears3d/views",
     # "README.md",
     # "gears3d/cli",
 ]

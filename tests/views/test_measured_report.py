@@ -74,9 +74,9 @@ def test_page_loads_nothing_and_links_to_its_sections_and_the_files_beside(page)
 
 def test_every_finding_is_told_with_size_evidence_and_remedy(page):
     text = Reader(page).text
-    assert re.search(r"✓ skew\s*loose gear\s*200\xa0µs\s*the loose gear is read later\s*corrected on demand", text)
+    assert re.search(r"✓ skew\s*loose gear\s*200\xa0µs\s*the loose gear is read later\s*corrected on request", text)
     assert re.search(r"! wave\s*drive gear\s*18\xa0µm\s*the flank waves <b>\s*turn an encoder on its shaft", text)
-    assert "the sensors show wave, which was not corrected; 1 fault was corrected" in text
+    assert "faults that were not corrected affect all results: wave; 1 fault was corrected" in text
     assert "waves <b>" not in page
 
 
@@ -146,12 +146,12 @@ def test_a_record_without_rattle_says_so(tmp_path):
         {"run.duration": "1 s", "run.settle": "0 s", "motion.harmonics": [], "sensors.sample_rate": "5 kHz"}
     )
     text = Reader(write(tmp_path / "report.html", quiet).read_text(encoding="utf-8")).text
-    assert "It did not: no impact was found." in text
-    assert "nothing was found" in text
-    assert "the reverse flank was never struck" in text
-    assert "Left out" not in text
-    assert "A stretch, reading by reading" in text
-    assert "The period of the drive's fluctuation is not known" in text
+    assert "No impact was found." in text
+    assert "no fault was found" in text
+    assert "no impact on the reverse flank" in text
+    assert "Excluded, of all" not in text
+    assert "Single readings over a part of the record" in text
+    assert "The period of the drive's fluctuation is unknown" in text
 
 
 def test_durations_tell_what_is_resolved_and_bound_the_rest(found):

@@ -263,7 +263,7 @@ def test_only_angles_are_enough(scenario, recording, tmp_path):
 
 def test_nothing_recorded(scenario, tmp_path):
     empty = Recording({"time_s": [], "theta_drive_rad": [], "theta_loose_rad": []})
-    with pytest.raises(InputError, match="nothing was recorded"):
+    with pytest.raises(InputError, match="the recording is empty"):
         replay(empty, scenario, out=tmp_path / "a.rrd")
 
 

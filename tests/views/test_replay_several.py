@@ -84,7 +84,7 @@ def test_two_to_four(shown, many, tmp_path):
 
 def test_nothing_recorded(shown, tmp_path):
     empty = Recording({"time_s": [], "theta_drive_rad": [], "theta_loose_rad": []})
-    with pytest.raises(InputError, match="bench: nothing was recorded"):
+    with pytest.raises(InputError, match="bench: the recording is empty"):
         several([shown[0], shown[1]._replace(recording=empty)], tmp_path / "a.rrd")
 
 

@@ -64,7 +64,7 @@ def write_film(
     """
     place = Path(path)
     if place.suffix.lower() != ".mp4":
-        raise UsageError(f"{path}: a film ends in .mp4")
+        raise UsageError(f"{path}: the file name must end in .mp4")
     _encoder()
     slowed = rate / SHOWN if slow is None else slow
     played, count = rate / slowed, int(span[1] * rate + 1e-9) + 1
@@ -91,7 +91,7 @@ def _write(
     played: float,
     progress: Callable[[float], None] | None,
 ) -> None:
-    """Encode frames into a file; what the encoder says of it is an OSError already."""
+    """Encode frames into a file; errors of the encoder are of type OSError already."""
     av = _encoder()
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
         stream = film.add_stream("libx264", rate=Fraction(played).limit_denominator(1000))
@@ -145,12 +145,12 @@ def _frames(
 def _beside(
     figure: Figure, subject: Subject, look: Look, pictures: tuple[Shot, ...], speed: tuple[float, float]
 ) -> dict[str, Any]:
-    """Write what stays beside the picture and return what changes."""
+    """Write the constant texts next to the picture and return those that change."""
     left, high = 0.80, 0.94
     scale = "gap at true scale" if look.factor == 1.0 else f"gap drawn {look.factor:g} times as wide"
     about = [f"{speed[0]:g} frames a second", f"slowed {speed[1]:g} times", scale, source(subject)]
     if not subject.placed:
-        about.append("where teeth stand is not recorded")
+        about.append("tooth positions are not recorded")
     figure.text(left, high, _broken(subject.title or "Gears in mesh", 27), fontsize=12, fontweight="bold", va="top")
     figure.text(
         left,

@@ -36,7 +36,7 @@ class _Gear(NamedTuple):
     """A gear as it stands in a picture.
 
     Args:
-        teeth: outlines of the teeth in or near the picture [mm], (k, n, 2), one beside the other.
+        teeth: outlines of the teeth in or near the picture [mm], (k, n, 2), side by side.
         numbers: their places in the order of meshing, tooth 1 is 0, (k,).
         whole: whether these are all.
         axis: of the gear [mm].

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gears3d.views.camera.subject import Subject
 
 BESIDE = 1.0 / 3.0
-"""Part of a pitch within which of the pitch point a pair is named alone; amid two pairs both are."""
+"""Distance from the pitch point, in pitches, within which one pair is named; between two pairs both are."""
 WORDS = {0: "active flanks touch", 1: "reverse flanks touch", -1: "free flight"}
 """What a picture shows, by the code of the flank."""
 

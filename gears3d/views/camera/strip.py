@@ -23,17 +23,17 @@ POINTS = 2000
 """Of the curve of the displacement."""
 MODELS = {
     "bullet": "rigid bodies in PyBullet",
-    "rigid": "rigid twin, one degree of freedom",
+    "rigid": "rigid model, one degree of freedom",
     "plastic": "plastic impacts in closed form",
     "lubricated": "lubricated model",
 }
-"""What the models are to those who do not know their names."""
+"""Models in words."""
 MM = 1e3
 UM = 1e6
 
 
 def columns(count: int) -> int:
-    """Return how many pictures stand beside each other.
+    """Return the number of pictures per row.
 
     Args:
         count: of pictures.
@@ -146,14 +146,14 @@ def _foot(subject: Subject, look: Look) -> str:
     numbers = "the teeth of each gear" if look.teeth else "tooth pairs, counted from the first picture"
     lines = [
         f"Gap of {UM * subject.pair.backlash:.4g} µm {scale}.",
-        f"Numbers: {numbers}; in brackets the pairs at the pitch point, two where it lies amid both.",
+        f"Numbers: {numbers}; in brackets the pairs at the pitch point, two where it lies between both.",
     ]
     if look.zoom == "gears":
         lines[1] = "In brackets: the tooth pairs at the pitch point, counted from the first picture."
     if not look.backlit:
         lines.append("Blue: active flanks touch. Orange: reverse flanks touch. Grey: free flight, bars are the gaps.")
     if not subject.placed:
-        lines.append("The record does not tell where its teeth stand: drawn as if tooth 1 began at the pitch point.")
+        lines.append("Tooth positions are not recorded: drawn with tooth 1 at the pitch point at the beginning.")
     if subject.pair.drive.helix_angle:
-        lines.append("Helical teeth: the section amid the face.")
+        lines.append("Helical teeth: section in the middle of the face.")
     return "\n".join(lines)

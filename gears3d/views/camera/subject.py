@@ -94,13 +94,13 @@ class Subject:
         return found
 
     def begin(self, lasts: float) -> float:
-        """Return when to begin where nobody says: amid a contact with the active flank, once all is settled.
+        """Return when to begin where nobody says: during a contact with the active flank, after settling.
 
         Args:
             lasts: duration of the film [s].
 
         Returns:
-            Time [s]; where no contact is seen the end of the settling, or whatever leaves room for the film.
+            Time [s]; where no contact is seen the end of the settling, or earlier, so that the animation fits in.
         """
         first, last = self.span
         latest = max(last - lasts, first)
@@ -126,7 +126,7 @@ def subject(recording: Recording, scenario: Scenario) -> Subject:
         InputError: nothing was recorded.
     """
     if len(recording.time) < 2:
-        raise InputError(Fault("", "has no samples: there is nothing to film"))
+        raise InputError(Fault("", "has no samples"))
     pair = scenario.pair()
     if "displacement_m" not in recording.signals:
         recording = recording.with_base_radii(pair.drive.base_radius, pair.loose.base_radius)

@@ -32,7 +32,7 @@ class Strip:
         look: of the camera.
         shots: the pictures.
         span: begin and length [s].
-        periods: of the drive's fluctuation from the first to the last; ``None`` where the span is none of these.
+        periods: of the drive's fluctuation from the first to the last; ``None`` for another kind of span.
     """
 
     subject: Subject
@@ -97,7 +97,7 @@ def camera(
         scenario: what was simulated, or the bench.
         frames: pictures, first and last included.
         over: ``"period"``, ``"mesh"``, ``"revolution"``, a number of these, or a time ("20 ms", or a number in s).
-        at: time of the first picture, in the same words; amid a contact of the active flank unless given.
+        at: time of the first picture, in the same words; by default during a contact of the active flank.
         zoom: ``"mesh"``, ``"tooth"`` or ``"gears"``.
         exaggerate: drawn gap over gap, 1 at true scale; chosen unless given.
         backlit: dark gears before a light, no colours.
@@ -105,7 +105,7 @@ def camera(
         numbers: ``"pairs"`` from the first picture on, or the ``"teeth"`` of each gear.
 
     Raises:
-        InputError: a span that is none, or outside the recording.
+        InputError: an invalid span, or one outside the recording.
 
     Source: Rigaud et al. 2020, fig. 8 (3200 pictures a second, nine of them over a period).
 
@@ -136,7 +136,7 @@ def span(text: str | float, filmed: Subject, key: str) -> tuple[float, float | N
         key: that errors name.
 
     Raises:
-        InputError: it is none of these.
+        InputError: it is not one of these.
     """
     if not isinstance(text, str):
         return float(text), None

@@ -25,7 +25,7 @@ PLOT_RATE = 4000.0
 
 @dataclass(frozen=True)
 class Motion:
-    """A recording beside the flanks it moves between.
+    """A recording together with the flanks it moves between.
 
     Args:
         recording: what moves.
@@ -74,7 +74,7 @@ class Motion:
         return float(np.clip(FRAMES_PER_PITCH * pitches / max(time[-1] - time[0], 1e-9), *FRAME_RATE))
 
     def plot_rows(self) -> np.ndarray:
-        """Return the samples that plots keep: every one beside an impact, elsewhere about PLOT_RATE a second."""
+        """Return the samples that plots keep: all near an impact, elsewhere about PLOT_RATE per second."""
         time = self.recording.time
         if len(time) < 3:
             return np.arange(len(time))
@@ -108,7 +108,7 @@ class Motion:
         return material[0], self.section.pair.backlash - material[1]
 
     def _of_teeth(self, drive: np.ndarray, flank: int, rows: list[tuple[float, ...]]) -> np.ndarray:
-        """Deviation of the tooth pair that stands out most among those on the path of contact."""
+        """Largest deviation among the tooth pairs on the path of contact."""
         if not rows:
             return np.zeros(len(drive))
         pair = self.section.pair

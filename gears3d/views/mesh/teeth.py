@@ -149,7 +149,7 @@ class Section:
 
 
 def widening(pair: Pair) -> float:
-    """Return by which factor to draw the backlash so that the eye sees it: about a fifth of the base pitch.
+    """Return by which factor to draw the backlash so that the eye sees it: about 20 % of the base pitch.
 
     Args:
         pair: the gears.

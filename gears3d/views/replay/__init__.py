@@ -1,3 +1,3 @@
-"""A recording as a film for the rerun viewer; the only room that knows rerun."""
+"""A recording as an animation for the rerun viewer; the only package that imports rerun."""
 
 from gears3d.views.replay.document import replay as replay

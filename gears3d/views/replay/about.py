@@ -37,17 +37,17 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
         f"{scenario.impact.restitution:g}" + (f"; model: {model}" if model else "") + ".",
         f"**{active} impacts on the active flank (blue), {reverse} on the reverse flank (orange)**; grey is flight.",
         f"- Mesh zone: the pair is drawn as if its backlash were **{wide.factor:g} times** as wide "
-        f"({wide.backlash:.3g} mm); deviations of the flanks are left out of the drawing, not of the motion.",
+        f"({wide.backlash:.3g} mm); flank deviations are part of the motion, but not of the drawing.",
         f"- Slow motion: 1 s takes {motion.frame_rate() / FRAMES_A_SECOND:.0f} s. Pictures "
-        f"{motion.frame_rate():.0f} a second and at every impact.",
+        f"{motion.frame_rate():.0f} per second and at every impact.",
         "- Dots: where teeth touch, thin lines through them: the common normal. Grey bars: the gaps of a flight.",
         "- Poincaré section: every impact up to now."
         + (
             ""
             if is_measured(recording)
-            else " Torque: J dω/dt between impacts; a flank is left where that comes down to the drag."
+            else " Torque: J dω/dt between impacts; contact is lost where it falls to the drag torque."
         ),
-        f"- Curves: {PLOT_RATE:g} samples a second and all samples beside impacts; the run's Parquet files hold all.",
+        f"- Curves: {PLOT_RATE:g} samples per second and all samples near impacts; the Parquet files hold all.",
     ]
     if all(scales):
         lines.append(

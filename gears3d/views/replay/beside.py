@@ -1,4 +1,4 @@
-"""Three motions side by side in slow motion: what was measured, what the rig makes of it, and the extended rig."""
+"""Three motions side by side in slow motion: measured, nominal model and extended model."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ NAMES = ("measured", "base", "extended")
 """Of the three, and of their entities."""
 LINES = (colours.LINE, colours.TWIN, colours.EXTENDED)
 WIDTHS = (1.5, 2.5, 6.0)
-"""The extended rig's line is seen beside the measured one that covers it."""
+"""Width of the line of the extended model, which stays visible behind the measured one."""
 _UM = 1e6
 
 
 def beside(stretch: Stretch, causes: tuple[str, ...] = (), out: str | Path = "replay.rrd") -> Path:
-    """Write a stretch of a record, the rig and the extended rig side by side as a film for the rerun viewer.
+    """Write a stretch of a record, the rig and the extended rig side by side as an animation for the rerun viewer.
 
     Args:
         stretch: the three motions.
@@ -55,7 +55,7 @@ def beside(stretch: Stretch, causes: tuple[str, ...] = (), out: str | Path = "re
 def _three(stretch: Stretch, causes: tuple[str, ...]) -> list[Lane]:
     recordings = stretch.measured, stretch.base, stretch.extended
     rigs = stretch.extended_rig, stretch.rig, stretch.extended_rig  # measured flanks are where the causes put them
-    titles = ("Measured", "Base: the rig as claimed", f"Extended: {' + '.join(causes) or 'nothing to add'}")
+    titles = ("Measured", "Base: nominal model", f"Extended: {' + '.join(causes) or 'nothing to add'}")
     pair = stretch.rig.pair()
     true, wide = Section(pair), Section(pair, widening(pair))
     motions = [
@@ -73,23 +73,25 @@ def _three(stretch: Stretch, causes: tuple[str, ...]) -> list[Lane]:
 def _about(stretch: Stretch, three: list[Lane], causes: tuple[str, ...], rate: float) -> rr.TextDocument:
     time, near = stretch.measured.time, stretch.near[0]
     wide = three[0].wide
-    begun = "amid a flight" if stretch.riding is None else f"on the {('active', 'reverse')[stretch.riding]} flank"
+    begun = (
+        "during a free flight" if stretch.riding is None else f"on the {('active', 'reverse')[stretch.riding]} flank"
+    )
     lines = [
         f"### {Path(stretch.name).name}, {time[0]:.4g} to {time[-1]:.4g} s",
         off(stretch),
-        "Base and extended rig start from the measured state at the beginning, "
-        f"{begun}, and follow the measured motion of the drive; nothing pulls them back to the record.",
-        f"Added: {', '.join(causes) or 'nothing, extended is base'}.",
+        "Base (nominal model) and extended model start from the measured state at the beginning, "
+        f"{begun}, and follow the measured motion of the drive; they are not corrected by the record later.",
+        f"Added: {', '.join(causes) or 'no cause; the extended model equals the base'}.",
         f"- **Blue active flank, orange reverse flank, grey flight.** Backlash drawn {wide.factor:g} times as wide.",
         f"- Slow motion: 1 s takes {rate / FRAMES_A_SECOND:.0f} s.",
-        f"- Measured flanks are drawn where the extended rig has them; nearer than {near * _UM:.2g} um is touching. "
-        "Impacts are those that were measured well.",
+        f"- Measured flanks are drawn at the positions of the extended model; a gap below {near * _UM:.2g} um is "
+        "shown as contact. Only impacts that are used for identification are shown.",
     ]
     return rr.TextDocument("\n\n".join(lines[:4]) + "\n" + "\n".join(lines[4:]), media_type=rr.MediaType.MARKDOWN)
 
 
 def off(stretch: Stretch) -> str:
-    """Return in one sentence how far base and extended rig are off the measured displacement.
+    """Return in one sentence the errors of nominal and extended model, relative to the measured displacement.
 
     Args:
         stretch: the three motions.
@@ -99,4 +101,4 @@ def off(stretch: Stretch) -> str:
         float(np.sqrt(np.mean((np.interp(time, one.time, one.signals["displacement_m"]) - place) ** 2))) * _UM
         for one in (stretch.base, stretch.extended)
     ]
-    return f"Off the measured displacement (root mean square): base {rest[0]:.3g} um, extended {rest[1]:.3g} um."
+    return f"Root mean square error of the displacement: base {rest[0]:.3g} um, extended {rest[1]:.3g} um."

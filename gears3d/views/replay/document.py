@@ -32,7 +32,7 @@ def replay(
 
     Args:
         source: a recording, a run, or the path of a run folder; two to four of them in a list, recordings as
-            (recording, scenario), are shown beside each other.
+            (recording, scenario), are shown side by side.
         scenario: what was simulated; a run brings its own.
         twin: a second recording whose displacement is drawn as a thin line; a run brings its own.
         out: the file, written under a temporary name and renamed.
@@ -48,7 +48,7 @@ def replay(
         return several([_shown(one, k) for k, one in enumerate(source, 1)], out)
     recording, scenario, twin = _opened(source, scenario, twin)
     if not len(recording.time):
-        raise InputError("nothing was recorded: there is nothing to replay")
+        raise InputError("the recording is empty")
     pair = as_measured(scenario.pair(), recording)
     rows = () if is_measured(recording) else tuple(scenario.rows())
     if "displacement_m" not in recording.signals:

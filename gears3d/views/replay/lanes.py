@@ -1,4 +1,4 @@
-"""Several motions beside each other on one time line: a mesh zone each, their curves over one another."""
+"""Several motions side by side on one time line: a mesh zone each, their curves in one plot."""
 
 from __future__ import annotations
 

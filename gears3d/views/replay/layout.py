@@ -36,11 +36,15 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
     above = rrb.Horizontal(_scene(section), poincare.view(), column_shares=[0.58, 0.42])
     pictures = rrb.Vertical(above, zone_view(section, "/zone", title), told, row_shares=[0.34, 0.46, 0.2])
     curves = rrb.Vertical(
-        curve(DISPLACEMENT, "Displacement between the flanks [um]: white the loose gear, pink its twin", axis(window)),
+        curve(
+            DISPLACEMENT,
+            "Displacement between the flanks [um]: white the loose gear, pink the rigid model",
+            axis(window),
+        ),
         rrb.StateTimelineView(origin=STATE, name="Touching", time_view=axis(window)),
         curve(VELOCITY, "Relative velocity and impacts [mm/s]", axis(window)),
         curve(SPEED, "Speed [rpm]: grey drive, white loose gear", axis(window)),
-        curve(TORQUE, "Torque on the loose gear between impacts [N m]: grey its drag as claimed", axis(window)),
+        curve(TORQUE, "Torque on the loose gear between impacts [N m]: grey its nominal drag", axis(window)),
         row_shares=[0.28, 0.11, 0.23, 0.19, 0.19],
     )
     return panels(rrb.Horizontal(pictures, curves, column_shares=[0.55, 0.45]), frame_rate)

@@ -48,7 +48,7 @@ def offered(path: Path, page: str) -> Iterator[str]:
             return True
 
         def log_message(self, format: str, *args: object) -> None:
-            """Say nothing of requests."""
+            """Do not log requests."""
 
     with ThreadingHTTPServer((HOST, 0), Handler) as server:
         server.daemon_threads = True

@@ -48,9 +48,9 @@ def curves(rec: rr.RecordingStream, motion: Motion) -> None:
 
 
 def torque(rec: rr.RecordingStream, motion: Motion, inertia: float, drag: float) -> None:
-    """Write the torque that turns the loose gear between impacts, J dω/dt [N m], and its drag as claimed.
+    """Write the torque that turns the loose gear between impacts, J dω/dt [N m], and its nominal drag.
 
-    In flight nothing but drag acts; in contact the flank adds its force, and leaves where that has gone to nothing.
+    In flight only drag acts; in contact the flank adds its force, and contact is lost where that force vanishes.
 
     Args:
         rec: recording being written.

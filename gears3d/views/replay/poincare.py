@@ -31,7 +31,7 @@ _POINT = -2.5
 def poincare(
     rec: rr.RecordingStream, recording: Recording, period: float, root: str = ROOT, reach: float | None = None
 ) -> None:
-    """Write each impact as a point that comes when it happens and stays; nothing where there are none.
+    """Write each impact as a point that comes when it happens and stays; nothing without impacts.
 
     Args:
         rec: recording being written.

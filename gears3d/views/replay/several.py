@@ -1,4 +1,4 @@
-"""Several recordings on one time line: runs beside each other, and beside what was measured."""
+"""Several recordings on one time line: runs side by side, and side by side with measured records."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 LINES = {"white": colours.LINE, "pink": colours.TWIN, "green": colours.EXTENDED, "yellow": colours.FOURTH}
 MOST = len(LINES)
-"""Recordings beside each other."""
+"""Recordings side by side."""
 WIDTHS = (5.0, 3.5, 2.0, 1.0)
 """Of the lines; later ones cover earlier ones where they agree."""
 SAME_PERIOD = 1e-3
@@ -33,7 +33,7 @@ SAME_PERIOD = 1e-3
 
 
 class Shown(NamedTuple):
-    """A recording to be shown beside others.
+    """A recording to be shown side by side with others.
 
     Args:
         name: what it is called.
@@ -47,7 +47,7 @@ class Shown(NamedTuple):
 
 
 def several(shown: Sequence[Shown], out: str | Path = "replay.rrd") -> Path:
-    """Write recordings beside each other as a film for the rerun viewer: mesh zones, displacements, sections.
+    """Write recordings side by side as an animation for the rerun viewer: mesh zones, displacements, sections.
 
     What was measured does not know when its fluctuation began: it is shown by at most half a period earlier or later,
     so that its drive is in phase with that of the first simulated recording.
@@ -64,10 +64,10 @@ def several(shown: Sequence[Shown], out: str | Path = "replay.rrd") -> Path:
         InputError: nothing was recorded in one of them, or the file cannot be written.
     """
     if not 2 <= len(shown) <= MOST:
-        raise UsageError(f"replay shows 2 to {MOST} recordings beside each other, not {len(shown)}")
+        raise UsageError(f"replay shows 2 to {MOST} recordings side by side, not {len(shown)}")
     for one in shown:
         if not len(one.recording.time):
-            raise InputError(f"{one.name}: nothing was recorded: there is nothing to replay")
+            raise InputError(f"{one.name}: the recording is empty")
     shown, later = _in_phase(shown)
     lanes = [_lane(k, one) for k, one in enumerate(shown)]
     rate = max(lane.motion.frame_rate() for lane in lanes)

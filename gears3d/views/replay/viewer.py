@@ -38,7 +38,7 @@ def executable() -> str:
     """Return the path of the viewer that came with the installed rerun.
 
     Raises:
-        ViewerError: there is none.
+        ViewerError: it is not installed.
     """
     beside = Path(sys.executable).parent / "rerun"
     found = str(beside) if beside.exists() else shutil.which("rerun")
@@ -235,7 +235,7 @@ def _why(said: str, path: Path) -> str:
     panic = panics[0][:80] if panics else ""
     if "render context" in said or "graphics adapter" in said:
         return f"the viewer finds no graphics driver: {DRIVER}" + (f" (it says: {panic})" if panic else "")
-    last = said.strip().splitlines()[-1].strip() if said.strip() else "it says nothing"
+    last = said.strip().splitlines()[-1].strip() if said.strip() else "no message"
     return f"the viewer does not start: {panic or last} (try `rerun {path}`)"
 
 

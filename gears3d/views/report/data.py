@@ -22,7 +22,7 @@ def blocks(scenario: Scenario, recording: Recording, twin: Recording | None, sum
 
     Args:
         scenario: what was simulated.
-        recording: what came out.
+        recording: result of the run.
         twin: what the twin said, if it ran.
         summary: content of ``summary.json``.
     """

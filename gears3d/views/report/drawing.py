@@ -50,7 +50,7 @@ def mesh_drawing(pair: Pair) -> Markup:
 
 
 def exaggeration(pair: Pair) -> int:
-    """Return the largest round factor that keeps the backlash within a third of a base pitch.
+    """Return the largest round factor that keeps the backlash within 30 % of a base pitch.
 
     Args:
         pair: the gears.

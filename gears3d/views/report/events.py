@@ -65,7 +65,7 @@ def speed_errors(
     """Return how far each impact's speed is from the twin's, impact by impact as the comparison pairs them.
 
     Args:
-        recording: what came out.
+        recording: result of the run.
         twin: what the twin said.
         period: s.
         least_height: of the flights before, m.
@@ -87,7 +87,7 @@ def speed_histogram(recording: Recording, twin: Recording | None, bins: int = 40
     """Return how often impacts are how fast, by flank.
 
     Args:
-        recording: what came out.
+        recording: result of the run.
         twin: what the twin said, if it ran.
         bins: how many classes.
 

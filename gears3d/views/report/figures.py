@@ -1,4 +1,4 @@
-"""Numbers as people read them: scaled, rounded to what they are worth, with the bare SI value kept beside."""
+"""Formatted numbers: scaled and rounded, together with the SI value."""
 
 from __future__ import annotations
 

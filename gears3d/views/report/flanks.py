@@ -60,7 +60,7 @@ def contacts(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np
         backlash: m.
 
     Returns:
-        A row each, (c, 3); ``None`` where nothing tells them.
+        One row per contact, (c, 3); ``None`` where neither is available.
     """
     if "contacts" not in recording.meta:
         if "displacement_m" not in recording.signals or not len(recording.time):
@@ -80,7 +80,7 @@ def crossings(recording: Recording, table: np.ndarray, start: float) -> dict[str
         start: what is earlier than this is left out [s].
 
     Returns:
-        By ``"active"`` and ``"reverse"``, the flank that was struck: duration [s] and impact speed [m/s], (k, 2).
+        By ``"active"`` and ``"reverse"``, the flank of the impact: duration [s] and impact speed [m/s], (k, 2).
     """
     found = flights(recording.impacts["time_s"], recording.impacts["flank"], table)
     across = (found.left != found.struck) & (found.impact >= 0) & (found.start >= start)

@@ -1,4 +1,4 @@
-"""What came out of a run, as the numbers and sentences of the report."""
+"""Results of a run, as numbers and sentences of the report."""
 
 from __future__ import annotations
 
@@ -17,37 +17,49 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 REGIMES = {
-    "contact": "The flanks stay in contact: the drag is strong enough to hold the loose gear against the drive.",
+    "contact": "The active flanks stay in contact: the drag exceeds the inertia torque of the fluctuation.",
     "single_sided": "The loose gear bounces on one flank only and never crosses the backlash.",
-    "double_sided": "The loose gear rattles: it crosses the backlash and strikes both flanks in turn.",
+    "double_sided": "The loose gear rattles: it crosses the backlash and impacts both flanks alternately.",
 }
-"""What the regimes mean."""
+"""Meaning of each regime."""
+
+
+MODELS = {
+    "bullet": "Simulated with rigid bodies in PyBullet (3D).",
+    "rigid": "Simulated with the rigid model (one degree of freedom).",
+    "lubricated": "Simulated with the lubricated model (oil film, one degree of freedom).",
+    "plastic": "Solved in closed form for perfectly plastic impacts.",
+}
+"""Sentence for each model of a run."""
 
 
 LINES = {
     "regime": ("regime", "contact, single-sided or double-sided impacts, after settling"),
     "motion": ("motion", "1T repeats every period of the drive, 2T every second one, and so on"),
-    "impacts": ("impacts", "after settling and after flights that are high enough to count"),
-    "impacts_per_period": ("impacts per period", "of the drive's fluctuation"),
+    "impacts": ("impacts", "after settling; very low bounces are not counted"),
+    "impacts_per_period": ("impacts per period", "per period of the fluctuation of the drive speed"),
     "active_impacts": ("impacts on the active flank", ""),
     "active_velocity_mean_m_s": (
         "mean impact velocity, active flank",
-        "negative by convention: against the active flank",
+        "negative by convention: towards the active flank",
     ),
     "active_velocity_std_m_s": ("standard deviation", "of these, over all bounces"),
     "reverse_impacts": ("impacts on the reverse flank", ""),
     "reverse_velocity_mean_m_s": ("mean impact velocity, reverse flank", "positive by convention"),
     "reverse_velocity_std_m_s": ("standard deviation", "of these, over all bounces"),
-    "active_restitution": ("effective restitution, active flank", "root of kinetic energy after over before impact"),
-    "reverse_restitution": ("effective restitution, reverse flank", "the same there"),
-    "active_energy_J_s": ("energy taken by impacts, active flank", "a second, of the loose gear's relative motion"),
-    "reverse_energy_J_s": ("energy taken by impacts, reverse flank", "the same there"),
+    "active_restitution": (
+        "effective restitution, active flank",
+        "square root of the kinetic energy after over before the impact",
+    ),
+    "reverse_restitution": ("effective restitution, reverse flank", "same definition"),
+    "active_energy_J_s": ("power lost in impacts, active flank", "kinetic energy of the relative motion, per second"),
+    "reverse_energy_J_s": ("power lost in impacts, reverse flank", "same definition"),
     "excitation": (
         "excitation Λ",
-        "inertia torque of the fluctuation over the base drag; rigid teeth part above 1",
+        "inertia torque of the fluctuation over the drag torque; rigid teeth lose contact above 1",
     ),
 }
-"""Name and meaning of the numbers of what came out."""
+"""Name and meaning of each result."""
 
 
 SHARES = {
@@ -55,7 +67,7 @@ SHARES = {
     "reverse_share": "in permanent contact with the reverse flank",
     "flight_share": "in flight, bounces included",
 }
-"""Where the time is spent."""
+"""Shares of time."""
 
 
 class Tile(NamedTuple):
@@ -92,7 +104,7 @@ def tiles(summary: dict[str, Any]) -> list[Tile]:
         ),
         Tile(
             "comparison.velocity_error_median",
-            "impact speed against twin, median error",
+            "impact speed error, median (compared with rigid model)",
             figure(comparison.get("velocity_error_median"), "ratio", 3),
         ),
     ]
@@ -107,28 +119,28 @@ def _speed(velocity: float | None) -> Figure:
 
 
 def answer(summary: dict[str, Any]) -> str:
-    """Return in two sentences what came out.
+    """Return the model and the result in a few sentences.
 
     Args:
         summary: content of ``summary.json``.
     """
-    parts = [REGIMES.get(str(summary.get("regime")), "")]
+    parts = [MODELS.get(str(summary.get("model")), ""), REGIMES.get(str(summary.get("regime")), "")]
     per_period = summary.get("impacts_per_period")
     speeds = {f: summary.get(f"{f}_velocity_mean_m_s") for f in ("active", "reverse")}
-    hit = [f"{_speed(v).text} on the {f} flank" for f, v in speeds.items() if v is not None]
-    if per_period and hit:
+    speed = [f"{_speed(v).text} on the {f} flank" for f, v in speeds.items() if v is not None]
+    if per_period and speed:
         count = figure(per_period, digits=3).text
-        parts.append(f"It strikes {count} times a period of the drive's fluctuation, bounces included.")
-        parts.append(f"The mean impact speed is {' and '.join(hit)}.")
+        parts.append(f"There are {count} impacts per period of the drive's fluctuation, bounces included.")
+        parts.append(f"The mean impact speed is {' and '.join(speed)}.")
     return " ".join(part for part in parts if part)
 
 
 def lines(scenario: Scenario, recording: Recording, summary: dict[str, Any]) -> list[Claim]:
-    """Return the table of what came out.
+    """Return the table of results.
 
     Args:
         scenario: what was simulated.
-        recording: what came out.
+        recording: result of the run.
         summary: content of ``summary.json``.
     """
     found = [
@@ -150,15 +162,19 @@ def _times(scenario: Scenario, recording: Recording) -> list[Claim]:
         if len(flights):
             found += _crossing_lines(name, *flights.T)
     if not found and told["flights"]:
-        meaning = f"the longest of {told['flights']} flights, from leaving a flank to the next touch"
+        meaning = f"the longest of {told['flights']} flights, from contact loss to the next impact"
         found.append(Claim("flight_longest_s", "longest flight", figure(told["flight_longest_s"], "time"), meaning))
         highest = figure(told["flight_height_max_m"], "length")
         if highest.value is not None:
-            found.append(Claim("flight_height_max_m", "highest flight", highest, "away from the flank it left"))
+            found.append(
+                Claim(
+                    "flight_height_max_m", "highest flight", highest, "largest distance from the flank where it began"
+                )
+            )
     for name in ("active", "reverse"):
         if told[f"{name}_contacts"]:
             key = f"{name}_contact_mean_s"
-            meaning = f"mean of {told[f'{name}_contacts']}, from the end of the bounces to the loss of contact"
+            meaning = f"mean of {told[f'{name}_contacts']}, from the last bounce to contact loss"
             found.append(Claim(key, f"contact on the {name} flank", figure(told[key], "time"), meaning))
     for key, name in SHARES.items():
         if told[key] is not None:
@@ -174,19 +190,19 @@ def _crossing_lines(flank: str, times: np.ndarray, speeds: np.ndarray) -> list[C
             f"crossing_{flank}_m_s",
             f"first impact after a crossing, {flank} flank",
             figure(float(speeds.mean()), "velocity"),
-            f"mean speed of {len(speeds)}, without the bounces that follow; {slow} to {fast}",
+            f"mean speed of {len(speeds)} impacts, without the bounces that follow; range {slow} to {fast}",
         ),
         Claim(
             f"crossing_{flank}_s",
             f"flight across, to the {flank} flank",
             figure(float(times.mean()), "time"),
-            f"mean of {len(times)} flights across the backlash, {low} to {high}",
+            f"mean of {len(times)} flights across the backlash; range {low} to {high}",
         ),
     ]
 
 
 def expectations(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure, bool]]:
-    """Return what the scenario expected: name, expected, found, whether it was met.
+    """Return the expectations of the scenario: name, expected, found, whether it was met.
 
     Args:
         summary: content of ``summary.json``.

@@ -1,4 +1,4 @@
-"""The report's page: everything that is shown, put into the templates."""
+"""The report page of a run: fills the templates."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Picture:
 
     Args:
         png: its file.
-        words: what is seen on it, for who does not see it.
+        words: description for screen readers.
         caption: below it.
     """
 
@@ -60,8 +60,8 @@ def render(
 
     Args:
         scenario: what was simulated.
-        recording: what came out.
-        twin: what the independent model said, if it ran.
+        recording: result of the run.
+        twin: result of the rigid model, if it ran.
         summary: content of ``summary.json``.
         gears_svg: a drawing of the mesh, SVG markup that is trusted; ``None`` draws the scenario's gears.
         strip: pictures of the mesh over a period; left out when ``None``.

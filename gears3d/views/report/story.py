@@ -1,4 +1,4 @@
-"""What was simulated, in words: read from the scenario's own text, in the units that its author chose."""
+"""The scenario of a run in sentences and as a table, in the units of the scenario file."""
 
 from __future__ import annotations
 
@@ -36,33 +36,33 @@ NAMES = {
     "motion.mean": "mean speed",
     "motion.harmonics": "fluctuation",
     "motion.record": "measured motion",
-    "motion.bandwidth": "smoothed to",
+    "motion.bandwidth": "bandwidth of smoothing",
     "drag": "Drag",
     "drag.torque": "Coulomb torque on the loose gear",
     "impact": "Impact",
     "impact.restitution": "coefficient of restitution",
-    "impact.stick_velocity": "stays in contact below",
+    "impact.stick_velocity": "no rebound below",
     "start": "Start",
     "start.state": "flank touching at the start",
     "run": "Run",
     "run.duration": "duration",
-    "run.settle": "left out as settling",
+    "run.settle": "excluded as settling",
     "run.output_rate": "output rate",
     "run.seed": "random seed",
     "sensors": "Sensors",
     "effect": "Effects",
     "expect": "Expected",
 }
-"""What the keys of a scenario are called."""
+"""Names of the keys of a scenario."""
 
 SIGNS = {r"\bu(?=[ms]\b)": "µ", r"\bdeg\b": "°", r"(?<=\w) (?=\w)": "·", r"\*(?!\*)": "·", r"\^2": "²", r"\^3": "³"}
-"""How the signs of units are set."""
+"""Typography of units."""
 
 PASSED_OVER = ("format", "title", "source", "extends")
 
 
 def parse(document: str) -> dict[str, Any]:
-    """Return a scenario's text as a dictionary; empty when it is no TOML.
+    """Return a scenario's text as a dictionary; empty where it is not valid TOML.
 
     Args:
         document: the resolved scenario.
@@ -162,16 +162,16 @@ def words(key: str) -> str:
 
 
 def sentence(document: str) -> str:
-    r"""Return in two or three sentences what was simulated.
+    r"""Return two or three sentences that describe the scenario.
 
     Args:
         document: the resolved scenario, TOML.
 
     Returns:
-        Plain text; only what the scenario says is said.
+        Plain text, from the content of the scenario only.
 
     >>> sentence('[motion]\nmean = "30 rpm"')
-    'The drive gear turns at a mean speed of 30 rpm. The loose gear is carried along.'
+    'The drive gear rotates at a mean speed of 30 rpm. The loose gear has no load torque.'
     """
     data = parse(document)
     gears, motion = data.get("gears", {}), data.get("motion", {})
@@ -197,13 +197,13 @@ def _gears(gears: dict[str, Any], mount: dict[str, Any]) -> str:
 
 def _motion(motion: dict[str, Any]) -> str:
     if "record" in motion:
-        return f"The drive gear turns as measured ({inline(motion['record'])})."
+        return f"The drive gear follows a measured motion ({inline(motion['record'])})."
     if "mean" not in motion:
         return ""
-    text = f"The drive gear turns at a mean speed of {inline(motion['mean'])}"
-    swings = [_harmonic(one) for one in motion.get("harmonics", [])]
-    if swings:
-        text += " and fluctuates around it by " + " and ".join(swings)
+    text = f"The drive gear rotates at a mean speed of {inline(motion['mean'])}"
+    waves = [_harmonic(one) for one in motion.get("harmonics", [])]
+    if waves:
+        text += " with a fluctuation of " + " and ".join(waves)
     return text + "."
 
 
@@ -215,12 +215,12 @@ def _harmonic(one: dict[str, Any]) -> str:
 def _loose(data: dict[str, Any]) -> str:
     drag, impact = data.get("drag", {}), data.get("impact", {})
     if "torque" in drag:
-        text = f"The loose gear is held back by a drag of {inline(drag['torque'])}"
+        text = f"The loose gear is unloaded except for a drag torque of {inline(drag['torque'])}"
     else:
-        text = "The loose gear is carried along"
+        text = "The loose gear has no load torque"
     if "restitution" in impact:
-        text += f" and rebounds from a flank with {inline(impact['restitution'])} of its impact speed"
-    kinds = [words(str(one.get("kind", "?"))) for one in data.get("effect", [])]
-    if kinds:
-        text += "; beyond this base model act: " + ", ".join(kinds)
+        text += f"; the coefficient of restitution is {inline(impact['restitution'])}"
+    extra = [words(str(one.get("kind", "?"))) for one in data.get("effect", [])]
+    if extra:
+        text += "; additional effects: " + ", ".join(extra)
     return text + "."

@@ -27,7 +27,7 @@ def traces(recording: Recording, twin: Recording | None = None, most: int = MOST
     """Return the signals of a run and its twin on one thinned time axis, as integers of stated quanta.
 
     Args:
-        recording: what came out.
+        recording: result of the run.
         twin: what the twin said, if it ran.
         most: points at most for each of the two.
 
@@ -150,7 +150,7 @@ def thinned(columns: dict[str, np.ndarray], most: int = MOST_POINTS) -> np.ndarr
 def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.0, most: float = np.inf) -> np.ndarray:
     """Return indices between which straight lines are nowhere further than a tolerance from the points.
 
-    Every stretch that is too far off is cut at its worst point, all stretches at once, until none is left
+    Every interval with a larger error is split at its worst point, all intervals at once, until all errors are small
     (Ramer 1972; Douglas & Peucker 1973, measured along y).
 
     Args:

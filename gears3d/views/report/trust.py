@@ -1,4 +1,4 @@
-"""How far the result is to be trusted: every number of the comparison and of the error budget with its meaning."""
+"""Verification of a result: numbers of the comparison with the rigid model and of the error budget, with meanings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Claim(NamedTuple):
         key: name in ``summary.json``.
         name: in words.
         figure: the number as shown.
-        meaning: what it says.
+        meaning: explanation of the number.
     """
 
     key: str
@@ -26,54 +26,75 @@ class Claim(NamedTuple):
 COMPARISON = {
     "mode": (
         "compared as",
-        "trajectory: impact by impact. distribution: the motion is chaotic, two correct simulations part after a few "
-        "impacts, so only the statistics of the impacts are compared.",
+        "trajectory: impact by impact. distribution: only statistics of the impacts are compared, because the motion "
+        "is chaotic and two correct simulations diverge after a few impacts.",
     ),
-    "impacts_compared": ("impacts compared", "impacts of the twin after flights higher than the limit below"),
-    "impacts_matched": ("matched", "of these, found in the run too: same flank, same moment"),
-    "impacts_missed": ("missed", "in the twin but not in the run; 0 is right"),
-    "impacts_invented": ("invented", "in the run but not in the twin; 0 is right"),
-    "velocity_error_median": ("impact speed, median error", "half of the impact speeds are closer to the twin's"),
-    "velocity_error_p95": ("impact speed, 95 % below", "only one impact in twenty is further off"),
-    "velocity_bias": ("impact speed, bias", "mean error with its sign: above 0 the run hits harder than the twin"),
-    "phase_error_median_cycles": ("moment of impact, median error", "in periods of the drive's fluctuation"),
-    "flight_height_min_m": ("flights counted from", "bounces lower than this are too small to be told apart"),
-    "regime_equal": ("same regime", "run and twin move in the same pattern"),
+    "impacts_compared": ("impacts compared", "impacts of the rigid model after flights higher than the limit below"),
+    "impacts_matched": ("matched", "of these, also found in the run, on the same flank at the same time"),
+    "impacts_missed": ("missed", "in the rigid model but not in the run; 0 is ideal"),
+    "impacts_invented": ("spurious", "in the run but not in the rigid model; 0 is ideal"),
+    "velocity_error_median": ("impact speed, median error", "50 % of the impact speeds have a smaller error"),
+    "velocity_error_p95": (
+        "impact speed, 95th percentile of the error",
+        "5 % of the impact speeds have a larger error",
+    ),
+    "velocity_bias": (
+        "impact speed, bias",
+        "mean error with its sign; positive: the run has faster impacts than the rigid model",
+    ),
+    "phase_error_median_cycles": ("time of impact, median error", "in periods of the drive's fluctuation"),
+    "flight_height_min_m": ("minimum flight height", "lower bounces are not compared"),
+    "regime_equal": ("same regime", "run and rigid model have the same pattern of motion"),
 }
 """Name and meaning of each number of the comparison."""
 
 DISTRIBUTION = {
-    "impacts_compared": ("impacts in the twin", "not paired: after flights higher than the limit below"),
-    "velocity_error_median": ("impact speed, its median", "how far the run's median is from the twin's, worse flank"),
-    "velocity_error_p95": ("impact speed, its 95th percentile", "how far the run's is from the twin's, worse flank"),
-    "velocity_bias": ("impact speed, its mean", "above 0 the run hits harder than the twin, worse flank"),
-    "phase_error_median_cycles": ("mean phase of the impacts", "how far the run's is from the twin's, worse flank"),
+    "impacts_compared": (
+        "impacts in the rigid model",
+        "not matched one by one; after flights higher than the limit below",
+    ),
+    "velocity_error_median": (
+        "impact speed, median",
+        "difference of the medians of run and rigid model, larger value of both flanks",
+    ),
+    "velocity_error_p95": (
+        "impact speed, 95th percentile",
+        "difference of run and rigid model, larger value of both flanks",
+    ),
+    "velocity_bias": (
+        "impact speed, mean",
+        "difference; positive: faster impacts in the run, larger value of both flanks",
+    ),
+    "phase_error_median_cycles": (
+        "mean phase of the impacts",
+        "difference of run and rigid model, larger value of both flanks",
+    ),
 }
-"""Name and meaning where distributions are compared and not impact by impact."""
+"""Name and meaning of the numbers where distributions are compared, not single impacts."""
 
 RATIOS = ("velocity_error_median", "velocity_error_p95", "velocity_bias")
 
 BUDGET = {
-    "facet": "flat facets in place of the involute, hulls only",
-    "hull_quantisation": "step in which Bullet stores the vertices of a hull",
-    "hull_margins": "Bullet's collision margins, one a body",
-    "raw_minus_refined": "gap that Bullet reports for the hulls less the gap of the true flanks",
-    "raw_allowed": "more than this between the two would have stopped the run",
-    "location": "largest gap that was left where an impact was placed on the true flanks",
+    "facet": "flat facets in place of the involute, for collision hulls only",
+    "hull_quantisation": "resolution at which Bullet stores the vertices of a hull",
+    "hull_margins": "Bullet's collision margins, one per body",
+    "raw_minus_refined": "gap that Bullet reports for the hulls minus the gap of the true flanks",
+    "raw_allowed": "limit of this difference; a larger one stops the run",
+    "location": "largest residual gap at an impact located on the true flanks",
     "step": "finite time step",
-    "total": "what a gap in this run can be wrong by: hulls only find the teeth, the true flanks are measured",
+    "total": "largest error of a gap in this run: hulls only select the teeth, gaps are evaluated on the true flanks",
 }
 """What the parts of the error budget come from, by how their names begin."""
 
 NATIVE = {
-    "facet": "flat facets in place of the involute: they touch, and tilt the normal of the rebound once the gears turn",
-    "raw_minus_refined": "gap of the hulls that touch less the gap of the true flanks",
-    "total": "what a gap in this run can be wrong by: the hulls themselves touch; the error of a rebound's direction "
-    "is not in it",
+    "facet": "flat facets in place of the involute: they are the contact surface and tilt the contact normal",
+    "raw_minus_refined": "gap of the hulls in contact minus the gap of the true flanks",
+    "total": "largest error of a gap in this run: the hulls are the contact surface; errors of rebound direction are "
+    "not included",
 }
 """The same for Bullet's own contact, where no impact is placed on the true flanks."""
 NATIVE_WITHOUT = ("location", "step")
-"""Parts that Bullet's own contact has not."""
+"""Parts that do not apply to Bullet's own contact."""
 
 
 def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
@@ -126,48 +147,50 @@ def budget_lines(budget: dict[str, Any] | None, native: bool = False) -> list[Cl
 
 
 def source(summary: dict[str, Any]) -> str:
-    """Return in a few sentences what run and twin are to each other, and what their agreement says.
+    """Return in a few sentences what run and rigid model have in common, and what their agreement proves.
 
     Args:
         summary: content of ``summary.json``.
     """
     parts = [
-        "The twin is a separate program: it integrates one equation of motion between two walls and knows nothing of "
-        "solids."
+        "The rigid model is independent code: it integrates one equation of motion between two walls, without solids."
     ]
     if summary.get("model") == "bullet" and summary.get("contact") == "native":
         parts.append(
-            "The run moved rigid bodies in PyBullet and left the contact to Bullet: flat facets and quantised hulls "
-            "touch and tilt the normals once the gears turn, so rebounds scatter. Differences below are mostly of that "
-            "making; located contact has none of it."
+            "The run moved rigid bodies in PyBullet with the contact of Bullet: flat facets and quantised hulls touch "
+            "and tilt the contact normals as the gears rotate, so rebounds scatter. This causes most of the "
+            "differences below; located contact avoids it."
         )
     elif summary.get("model") == "bullet":
         parts.append(
-            "The run moved rigid bodies in PyBullet and found every contact on the flanks themselves. Where both "
-            "agree, the contact was found where it is."
+            "The run moved rigid bodies in PyBullet and located every contact on the true flank surfaces. Agreement of "
+            "both verifies the location of contacts."
         )
-    parts.append("They share the scenario, its drag and its restitution: agreement does not say that a rig has these.")
+    parts.append(
+        "Both use the drag and the restitution of the scenario: agreement does not validate these for a test rig."
+    )
     return " ".join(parts)
 
 
 def verdict(comparison: dict[str, Any] | None) -> str:
-    """Return in one sentence how well run and twin agree.
+    """Return in one sentence how well run and rigid model agree.
 
     Args:
         comparison: that of ``summary.json``, or ``None``.
     """
     if not comparison:
-        return "No second model was run, so nothing here says how far to trust the result."
+        return "The result is not verified: no second model was run."
     missed, invented = comparison.get("impacts_missed"), comparison.get("impacts_invented")
     count, median = comparison.get("impacts_compared"), comparison.get("velocity_error_median")
     if comparison.get("mode") == "distribution":
         return (
-            "The motion is chaotic: run and twin are compared by the statistics of their impacts, not impact by impact."
+            "The motion is chaotic: run and rigid model are compared by the statistics of their impacts, not impact by "
+            "impact."
         )
     matched = comparison.get("impacts_matched")
-    text = f"Of {count} impacts of the independent one-degree-of-freedom twin the run has {matched}"
-    text += f" ({missed} missed, {invented} invented)"
+    text = f"Verification: the run reproduces {matched} of {count} impacts of the independent rigid model"
+    text += f" ({missed} missed, {invented} spurious)"
     if median is not None:
         p95 = figure(comparison.get("velocity_error_p95"), "ratio", 3).text
-        text += f"; impact speeds differ by {figure(median, 'ratio', 3).text} (median), 95 % of them by less than {p95}"
+        text += f"; impact speeds differ by {figure(median, 'ratio', 3).text} (median) and {p95} (95th percentile)"
     return text + "."

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 ACTIVE, REVERSE = "#0072B2", "#D55E00"
-"""Colours of the flanks, told apart by colour-blind eyes too."""
+"""Colours of the flanks, safe for colour-blind readers."""
 FACES = {"drive": "#C9D6E3", "loose": "#E6E0D4"}
 EDGE, NEUTRAL = "#333333", "#777777"
 FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = ("#0072B2", "#D55E00")
-"""Of the active and the reverse flank, told apart by colour-blind eyes too."""
+"""Of the active and the reverse flank, safe for colour-blind readers."""
 PERIODS_SHOWN = 3.0
 
 
@@ -97,7 +97,7 @@ def _strobe(axes: Axes, recording: Recording, period: float, start: float, end: 
     for limit, values in ((axes.set_xlim, 1e6 * whole["displacement_m"]), (axes.set_ylim, 1e3 * whole["velocity_m_s"])):
         margin = 0.05 * float(np.ptp(values)) or 1.0
         limit(float(values.min()) - margin, float(values.max()) + margin)
-    axes.set_title(f"once a period, {phase:.2f} of it after t = 0", fontsize=9)
+    axes.set_title(f"once per period, {phase:.2f} of it after t = 0", fontsize=9)
 
 
 def _section(axes: Axes, some: dict[str, np.ndarray]) -> None:

@@ -1,16 +1,16 @@
-// Plots of a measured record, beside those that it shares with the report of a run.
+// Plots of a measured record, in addition to those that it shares with the report of a run.
 "use strict";
 const CLOSE = block("close"), SPECTRA = block("spectra"), ORDERS = block("orders");
 const FLIGHTS = Object.fromEntries(Object.entries(block("flights")).map(([key, c]) => [key, c.values.map((v) => v === null ? null : v * c.quantum)]));
 const numbers = (count) => Array.from({ length: count }, (_, i) => i);
 const among = (columns, keep, key, scale = 1) => keep.map((i) => columns[key][i] === null ? null : columns[key][i] * scale);
-// from zero on, with room for bars and markers
+// from zero, with space for bars and markers
 const fromZero = (u, low, high) => low === null ? [0, 1] : u.status === 0 || low < 0 ? [0, high * 1.06 || 1] : [low, high];
 
-// what testifies is full, what does not is open; both flanks of each
+// filled: used for identification, open: excluded; both flanks of each
 function byFlank(columns, flank, use, label, make) {
   const sets = [];
-  for (const [open, word] of [[false, ""], [true, ", does not testify"]]) for (const code of [0, 1]) {
+  for (const [open, word] of [[false, ""], [true, ", excluded"]]) for (const code of [0, 1]) {
     const keep = numbers(columns[flank].length).filter((i) => columns[flank][i] === code && (columns.testifies[i] !== 1) === open && use(i));
     if (keep.length || !open) sets.push({ flank: code, open, label: label(code) + word, size: 6, ...make(keep) });
   }
@@ -40,7 +40,7 @@ function drawClose() {
     [ms, ...STATES.map((_, k) => place(k)), ...edges.map((e) => e.values), ...struck.map((s) => s.values)]);
   if (plot) alone.push(plot);
   document.getElementById("close-note").textContent = `${CLOSE.every > 1 ? `One reading in ${CLOSE.every}` : "Every reading"} from ${CLOSE.start.toFixed(4)} s to `
-    + `${CLOSE.end.toFixed(4)} s, as read, nothing smoothed; one reading is known to ± ${CLOSE.sigma.toPrecision(2)} µm. Dashed: flanks; rings: impacts.`;
+    + `${CLOSE.end.toFixed(4)} s, not smoothed; standard deviation of one reading ${CLOSE.sigma.toPrecision(2)} µm. Dashed: flanks; rings: impacts.`;
 }
 
 function drawImpacts() {
@@ -52,7 +52,7 @@ function drawImpacts() {
     const ratios = set.x.map((v, i) => set.y[i] / v).sort((a, b) => a - b), ratio = ratios[ratios.length >> 1], far = Math.max(...set.x);
     sets.push({ stroke: "--" + FLANK[set.flank], label: `median ${ratio.toPrecision(3)}, ${FLANK[set.flank]}`, value: mm, x: [0, far], y: [0, ratio * far], more: { width: 1, dash: [5, 4] } });
   }
-  scatter("plot-rebound", "speed before [mm/s]", "speed after [mm/s]", speed, sets, { xName: "before", range: fromZero, y: { range: fromZero } });
+  scatter("plot-rebound", "approach speed [mm/s]", "rebound speed [mm/s]", speed, sets, { xName: "approach", range: fromZero, y: { range: fromZero } });
   const lasting = byFlank(hits, "flank", (i) => hits.duration_s[i] !== null, (code) => FLANK[code], (keep) => ({ value: (u, v) => show(v, 1, "µs"),
     x: among(hits, keep, "velocity_m_s", 1e3).map(Math.abs), y: among(hits, keep, "duration_s", 1e6),
     tall: among(hits, keep, "duration_sigma_s", 1e6) }));
@@ -70,7 +70,7 @@ function drawFlights() {
   scatter("plot-deceleration", "speed of the loose gear [rpm]", "deceleration [rad/s²]", (v) => show(v, 3, "rpm"),
     byFlank(flown, "struck", known, of, (keep) => ({ value: (u, v) => show(v, 3, "rad/s²"), x: among(flown, keep, "omega_loose_rad_s", 30 / Math.PI),
       y: among(flown, keep, "deceleration_rad_s2"), tall: among(flown, keep, "deceleration_sigma_rad_s2") })), { xName: "speed", range: spaced });
-  scatter("plot-chi", "time [s]", "chi-square", (v) => show(v, 4, "s"), byFlank(flown, "struck", (i) => flown.chi2[i] !== null, of, (keep) => ({
+  scatter("plot-chi", "time [s]", "χ² per degree of freedom", (v) => show(v, 4, "s"), byFlank(flown, "struck", (i) => flown.chi2[i] !== null, of, (keep) => ({
     value: (u, v) => show(v, 2, ""), x: among(flown, keep, "end_s"), y: among(flown, keep, "chi2") })), { xName: "time", range: spaced, y: { range: fromZero } });
 }
 
@@ -83,7 +83,7 @@ function drawOrders() {
     for (const flank of Object.keys(floors)) {
       const code = FLANK.indexOf(flank), mine = ORDERS[flank].filter((one) => one.gear === gear), taken = mine.map((one) => one.order);
       const left = numbers(floors[flank].length).filter((i) => !taken.includes(i + 1) && floors[flank][i] > 0);
-      sets.push({ stroke: `--${flank}`, label: `left, ${flank} flank`, value: um, x: left.map((i) => i + 1), y: left.map((i) => floors[flank][i] * 1e6), more: { width: 1, alpha: .6 } });
+      sets.push({ stroke: `--${flank}`, label: `noise floor, ${flank} flank`, value: um, x: left.map((i) => i + 1), y: left.map((i) => floors[flank][i] * 1e6), more: { width: 1, alpha: .6 } });
       if (mine.length) sets.push({ flank: code, label: `orders, ${flank} flank`, value: um, size: code ? 9 : 14, x: taken, y: mine.map((one) => one.amplitude_m * 1e6),
         tall: mine.map((one) => Math.min(one.sigma_m, .9 * one.amplitude_m) * 1e6) });
     }

@@ -1,4 +1,4 @@
-// The plots. Colours come from the style sheet; plots are built anew when the theme changes.
+// The plots. Colours come from the style sheet; plots are rebuilt when the theme changes.
 "use strict";
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const show = (v, digits, unit) => v === null || v === undefined || !isFinite(v) ? "–" : v.toFixed(digits) + " " + unit;
@@ -78,7 +78,7 @@ function follow(u, key) {
   time.busy = false;
 }
 
-// the impact's mark is read when the cursor is within some pixels of it
+// the marker of an impact is selected when the cursor is within some pixels of it
 function snap(u, index, at) {
   if (!u.series[index].markers || at === null) return at;
   const ys = u.data[index], left = u.cursor.left;
@@ -127,11 +127,11 @@ function impactSeries(offset, pick) {
 function pairOf(name, unit, digits) {
   const value = (u, v) => show(v, digits, unit);
   const series = [line("run", "--run", value)], columns = [DATA.run[name]];
-  if (DATA.twin && DATA.twin[name]) { series.push(twinLine("twin", value)); columns.push(DATA.twin[name]); }
+  if (DATA.twin && DATA.twin[name]) { series.push(twinLine("rigid model", value)); columns.push(DATA.twin[name]); }
   return [series, columns];
 }
 
-// a measured path in the colours of what it was judged to be: stretch i reaches from point i to the next
+// a measured path in the colours of its segments: interval i reaches from point i to the next
 const STATES = [["active contact", "--active"], ["reverse contact", "--reverse"], ["flight", "--flight"]];
 function byState(value) {
   const of = (k) => Array.from(DATA.run.displacement, (v, i) => DATA.states[i] === k || (i && DATA.states[i - 1] === k) ? v : null);
@@ -154,7 +154,7 @@ function drawTime() {
     timePlot("plot-velocity", "velocity [mm/s]", [...series, ...marks], [...columns, ...at]);
   }
   if (DATA.run.drive) timePlot("plot-speed", "speed [rpm]",
-    [line("drive gear", "--flight", rpm), ...(DATA.run.loose ? [line("loose gear", "--run", rpm)] : []), ...(DATA.twin ? [twinLine("loose gear, twin", rpm)] : [])],
+    [line("drive gear", "--flight", rpm), ...(DATA.run.loose ? [line("loose gear", "--run", rpm)] : []), ...(DATA.twin ? [twinLine("loose gear, rigid model", rpm)] : [])],
     [DATA.run.drive, ...(DATA.run.loose ? [DATA.run.loose] : []), ...(DATA.twin ? [DATA.twin.loose] : [])]);
 }
 
@@ -189,7 +189,7 @@ function drawSection() {
       tall: table.velocity_sigma_m_s && keep.map((k) => table.velocity_sigma_m_s[k] * 1e3) };
   };
   const sets = [set(DATA.impacts, 0, "active"), set(DATA.impacts, 1, "reverse")];
-  if (DATA.twinImpacts) sets.push(set(DATA.twinImpacts, 0, "active, twin", true), set(DATA.twinImpacts, 1, "reverse, twin", true));
+  if (DATA.twinImpacts) sets.push(set(DATA.twinImpacts, 0, "active, rigid model", true), set(DATA.twinImpacts, 1, "reverse, rigid model", true));
   scatter("plot-section", "phase of the drive's fluctuation [°]", "impact velocity [mm/s]", (v) => show(v, 3, "°"), sets,
     { xName: "phase", steps: [1, 5, 10, 30, 60, 90], range: (u, low, high) => low === null || u.status === 0 ? [0, 360] : [low, high] });
 }
@@ -211,7 +211,7 @@ function drawHistogram() {
   const { edges, run, twin } = DATA.histogram, count = (u, v) => v === null ? "–" : String(Math.abs(v));
   if (!edges.length) return;
   const stepped = uPlot.paths.stepped({ align: 1 }), closed = (counts, sign) => [...counts.map((c) => c * sign), 0];
-  const bars = (flank, more) => line(FLANK[flank] + (more ? ", twin" : ""), "--" + FLANK[flank], count,
+  const bars = (flank, more) => line(FLANK[flank] + (more ? ", rigid model" : ""), "--" + FLANK[flank], count,
     { paths: stepped, width: 1.5, ...(more || { fill: css(`--${FLANK[flank]}-soft`) }) });
   const dashed = { dash: [5, 4], width: 2 };
   const upright = axes("impact speed [mm/s]", "impacts");

@@ -56,7 +56,7 @@ document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventList
 ["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name)?.addEventListener("keydown", onKey));
 preferred.addEventListener("change", (event) => setTheme(event.matches ? "dark" : "light"));
 
-if (!DATA.wallsComplete) document.getElementById("walls-note").textContent = " Deviations of single teeth are left out of the bands.";
+if (!DATA.wallsComplete) document.getElementById("walls-note").textContent = " The bands do not include deviations of single teeth.";
 
 let before = "light";
 addEventListener("beforeprint", () => { before = root.dataset.theme; setTheme("light"); });

@@ -24,7 +24,7 @@ IMPACTS = {
     "duration_max_s": 1e-8,
     "testifies": 1.0,
 }
-"""Quantum of each column of impacts; with a tenth of it nobody measures."""
+"""Quantum of each column of impacts, at most 10 % of any measurement error."""
 FLIGHTS = {
     "start_s": 1e-7,
     "end_s": 1e-7,
@@ -40,7 +40,7 @@ FLIGHTS = {
 }
 """Quantum of each column of flights."""
 DEVIATIONS = 3.0
-"""Noise of the path that the drawn line may leave out."""
+"""Tolerance of the drawn line, in standard deviations of the noise."""
 READINGS = 6000
 """Readings drawn in the period that is magnified."""
 FLIGHTS_SHOWN = 6
@@ -78,7 +78,7 @@ def blocks(found: Measurement) -> dict[str, Any]:
 
 
 def path_lines(cut: Segments, most: int = MOST_POINTS) -> dict[str, Any]:
-    """Return the measured path, thinned within its noise, with its corners and states.
+    """Return the measured path, simplified within its noise, with velocity jumps and states.
 
     Args:
         cut: of a record.

@@ -1,4 +1,4 @@
-"""The page of a measured record: everything that is shown, put into the template."""
+"""The report page of a measured record: fills the template."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from gears3d.views.report.page import Picture
 
 
-def render(found: Measurement, beside: tuple[str, ...] = (), strip: Picture | None = None) -> str:
+def render(found: Measurement, files: tuple[str, ...] = (), strip: Picture | None = None) -> str:
     """Return the report of a measured record as one self-contained HTML page.
 
     Args:
         found: of a record; its summary has ``contact_orders`` and ``durations``
             (:func:`orders_told`, :func:`durations`).
-        beside: names of files in the same folder to link to.
-        strip: pictures of the mesh over a period; left out when ``None``.
+        files: names of files in the same folder to link to.
+        strip: pictures of the mesh over a period; omitted when ``None``.
 
     Returns:
         HTML that opens without a network.
@@ -53,7 +53,7 @@ def render(found: Measurement, beside: tuple[str, ...] = (), strip: Picture | No
         "spectra": {gear: list(flanks) for gear, flanks in data["spectra"].items()},
         "has_impacts": bool(len(found.recording.impacts["time_s"])),
         "has_flights": bool(len(found.segments.flights["start_s"])),
-        "beside": beside,
+        "files": files,
         "strip": strip,
         "blocks": {name: as_json(block) for name, block in data.items()},
         "asset": asset,
@@ -61,13 +61,13 @@ def render(found: Measurement, beside: tuple[str, ...] = (), strip: Picture | No
     return environment().get_template("measured.html.j2").render(context)
 
 
-def write(path: str | Path, found: Measurement, beside: tuple[str, ...] = (), strip: Picture | None = None) -> Path:
+def write(path: str | Path, found: Measurement, files: tuple[str, ...] = (), strip: Picture | None = None) -> Path:
     """Write the report under a temporary name and rename it.
 
     Args:
         path: the file, e.g. ``report.html``.
         found: as for :func:`render`.
-        beside: as for :func:`render`.
+        files: as for :func:`render`.
         strip: as for :func:`render`.
 
     Returns:
@@ -76,4 +76,4 @@ def write(path: str | Path, found: Measurement, beside: tuple[str, ...] = (), st
     Raises:
         InputError: it cannot be written.
     """
-    return write_text(path, render(found, beside, strip))
+    return write_text(path, render(found, files, strip))

@@ -1,4 +1,4 @@
-"""What the sensors of a measured record are worth, as rows and sentences of its report."""
+"""Quality of the sensors of a measured record, as rows and sentences of its report."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from gears3d.views.report.figures import Figure, figure, kind_of, plain
 from gears3d.views.report.trust import Claim
 
 READ_AS = {
-    "edges": "counts last longer than samples: the moments at which the counter changes are the data",
-    "samples": "counts are shorter than samples: every sample is read, half a count moved up",
-    "smooth": "no counts are seen: every sample is read as it is",
+    "edges": "counts last longer than samples: the times at which the counter changes are used",
+    "samples": "counts are shorter than samples: every sample is used, shifted by 0.5 counts",
+    "smooth": "no quantisation is visible: every sample is used as it is",
 }
-"""What the ways of reading an encoder mean."""
+"""Meaning of the methods of evaluating an encoder."""
 GEARS = {"theta_drive_rad": "drive gear", "theta_loose_rad": "loose gear", "time_s": "clock"}
 
 
@@ -23,8 +23,8 @@ class Found(NamedTuple):
         kind: word that ``--correct`` takes.
         where: channel in words.
         size: how large.
-        evidence: what was seen.
-        remedy: what to do, or what was done.
+        evidence: observation.
+        remedy: what to do, or correction that was made.
         tone: ``corrected``, ``open`` or ``fatal``.
     """
 
@@ -46,7 +46,7 @@ def findings(summary: dict[str, Any]) -> list[Found]:
     for one in summary["quality"].get("findings", []):
         remedy = one["remedy"]
         if one["corrected"]:
-            tone, remedy = "corrected", "corrected on demand before anything was measured"
+            tone, remedy = "corrected", "corrected on request, before the analysis"
         else:
             tone = "fatal" if one["fatal"] else "open"
             if one["correctable"]:
@@ -73,21 +73,21 @@ def sized(value: float, unit: str) -> Figure:
 
 
 def verdict(rows: list[Found]) -> str:
-    """Return in one sentence how the sensors fared.
+    """Return the result of the sensor gate in one sentence.
 
     Args:
         rows: of :func:`findings`.
     """
     still = [row for row in rows if row.tone != "corrected"]
     done = len(rows) - len(still)
-    mended = f"{done} {'fault was' if done == 1 else 'faults were'} corrected on demand" if done else ""
+    fixed = f"{done} {'fault was' if done == 1 else 'faults were'} corrected on request" if done else ""
     if not rows:
-        return "Sensors and clock were examined first: nothing was found to be wrong with them."
+        return "Sensors and clock: no fault was found."
     if not still:
-        return f"Sensors and clock were examined first: {mended}, nothing is left."
+        return f"Sensors and clock: {fixed}, no other fault was found."
     kinds = ", ".join(dict.fromkeys(row.kind for row in still))
-    text = f"Read the numbers with care: the sensors show {kinds}, which was not corrected"
-    return text + (f"; {mended}." if mended else ".")
+    text = f"Caution: sensor faults that were not corrected affect all results: {kinds}"
+    return text + (f"; {fixed}." if fixed else ".")
 
 
 def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
@@ -100,21 +100,26 @@ def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
     rate = Figure(f"{plain(quality['sample_rate_Hz'])}\N{NO-BREAK SPACE}Hz", quality["sample_rate_Hz"])
     lines = [
         Claim("sample_rate_Hz", "sampling", rate, f"{quality['samples']} samples"),
-        Claim("jitter", "jitter of the clock", figure(quality["jitter"], "ratio", 2), "of a step, at worst"),
+        Claim(
+            "jitter",
+            "jitter of the clock",
+            figure(quality["jitter"], "ratio", 2),
+            "largest, relative to the sampling interval",
+        ),
     ]
     for gear, one in quality["encoders"].items():
         counts = one["counts_per_revolution"]
-        shown = Figure("no counts seen") if counts is None else Figure(f"{counts:.0f} counts", float(counts))
-        how = READ_AS.get(one["read_as"], f"read as {one['read_as']}")
+        shown = Figure("no quantisation visible") if counts is None else Figure(f"{counts:.0f} counts", float(counts))
+        how = READ_AS.get(one["read_as"], f"evaluated as {one['read_as']}")
         spread = f"standard deviation of a reading {plain(1e6 * one['sigma_rad'], 3)} µrad; {how}"
-        lines.append(Claim(f"encoders.{gear}", f"encoder of the {gear} gear, a revolution", shown, spread))
+        lines.append(Claim(f"encoders.{gear}", f"encoder of the {gear} gear, per revolution", shown, spread))
     meanings = {
         "noise_m": ("noise of a reading", "displacement along the line of action"),
         "noise_in_contact_m": (
             "noise in contact",
-            "of means, about the flank they touch: flights must exceed it",
+            "of averaged readings, about the flank; only larger separations count as flights",
         ),
-        "averaged_over_s": ("means over", "as many readings as the corners of the path allow"),
+        "averaged_over_s": ("averaging time", "limited by the velocity jumps of the path"),
     }
     for key, (name, meaning) in meanings.items():
         lines.append(Claim(key, name, figure(quality[key], kind_of(key), 3), meaning))

@@ -1,4 +1,4 @@
-"""Orders of both gears while they touch: what stands out, and what is left at every order as the floor of noise."""
+"""Orders of both gears in contact: significant orders, and the residual at every order as noise floor."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from gears3d.measurement import Measurement
 
 HIGHEST = 400
-"""Order up to which the floor is drawn."""
+"""Order up to which the noise floor is drawn."""
 FINE = 32
 """Bins of the angle in a wave of the highest order, at least."""
 RIDGE = 1e-4
-"""Part of the readings that steadies orders which contact at few angles cannot tell."""
+"""Regularisation, relative to the number of readings, of orders that few contact angles determine poorly."""
 FEWEST = 50
-"""Places in contact below which nothing is said of orders."""
+"""Points in contact below which no orders are reported."""
 
 
 def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
@@ -48,13 +48,13 @@ def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
 
 
 def spectra(found: Measurement) -> dict[str, Any]:
-    """Return what is left at every order once the orders that stand out are taken away.
+    """Return the residual at every order without the significant orders.
 
     Args:
         found: of a record; its summary has ``contact_orders``.
 
     Returns:
-        By gear and flank: amplitude [m] at orders 1, 2, ...; gears and flanks that tell nothing are left out.
+        By gear and flank: amplitude [m] at orders 1, 2, ...; gears and flanks without information are omitted.
     """
     left: dict[str, dict[str, list[float]]] = {}
     for flank, name in enumerate(FLANKS):
@@ -75,7 +75,7 @@ def _near(found: Measurement, flank: int) -> np.ndarray:
 
 
 def _floors(found: Measurement, flank: int, taken: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """Return the amplitude of what is left at each order of each gear [m]."""
+    """Return the amplitude of the residual at each order of each gear [m]."""
     path = found.segments.path
     near = _near(found, flank)
     some = near[:: max(len(near) // ROWS, 1)]

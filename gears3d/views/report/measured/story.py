@@ -1,4 +1,4 @@
-"""What a measured record came to, as numbers and sentences of its report."""
+"""Results of a measured record, as numbers and sentences of its report."""
 
 from __future__ import annotations
 
@@ -41,17 +41,18 @@ def tiles(summary: dict[str, Any]) -> list[Tile]:
 
 
 def sentence(summary: dict[str, Any]) -> str:
-    """Return in a few sentences what was recorded and what it came to.
+    """Return in a few sentences what was recorded and the result.
 
     Args:
         summary: of a measurement.
     """
     quality, cut = summary["quality"], summary["cut"]
-    text = f"{quality['samples']} samples over {figure(quality['duration_s'], 'time').text} of both gears' angles. "
+    text = f"Measured angles of both gears: {quality['samples']} samples over "
+    text += f"{figure(quality['duration_s'], 'time').text}. "
     text += REGIMES.get(str(summary["regime"]), "")
     if cut["whole_flights"]:
-        text += f" {cut['whole_flights']} whole flights were found; {cut['testifying']} of them pass for flights "
-        text += "by their own chi-square and testify."
+        text += f" {cut['whole_flights']} complete free flights were found, {cut['testifying']} of which pass the "
+        text += "goodness-of-fit test and are used for identification."
     return text
 
 
@@ -72,18 +73,23 @@ def impact_lines(found: Measurement) -> list[Claim]:
         scatter = "" if spread is None else f"standard deviation {figure(spread, 'velocity', 3).text}; "
         lines.append(
             Claim(
-                f"{flank}_impacts", f"impacts, {flank} flank", figure(int(mine.sum())), "every one that was told apart"
+                f"{flank}_impacts",
+                f"impacts, {flank} flank",
+                figure(int(mine.sum())),
+                "all that could be distinguished",
             )
         )
         name = f"mean speed, {flank} flank"
-        meaning = f"{scatter}after flights high enough to be seen for certain"
+        meaning = f"{scatter}excludes impacts after very low bounces"
         lines.append(Claim(f"{flank}_mean", name, Figure(text, speed), meaning))
         both = mine & np.isfinite(hits["rebound_m_s"]) & (hits["testifies"] == 1) & (hits["velocity_m_s"] != 0)
         if both.any():
             ratio = np.abs(hits["rebound_m_s"][both] / hits["velocity_m_s"][both])
             low, high = np.quantile(ratio, (0.25, 0.75))
-            what = f"median of {both.sum()} with a rebound seen; half of them {plain(low, 3)} to {plain(high, 3)}"
-            name = f"speed after over speed before, {flank} flank"
+            what = (
+                f"median of {both.sum()} impacts with observed rebound; quartiles {plain(low, 3)} and {plain(high, 3)}"
+            )
+            name = f"rebound speed over approach speed, {flank} flank"
             lines.append(Claim(f"{flank}_ratio", name, figure(float(np.median(ratio)), digits=3), what))
     return lines
 
@@ -97,12 +103,12 @@ def duration_lines(summary: dict[str, Any]) -> list[Claim]:
     lines = []
     for flank, one in summary["durations"].items():
         if one["resolved"]:
-            what = f"median of {one['resolved']} that the record resolves, of {one['impacts']}"
+            what = f"median of {one['resolved']} resolved impacts out of {one['impacts']}"
             shown = figure(one["median_s"], "time", 3)
         elif one["max_median_s"] is not None:
             shown = figure(one["max_median_s"], "time", 3)
             shown = Figure(f"< {shown.text}", shown.value)
-            what = f"none of {one['impacts']} is resolved; median of their upper bounds (95 %)"
+            what = f"none of {one['impacts']} impacts is resolved; median of their upper bounds (95 %)"
         else:
             continue
         lines.append(Claim(f"durations.{flank}", f"duration, {flank} flank", shown, what))
@@ -131,30 +137,30 @@ def durations(found: Measurement) -> dict[str, dict[str, Any]]:
 
 
 def flight_lines(found: Measurement) -> list[Claim]:
-    """Return the flights as lines of a table, discarded stretches among them.
+    """Return the flights as lines of a table.
 
     Args:
         found: of a record.
     """
     cut, table = found.summary["cut"], found.segments.flights
-    lines = [Claim("whole_flights", "whole flights", figure(cut["whole_flights"]), "from one touch to the next")]
+    lines = [Claim("whole_flights", "complete flights", figure(cut["whole_flights"]), "from contact loss to impact")]
     if cut["whole_flights"]:
         share = cut["testifying"] / cut["whole_flights"]
-        what = f"{plain(100 * share, 3)} %: their chi-square has a chance above 0.1 %; the others are left out of laws"
+        what = f"{plain(100 * share, 3)} %; they pass the goodness-of-fit test (p > 0.1 %), the others are excluded"
         lines += [
-            Claim("testifying", "of these, testify", figure(cut["testifying"]), what),
+            Claim("testifying", "used for identification", figure(cut["testifying"]), what),
             Claim(
                 "chi2_median",
-                "chi-square, median",
+                "χ² per degree of freedom, median",
                 figure(cut["chi2_median"], digits=3),
-                "a degree of freedom; right: 1",
+                "1 is expected",
             ),
-            Claim("height", "highest", figure(float(table["height_m"].max()), "length"), "above the flank left"),
+            Claim("height", "largest height", figure(float(table["height_m"].max()), "length"), "from the first flank"),
             Claim(
                 "lasting",
                 "duration, median",
                 figure(float(np.median(table["end_s"] - table["start_s"])), "time"),
-                f"the longest {figure(float((table['end_s'] - table['start_s']).max()), 'time').text}",
+                f"longest: {figure(float((table['end_s'] - table['start_s']).max()), 'time').text}",
             ),
         ]
     slowing = cut["deceleration_median_rad_s2"]
@@ -164,28 +170,31 @@ def flight_lines(found: Measurement) -> list[Claim]:
     if cut["slope_1_s"]:
         one = cut["slope_1_s"]
         shown = Figure(f"{plain(one['value'], 3)} ± {plain(one['sigma'], 2)}\N{NO-BREAK SPACE}1/s", one["value"])
-        lines.append(Claim("slope_1_s", "its change with speed", shown, "within flights; above 0 for viscous drag"))
+        lines.append(
+            Claim("slope_1_s", "change of deceleration with speed", shown, "within flights; positive for viscous drag")
+        )
     return lines
 
 
 def _torque(found: Measurement, slowing: float) -> str:
     inertia = found.recording.meta.get("inertia_kg_m2")
     if inertia is None:
-        return "of the loose gear; drag torque over its inertia"
+        return "of the loose gear: drag torque over inertia"
     torque = plain(slowing * inertia, 3)
     return f"of the loose gear: a drag torque of {torque} N·m with the rig's inertia of {plain(inertia, 3)} kg·m²"
 
 
 WHY_NOT = {
-    "too_short": "too short: fewer readings than a parabola asks for",
-    "no_blow": "no flight: the stretch above the flank ends without a speed of approach",
-    "cut_off": "cut off by an end of the record",
+    "too_short": ("too short", "fewer readings than a parabola needs"),
+    "no_blow": ("no approach", "not a flight: the interval without contact ends without an approach speed"),
+    "cut_off": ("truncated", "reaches the begin or end of the record"),
+    "no_testimony": ("poor fit", "kept, but it fails the goodness-of-fit test and is not used for identification"),
 }
-"""Why a stretch above a flank is not among the flights."""
+"""Name and meaning of the reasons why an interval without contact is not used."""
 
 
 def discarded(summary: dict[str, Any]) -> list[Claim]:
-    """Return what was left out, and how often, as lines of a table; none where nothing rose above a flank.
+    """Return excluded intervals and their counts as lines of a table; empty where the gears stay in contact.
 
     Args:
         summary: of a measurement.
@@ -196,9 +205,9 @@ def discarded(summary: dict[str, Any]) -> list[Claim]:
     if not every:
         return lines
     for why, count in {**cut["dropped"], "no_testimony": cut["whole_flights"] - cut["testifying"]}.items():
-        meaning = WHY_NOT.get(why, "kept, but its chi-square is a wonder: it does not testify")
+        name, meaning = WHY_NOT[why]
         share = f" ({plain(100 * count / every, 2)} %)"
-        lines.append(Claim(f"dropped.{why}", why.replace("_", " "), Figure(f"{count}{share}", float(count)), meaning))
+        lines.append(Claim(f"dropped.{why}", name, Figure(f"{count}{share}", float(count)), meaning))
     return lines
 
 
@@ -211,11 +220,11 @@ def flank_lines(summary: dict[str, Any]) -> list[Claim]:
     backlash = summary["flanks"]["backlash_m"]
     lines = []
     if backlash is None:
-        lines.append(Claim("backlash_m", "backlash", Figure("not seen"), "the reverse flank was never struck"))
+        lines.append(Claim("backlash_m", "backlash", Figure("unknown"), "no impact on the reverse flank"))
     else:
         low, high = (figure(end, "length", 6).text for end in backlash["ci95"])
         shown = figure(backlash["value"], "length", 5)
-        lines.append(Claim("backlash_m", "backlash", shown, f"mean over angles; 95 % interval {low} to {high}"))
+        lines.append(Claim("backlash_m", "backlash", shown, f"mean over gear angles; 95 % interval {low} to {high}"))
     for flank, orders in summary["contact_orders"].items():
         for k, one in enumerate(orders[:6]):
             meaning = f"± {figure(one['sigma_m'], 'length', 2).text} (standard deviation), phase "
