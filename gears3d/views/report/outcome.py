@@ -35,7 +35,7 @@ MODELS = {
 
 LINES = {
     "regime": ("regime", "contact, single-sided or double-sided impacts, after settling"),
-    "motion": ("motion", "1T repeats every period of the drive, 2T every second one, and so on"),
+    "motion": ("periodicity", "1T repeats every period of the drive's fluctuation, 2T every second one, and so on"),
     "impacts": ("impacts", "after settling; very low bounces are not counted"),
     "impacts_per_period": ("impacts per period", "per period of the fluctuation of the drive speed"),
     "active_impacts": ("impacts on the active flank", ""),
@@ -95,7 +95,7 @@ def tiles(summary: dict[str, Any]) -> list[Tile]:
     comparison = summary.get("comparison") or {}
     found = [
         Tile("regime", "regime", figure(summary.get("regime"))),
-        Tile("motion", "motion", figure(summary.get("motion"))),
+        Tile("motion", "periodicity", figure(summary.get("motion"))),
         Tile("impacts_per_period", "impacts per period", figure(summary.get("impacts_per_period"), digits=3)),
         *(
             Tile(key, f"mean impact speed, {flank} flank", _speed(summary.get(key)), flank)

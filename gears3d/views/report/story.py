@@ -179,6 +179,20 @@ def sentence(document: str) -> str:
     return " ".join(part for part in parts if part)
 
 
+def rig_sentence(document: str) -> str:
+    r"""Return the gears, drag and restitution of a rig in one or two sentences, without motion and effects.
+
+    Args:
+        document: the resolved scenario, TOML.
+
+    >>> rig_sentence('[drag]\ntorque = "0.2 N m"')
+    'The loose gear is unloaded except for a drag torque of 0.2 N·m.'
+    """
+    data = parse(document)
+    parts = [_gears(data.get("gears", {}), data.get("mount", {})), _loose({**data, "effect": []})]
+    return " ".join(part for part in parts if part)
+
+
 def _gears(gears: dict[str, Any], mount: dict[str, Any]) -> str:
     teeth = [gears.get(one, {}).get("teeth") for one in ("drive", "loose")]
     if None in teeth:

@@ -179,7 +179,10 @@ def verdict(comparison: dict[str, Any] | None) -> str:
         comparison: that of ``summary.json``, or ``None``.
     """
     if not comparison:
-        return "The result is not verified: no second model was run."
+        return (
+            "The result is not verified: no second model was run "
+            "(runs with --model bullet are compared with the rigid model)."
+        )
     missed, invented = comparison.get("impacts_missed"), comparison.get("impacts_invented")
     count, median = comparison.get("impacts_compared"), comparison.get("velocity_error_median")
     if comparison.get("mode") == "distribution":

@@ -11,6 +11,7 @@ from gears3d.views.report.diagnosed import left, pictures, story
 from gears3d.views.report.figures import figure
 from gears3d.views.report.measured import sensors
 from gears3d.views.report.page import asset, environment
+from gears3d.views.report.story import rig_sentence
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis
@@ -42,6 +43,7 @@ def render(found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> 
         "verdict": found.verdict,
         "tone": "reverse" if found.verdict in ("unexplained", "not_decidable") else "active",
         "sentence": story.sentence(found, told),
+        "rig": rig_sentence(found.extended.document),
         "notes": [one._replace(record=names.get(one.record, one.record)) for one in found.notes],
         "suspects": [one.kind for one in found.suspects],
         "channels": story.channels(found, told),

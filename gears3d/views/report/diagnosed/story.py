@@ -210,7 +210,9 @@ def worse(told: dict[str, Any]) -> list[str]:
 
 def _leading(one: Named) -> str:
     row, gear = next(iter(numbers(one))), one.table.get("gear")
-    return f"{gear} gear, {row.name} {row.value}" if gear else f"{row.name} {row.value}"
+    interval = f" [95 %: {row.low} to {row.high}]" if row.low and row.name not in one.at_least else ""
+    text = f"{row.name} {row.value}{interval}"
+    return f"{gear} gear, {text}" if gear else text
 
 
 def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:

@@ -109,10 +109,10 @@ def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
     ]
     for gear, one in quality["encoders"].items():
         counts = one["counts_per_revolution"]
-        shown = Figure("no quantisation visible") if counts is None else Figure(f"{counts:.0f} counts", float(counts))
+        shown = Figure("not visible") if counts is None else Figure(f"{counts:.0f}", float(counts))
         how = READ_AS.get(one["read_as"], f"evaluated as {one['read_as']}")
         spread = f"standard deviation of a reading {plain(1e6 * one['sigma_rad'], 3)} µrad; {how}"
-        lines.append(Claim(f"encoders.{gear}", f"encoder of the {gear} gear, per revolution", shown, spread))
+        lines.append(Claim(f"encoders.{gear}", f"encoder counts per revolution, {gear} gear", shown, spread))
     meanings = {
         "noise_m": ("noise of a reading", "displacement along the line of action"),
         "noise_in_contact_m": (

@@ -79,7 +79,7 @@ def impact_lines(found: Measurement) -> list[Claim]:
                 "all that could be distinguished",
             )
         )
-        name = f"mean speed, {flank} flank"
+        name = f"mean impact speed, {flank} flank"
         meaning = f"{scatter}excludes impacts after very low bounces"
         lines.append(Claim(f"{flank}_mean", name, Figure(text, speed), meaning))
         both = mine & np.isfinite(hits["rebound_m_s"]) & (hits["testifies"] == 1) & (hits["velocity_m_s"] != 0)
@@ -155,7 +155,12 @@ def flight_lines(found: Measurement) -> list[Claim]:
                 figure(cut["chi2_median"], digits=3),
                 "1 is expected",
             ),
-            Claim("height", "largest height", figure(float(table["height_m"].max()), "length"), "from the first flank"),
+            Claim(
+                "height",
+                "largest height",
+                figure(float(table["height_m"].max()), "length"),
+                "from the flank where the flight began",
+            ),
             Claim(
                 "lasting",
                 "duration, median",
