@@ -74,7 +74,7 @@ def in_bodies(
     if not causes:
         return Bodies((), (), {}, "there is no cause to try")
     if not any(name in SEEN for cause in causes for name in cause.candidate.channels):
-        return Bodies((), (), {}, "the causes show in no flight, impact or contact by itself")
+        return Bodies((), (), {}, "the causes have no effect on single flights, impacts or contacts")
     parts = parts_of(records)
     chosen = np.unique(np.linspace(0, len(parts) - 1, min(HELD, len(parts))).round().astype(int))
     told, plain, events = [], [], dict.fromkeys(SEEN, 0)

@@ -45,7 +45,9 @@ from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
 """Order that is looked for, unless the teeth make more."""
-_RIGID = Bodies((), (), {}, "the law of contact is told from whole paths, which the engine does not start amid")
+_RIGID = Bodies(
+    (), (), {}, "the contact law is identified from complete contact episodes, which the engine cannot start in between"
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,7 +92,7 @@ class Diagnosis:
 
     def __repr__(self) -> str:
         causes = " + ".join(one.kind for one in self.causes) or "no cause"
-        left = [f"{self.left[0].name} remains"] if self.left else []
+        left = [f"residual {self.left[0].name}"] if self.left else []
         return f"Diagnosis({', '.join([self.verdict, causes, *left])})"
 
     def _repr_html_(self) -> str:
@@ -103,8 +105,8 @@ class Diagnosis:
             for name, number in one.parameters.items()
         )
         gain = "" if told["gain"] is None else f"{100.0 * told['gain']:.4g} %"
-        rows = [*numbers, *((one.kind, one.evidence) for one in self.causes), ("gain on held-out data", gain)]
-        rows += [("remains", one.name) for one in self.left] + [("note", one.text) for one in self.notes]
+        rows = [*numbers, *((one.kind, one.evidence) for one in self.causes), ("held-out error reduction", gain)]
+        rows += [("residual pattern", one.name) for one in self.left] + [("note", one.text) for one in self.notes]
         return notebook.table(f"Diagnosis: {self.verdict.replace('_', ' ')}", rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -187,12 +189,12 @@ def _diagnosed(
         found = keeping(found, kept)
     if left and not kicks and (law := with_others(seen)) is not None:
         return _lawful(admitted_all, rig, notes, law, bodies)
-    tell("looking for rivals", 0.85)
+    tell("testing competing hypotheses", 0.85)
     others = rivals(found.records, found)
     spread = own_scatter(records, found, left) if rings is None else None
     parted = part(found, others, beside(spread, deep), rig, notes)
     found, others, causes = parted.found, parted.others, parted.causes
-    tell("holding out records", 0.9)
+    tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
     solid, apart = _further(found, others, tell, bodies, runs)
     limits = power(found.known) if rings is None else {}
@@ -229,7 +231,7 @@ def _further(
         doing = "predicting held-out events in the 3D engine"
         solid = in_bodies(found.records, found.fit.causes, lambda part: tell(doing, 0.92 + 0.03 * part))
     if runs:
-        doing = "looking for runs that tell causes from rivals"
+        doing = "searching for experiments that distinguish competing hypotheses"
         apart = experiments(found, others, lambda part: tell(doing, 0.95 + 0.05 * part))
     return solid, apart
 
@@ -240,7 +242,8 @@ def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
     if len(bad) == len({one.file for one in admitted}):
         return list(admitted)
     notes[:] = [
-        note._replace(blocks=False, remedy=f"left out: {note.remedy}") if note.blocks else note for note in notes
+        note._replace(blocks=False, remedy=f"{note.remedy} (this record was excluded)") if note.blocks else note
+        for note in notes
     ]
     return [one for one in admitted if one.file not in bad]
 
@@ -260,12 +263,13 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
 def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
     """Return what is said of a rig that has a law of contact already: that it agrees, or that this is not decided."""
     if not seen.agrees:
-        text = "records are not cut by flanks that yield or swim in oil, and too few paths to the flanks were seen"
+        text = (
+            "records are not segmented with compliant or lubricated flanks, and too few contact episodes were observed"
+        )
         if seen.plain is not None:
-            text = (
-                f"paths to flanks that yield or swim in oil part from the rig by {np.sqrt(seen.plain.level):.3g} sigma"
-            )
-        remedy = "causes beside a law of contact that the rig has are not looked for, but for mesh_friction"
+            text = "contact episodes with compliant or lubricated flanks deviate from the nominal model by "
+            text += f"{np.sqrt(seen.plain.level):.3g} sigma"
+        remedy = "in addition to the contact law of the rig, no cause but mesh_friction is tested"
         notes = [*notes, Note("yielding-flanks", text, remedy, "", True)]
     return _uncut(admitted, rig, notes, "nothing_to_add" if seen.agrees else "not_decidable")
 
@@ -296,7 +300,9 @@ def _measured(
     if not records:
         raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
     records = with_one_flank(admitted, records, paths)
-    left_out = [Note("not-measured", f"left out: {one.key} {one.message}", one.remedy, one.file) for one in faults]
+    left_out = [
+        Note("not-measured", f"record excluded: {one.key} {one.message}", one.remedy, one.file) for one in faults
+    ]
     return records, [*notes, *left_out]
 
 

@@ -131,19 +131,22 @@ def runs(like: Evidence) -> list[Run]:
     mean, drag, waves = like.motion.mean, like.scenario.drag.torque, like.scenario.motion.harmonics
     tried: list[tuple[str, dict[str, Any]]] = [
         (f"mean speed {word}", {"motion.mean": show(by * mean, "speed", 4)})
-        for by, word in ((1.0 / 3.0, "a third"), (3.0, "three times"))
+        for by, word in ((1.0 / 3.0, "× 1/3"), (3.0, "× 3"))
         if mean
     ]
     for by, faster, word in (
-        (2.0, 1.0, "amplitude twice"),
-        (0.7, 1.0, "amplitude 0.7 times"),
-        (1.0, 1.6, "frequency 1.6 times"),
+        (2.0, 1.0, "amplitude × 2"),
+        (0.7, 1.0, "amplitude × 0.7"),
+        (1.0, 1.6, "frequency × 1.6"),
     ):
         if waves:
             tried.append((word, {"motion.harmonics": [_wave(one, by, faster) for one in waves]}))
     if drag:
-        tried.append(("twice the drag by a known brake", {"drag.torque": show(2.0 * drag, "torque", 4)}))
-    return [*(Run(word, keys, LASTS) for word, keys in tried), Run(f"the same, {LONG} times as long", {}, LONG * LASTS)]
+        tried.append(("drag × 2 by a known brake", {"drag.torque": show(2.0 * drag, "torque", 4)}))
+    return [
+        *(Run(word, keys, LASTS) for word, keys in tried),
+        Run(f"same settings, duration × {LONG}", {}, LONG * LASTS),
+    ]
 
 
 def _wave(one: Any, by: float, faster: float) -> dict[str, str]:

@@ -41,7 +41,9 @@ def about(cause: Named) -> list[str]:
     """
     told = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in intervals(cause))]
     if cause.zero:
-        told.append(f"phase and tooth count from where the encoder of {Path(cause.zero).name} began, not from a mark")
+        told.append(
+            f"phase and tooth number count from the first angle of {Path(cause.zero).name}, not from an index mark"
+        )
     return told
 
 

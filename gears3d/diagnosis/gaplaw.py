@@ -183,7 +183,7 @@ def _rebounds(rig: Rig) -> list[Cause]:
 
 def _alternative(rival: Held, worse: float) -> dict[str, str]:
     numbers = ", ".join(f"{one.candidate.size} = {one.numbers[0]:.3g}" for one in rival.causes)
-    why = f"fits worse by {worse:.1f} in chi-square, which is not enough to exclude it ({numbers})"
+    why = f"fits worse by Δχ² = {worse:.4g}, which is not sufficient to exclude it ({numbers})"
     return {"kind": "restitution_speed", "why": why}
 
 

@@ -77,7 +77,7 @@ def _of_channels(one: Admitted) -> list[Note]:
         return []
     turned = [each for each in one.findings if each.kind == "sense" and not each.corrected]
     if turned:
-        text = "both gears turn against the claimed sense, so that active and reverse flank change places"
+        text = "both gears rotate opposite to the nominal direction, which exchanges active and reverse flank"
         remedy = "--correct sense, or give the true motion under [condition]"
         return [Note("turned-round", text, remedy, one.file, True)]
     harmonics = rig.motion.harmonics
@@ -94,20 +94,20 @@ def _of_channels(one: Admitted) -> list[Note]:
         np.hypot.reduce([0.0, *(each.amplitude / turn for each, turn in zip(harmonics, turns, strict=True))])
     )
     if turns and far * radii[1] < rest * radii[0] / 3.0 and rest * radii[0] > 0.05 * rig.rig().backlash:
-        text = "the loose gear moves as the drive is claimed to move, and the drive as a gear that rattles: "
-        text += f"they are off a steady fluctuation by {1e6 * far * radii[1]:.3g} um and {1e6 * rest * radii[0]:.3g} um"
+        text = "the loose gear has the nominal motion of the drive gear, and the drive gear rattles: "
+        text += (
+            f"deviations from a steady fluctuation are {1e6 * far * radii[1]:.3g} um and {1e6 * rest * radii[0]:.3g} um"
+        )
         return [Note("channels-swapped", text, "change the channels' names in record.toml", one.file, True)]
     if size < SWING * claimed or (not turns and rest * radii[0] > rig.rig().backlash):
         text = (
-            f"the drive swings by {degrees(size):.3g} deg at the claimed frequencies, {degrees(claimed):.3g} deg are "
+            f"the drive fluctuates by {degrees(size):.3g} deg at the nominal frequencies (nominal "
+            f"{degrees(claimed):.3g} deg), with other motion of {degrees(rest):.3g} deg rms"
         )
-        text += f"claimed, and moves otherwise by {degrees(rest):.3g} deg rms"
-        return [Note("other-motion", text, "give this record's motion under [condition]", one.file, True)]
+        return [Note("other-motion", text, "give the motion of this record under [condition]", one.file, True)]
     if abs(mean - rig.motion.mean) > OTHER_SPEED * abs(rig.motion.mean):
-        text = (
-            f"the drive turns at {show(mean, 'speed', 4)} on the mean, {show(rig.motion.mean, 'speed', 4)} are claimed"
-        )
-        return [Note("other-speed", text, "give this record's motion under [condition]; the measured one is used",
+        text = f"mean speed of the drive is {show(mean, 'speed', 4)}, nominal is {show(rig.motion.mean, 'speed', 4)}"
+        return [Note("other-speed", text, "give the motion of this record under [condition]; the measured one is used",
                      one.file)]  # fmt: skip
     return []
 
@@ -134,20 +134,22 @@ def of_records(records: Sequence[Evidence]) -> list[Note]:
     periods = [span / one.scenario.period for span, one in zip(spans, records, strict=True)]
     if max(periods) < PERIODS:
         text = f"the longest record has {max(periods):.3g} periods of {show(records[0].scenario.period, 'time', 4)}"
-        remedy = f"record {PERIODS:.0f} periods at least, better 30"
+        remedy = f"record at least {PERIODS:.0f} periods, better 30"
         notes.append(Note("too-short", text, remedy, "", True))
     still = [one for one in records if not len(one.channels.flights.time) and not len(one.channels.impacts.time)]
-    told = "without a flight neither drag nor restitution nor backlash shows"
-    remedy = "let the drive fluctuate more: `gears3d excitation` tells the threshold"
+    told = "without free flights, drag, restitution and backlash are not observable"
+    remedy = "increase the fluctuation of the drive: `gears3d excitation` prints the threshold"
     if len(still) == len(records):
         notes.append(Note("no-rattle", f"the gears stay in contact throughout: {told}", remedy))
     else:
         notes += [Note("no-rattle", "the gears stay in contact throughout", remedy, one.name) for one in still]
     speeds = [abs(one.motion.mean) for one in records]
     if max(speeds) < ALIKE * min(speeds) and len(still) < len(records):
-        text = f"all records have one mean speed ({show(speeds[0], 'speed', 4)} of the drive): how a torque depends on "
-        text += "speed rests on the fluctuation about it"
-        notes.append(Note("one-speed", text, "add records at mean speeds over a factor of four or more"))
+        text = (
+            f"all records have the same mean speed ({show(speeds[0], 'speed', 4)} of the drive): the speed dependence "
+        )
+        text += "of torques is determined by the fluctuation only"
+        notes.append(Note("one-speed", text, "add records whose mean speeds span a factor of 4 or more"))
     return notes
 
 
@@ -164,16 +166,16 @@ def carried(records: Sequence[Evidence], cause: Cause) -> Note | None:
     word = NEEDS.get(effect.place)
     count = sum(len(getattr(one.channels, word).time) for one in records) if word else EVENTS
     if count < EVENTS:
-        text = f"{effect.kind} rests on {count} {word} only"
-        return Note("few-events", text, f"record {EVENTS} {word} at least, better 100")
+        text = f"{effect.kind} is supported by {count} {word} only"
+        return Note("few-events", text, f"record at least {EVENTS} {word}, better 100")
     order = getattr(effect, "order", 0) or (1 if hasattr(effect, "tooth") or effect.kind == "eccentricity" else 0)
     if not order or effect.place == "motion":
         return None
     gear = getattr(effect, "gear", "loose" if effect.place == "torque" else "drive")
     passes = order * max((_turns(one, gear) for one in records), default=0.0)
     if passes < TURNS:
-        text = f"{effect.kind} comes by {passes:.2g} times in the longest record: it does not repeat"
-        return Note("few-turns", text, f"record {TURNS / order:.2g} revolutions of the {gear} gear at least")
+        text = f"{effect.kind} occurs {passes:.2g} times in the longest record: it does not repeat"
+        return Note("few-turns", text, f"record at least {TURNS / order:.2g} revolutions of the {gear} gear")
     return None
 
 
@@ -202,13 +204,13 @@ def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
             now, was = (
                 (f"{each:.3g}" if family == "ratio" else show(each, family, 3)) for each in (claim + change, claim)
             )
-            off.append(f"{name} {now} where {was} is claimed")
+            off.append(f"{name} {now} instead of {was}")
         if kind == "backlash_offset" and abs(change) > SIZED * claim:
-            text = "backlash is an angle times a base radius: gears of another module, or of other teeth in the same "
-            text += f"ratio, larger by {100.0 * -change / (claim + change):.3g} %, would show the same"
+            text = "backlash is an angle times a base radius: gears whose size differs by "
+            text += f"{100.0 * -change / (claim + change):+.3g} % (module or numbers of teeth) are indistinguishable"
             notes.append(Note("gear-size", text, "check module and teeth of the rig"))
     if len(off) > 1:
-        text = f"the rig is hardly that of these records: {', '.join(off)}"
+        text = f"the records probably belong to a different rig: {', '.join(off)}"
         notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
     return notes
 
@@ -225,8 +227,8 @@ def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:
         effects = one.rig.effects if one.rig is not None else ()
         bound = [each.kind for each in effects if gear_of(each.kind, getattr(each, "gear", None)) in lost]
         if bound:
-            text = f"the rig has {', '.join(bound)}, which goes by an angle; encoders of this record begin anywhere"
-            remedy = "give records with an index mark, or leave it out of the rig: it will be found anew"
+            text = f"the rig has {', '.join(bound)}, which depends on a gear angle with unknown datum in this record"
+            remedy = "give records with an index mark, or remove the effect from the rig: it will be identified again"
             told.append(Note("zeros-unknown", text, remedy, one.file, True))
     return told
 
@@ -241,10 +243,10 @@ def of_phases(causes: Iterable[Any]) -> list[Note]:
     for one in causes:
         if one.zero:
             told.setdefault(one.zero, []).append(one.kind)
-    remedy = "phases and teeth on the gears need an index mark that all records count from"
+    remedy = "record with a common index mark to obtain phases and tooth numbers on the gears"
     return [
-        Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth counts from where the encoder of this record "
-             "began; the zeros of the other records are taken from what they show of it", remedy, record)
+        Note("zeros-arbitrary", f"{', '.join(kinds)}: phase or tooth number counts from the first angle of this "
+             "record; the angular datum of the other records is estimated from this effect", remedy, record)
         for record, kinds in told.items()
     ]  # fmt: skip
 
@@ -258,5 +260,5 @@ def of_teeth(records: Sequence[Evidence]) -> list[Note]:
     gears = sorted({gear for one in records for gear in one.unmarked})
     if len(records) < 2 or not gears:
         return []
-    text = f"encoders of the {' and the '.join(gears)} gear begin anywhere: a single tooth that is off may stay unseen"
-    return [Note("teeth-unseen", text, "record with an index mark that all records count from")]
+    text = f"angular datum of the {' and the '.join(gears)} gear is unknown: single tooth deviations may be undetected"
+    return [Note("teeth-unseen", text, "record with a common index mark")]

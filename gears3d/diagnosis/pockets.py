@@ -95,8 +95,8 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
         if best.gain - one.gain < EXCLUDED
     )
     why = (
-        f"where the path turns back on the {best.side} flank, it lies behind it on this tooth and no other of its"
-        f" gear, in {best.corners} places: as if it were {show(best.depth, 'length', 3)} back or more;"
+        f"{best.corners} impacts on the {best.side} flank at this tooth, and at no other of its gear, lie behind the"
+        f" flank: negative tooth deviation of at least {show(best.depth, 'length', 3)}; total significance"
         f" {sure(best.gain)}"
     )
     return Pocket(_effect(best), best.gain, why, others)

@@ -107,7 +107,7 @@ def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None
     if float(np.sum(gains) - np.max(gains)) >= ACCEPT:
         return None
     best = records[int(np.argmax(gains))].name
-    return _note(records, f"what passes for {cause.candidate.kind}, here and nowhere else", best)
+    return _note(records, f"the deviations that indicate {cause.candidate.kind} in this record only", best)
 
 
 def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
@@ -118,10 +118,10 @@ def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[No
         gone: structure that coarse encoders may have made.
     """
     names = sorted({one.name for one in gone})
-    return [_note(records, f"what is left ({', '.join(names)})", "")] if names else []
+    return [_note(records, f"the residual patterns {', '.join(names)}", "")] if names else []
 
 
 def _note(records: Sequence[Evidence], what: str, record: str) -> Note:
     size = max(map(quantum_of, records))
-    text = f"a count of the encoders is {100.0 * size:.2g} % of the backlash: quantisation may make {what}"
+    text = f"one count of the encoders is {100.0 * size:.2g} % of the backlash: quantisation may cause {what}"
     return Note("coarse-counts", text, "record at other speeds, or with finer encoders", record)

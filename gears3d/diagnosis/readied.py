@@ -147,11 +147,11 @@ def searched(
         tell: called with what is being done and the part of the whole that is done.
     """
     known: tuple[Any, ...] = ()
-    tell("looking for causes", 0.6)
+    tell("searching for causes", 0.6)
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
     records, found = aligned(records, highest)
     if delay == 0.0 and (late := _delay_in(found)):
-        tell("cutting anew without the encoders' delay", 0.62)
+        tell("repeating the segmentation without encoder delay", 0.62)
         timely = aligned([_cut_anew(came[one.name], one, late, (), paths) for one in records], highest)
         if _delay_in(timely[1]):
             delay, (records, found) = late, timely
@@ -162,9 +162,9 @@ def searched(
         if _places(teeth) <= _places(known):
             break
         known = teeth[:MOST_TEETH]
-        tell("cutting anew with single teeth", 0.65)
+        tell("repeating the segmentation with single tooth deviations", 0.65)
         records = [_cut_anew(came[one.name], one, delay, known, paths) for one in records]
-        tell("looking for causes", 0.7)
+        tell("searching for causes", 0.7)
         records, found = aligned(
             records, highest, [as_cause(one, records[0].rig.backlash) for one in known if deep is None]
         )

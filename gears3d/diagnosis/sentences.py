@@ -9,18 +9,18 @@ from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.rivals import Rival
-from gears3d.diagnosis.search import Search
+from gears3d.diagnosis.search import ACCEPT, Search
 from gears3d.units import show
 
 Array = np.ndarray
 SEEN = {
-    "flight": "angles in flight are",
-    "contact": "places on the flanks are",
-    "impact": "speeds after impacts are",
-    "loss": "speeds at which flanks are left are",
-    "drive": "angles of the drive are",
+    "flight": "angle in free flight",
+    "contact": "displacement in contact",
+    "impact": "rebound speed",
+    "loss": "separation speed",
+    "drive": "angle of the drive gear",
 }
-"""What is off, by channel."""
+"""Predicted quantity of each channel."""
 
 
 def alternative(rival: Rival) -> dict[str, str]:
@@ -30,11 +30,13 @@ def alternative(rival: Rival) -> dict[str, str]:
         rival: of a cause.
     """
     if rival.worse > 0.5:
-        why = f"fits worse by {rival.worse:.1f} in chi-square, which is not enough to exclude it"
+        why = f"fits worse by Δχ² = {rival.worse:.4g}, which is not sufficient to exclude it"
+    elif rival.worse < -ACCEPT:
+        why = f"fits better by Δχ² = {-rival.worse:.4g}, but was not selected by the search"
     elif rival.worse < -0.5:
-        why = f"fits better by {-rival.worse:.1f} in chi-square, which is not enough to prefer it"
+        why = f"fits better by Δχ² = {-rival.worse:.4g}, which is not sufficient to prefer it"
     else:
-        why = "predicts the same in all these records"
+        why = "predicts the same values for all records"
     return {"kind": _kinds(rival), "why": f"{why} ({_shapes(rival)})"}
 
 
@@ -87,9 +89,9 @@ def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> st
             best = fall
             rms = [float(np.sqrt(np.mean(part**2))) for part in (before, after)]
             sizes = [sized(rms_of(part, found.records, name), UNITS[name]) for part in (before, after)]
-            text = f"{SEEN[name]} off by {sizes[0]} without it and by {sizes[1]} with it, {rms[0]:.3g} and {rms[1]:.3g}"
-            text += " times their noise; "
-    return f"{text}{sure(gain)} in all"
+            text = f"{SEEN[name]}: error {sizes[0]} without this cause, {sizes[1]} with it"
+            text += f" ({rms[0]:.3g} and {rms[1]:.3g} times the noise); "
+    return f"{text}total significance {sure(gain)}"
 
 
 def sized(size: float, unit: str) -> str:

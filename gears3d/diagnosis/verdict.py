@@ -152,7 +152,8 @@ def _scattered(spread: Scatter) -> Named:
     number = Parameter(spread.value, "", spread.value - 1.96 * spread.sigma, spread.value + 1.96 * spread.sigma)
     numbers = {"standard_deviation": number}
     text = (
-        f"rebounds scatter more than their errors, in proportion to the speed of approach; {sure(spread.gain)} in all"
+        "rebounds scatter more than their measurement errors, in proportion to the approach speed; "
+        f"total significance {sure(spread.gain)}"
     )
     return Named(effect.kind, effect.place, numbers, text, spread.gain, (), effect, table(effect, numbers))
 
@@ -166,8 +167,8 @@ def name_law(law: GapLaw) -> tuple[Named, ...]:
     told, at = [], 0
     visits = sum(len(points) for points in law.held.points)
     before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
-    own = "it takes" if len(law.causes) == 1 else "all causes together take"
-    text = (f"in {visits} paths from amid the gap to a flank and back, uncut, {own} the error of a point from"
+    own = "it reduces" if len(law.causes) == 1 else "all causes together reduce"
+    text = (f"in {visits} contact episodes, without segmentation, {own} the error of a point from"
             f" {before:.3g} to {after:.3g} sigma")  # fmt: skip
     for cause, gain in zip(law.causes, law.gains, strict=True):
         part = slice(at, at + len(cause.numbers))

@@ -94,7 +94,7 @@ def moved(effect: Any, drive: float, loose: float) -> Any:
     if by == 0.0:
         return effect
     if not hasattr(effect, "phase"):
-        text = "is at a tooth, and where the encoder of this record began no tooth need be"
+        text = "acts at one tooth, but the angular datum of this record relative to the teeth is unknown"
         raise InputError(Fault(effect.kind, text, "give records with an index mark"))
     phase = effect.phase + getattr(effect, "order", 1) * by
     return replace(effect, phase=float((phase + pi) % (2.0 * pi) - pi))

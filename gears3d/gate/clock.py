@@ -78,18 +78,18 @@ def _disorder(time: np.ndarray) -> list[Finding]:
     rising = steps[steps > 0.0]
     step = float(np.median(rising)) if rising.size else 0.0
     if (wrap := _wrap(time, falls, step)) is not None:
-        told = f"falls back by {wrap[0]:.9g} s, {wrap[1]}, {len(falls)} times, at row {rows[0]}"
+        told = f"decreases by {wrap[0]:.9g} s, {wrap[1]}, {len(falls)} times, first in row {rows[0]}"
         return [Finding("time-wrap", "time_s", wrap[0], "s", told, "", True, True, rows=rows)]
     back = float(-steps.min())
-    told = f"falls back {len(falls)} times, by {back:.6g} s at most, first in row {rows[0]} at {time[rows[0]]:.9g} s"
+    told = f"decreases {len(falls)} times, by at most {back:.6g} s, first in row {rows[0]} at {time[rows[0]]:.9g} s"
     order = np.argsort(time, kind="stable")
     ordered = np.diff(time[order])
     moved = int(np.abs(order - np.arange(len(order))).max())
     even = ordered.min() > 0.0 and np.mean(np.abs(ordered - np.median(ordered)) < 0.5 * np.median(ordered)) > 0.99
     if moved <= LOCAL and even:
-        told += f"; put into order the rows follow evenly, none moves by more than {moved}"
+        told += f"; sorted by time the rows are evenly spaced, the largest move is {moved}"
         return [Finding("time-order", "time_s", back, "s", told, "", True, True, rows=rows)]
-    remedy = "cut the file there: it seems to hold several records"
+    remedy = "split the file there: it probably contains several records"
     return [Finding("time-not-rising", "time_s", back, "s", told, remedy, True, rows=rows)]
 
 
@@ -102,7 +102,7 @@ def _wrap(time: np.ndarray, falls: np.ndarray, step: float) -> tuple[float, str]
         return None
     for whole in ROUND:
         if abs(width - whole) < 1.5 * step:
-            return whole, f"as a clock that starts again after {whole:.0f} s"
+            return whole, f"as of a clock that restarts after {whole:.0f} s"
     for tick in (*TICKS, step):
         for bits in BITS:
             if abs(width - tick * 2.0**bits) < 1.5 * step:
@@ -120,10 +120,19 @@ def _coarse(time: np.ndarray, steps: np.ndarray) -> list[Finding]:
     rows = tuple(map(int, still[:20]))
     told = f"{len(still)} rows have the time of the row before, but other angles, first row {rows[0]}"
     if np.isfinite(tick) and off < 1.5 * tick:
-        told += f"; stamps come in ticks of {tick:.6g} s and are never more than {off:.3g} s off an even line"
+        told += f"; time stamps have a resolution of {tick:.6g} s and deviate from even spacing by at most {off:.3g} s"
         return [Finding("time-stamps", "time_s", tick, "s", told, "", True, True, rows=rows)]
     return [
-        Finding("time-not-rising", "time_s", float(len(still)), "row", told, "record finer stamps", True, rows=rows)
+        Finding(
+            "time-not-rising",
+            "time_s",
+            float(len(still)),
+            "row",
+            told,
+            "record time stamps with a finer resolution",
+            True,
+            rows=rows,
+        )
     ]
 
 
@@ -136,8 +145,8 @@ def _trembling(time: np.ndarray, steps: np.ndarray, rows: tuple[int, ...]) -> li
     if float(np.abs(off).max()) > 2.0 * step:
         return []
     rms = float(np.std(off))
-    told = f"stamps tremble by {rms:.3g} s rms about an even line, {rms / step:.0%} of a step, so that some fall back, "
-    told += f"first in row {rows[0]}"
+    told = f"time stamps have a jitter of {rms:.3g} s rms, {rms / step:.0%} of the sampling interval, so that some "
+    told += f"decrease, first in row {rows[0]}"
     return [Finding("time-stamps", "time_s", rms, "s", told, "", True, True, rows=rows)]
 
 

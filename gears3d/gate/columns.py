@@ -41,7 +41,7 @@ def _missing(view: View) -> list[Finding]:
             have = list(view.columns)
             remedy = did_you_mean(either[0], have).replace("known:", "it has") if have else "the file has no columns"
             remedy += "; name the channels in record.toml" if have else ""
-            told = f"there is no {' and no '.join(either)}"
+            told = f"column {' or '.join(either)} is missing"
             found.append(Finding("missing", either[0], 1.0, "column", told, remedy, fatal=True))
     return found
 
@@ -54,14 +54,18 @@ def _shapes(view: View) -> list[Finding]:
     for name in view.used:
         values = view.columns[name]
         if values.dtype.kind not in "biuf" and len(values):
-            told = f"holds {values.flat[0]!r}, no number"
+            told = f"contains {values.flat[0]!r}, which is not a number"
             found.append(Finding("not-numbers", name, float(len(values)), "row", told, "write numbers", fatal=True))
         elif values.ndim != 1 or values.shape[:1] != rows:
             told = f"has shape {values.shape}, time_s has {rows[0] if rows else 0} rows"
-            found.append(Finding("lengths", name, float(len(values)), "row", told, "one value a row", fatal=True))
+            found.append(
+                Finding("lengths", name, float(len(values)), "row", told, "give one value per row", fatal=True)
+            )
     if not found and rows[0] < 3:
         told = f"has {rows[0]} rows"
-        found.append(Finding("empty", "time_s", float(rows[0]), "row", told, "record something", fatal=True))
+        found.append(
+            Finding("empty", "time_s", float(rows[0]), "row", told, "give a record with at least 3 rows", fatal=True)
+        )
     return found
 
 
@@ -71,7 +75,7 @@ def _holes(view: View) -> list[Finding]:
         values = view.columns[name]
         if np.isfinite(values.sum()) or not (bad := np.flatnonzero(~np.isfinite(values))).size:
             continue
-        told = f"{len(bad)} of {len(values)} rows are no finite number, the first is {values[bad[0]]} in row {bad[0]}"
+        told = f"{len(bad)} of {len(values)} rows are not finite numbers, the first is {values[bad[0]]} in row {bad[0]}"
         some = 2 * len(bad) < len(values)
         remedy = "" if some else "the channel was not recorded"
         rows = tuple(map(int, bad[:20]))

@@ -38,9 +38,9 @@ def examine(channels: Channels, others: Iterable[Channels]) -> list[Finding]:
             continue
         rows, late = common
         whole = rows == len(channels.columns["time_s"])
-        told = f"{'all' if whole else rows} of its rows are those of {other.file or 'a file given before'}"
+        told = f"{'all' if whole else rows} of its rows are identical to those of {other.file or 'an earlier file'}"
         told += f", {late:.9g} s later" if late else ""
-        remedy = "name each record once: repeated ones make every interval too narrow"
+        remedy = "name each record once: repeated records make all confidence intervals too narrow"
         found.append(Finding("duplicated-file", "", float(rows), "row", told, remedy, True, True))
     return found
 

@@ -35,11 +35,11 @@ def _counts(view: View, name: str) -> list[Finding]:
     seen = 2 * np.pi / count
     if abs(seen / declared - 1.0) < CLOSE or _written(count, 2 * np.pi / declared):
         return []
-    told = f"changes in steps of {count:.6g} rad, {seen:.6g} counts a revolution; declared are {declared:.6g}"
+    told = f"changes in steps of {count:.6g} rad, {seen:.6g} counts per revolution; declared are {declared:.6g}"
     for times in TIMES:
         if abs(seen / declared / times - 1.0) < CLOSE:
             what = f"{times:.0f} times as many" if times > 1.0 else f"one in {1.0 / times:.0f}"
-            told += f": {what}, as lines and edges are confused"
+            told += f": {what}, as where lines and edges are confused"
     return [Finding("counts", name, seen, "1", told, "correct sensors.*.counts_per_revolution or the map")]
 
 
@@ -50,8 +50,8 @@ def _unseen(view: View, name: str, declared: float) -> list[Finding]:
     moving = np.abs(view.some_changes(name)) > 10.0 * rounding
     if rounding > 1e-3 * step or np.count_nonzero(moving) < 100:
         return []
-    told = f"keeps to no counts although {declared:.6g} a revolution are declared: filtered, resampled or interpolated"
-    return [Finding("counts", name, 0.0, "1", told, "record the counter itself: its edges are exact")]
+    told = f"shows no counts although {declared:.6g} per revolution are declared: filtered, resampled or interpolated"
+    return [Finding("counts", name, 0.0, "1", told, "record the raw counter")]
 
 
 def _written(count: float, declared: float) -> bool:
@@ -69,7 +69,7 @@ def _noise(view: View) -> list[Finding]:
     length = float(np.hypot(beyond[0] * declared.radii[0], beyond[1] * declared.radii[1]))
     if length < NOISY * declared.backlash:
         return []
-    told = f"readings tremble by {1e6 * length:.3g} um along the line of action, "
+    told = f"noise of the readings is {1e6 * length:.3g} um along the line of action, "
     told += f"{length / declared.backlash:.0%} of the backlash ("
     told += ", ".join(f"{name}: {one:.3g} rad" for name, one in noise.items()) + ")"
-    return [Finding("noise", "", length, "m", told, "look for loose couplings, or use finer encoders")]
+    return [Finding("noise", "", length, "m", told, "check couplings, or use encoders with a finer resolution")]

@@ -8,11 +8,11 @@ from typing import Any
 from gears3d.gate.finding import Finding
 
 REMEDIES = {
-    "illegal-transitions": "sample faster, or look at thresholds and cables",
-    "lost-counts": "look at thresholds and cables: counts between index marks differ",
-    "lost-pulses": "look at the threshold of the tacho",
-    "large-steps": "sample faster, or use a counter of more bits",
-    "drift": "record an angle: a speed that is integrated drifts",
+    "illegal-transitions": "sample faster, or check thresholds and cables",
+    "lost-counts": "check thresholds and cables: counts between index marks differ",
+    "lost-pulses": "check the threshold of the tacho",
+    "large-steps": "sample faster, or use a counter with more bits",
+    "drift": "record an angle: an integrated speed drifts",
 }
 
 

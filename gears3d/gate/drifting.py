@@ -21,12 +21,12 @@ def examine(view: View) -> list[Finding]:
     if found is None:
         return []
     least = LEAST * (view.declared.backlash or 0.0)
-    either = "counts lost or won over a while, a hub or a coupling that slips"
+    either = "lost or additional counts, or a slipping hub or coupling"
     if abs(found.step) > max(least, SURE * found.step_sigma):
-        told = f"the active flank moves by {1e6 * found.step:.4g} um at t = {found.step_time:.4g} s and stays there: "
-        return [Finding("offset", "", found.step, "m", told + either, "cut the record there")]
+        told = f"the position of the active flank jumps by {1e6 * found.step:.4g} um at t = {found.step_time:.4g} s: "
+        return [Finding("offset", "", found.step, "m", told + either, "split the record there")]
     if abs(found.drift) < max(least, SURE * found.drift_sigma) or found.step:
         return []
-    told = f"the active flank moves by {1e6 * found.drift:.4g} um (± {1e6 * found.drift_sigma:.2g}) over the record, "
-    told += f"{found.drift / (view.declared.backlash or 1.0):.0%} of the backlash: {either}, or heat"
-    return [Finding("drift", "", found.drift, "m", told, "what is linear in time is allowed for")]
+    told = f"the position of the active flank drifts by {1e6 * found.drift:.4g} um (± {1e6 * found.drift_sigma:.2g}), "
+    told += f"{found.drift / (view.declared.backlash or 1.0):.0%} of the backlash: {either}, or thermal expansion"
+    return [Finding("drift", "", found.drift, "m", told, "a linear drift is corrected in the analysis")]

@@ -59,8 +59,8 @@ def examine(view: View) -> list[Finding]:
         if marks is None or len(marks.row) < 4 * REACH:
             continue
         for kind, what, (place, missing) in (
-            ("merged-edges", "too long for one count: edges ran together", _merged(marks)),
-            ("doubled-edges", "split by an edge too many: it bounced", _doubled(marks)),
+            ("merged-edges", "too long for one count: edges are missing", _merged(marks)),
+            ("doubled-edges", "divided by an additional edge: the signal bounced", _doubled(marks)),
         ):
             if len(place):
                 found.append(_told(view, name, kind, what, marks, place, missing))
@@ -158,14 +158,14 @@ def _told(view: View, name: str, kind: str, what: str, marks: Marks, place: np.n
     off = missing * marks.count * marks.sense[place]
     worst = float(np.abs(np.cumsum(off)).max())
     many = len(place) > TOLD
-    told = f"{len(place)} times between edges are {what}, at {when(marks.time, place)}; the angle is off by "
+    told = f"{len(place)} intervals between edges are {what}, at {when(marks.time, place)}; error of the angle up to "
     told += f"{worst:.4g} rad ({worst / marks.count:.0f} counts)"
     fatal, declared = many, view.declared
     if declared.meshed and declared.radii is not None and declared.backlash is not None:
         moved = worst * declared.radii[0 if "drive" in name else 1]
         fatal |= moved > TORN * declared.backlash
-        told += f": the dead band moves by {1e6 * moved:.3g} um for good"
+        told += f": permanent shift of the backlash by {1e6 * moved:.3g} um"
     rows = tuple(map(int, marks.row[place[:TOLD]]))
     numbers = {f"row_{row}": float(one) for row, one in zip(rows, off, strict=False)}
-    remedy = "look at threshold and hysteresis of the stamping"
+    remedy = "check threshold and hysteresis of the edge detection"
     return Finding(kind, name, worst, "rad", told, remedy, fatal, not many, rows=rows, parameters=numbers)

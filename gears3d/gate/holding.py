@@ -58,14 +58,14 @@ def _told(view: View, name: str, first: int, last: int, moved: float) -> Finding
     value = float(angle[first])
     lasting = float(time[last] - time[first])
     if last - first + 1 == len(time):
-        told = f"stands at {value:.9g} throughout while the other gear turns by {1e3 * moved:.3g} mm"
-        remedy = "a run-down is for `gears3d identify rundown`; in mesh both gears turn"
+        told = f"is constant at {value:.9g} while the other gear rotates by {1e3 * moved:.3g} mm"
+        remedy = "in mesh both gears rotate; evaluate a coast-down with `gears3d identify rundown`"
         return Finding("frozen", name, lasting, "s", told, remedy, True, rows=(first, last))
     edge = value in (float(angle.max()), float(angle.min()))
-    kind, how = ("saturated", "its extreme value") if edge else ("frozen", "one value")
-    told = f"stays at {value:.9g}, {how}, from t = {time[first]:.6g} to {time[last]:.6g} s while the other gear turns "
+    kind, how = ("saturated", "its extreme value,") if edge else ("frozen", "constant")
+    told = f"stays at {value:.9g}, {how} from t = {time[first]:.6g} to {time[last]:.6g} s while the other gear rotates "
     told += f"by {1e3 * moved:.3g} mm"
-    return Finding(kind, name, lasting, "s", told, "cut the record there", True, rows=(first, last))
+    return Finding(kind, name, lasting, "s", told, "split the record there", True, rows=(first, last))
 
 
 def _repeated(view: View, still: dict[str, np.ndarray]) -> list[Finding]:
@@ -83,7 +83,7 @@ def _repeated(view: View, still: dict[str, np.ndarray]) -> list[Finding]:
     at = at[fast]
     if not at.size:
         return []
-    told = f"{len(at)} rows repeat all angles of the row before although the gears turn, at {when(view.time, at + 1)}"
+    told = f"{len(at)} rows repeat all angles of the row before although the gears rotate, at {when(view.time, at + 1)}"
     rows = tuple(map(int, at[:20] + 1))
-    remedy = "the recorder repeated samples: record again, or cut them out"
+    remedy = "the recorder repeated samples: record again, or delete these rows"
     return [Finding("repeated", "", float(len(at)), "row", told, remedy, rows=rows)]

@@ -137,9 +137,9 @@ def _left_out(view: View, jumps: dict[str, Jumps]) -> list[Finding]:
         return []
     lost = np.round(rows[both])
     at = one.row[mine][both]
-    told = f"{lost.sum():.0f} rows are left out at {len(at)} places although the time base goes on evenly, "
-    told += f"{lost.max():.0f} the most, first before row {at[0]} (t = {view.time[at[0]]:.6g} s)"
-    remedy = "speeds across these places are wrong: repair the time base or cut the record"
+    told = f"{lost.sum():.0f} rows are missing at {len(at)} places although the time base is even, "
+    told += f"at most {lost.max():.0f} at once, first before row {at[0]} (t = {view.time[at[0]]:.6g} s)"
+    remedy = "speeds across these places are wrong: repair the time base or split the record"
     return [Finding("left-out", "", float(lost.max()) * view.spacing, "s", told, remedy, rows=tuple(map(int, at)))]
 
 
@@ -148,16 +148,18 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
     spike = np.abs(jumps.size) < 0.3 * jumps.peak
     if spike.any():
         rows, worst = jumps.row[spike], float(jumps.peak[spike].max())
-        told = f"{len(rows)} readings are off by up to {worst:.4g} rad ({_counts(view, name, worst)}) for a row or two"
+        told = f"{len(rows)} outliers of one or two rows, up to {worst:.4g} rad ({_counts(view, name, worst)})"
         told += f", first in row {rows[0]} (t = {view.time[rows[0]]:.6g} s)"
         some = tuple(map(int, rows[:TOLD]))
-        found.append(Finding("spikes", name, worst, "rad", told, "look for bad contacts or interference", rows=some))
+        found.append(
+            Finding("spikes", name, worst, "rad", told, "check for poor electrical contact or interference", rows=some)
+        )
     rows, sizes = jumps.row[~spike], jumps.size[~spike]
     if len(rows) > TOLD:
         worst = float(sizes[np.argmax(np.abs(sizes))])
         told = f"jumps {len(rows)} times, by up to {_counts(view, name, worst)}, first in row {rows[0]}"
         some = tuple(map(int, rows[:TOLD]))
-        return [*found, Finding("jumps", name, worst, "rad", told, "the encoder cannot be used", True, rows=some)]
+        return [*found, Finding("jumps", name, worst, "rad", told, "do not use this encoder", True, rows=some)]
     for row, size, usual in zip(rows, sizes, jumps.usual[~spike], strict=True):
         found.append(_one(view, name, int(row), *_measured(view, name, int(row), float(size)), float(usual)))
     return found
@@ -188,7 +190,7 @@ def _one(view: View, name: str, row: int, size: float, sigma: float, usual: floa
     if declared.meshed and declared.radii is not None and declared.backlash is not None:
         moved = abs(size) * declared.radii[0 if "drive" in name else 1]
         fatal = moved > TORN * declared.backlash
-        told += f": the dead band moves by {1e6 * moved:.3g} um for good"
+        told += f": permanent shift of the backlash by {1e6 * moved:.3g} um"
     return Finding("lost-counts", name, size, "rad", told, "", fatal, True, rows=(row,))
 
 
@@ -199,4 +201,4 @@ def _whole(size: float, count: float | None, sigma: float) -> float:
 
 def _counts(view: View, name: str, size: float) -> str:
     count = view.quanta[name]
-    return f"{abs(size) / count:.0f} counts" if count else "no counts seen"
+    return f"{abs(size) / count:.0f} counts" if count else "no counts visible"

@@ -28,7 +28,7 @@ FACTORS = {
     "twice the angle": 2.0,
     "four times the angle": 4.0,
     "half the angle": 0.5,
-    "a quarter of the angle": 0.25,
+    "25 % of the angle": 0.25,
 }
 
 
@@ -123,9 +123,9 @@ def _swapped(view: View, ratio: Ratio) -> list[Finding]:
         return []
     if speed is not None and abs(abs(speed) / (one / other) - 1.0) > 0.2 and abs(abs(speed) - 1.0) < 0.2:
         return []
-    told = f"the loose gear turns {ratio.value:.5g} times as fast as the teeth say, which is their ratio upside down "
+    told = f"the speed of the loose gear is {ratio.value:.5g} times the value from the teeth, their inverse ratio "
     told += f"({upside:.5g})"
-    return [Finding("swapped", "", ratio.value, "1", told + ": the channels changed places", "", True, True)]
+    return [Finding("swapped", "", ratio.value, "1", told + ": the channels are interchanged", "", True, True)]
 
 
 def _unit(view: View, ratio: Ratio) -> list[Finding]:
@@ -139,7 +139,8 @@ def _unit(view: View, ratio: Ratio) -> list[Finding]:
             own = factor if name == MESH[0] else 1.0
             if speed is not None and not 0.6 < abs(speed) / own < 1.6:
                 continue
-            told = f"the loose gear turns {ratio.value:.6g} times as fast as the teeth say, as if {name} were {what}"
+            told = f"the speed of the loose gear is {ratio.value:.6g} times the value from the teeth, "
+            told += f"as if {name} were {what}"
             return [Finding("angle-unit", name, factor, "1", told, "or give the unit in record.toml", True, True)]
     return []
 
@@ -149,8 +150,8 @@ def _sense(view: View, ratio: Ratio) -> list[Finding]:
         return []
     speed = speed_of(view)
     name = MESH[0] if speed is not None and speed < 0.0 else MESH[1]
-    told = f"the gears turn against each other ({ratio.value:.5g} times what the teeth say): each angle is positive in "
-    told += "its own gear's sense of rotation"
+    told = f"the gears have opposite signs (speed ratio {ratio.value:.5g} times that of the teeth): each angle must be "
+    told += "positive in the direction of rotation of its own gear"
     return [Finding("sense", name, ratio.value, "1", told, "or give the sign in record.toml", True, True)]
 
 
@@ -161,13 +162,13 @@ def _both(view: View) -> list[Finding]:
         return []
     mean = view.declared.mean_speed or 0.0
     counts = {f"counts of {one:.0f}": one / TURN for one in set(view.declared.counts.values())}
-    seen = f"the drive turns at {speed * mean:.5g} rad/s on the mean, the rig declares {mean:.5g} rad/s"
+    seen = f"mean speed of the drive is {speed * mean:.5g} rad/s, the rig declares {mean:.5g} rad/s"
     aside = "or give the true speed as motion.mean under [condition]"
     for what, factor in {**FACTORS, **counts}.items():
         if "angle" not in what and abs(abs(speed) / factor - 1.0) < NEAR:
             return [Finding("angle-unit", "", factor, "1", f"{seen}: both angles are in {what}", aside, True, True)]
     if abs(speed + 1.0) < 0.2:
-        told = f"{seen}: both senses are turned round, and with them active and reverse flank"
+        told = f"{seen}: both signs are inverted, which exchanges active and reverse flank"
         return [Finding("sense", "", speed, "1", told, aside, False, True)]
     return []
 
@@ -176,9 +177,11 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
     """Return the finding of a ratio that is no known mistake, with the teeth that would fit it."""
     off = abs(ratio.value) - 1.0
     way = float(np.ptp(view.angles[MESH[0]])) * (view.declared.radii or (0.0, 0.0))[0]
-    told = f"the loose gear turns {abs(ratio.value):.6g} times as fast as the teeth say (known to {ratio.slack:.2g}): "
-    told += f"it leaves the drive by {1e3 * abs(off) * way:.4g} mm, {1e3 * (view.declared.backlash or 0.0):.3g} mm of "
-    told += "backlash are declared"
+    told = (
+        f"the speed of the loose gear is {abs(ratio.value):.6g} times the value from the teeth (± {ratio.slack:.2g}): "
+    )
+    told += f"both gears deviate by {1e3 * abs(off) * way:.4g} mm, the declared backlash is "
+    told += f"{1e3 * (view.declared.backlash or 0.0):.3g} mm"
     if (teeth := view.declared.teeth) is not None:
         near = [
             (abs(teeth[0] + i) / (teeth[1] + j) / (teeth[0] / teeth[1]), teeth[0] + i, teeth[1] + j)
@@ -187,8 +190,8 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
         ]
         near.sort(key=lambda one: abs(one[1] - teeth[0]) + abs(one[2] - teeth[1]))
         fits = [f"{i}:{j}" for value, i, j in near if abs(value / abs(ratio.value) - 1.0) < ratio.slack]
-        told += f"; {', '.join(fits[:3])} teeth would fit, {teeth[0]}:{teeth[1]} are declared" if fits else ""
-    remedy = "correct gears.*.teeth, or the counts by which the angles were worked out; or counts are lost all along"
+        told += f"; {', '.join(fits[:3])} teeth would match, {teeth[0]}:{teeth[1]} are declared" if fits else ""
+    remedy = "correct gears.*.teeth or the counts per revolution, or check for continuously lost counts"
     return Finding("ratio", "", off, "1", told, remedy, True)
 
 

@@ -38,9 +38,9 @@ def _gaps(view: View, step: float, widest: float) -> list[Finding]:
     lost = np.round(length / step - 1.0)
     longest = float(length.max())
     told = f"{lost.sum():.0f} rows of {len(view.time) + lost.sum():.0f} are missing in {len(wide)} gaps, "
-    told += f"{longest:.6g} s the longest, at {when(view.time, wide)}"
+    told += f"the longest is {longest:.6g} s, at {when(view.time, wide)}"
     rows = tuple(map(int, wide[:20] + 1))
-    return [Finding("gaps", "time_s", longest, "s", told, "flights across a gap are not seen", rows=rows)]
+    return [Finding("gaps", "time_s", longest, "s", told, "flights across a gap are not observed", rows=rows)]
 
 
 def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
@@ -49,11 +49,17 @@ def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[F
     if rms < TREMBLE * step:
         return []
     ticks = float(np.ptp(off)) < 2.5 * float(np.abs(off)[np.abs(off) > 0.01 * step].min(initial=np.inf))
-    told = f"stamps tremble by {rms:.3g} s rms ({rms / step:.1%} of a step), {np.abs(off).max():.3g} s at most"
-    told += ", as if written with too few digits" if ticks else ""
+    told = (
+        f"time stamps have a jitter of {rms:.3g} s rms ({rms / step:.1%} of a step), at most {np.abs(off).max():.3g} s"
+    )
+    told += ", as from rounding to too few digits" if ticks else ""
     if view.declared.radii is not None and view.angles:
         name, angle = next(iter(view.angles.items()))
         radius = view.declared.radii[0 if "drive" in name else 1]
         speed = abs(float(angle[-1] - angle[0]) / max(float(view.time[-1] - view.time[0]), 1e-300)) * radius
         told += f": {1e6 * speed * rms:.3g} um along the line of action"
-    return [Finding("jitter", "time_s", rms, "s", told, "where the clock was even, give its rate instead of stamps")]
+    return [
+        Finding(
+            "jitter", "time_s", rms, "s", told, "if sampling was uniform, give the sampling rate instead of time stamps"
+        )
+    ]

@@ -85,7 +85,11 @@ def examine(view: View) -> list[Finding]:
         f"the {which} gear is read {1e6 * abs(delay.value):.4g} us (± {1e6 * delay.sigma:.2g}) after the other one: in "
     )
     told += f"contact the displacement follows the speed, {1e6 * moved:.3g} um peak to peak"
-    return [Finding("skew", str(MESH[1]), delay.value, "s", told, "or the drive encoder's shaft lags", False, True)]
+    return [
+        Finding(
+            "skew", str(MESH[1]), delay.value, "s", told, "or the shaft of the drive encoder is compliant", False, True
+        )
+    ]
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:

@@ -12,8 +12,8 @@ from gears3d.gate.view import View
 UNITS = {
     "rpm": 30.0 / np.pi,
     "deg/s": 180.0 / np.pi,
-    "turns a second": 0.5 / np.pi,
-    "turns a millisecond": 0.5e-3 / np.pi,
+    "revolutions per second": 0.5 / np.pi,
+    "revolutions per millisecond": 0.5e-3 / np.pi,
     "thousand rpm": 0.03 / np.pi,
     "rad/min": 60.0,
 }
@@ -79,11 +79,11 @@ def _by_angle(view: View, name: str, angle: str) -> Finding | None:
     for what, one in UNITS.items():
         if abs(abs(factor) / one - 1.0) < OFF:
             size = float(np.copysign(one, factor))
-            told += f": it is in {what}" + (", its sense turned round" if factor < 0.0 else "")
+            told += f": it is in {what}" + (", with inverted sign" if factor < 0.0 else "")
             return Finding("speed-unit", name, size, "1", told, remedy, False, True)
     if abs(factor + 1.0) < OFF:
-        return Finding("speed-unit", name, -1.0, "1", f"{told}: its sense is turned round", remedy, False, True)
-    remedy = "see whose speed it is: angles are believed"
+        return Finding("speed-unit", name, -1.0, "1", f"{told}: its sign is inverted", remedy, False, True)
+    remedy = "check which shaft this speed belongs to: only the angles are used"
     return Finding("speed-unit", name, factor, "1", told, remedy)
 
 
@@ -96,8 +96,8 @@ def _by_mean(view: View, name: str) -> Finding | None:
     seen = float(np.mean(speed)) if view.declared.meshed else float(speed[np.argmax(np.abs(speed))])
     for what, factor in UNITS.items():
         if abs(abs(seen / (mean * ratio)) / factor - 1.0) < MEANT:
-            told = f"is {seen:.6g}, {abs(mean * ratio):.6g} rad/s follow from the mean speed of the rig: "
-            told += f"it seems to be in {what}"
+            told = f"is {seen:.6g}, the mean speed of the rig gives {abs(mean * ratio):.6g} rad/s: "
+            told += f"its unit is probably {what}"
             remedy = "or give the unit in record.toml, or the true speed as motion.mean under [condition]"
             return Finding("speed-unit", name, factor, "1", told, remedy, not view.declared.meshed, True)
     return None

@@ -27,8 +27,8 @@ def examine(view: View) -> list[Finding]:
     for what, factor in (("row numbers", rate), *UNITS.items()):
         if abs(step * rate / factor - 1.0) > CLOSE or not _speed_fits(view, factor):
             continue
-        told = f"rows are {step:.6g} apart, those of {rate:.6g} Hz are {1.0 / rate:.6g} s apart: time is in {what}"
-        remedy = "or give sensors.sample_rate, if the record was really that slow"
+        told = f"the sampling interval is {step:.6g}, at {rate:.6g} Hz it is {1.0 / rate:.6g} s: time is in {what}"
+        remedy = "or give sensors.sample_rate if this sampling interval is right"
         return [Finding("time-unit", "time_s", factor, "1", told, remedy, True, True)]
     return []
 

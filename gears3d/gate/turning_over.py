@@ -9,7 +9,7 @@ from gears3d.gate.view import View, when
 
 FASTER = 20.0
 """A wrap is so many times larger than what the gear does in a row."""
-WIDTHS = {"a turn": 2 * np.pi, "half a turn": np.pi, "360 deg": 360.0, "1 revolution": 1.0}
+WIDTHS = {"a turn": 2 * np.pi, "half a revolution": np.pi, "360 deg": 360.0, "1 revolution": 1.0}
 BITS = range(8, 49)
 
 

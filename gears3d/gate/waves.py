@@ -69,11 +69,13 @@ def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str
 def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[Finding]:
     wave = found.waves[name, order]
     equal = (MESH[1], order) not in found.waves
-    seen = f"the active flank waves by {1e6 * abs(wave):.4g} um (± {1e6 * found.sigma:.2g}) at order {order} "
+    seen = f"transmission error of the active flank has {1e6 * abs(wave):.4g} um (± {1e6 * found.sigma:.2g}) "
+    seen += f"at order {order} "
     seen += "of both gears" if equal else f"of {name}"
     radii = view.declared.radii or (1.0, 1.0)
     if name == MESH[0] and (own := _carried(view, band, order)) is not None and _same(own, -wave / radii[0]):
-        seen += f"; {name} itself waves by {abs(own):.3g} rad and the loose gear does not follow: its encoder is off"
+        seen += f"; {name} has this order with {abs(own):.3g} rad and the loose gear does not follow: "
+        seen += "its encoder is eccentric"
         return [_encoder(name, order, own, seen)]
     flown = _flown(view, band, found, order) if name == MESH[1] or equal else None
     if flown is not None:
@@ -82,11 +84,13 @@ def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[
         if equal:  # the same wave, told by the other gear's angle
             meant *= np.exp(1j * order * float(band.drive[0] - band.loose[0]))
         if abs(own) > SURE * sigma and (_same(own, meant) or abs(own - meant) < 3.0 * sigma):
-            seen += f"; flights bend by it, too ({abs(own):.3g} rad): the loose gear's encoder is off centre"
+            seen += (
+                f"; free flights have this order, too ({abs(own):.3g} rad): the encoder of the loose gear is eccentric"
+            )
             return [_encoder(MESH[1], order, own, seen)]
         if abs(own) < 3.0 * sigma and abs(meant) > SURE * sigma:
             return []
-    remedy = "turn an encoder on its shaft, or record flights; `measure` takes it for the flanks'"
+    remedy = "rotate an encoder on its shaft, or record flights; `measure` attributes this order to the flanks"
     return [Finding("wave", name, abs(wave), "m", f"{seen}: either an eccentric encoder or the gears", remedy)]
 
 

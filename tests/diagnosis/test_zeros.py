@@ -118,7 +118,7 @@ def test_a_cause_by_angle_is_named_with_its_size_and_its_phase_in_the_first_reco
     cause = found.to_dict()["causes"][0]
     assert cause["phase_from"].endswith("record-1.parquet")
     assert any(note.kind == "zeros-arbitrary" and "record-1" in note.record for note in found.notes)
-    assert "# phase and tooth count from where the encoder of record-1.parquet began" in extended_text(found)
+    assert "# phase and tooth number count from the first angle of record-1.parquet" in extended_text(found)
 
 
 def test_phases_cost_freedom(record):

@@ -128,7 +128,7 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
         )
     if found.verdict == "not_decidable" and (found.suspects or any(note.blocks for note in found.notes)):
         why = [note.text for note in found.notes if note.blocks] or [found.notes[-1].text]
-        return f"Not decidable: {joined(why)}."
+        return f"The data are insufficient for a verdict: {joined(why)}."
     if found.verdict == "not_decidable":
         blind = joined([PLACES[place] for place, limit in found.power.items() if limit > POWER])
         return f"No cause was found, but the data are insufficient for a verdict on {blind}."
@@ -136,7 +136,8 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
         size = sized(left["size"], left["unit"]).text
         return f"{records} from the nominal model by {over} ({size}); no effect of the catalogue explains it."
     gain = told["heldout"]["gain"]
-    worth = "" if gain is None else f" On held-out data this reduces the error beyond noise by {percent(gain).text}."
+    reduction = percent(gain).text.replace("> ", "more than ")
+    worth = "" if gain is None else f" On held-out data this reduces the error beyond noise by {reduction}."
     if found.verdict == "partly_explained":
         return (
             f"{records} from the nominal model; {named} {explains} part of the deviation. "
