@@ -63,6 +63,19 @@ class InputError(GearsError):
         super().__init__("\n".join(str(fault) for fault in self.faults))
 
 
+class MissingExtraError(InputError):
+    """An optional library is needed that is not installed; the remedy is the line for pip.
+
+    Args:
+        fault: what needs which library.
+        extra: of gears3d that installs it.
+    """
+
+    def __init__(self, fault: Fault, extra: str) -> None:
+        super().__init__(fault)
+        self.extra = extra
+
+
 class EngineError(GearsError):
     """A simulation cannot go on or cannot be trusted (jammed gears, gap outside the hull budget, NaN).
 

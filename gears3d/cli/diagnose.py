@@ -105,18 +105,13 @@ def _replay(found: Diagnosis, admitted: list[Admitted], file: Path) -> str:
     from gears3d.cli.progress import bars
     from gears3d.diagnosis.stretch import stretch
     from gears3d.errors import GearsError
+    from gears3d.views.replay.beside import beside, off
+    from gears3d.views.replay.sdk import require_rerun
 
-    try:
-        from gears3d.views.replay.beside import beside, off
-    except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] != "rerun":
-            raise
-        file.unlink(missing_ok=True)
-        typer.echo("no replay.rrd: rerun is not installed: pip install 'rerun-sdk>=0.41,<0.42'", err=True)
-        return ""
     with bars() as track:
         tick = track("replay", 2.0)
         try:
+            require_rerun()
             made = stretch(found, admitted)
             tick(1.0)
             beside(made, tuple(cause.kind for cause in found.causes), file)

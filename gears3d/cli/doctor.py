@@ -12,17 +12,16 @@ from typing import Annotated, Any
 
 import typer
 
-NEEDED = ("numpy", "scipy", "numba", "pybullet", "trimesh", "rerun-sdk", "pyarrow", "matplotlib", "pydantic", "typer")
-"""Packages whose versions a report of a fault needs."""
-EXTRAS = {
-    "hdf5": ("h5py",),
-    "tdms": ("npTDMS",),
-    "mdf": ("asammdf",),
-    "uff": ("pyuff",),
-    "tables": ("pandas", "xarray"),
-    "video": ("av",),
-}
-"""Optional extras that users ask for, and their packages."""
+from gears3d.extras import EXTRAS, missing, pip_line
+
+NEEDED = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "pydantic", "typer")
+"""Core packages whose versions a report of a fault needs."""
+OPTIONAL = ("pybullet", "trimesh", "rerun-sdk")
+"""Packages of extras whose versions it needs where they are installed."""
+CORE = "scenarios, recordings, the rigid model, identification, diagnosis and reports"
+"""What works with no extra."""
+SHOWN = ("engine", "replay", "formats", "sweep", "video", "tables")
+"""Extras for people; the others are parts of ``formats``."""
 CHECK = """
 format = 1
 title = "self-check"
@@ -36,13 +35,18 @@ run = { duration = "1 s", settle = "0.2 s" }
 """One second of a small pair that rattles."""
 WORST = 0.005
 """Largest difference of an impact's speed between engine and twin that the self-check lets pass, relative, 95 %."""
+CLOSED = {"impact.restitution": 0.0}
+"""Change of the scenario that gives the rigid model a closed form, the reference where the engine is missing."""
 
 
 def doctor(
-    check: Annotated[bool, typer.Option(help="Hold the engine against the twin over one second.")] = True,
+    check: Annotated[bool, typer.Option(help="Compare the models with each other over one second.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
 ) -> None:
-    """Tell versions, processor, extras and viewer, and hold the engine against its twin; exit code 4 if they differ.
+    """Report versions, what works with the extras that are installed, and how to get the others; compare two models.
+
+    The models are the 3D engine and the rigid one, without the extra engine the rigid one and its closed form; exit
+    code 4 if they differ.
 
     Example: gears3d doctor
     """
@@ -51,6 +55,7 @@ def doctor(
     found: dict[str, Any] = {
         "versions": versions(),
         "machine": machine(),
+        "core": CORE,
         "extras": {name: extra(name) for name in EXTRAS},
         "viewer": viewer(),
         "self_check": self_check() if check else None,
@@ -69,7 +74,8 @@ def versions() -> dict[str, str | None]:
     """Return versions of gears3d, Python and the packages that results hang on."""
     from gears3d import __version__
 
-    return {"gears3d": __version__, "python": platform.python_version(), **{name: _version(name) for name in NEEDED}}
+    packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL)}
+    return {"gears3d": __version__, "python": platform.python_version(), **packages}
 
 
 def _version(name: str) -> str | None:
@@ -107,20 +113,27 @@ def extra(name: str) -> dict[str, Any]:
     Args:
         name: of the extra, as pyproject.toml has it.
     """
-    missing = [one for one in EXTRAS[name] if _version(one) is None]
-    return {"packages": [*EXTRAS[name]], "remedy": f"pip install 'gears3d[{name}]'" if missing else None}
+    lacking = missing(name)
+    return {
+        "packages": [*EXTRAS[name].libraries.values()],
+        "missing": lacking,
+        "purpose": EXTRAS[name].purpose,
+        "remedy": pip_line(name) if lacking else None,
+    }
 
 
 def viewer() -> dict[str, Any]:
     """Return whether the rerun viewer is there, whether it can open a window, and what to type where not."""
-    from gears3d.errors import GearsError
+    from gears3d.errors import GearsError, MissingExtraError
     from gears3d.views.replay import viewer as room
 
+    path, remedy = None, None
     try:
-        path: str | None = room.executable()
-        remedy = None
+        path = room.executable()
+    except MissingExtraError:
+        remedy = pip_line("replay")
     except GearsError as error:
-        path, remedy = None, str(error)
+        remedy = str(error)
     window = room.has_display()
     if path is not None and not window:
         remedy = "no display here: gears3d replay RUN --web shows it in a browser, gears3d camera RUN needs no screen"
@@ -128,11 +141,13 @@ def viewer() -> dict[str, Any]:
     return {"path": path, "display": window, "browser": browser, "remedy": remedy}
 
 
+MODELS = {"bullet": "3D engine", "rigid": "rigid model", "plastic": "closed form"}
+"""The compared models in words."""
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox")
 
 
 def self_check() -> dict[str, Any]:
-    """Return how one second of the engine compares with its twin."""
+    """Return how the engine compares with the rigid model; without the engine, how that does with its closed form."""
     from gears3d.comparison import compare
     from gears3d.errors import GearsError
     from gears3d.kernels import compiled
@@ -141,17 +156,20 @@ def self_check() -> dict[str, Any]:
 
     begin = time.perf_counter()
     try:
-        scenario = load(CHECK)
-        engine = simulate(scenario)
+        solid = not missing("engine")
+        scenario = load(CHECK, {} if solid else CLOSED)
+        models = ("bullet", "rigid") if solid else ("rigid", "plastic")
+        engine = simulate(scenario, models[0])
         middle = time.perf_counter()
-        one = compare(engine, simulate(scenario, "rigid")).to_dict()
+        one = compare(engine, simulate(scenario, models[1])).to_dict()
     except (GearsError, OSError, ImportError) as error:
         return {"passed": False, "why": str(error)}
     error = one["velocity_error_p95"]
     fine = not one["impacts_missed"] and not one["impacts_invented"] and error is not None and error < WORST
     return {
         "passed": bool(fine and one["impacts_matched"]),
-        "why": None if fine else "engine and twin differ",
+        "why": None if fine else f"{models[0]} and {models[1]} differ",
+        "models": [*models],
         "impacts": one["impacts_matched"],
         "missed": one["impacts_missed"],
         "invented": one["impacts_invented"],
@@ -176,19 +194,22 @@ def _show(found: dict[str, Any]) -> None:
 
 def _lines(found: dict[str, Any]) -> list[tuple[str, str]]:
     own, seen, shown = found["versions"], found["machine"], found["viewer"]
-    packages = ", ".join(f"{name} {own[name] or 'MISSING'}" for name in NEEDED)
+    packages = ", ".join(f"{name} {own[name]}" for name in (*NEEDED, *OPTIONAL) if own[name])
     memory = f", {seen['memory_GiB']:g} GiB" if seen["memory_GiB"] else ""
-    there = [name for name, one in found["extras"].items() if one["remedy"] is None]
-    missing = [f"{name}: {one['remedy']}" for name, one in found["extras"].items() if one["remedy"]]
     lines = [
         ("gears3d", f"{own['gears3d']} on Python {own['python']}, {seen['system']}"),
         ("packages", packages),
         ("machine", f"{seen['processor']}, {seen['cores']} cores{memory}"),
-        ("extras", ", ".join(there) or "none"),
-        *(("", one) for one in missing),
-        ("viewer", shown["path"] or "not found"),
+        ("core", f"works: {found['core']}"),
     ]
-    lines += [("", shown["remedy"])] if shown["remedy"] else []
+    for name in SHOWN:
+        one = found["extras"][name]
+        lines.append((name, f"{'missing' if one['missing'] else 'works'}: {one['purpose']}"))
+        if one["missing"]:
+            lines.append(("", f"{', '.join(one['missing'])} not installed: {one['remedy']}"))
+    lines.append(("viewer", shown["path"] or "not found"))
+    if shown["remedy"] and not found["extras"]["replay"]["missing"]:
+        lines.append(("", shown["remedy"]))
     lines.append(("browser", shown["browser"] or "none found on the path"))
     if (check := found["self_check"]) is not None:
         lines.append(("self-check", _told(check)))
@@ -201,6 +222,7 @@ def _told(check: dict[str, Any]) -> str:
     error = check["velocity_error_p95"]
     size = f"{100 * error:.2g} %" if error is not None else "unknown"
     counts = f"{check['impacts']} impacts, {check['missed']} missed, {check['invented']} invented"
-    verdict = "engine and twin agree" if check["passed"] else "FAILED"
+    names = " and ".join(MODELS[model] for model in check["models"])
+    verdict = f"{names} agree" if check["passed"] else f"FAILED, {names} differ"
     once = ", kernels compiled just now" if check["compiled_now"] else ""
     return f"{verdict}: {counts}, speeds within {size} (95 %); 1 s in {check['engine_s']:.3g} s{once}"

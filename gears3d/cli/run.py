@@ -153,9 +153,13 @@ def _comparison(recording: Recording, twin: Recording) -> dict[str, Any]:
 
 
 def _replay(folder: RunFolder, scenario: Scenario, recording: Recording, twin: Recording | None) -> None:
+    from gears3d.errors import MissingExtraError
     from gears3d.views.replay import replay
 
-    replay(recording, scenario=scenario, twin=twin, out=folder.path / "replay.rrd")
+    try:
+        replay(recording, scenario=scenario, twin=twin, out=folder.path / "replay.rrd")
+    except MissingExtraError as error:
+        typer.echo(f"no replay.rrd: {error}", err=True)
 
 
 def _report(

@@ -12,6 +12,7 @@ import numpy as np
 
 from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.engine.budget import Watch
+from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
 from gears3d.engine.films import NO_FILM, film_of
@@ -168,7 +169,11 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
         asked: what is to be run.
         begin: gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
             memory.
+
+    Raises:
+        MissingExtraError: PyBullet is not installed.
     """
+    require_bullet()
     scenario, pair, contact, progress, step, path = asked
     rows = scenario.rows()
     gears, torques, _ = prepared(scenario, pair, rows, contact)

@@ -9,6 +9,7 @@ import numpy as np
 
 from gears3d.effects.rows import Code
 from gears3d.engine.budget import Watch
+from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
 from gears3d.engine.door import bodies, longest_step, prepared
 from gears3d.engine.holding import on_flank
@@ -53,6 +54,7 @@ class Bench:
     """
 
     def __init__(self, scenario: Scenario, drive: float = 0.0) -> None:
+        require_bullet()
         rows, gears = scenario.rows(), None
         if any(row.code == Code.GAP_FILM for row in rows):
             text = "asks for oil between the flanks: what a film does to a flight depends on the flights before it"

@@ -144,13 +144,13 @@ def content_hash(body: Trimesh) -> str:
 
 
 def _encoded(pair: Pair, which: str, body: Trimesh, kind: str, chord: float) -> bytes:
-    import trimesh
+    from trimesh import Trimesh
     from trimesh.exchange.obj import export_obj
     from trimesh.exchange.stl import export_stl
 
     if kind == "glb":
         return _glb(pair, which, chord)
-    scaled = trimesh.Trimesh(np.asarray(body.vertices) * 1e3, body.faces, process=False)
+    scaled = Trimesh(np.asarray(body.vertices) * 1e3, body.faces, process=False)
     if kind == "stl":
         return bytes(export_stl(scaled))
     header = f"gears3d {__version__}, {which} gear, mm, axis z"

@@ -266,9 +266,9 @@ def _motion(pair: Pair, speed: float):
 
 
 def _masses(pair: Pair, densities: tuple[float, float]):
-    from gears3d.gears.solids import mass_properties, solid
+    from gears3d.gears.solids import mass_of
 
-    found = [mass_properties(solid(pair, w, 2e-6), d) for w, d in zip(GEARS, densities, strict=True)]
+    found = [mass_of(pair, which, density, 2e-6) for which, density in zip(GEARS, densities, strict=True)]
     group = "solids"
     yield Quantity(group, "density", "ρ", "density", tuple(densities))
     yield Quantity(group, "mass", "m", "mass", tuple(each.mass for each in found))

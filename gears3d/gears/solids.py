@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d.extras import require
 from gears3d.gears.arrays import ACTIVE, REVERSE
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
 from gears3d.gears.chords import FINEST, check_size, default_chord, layers_at
@@ -57,14 +58,14 @@ def solid(pair: Pair, which: str, chord: float | None = None, root_chord: float 
 
     Raises:
         InputError: a chord that is not positive or too fine for the memory, or an unknown gear.
+        MissingExtraError: trimesh is not installed.
 
     >>> from gears3d.gears import Gear
     >>> gear = Gear(module=2e-3, teeth=20, face_width=5e-3)
     >>> solid(Pair.from_backlash(gear, gear, 1e-4), "drive", chord=2e-6).is_watertight
     True
     """
-    import trimesh
-
+    trimesh = require("trimesh", "a gear as a solid", "engine")
     chord = default_chord(pair, which) if chord is None else chord
     check_size(pair, which, chord, root_chord)
     vertices, faces = _welded(pair, which, (chord, root_chord or chord))
@@ -121,10 +122,30 @@ def mass_properties(body: Trimesh, density: float) -> MassProperties:
     Returns:
         Mass, volume, centre of mass and inertia about it.
     """
-    copy = body.copy()
-    copy.density = density
-    found = copy.mass_properties
-    return MassProperties(float(found.mass), float(found.volume), np.array(found.center_mass), np.array(found.inertia))
+    return _mass_properties(np.asarray(body.vertices, dtype=float), np.asarray(body.faces), density)
+
+
+def mass_of(pair: Pair, which: str, density: float, chord: float) -> MassProperties:
+    """Return mass, centre and inertia of a gear of one density, without the library of :func:`solid`.
+
+    Args:
+        pair: the pair, deviations included.
+        which: ``"drive"`` or ``"loose"``.
+        density: [kg/m³].
+        chord: largest distance of the facets from the flanks [m].
+    """
+    return _mass_properties(*_welded(pair, which, (chord, chord)), density)
+
+
+def _mass_properties(vertices: Array, faces: Indices, density: float) -> MassProperties:
+    """Sum volume, first and second moment over the tetrahedra that each facet makes with the origin."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    six = np.einsum("ij,ij->i", a, np.cross(b, c))
+    total, volume = a + b + c, float(six.sum()) / 6.0
+    centre = six @ total / (24.0 * volume)
+    second = sum((one * six[:, None]).T @ one for one in (a, b, c, total)) / 120.0 - volume * np.outer(centre, centre)
+    inertia = density * (np.trace(second) * np.eye(3) - second)
+    return MassProperties(density * volume, volume, centre, inertia)
 
 
 def _welded(pair: Pair, which: str, chords: tuple[float, float]) -> tuple[Array, Indices]:

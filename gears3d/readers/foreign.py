@@ -6,14 +6,14 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from gears3d.errors import Fault, GearsError, InputError
+from gears3d.extras import EXTRAS, require
 
-EXTRAS = {"h5py": "hdf5", "nptdms": "tdms", "asammdf": "mdf", "pyuff": "uff"}
-"""Extra of gears3d that installs a library."""
+_ALONE = {next(iter(one.libraries)): name for name, one in EXTRAS.items() if name in ("hdf5", "tdms", "mdf", "uff")}
+"""The extra that installs a library and nothing else."""
 
 
 def library(module: str, path: Path) -> Any:
@@ -24,21 +24,14 @@ def library(module: str, path: Path) -> Any:
         path: the file that needs it.
 
     Raises:
-        InputError: it is not installed; has the line that installs it.
+        MissingExtraError: it is not installed; has the line that installs it.
 
-    >>> library("nptdms_", Path("a.tdms"))
-    Traceback (most recent call last):
-    gears3d.errors.InputError: a.tdms: is read by nptdms_, which is not installed (pip install nptdms_)
+    >>> library("numpy", Path("a.npy")).__name__
+    'numpy'
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return import_module(module)
-    except ImportError as error:
-        extra = EXTRAS.get(module, "")
-        line = f'pip install "gears3d[{extra}]"' if extra else f"pip install {module}"
-        what = f"is read by {module}, which is not installed"
-        raise InputError(Fault("", what, line, str(path))) from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return require(module, "this format", _ALONE.get(module, "formats"), file=str(path))
 
 
 @contextmanager

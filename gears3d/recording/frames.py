@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from gears3d.errors import UsageError
+from gears3d.extras import require
 from gears3d.recording.columns import FLANKS, unit_of
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def to_pandas(recording: Recording) -> tuple[pandas.DataFrame, pandas.DataFrame]
     Returns:
         Two tables; ``attrs`` holds ``units`` by column and ``meta``.
     """
-    pandas = _optional("pandas")
+    pandas = require("pandas", "a recording as tables", "tables")
 
     def frame(table: Mapping[str, np.ndarray]) -> Any:
         columns: dict[str, Any] = dict(table)
@@ -50,7 +49,7 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
     """
     import numpy as np
 
-    xarray = _optional("xarray")
+    xarray = require("xarray", "a recording as a dataset", "tables")
     variables: dict[str, Any] = {
         name: ("time_s", values, {"units": unit_of(name)})
         for name, values in recording.signals.items()
@@ -61,10 +60,3 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
         variables[f"impact_{name}"] = ("impact", shown, {"units": unit_of(name)})
     time = ("time_s", recording.time, {"units": "s"})
     return xarray.Dataset(variables, coords={"time_s": time}, attrs=recording.meta)
-
-
-def _optional(name: str) -> Any:
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise UsageError(f"{name} is not installed: pip install 'gears3d[tables]'") from error

@@ -9,6 +9,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import EngineError, Fault, InputError
+from gears3d.extras import require
 from gears3d.sweep.block import Block, compute, warm
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
@@ -53,18 +54,16 @@ class Cluster:
         limit: of a point [s].
 
     Raises:
-        InputError: distributed is not installed, or no scheduler answers.
+        InputError: no scheduler answers.
+        MissingExtraError: distributed is not installed.
     """
 
     def __init__(self, plan: Plan, address: str, limit: float = inf) -> None:
-        try:
-            from distributed import Client
-        except ImportError:
-            raise InputError(Fault("--scheduler", "needs dask.distributed", "pip install 'gears3d[sweep]'")) from None
+        client = require("distributed", "a sweep on a cluster (--scheduler)", "sweep").Client
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         self.plan, self.address, self.limit = plan, address, limit
         try:
-            self._client: Client = Client(address, timeout=ANSWER_S, set_as_default=False)
+            self._client: Client = client(address, timeout=ANSWER_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             remedy = "start one with `dask scheduler`, or leave --scheduler out to use this machine"
             why = f"{address} does not answer within {ANSWER_S:g} s"

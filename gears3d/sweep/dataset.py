@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.extras import require
 from gears3d.files import replacing
 from gears3d.signals.pattern import REGIMES
 from gears3d.sweep.block import STATUS
@@ -22,8 +23,6 @@ from gears3d.version import __version__
 if TYPE_CHECKING:
     import xarray
 
-LACKING = "needs xarray and h5netcdf"
-REMEDY = "pip install 'gears3d[sweep]'"
 _OWN = (
     Variable("status", "1", "how the point ended: " + ", ".join(f"{i} {word}" for i, word in enumerate(STATUS)), True),
     Variable("seed", "1", "run.seed of the point"),
@@ -40,12 +39,10 @@ def refuse_lacking() -> None:
     """Refuse to begin where the dataset could not be written.
 
     Raises:
-        InputError: xarray or h5netcdf are not installed.
+        MissingExtraError: xarray or h5netcdf are not installed.
     """
-    from importlib.util import find_spec
-
-    if any(find_spec(name) is None for name in ("xarray", "h5netcdf")):
-        raise InputError(Fault("sweep", LACKING, REMEDY))
+    for name in ("xarray", "h5netcdf", "h5py"):
+        require(name, "the dataset of a sweep", "sweep")
 
 
 def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
@@ -192,7 +189,8 @@ def open_dataset(place: str | Path) -> xarray.Dataset:
         Coordinates are the varied keys with underscores, SI units in ``attrs``.
 
     Raises:
-        InputError: there is none, or xarray is not installed.
+        InputError: there is none.
+        MissingExtraError: xarray is not installed.
     """
     refuse_lacking()
     import xarray

@@ -183,6 +183,10 @@ def sweep(
     {'done': 4, 'failed': 0, 'time_limit': 0, 'lost': 0}
     """
     refuse_lacking()
+    if plan.model == "bullet":
+        from gears3d.engine.bullet import require_bullet
+
+        require_bullet()
     begin = time.perf_counter()
     workers = cores() if workers is None else workers
     if workers < 0 or (block is not None and (block < 1 or block % plan.chain)):

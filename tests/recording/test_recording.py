@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gears3d.errors import InputError, UsageError
+from gears3d.errors import InputError, MissingExtraError, UsageError
 from gears3d.recording import IMPACT_UNITS, SIGNAL_UNITS, Recording, unit_of
 
 
@@ -181,7 +181,7 @@ def test_a_missing_table_library_is_told_with_the_remedy(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     record = Recording(signals())
     for convert in (record.to_pandas, record.to_xarray):
-        with pytest.raises(UsageError, match=r"pip install 'gears3d\[tables\]'"):
+        with pytest.raises(MissingExtraError, match=r'pip install "gears3d\[tables\]"'):
             convert()
 
 

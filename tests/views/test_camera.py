@@ -10,7 +10,7 @@ import shapely
 
 from gears3d import load, simulate
 from gears3d.cli import main
-from gears3d.errors import InputError, UsageError
+from gears3d.errors import InputError, MissingExtraError, UsageError
 from gears3d.measurement import measure
 from gears3d.simulation import record
 from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
@@ -230,5 +230,5 @@ def test_films_that_cannot_be_are_refused(seen, tmp_path, name, more, word):
 
 def test_without_an_encoder_it_says_how_to_get_one(seen, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
-    with pytest.raises(UsageError, match=r"pip install 'gears3d\[video\]'"):
+    with pytest.raises(MissingExtraError, match=r'pip install "gears3d\[video\]"'):
         write_film(tmp_path / "a.mp4", seen, Look(seen.pair), (1.0, 0.01))

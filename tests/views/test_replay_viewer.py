@@ -135,11 +135,11 @@ def test_verb_refuses(arguments, code, words, capsys, tmp_path, monkeypatch):
 
 def test_verb_without_viewer_says_what_to_install(rrd, capsys, monkeypatch):
     monkeypatch.setattr(viewer, "has_display", lambda: False)
-    monkeypatch.setattr(viewer.shutil, "which", lambda name: None)
+    monkeypatch.setattr(viewer.shutil, "which", lambda name, path=None: None)
     monkeypatch.setattr(viewer.sys, "executable", "/nowhere/python")
     code, said = run_verb([str(rrd[0])], capsys)
-    assert code == 4
-    assert "pip install 'rerun-sdk" in said.err
+    assert code == 3
+    assert 'pip install "gears3d[replay]"' in said.err
 
 
 def test_missing_driver_is_named(rrd, monkeypatch):

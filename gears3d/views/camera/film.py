@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import textwrap
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError
+from gears3d.extras import require
 from gears3d.files import replacing
 from gears3d.views.camera.panel import colour_of, name, paint
 from gears3d.views.camera.shots import WORDS, Shot, shots, told
@@ -31,6 +31,8 @@ SHOWN = 25.0
 """Frames a second of a film that nobody asked another speed of."""
 PLAYED = (1.0, 120.0)
 """Frames a second that players show."""
+PYAV = ("av", "a film (--video)", "video")
+"""What the encoder is, what needs it, and the extra that installs it."""
 MOST = 20_000
 """Frames of a film at most."""
 
@@ -59,13 +61,14 @@ def write_film(
         ``video``, ``camera_Hz``, ``slowed``, ``played_Hz``, ``frames``, ``size``, as JSON can hold them.
 
     Raises:
-        UsageError: another ending, or PyAV is not installed.
+        UsageError: another ending.
+        MissingExtraError: PyAV is not installed.
         InputError: a stretch outside the recording, a film too long, or a file that cannot be written.
     """
     place = Path(path)
     if place.suffix.lower() != ".mp4":
         raise UsageError(f"{path}: the file name must end in .mp4")
-    _encoder()
+    require(*PYAV)
     slowed = rate / SHOWN if slow is None else slow
     played, count = rate / slowed, int(span[1] * rate + 1e-9) + 1
     _refuse(played, count, rate)
@@ -77,13 +80,6 @@ def write_film(
             "size": list(size)}  # fmt: skip
 
 
-def _encoder() -> Any:
-    try:
-        return importlib.import_module("av")
-    except ImportError as error:
-        raise UsageError("PyAV is not installed: pip install 'gears3d[video]'") from error
-
-
 def _write(
     path: Path,
     frames: Iterator[np.ndarray],
@@ -92,7 +88,7 @@ def _write(
     progress: Callable[[float], None] | None,
 ) -> None:
     """Encode frames into a file; errors of the encoder are of type OSError already."""
-    av = _encoder()
+    av = require(*PYAV)
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
         stream = film.add_stream("libx264", rate=Fraction(played).limit_denominator(1000))
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"

@@ -5,10 +5,9 @@ from __future__ import annotations
 from math import pi
 from typing import TYPE_CHECKING
 
-import rerun as rr
-
 from gears3d.views.mesh.motion import PLOT_RATE, is_measured
 from gears3d.views.replay.layout import FRAMES_A_SECOND
+from gears3d.views.replay.sdk import rr
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
 
 from gears3d.views.mesh import colours
 from gears3d.views.mesh.motion import Motion, frames
 from gears3d.views.mesh.teeth import Section, widening
 from gears3d.views.replay.lanes import Lane, arranged, draw, flanks
 from gears3d.views.replay.layout import ABOUT, FRAMES_A_SECOND
+from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import film
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
 from gears3d.views.replay.layout import ABOUT, layout
 from gears3d.views.replay.poincare import poincare
+from gears3d.views.replay.sdk import require_rerun
 from gears3d.views.replay.several import Shown, several
 from gears3d.views.replay.write import film
 
@@ -43,7 +44,9 @@ def replay(
     Raises:
         UsageError: a bare recording without its scenario, or nothing that can be shown.
         InputError: the run folder cannot be read, nothing was recorded, or the file cannot be written.
+        MissingExtraError: rerun is not installed.
     """
+    require_rerun()
     if isinstance(source, list | tuple):
         return several([_shown(one, k) for k, one in enumerate(source, 1)], out)
     recording, scenario, twin = _opened(source, scenario, twin)

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 
 from gears3d.views.mesh import colours
 from gears3d.views.mesh.motion import Frames, Motion
@@ -15,6 +13,7 @@ from gears3d.views.mesh.teeth import Section
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.layout import ABOUT, axis, curve, panels, zone_view
 from gears3d.views.replay.plots import DISPLACEMENT, STATE
+from gears3d.views.replay.sdk import rr, rrb
 from gears3d.views.replay.write import scalars
 
 _UM = 1e6

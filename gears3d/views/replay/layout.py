@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import rerun as rr
-import rerun.blueprint as rrb
-from rerun.blueprint.archetypes import PlotBackground
-
 from gears3d.views.replay import poincare
 from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, TORQUE, VELOCITY
+from gears3d.views.replay.sdk import rr, rrb
 from gears3d.views.replay.write import BACKGROUND, TIMELINE
 
 if TYPE_CHECKING:
@@ -146,5 +143,5 @@ def curve(origin: str, name: str, time: rrb.TimeAxis, legend: rrb.PlotLegend | N
         name=name,
         axis_x=time,
         plot_legend=legend or rrb.PlotLegend(visible=False),
-        background=PlotBackground(color=BACKGROUND),
+        background=rrb.archetypes.PlotBackground(color=BACKGROUND),
     )

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
 
 from gears3d.views.mesh import colours
+from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import IMPACT, clock, scalars
 
 if TYPE_CHECKING:

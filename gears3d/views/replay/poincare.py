@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 
 from gears3d import signals
 from gears3d.views.mesh import colours
 from gears3d.views.replay.scene import rounded
+from gears3d.views.replay.sdk import rr, rrb
 from gears3d.views.replay.write import BACKGROUND, TIMELINE, clock
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
 
 from gears3d.gears.solids import solid_arrays
 from gears3d.views.mesh import colours
+from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import marks, trail, turn
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import rerun as rr
 
 from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
@@ -18,6 +17,7 @@ from gears3d.views.replay.about import motion_words
 from gears3d.views.replay.lanes import Lane, arranged, draw, flanks
 from gears3d.views.replay.layout import ABOUT, FRAMES_A_SECOND
 from gears3d.views.replay.poincare import ROOT, poincare, view
+from gears3d.views.replay.sdk import require_rerun, rr
 from gears3d.views.replay.write import film
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ def several(shown: Sequence[Shown], out: str | Path = "replay.rrd") -> Path:
         UsageError: fewer or more.
         InputError: nothing was recorded in one of them, or the file cannot be written.
     """
+    require_rerun()
     if not 2 <= len(shown) <= MOST:
         raise UsageError(f"replay shows 2 to {MOST} recordings side by side, not {len(shown)}")
     for one in shown:

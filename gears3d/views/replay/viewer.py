@@ -17,7 +17,8 @@ from types import FrameType, TracebackType
 from typing import IO, Any
 from urllib.parse import quote
 
-from gears3d.errors import GearsError
+from gears3d.errors import Fault, GearsError, MissingExtraError
+from gears3d.extras import pip_line, require
 from gears3d.views.replay.offered import HOST, offered
 from gears3d.views.replay.write import TIMELINE
 
@@ -29,7 +30,7 @@ _POLL = 0.1
 
 
 class ViewerError(GearsError):
-    """The viewer is not there or cannot paint; the text says what to type."""
+    """The viewer cannot show a replay; the text says what to type."""
 
     exit_code = 4
 
@@ -38,12 +39,11 @@ def executable() -> str:
     """Return the path of the viewer that came with the installed rerun.
 
     Raises:
-        ViewerError: it is not installed.
+        MissingExtraError: it is not installed.
     """
-    beside = Path(sys.executable).parent / "rerun"
-    found = str(beside) if beside.exists() else shutil.which("rerun")
+    found = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
     if not found:
-        raise ViewerError("the rerun viewer is not installed: pip install 'rerun-sdk>=0.41,<0.42'")
+        raise MissingExtraError(Fault("", "the rerun viewer is not installed", pip_line("replay")), "replay")
     return found
 
 
@@ -173,8 +173,7 @@ def snapshot(path: Path, at: float | None = None) -> bytes:
 
 def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any, subprocess.Popen[str]]:
     """Start a viewer on a free port and wait until it has loaded the file."""
-    from rerun.experimental import ViewerClient
-
+    ViewerClient = require("rerun.experimental", "the viewer", "replay").ViewerClient
     port = _free_port()
     command = [executable(), "--bind", "127.0.0.1", "--port", str(port), *options, str(path)]
     sink = log if log is not None else subprocess.DEVNULL

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 
 from gears3d.files import replacing
+from gears3d.views.replay.sdk import rr, rrb
 
 APPLICATION = "gears3d"
 BACKGROUND = [0x16, 0x18, 0x1D]

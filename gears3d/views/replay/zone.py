@@ -6,11 +6,11 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
-import rerun as rr
 
 from gears3d.views.mesh import colours
 from gears3d.views.replay.outline import flank_lines, ring
 from gears3d.views.replay.scene import lifted, place
+from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
