@@ -51,6 +51,7 @@ VERBS = (
     "check",
     "schema",
     "doctor",
+    "cite",
 )
 """The verbs in the order of the help."""
 
