@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -48,10 +49,27 @@ class Pipe:
         os.close(nowhere)
 
 
+def _take_greek(stream: Any) -> None:
+    """Let a stream take every letter: as UTF-8 in files and pipes, in a console of another code page as ``?``."""
+    try:
+        "Λµ²−χ".encode(stream.encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(**({"errors": "replace"} if stream.isatty() else {"encoding": "utf-8"}))
+
+
+def _warning(message: Warning | str, *_: Any, **__: Any) -> str:
+    """Return a warning as one line, without the place in the code."""
+    return f"warning: {message}\n"
+
+
 @contextmanager
 def quiet_pipes() -> Iterator[None]:
     """Let standard output and error fall silent when their reader has gone; exit codes stay what they are."""
     before = sys.stdout, sys.stderr
+    for stream in before:
+        _take_greek(stream)
+    shown, warnings.formatwarning = warnings.formatwarning, _warning
     sys.stdout, sys.stderr = Pipe(sys.stdout), Pipe(sys.stderr)
     try:
         yield
@@ -59,3 +77,4 @@ def quiet_pipes() -> Iterator[None]:
         for stream in (sys.stdout, sys.stderr):
             stream.flush()
         sys.stdout, sys.stderr = before
+        warnings.formatwarning = shown

@@ -88,11 +88,20 @@ class RunFolder:
 
         Returns:
             The place.
+
+        Raises:
+            InputError: the earlier run cannot be taken away; it stays as it was.
         """
         old = self.place.parent / f".{self.place.name}.{os.getpid()}.old"
-        if self.place.exists():
-            self.place.rename(old)
-        self.path.rename(self.place)
+        try:
+            if self.place.exists():
+                self.place.rename(old)
+            self.path.rename(self.place)
+        except OSError as error:  # on Windows, while another program has a file of the earlier run open
+            if old.exists() and not self.place.exists():
+                old.rename(self.place)
+            remedy = "close the programs that have its files open, or name another folder with --out"
+            raise InputError(Fault("--out", f"{self.place} cannot be replaced: {error.strerror}", remedy)) from error
         shutil.rmtree(old, ignore_errors=True)
         return self.place
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -53,7 +52,7 @@ class Store:
             raise InputError(Fault("--out", why, "name a folder that you may write")) from error
         with lock:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _lock(lock)
             except OSError as error:
                 what = f"{self.place} is being filled by another process"
                 raise InputError(Fault("--out", what, "wait for it, or name another folder")) from error
@@ -149,6 +148,22 @@ class Store:
 
     def _part(self, begin: int, end: int) -> Path:
         return self.place / PARTS / f"{begin:012d}-{end:012d}.npz"
+
+
+def _lock(file: IO[str]) -> None:
+    """Lock a file until it is closed, by the means of the operating system.
+
+    Raises:
+        OSError: another process has locked it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def open_plan(place: Path) -> Plan:
