@@ -1,14 +1,12 @@
 """gears3d: involute gears as exact solids that rattle inside their backlash.
 
-The public names below are loaded on first use, so that ``import gears3d`` costs no more than numpy.
+The public names below are loaded on first use, so that ``import gears3d`` loads no other package.
 """
 
 from __future__ import annotations
 
 import importlib
 from typing import TYPE_CHECKING, Any
-
-import numpy as np  # noqa: F401  (the one dependency that is loaded at once)
 
 from gears3d.version import __version__
 

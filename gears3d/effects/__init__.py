@@ -12,3 +12,4 @@ from gears3d.effects.rows import Gate as Gate
 from gears3d.effects.rows import Gear as Gear
 from gears3d.effects.rows import Row as Row
 from gears3d.effects.rows import Variable as Variable
+from gears3d.effects.rows import torque_table as torque_table

@@ -3,19 +3,21 @@
 An effect is one physical cause with named parameters that acts in one *place*. Adding one is adding one file: a
 frozen dataclass with ``kind``, ``place``, ``params``, ``rows`` and ``unit_size``, decorated with :func:`register`.
 Files in ``gears3d/effects/`` are found by themselves; those of other packages through the entry-point group
-``gears3d.effects`` or simply by importing them.
+``gears3d.effects``, which names the class or its module, or simply by importing them.
 """
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
-from dataclasses import dataclass
-from importlib.metadata import entry_points
+from collections.abc import Callable
+from dataclasses import dataclass, is_dataclass
 from math import radians
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, runtime_checkable
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, get_args, runtime_checkable
 
 from gears3d.effects.rows import Row
+from gears3d.plugins import plug_in
 
 if TYPE_CHECKING:
     import numpy as np
@@ -119,7 +121,9 @@ class SensorEffect(Effect, Protocol):
 
 E_ = TypeVar("E_", bound=type)
 _REGISTRY: dict[str, type] = {}
-_ALL_LOADED = False
+_LOADED: set[str] = set()
+"""Of ``"built-in"`` and ``"plug-ins"`` those that are registered."""
+_HERE = "gears3d.effects"
 
 
 def register(effect: E_) -> E_:
@@ -128,6 +132,8 @@ def register(effect: E_) -> E_:
     Raises:
         ValueError: the kind is taken by a class of another module.
     """
+    if not effect.__module__.startswith(f"{_HERE}."):
+        _load_built_in()  # a kind of gears3d stays that of gears3d whoever is imported first
     known = _REGISTRY.get(effect.kind)  # type: ignore[attr-defined]
     if known is not None and known.__module__ != effect.__module__:
         raise ValueError(f"effect kind {known.kind!r} is taken by {known.__module__}")
@@ -141,12 +147,59 @@ def catalogue() -> dict[str, type]:
     >>> "transmission_error" in catalogue()
     True
     """
-    global _ALL_LOADED
-    if not _ALL_LOADED:
-        package = importlib.import_module("gears3d.effects")
-        for module in pkgutil.iter_modules(package.__path__):
-            importlib.import_module(f"gears3d.effects.{module.name}")
-        for point in entry_points(group="gears3d.effects"):
-            point.load()
-        _ALL_LOADED = True
+    _load_built_in()
+    if "plug-ins" not in _LOADED:
+        _LOADED.add("plug-ins")
+        plug_in(_HERE, _load_plug_in)
     return dict(sorted(_REGISTRY.items()))
+
+
+def _load_built_in() -> None:
+    if "built-in" not in _LOADED:
+        _LOADED.add("built-in")
+        for module in pkgutil.iter_modules(importlib.import_module(_HERE).__path__):
+            importlib.import_module(f"{_HERE}.{module.name}")
+
+
+def _load_plug_in(load: Callable[[], Any], package: str) -> None:
+    """Register what another package brings; one that fails leaves nothing behind.
+
+    Raises:
+        TypeError: it is not an effect.
+        ValueError: its kind is taken.
+    """
+    before = dict(_REGISTRY)
+    try:
+        found = load()
+        if isinstance(found, type):
+            _check(found)
+            register(found)
+            return
+        if not isinstance(found, ModuleType):
+            raise TypeError(f"{found!r:.80} is not a class of an effect or a module that registers some")
+        own = [one for one in _REGISTRY.values() if f"{one.__module__}.".startswith(f"{found.__name__}.")]
+        if not own:
+            raise TypeError(f"the module {found.__name__} registers no effect")
+        for effect in own:
+            _check(effect)
+    except BaseException:
+        _REGISTRY.clear()
+        _REGISTRY.update(before)
+        raise
+
+
+def _check(effect: type) -> None:
+    """Refuse what is not an effect.
+
+    Raises:
+        TypeError: says what is missing.
+    """
+    name = f"{effect.__module__}.{effect.__qualname__}"
+    lacking = [part for part in ("kind", "place", "params", "rows", "unit_size") if not hasattr(effect, part)]
+    if lacking or not is_dataclass(effect):
+        raise TypeError(f"{name} is not an effect: it has no {', '.join(lacking) or 'dataclass decorator'}")
+    kind, place, params = effect.kind, effect.place, effect.params  # type: ignore[attr-defined]
+    if not isinstance(kind, str) or place not in get_args(Place):
+        raise TypeError(f"{name} is not an effect: kind {kind!r}, place {place!r}")
+    if not isinstance(params, dict) or not all(isinstance(one, Param) for one in params.values()):
+        raise TypeError(f"{name} is not an effect: params are not Param by name")

@@ -1,4 +1,4 @@
-"""Which format a file is of: told by what is in it, not by how its name ends."""
+"""Which format a file is of, by its content and not by the ending of its name; other packages read further ones."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from gears3d.errors import Fault, InputError
+from gears3d.readers.plugged import open_plugged
 from gears3d.readers.source import Source
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -71,6 +72,8 @@ def _open(path: Path, head: bytes) -> Source:
         from gears3d.readers.uff import open_uff
 
         return open_uff(path)
+    if (plugged := open_plugged(path, head)) is not None:
+        return plugged
     for mark, (what, remedy) in _OTHERS.items():
         if head.startswith(mark):
             raise InputError(Fault("", what, remedy, str(path)))

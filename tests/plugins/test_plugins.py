@@ -1,0 +1,223 @@
+"""Packages that bring effects and readers: installed by pip, used on the command line; a broken one costs a warning."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gears3d.effects import base, catalogue
+from gears3d.extras import missing, pip_line
+from gears3d.plugins import PluginWarning
+from gears3d.readers import plugged
+from gears3d.recording.files import read
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+RIG = ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml"
+SEAL = '{kind="stribeck_seal", static="0.15 N m", falls_at="6 rad/s", viscous="0.01 N m s/rad"}'
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """Both example packages as pip installs them, from their sources and without a network."""
+    pytest.importorskip("hatchling")
+    place = tmp_path_factory.mktemp("site")
+    for name in ("example_effect", "example_reader"):
+        source = shutil.copytree(HERE / name, place.parent / f"{place.name}-{name}")
+        options = ["--no-deps", "--no-index", "--no-build-isolation", "--quiet", "--target", str(place)]
+        done = subprocess.run(
+            [sys.executable, "-m", "pip", "install", *options, str(source)], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+    return place
+
+
+def gears3d(site, *arguments, cwd=ROOT):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(site), str(ROOT)))}
+    words = [sys.executable, "-m", "gears3d", *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True, cwd=cwd, env=environment, check=False)
+
+
+def written(site, source, target):
+    """The record of a file in the format of the example package."""
+    code = (
+        "import sys, gears3d_riglog\nfrom pathlib import Path\nfrom gears3d.recording.files import read\n"
+        "gears3d_riglog.write(sys.argv[2], dict(read(Path(sys.argv[1])).signals))\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(site), str(ROOT)))}
+    subprocess.run([sys.executable, "-c", code, source, target], env=environment, check=True)
+
+
+def fake(site, name, group, value, code):
+    """An installed package with one module and one entry point."""
+    site.mkdir(exist_ok=True)
+    about = site / f"{name.replace('-', '_')}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text(f"[{group}]\nmine = {value}\n", encoding="utf-8")
+    (site / f"{value.partition(':')[0]}.py").write_text(code, encoding="utf-8")
+
+
+def test_a_record_of_a_format_of_another_package_is_measured_and_identified(installed, tmp_path):
+    for arguments in (
+        ("record", RIG, "--model", "rigid", "--set", "run.duration=3 s", "--out", "rattle.parquet"),
+        ("record", RIG, "--test", "rundown", "--speed", "60 rpm", "--out", "rundown.parquet"),
+    ):
+        assert gears3d(installed, *arguments, cwd=tmp_path).returncode == 0
+    told = {}
+    for name, verb in (
+        ("rattle", ("measure", "--rig", RIG)),
+        ("rundown", ("identify", "rundown", "--inertia", "0.0695 kg m^2")),
+    ):
+        written(installed, tmp_path / f"{name}.parquet", tmp_path / f"{name}.riglog")
+        for ending in ("parquet", "riglog"):
+            done = gears3d(installed, *verb, f"{name}.{ending}", "--json", cwd=tmp_path)
+            assert done.returncode == 0, done.stderr
+            told[ending] = json.loads(done.stdout)
+        known = {"file", "command"}
+        same = [{key: value for key, value in one.items() if key not in known} for one in told.values()]
+        assert json.dumps(same[0]) == json.dumps(same[1])
+
+
+def test_what_its_reader_refuses_is_told_like_any_fault(installed, tmp_path):
+    (tmp_path / "cut.riglog").write_bytes(b'RIGLOG 1\n["time_s", "theta_drive_rad", "theta_loose_rad"]\n12345')
+    done = gears3d(installed, "measure", "cut.riglog", "--rig", RIG, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "cut.riglog: ends amid a row" in done.stderr
+    (tmp_path / "bad.riglog").write_bytes(b"RIGLOG 1\nno json\n")
+    done = gears3d(installed, "measure", "bad.riglog", "--rig", RIG, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "cannot be read as RIGLOG by the package gears3d-example-reader: JSONDecodeError" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_an_effect_of_another_package_acts_alike_in_rigid_model_and_engine(installed, tmp_path):
+    """Its law is a function of its own, compiled by numba; the impacts agree as for the drags of gears3d."""
+    if missing("engine"):
+        pytest.skip(pip_line("engine"))
+    done = gears3d(installed, "run", RIG, "--set", f"effect=[{SEAL}]", "--set", "run.duration=2 s", "--no-views",
+                   "--out", "with", "--json", cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    compared = json.loads(done.stdout)["comparison"]
+    assert compared["impacts_matched"] > 30
+    assert (compared["impacts_missed"], compared["impacts_invented"]) == (0, 0)
+    assert compared["velocity_error_p95"] < 1e-8
+    again = gears3d(installed, "run", RIG, "--set", "run.duration=2 s", "--model", "rigid", "--no-views",
+                    "--out", "without", cwd=tmp_path)  # fmt: skip
+    assert again.returncode == 0, again.stderr
+    with_seal, without = (read(tmp_path / name).impacts["velocity_m_s"] for name in ("with/twin", "without"))
+    count = min(len(with_seal), len(without))
+    changed = np.abs(with_seal[:count] / without[:count] - 1.0).max()
+    assert changed > 5e-3  # of the seal, five orders above what the models differ by
+
+
+def test_it_is_listed_checked_and_in_the_schema(installed, tmp_path):
+    listed = json.loads(gears3d(installed, "list", "effects", "--json").stdout)
+    (found,) = [one for one in listed if one["name"] == "stribeck_seal"]
+    assert set(found["parameters"]) == {"static", "falls_at", "viscous"}
+    assert "stribeck_seal" in gears3d(installed, "schema").stdout
+    wrong = SEAL.replace("6 rad/s", "6 m/s")
+    done = gears3d(installed, "check", RIG, "--set", f"effect=[{wrong}]")
+    assert done.returncode == 3
+    assert "falls_at" in done.stderr
+
+
+BROKEN = {
+    "raises": ("raising:X", "raise RuntimeError('no licence')", "RuntimeError: no licence"),
+    "ends the process": ("ending:X", "import sys\nsys.exit('sorry')", "SystemExit: sorry"),
+    "has no such name": ("nameless:X", "", "AttributeError"),
+    "is a number": ("number:X", "X = 7", "TypeError: 7 is not a"),
+    "lacks a package": ("lacking:X", "import no_such_package", "ModuleNotFoundError"),
+}
+CLASH = """
+from dataclasses import dataclass
+from gears3d.effects import register
+
+@register
+@dataclass(frozen=True)
+class X:
+    kind = "brand_new"
+    place = "torque"
+    params = {}
+    def rows(self, rig): return []
+    def unit_size(self, rig): return 1.0
+
+@register
+@dataclass(frozen=True)
+class Y(X):
+    kind = "drag_viscous"
+"""
+
+
+@pytest.mark.parametrize("group", ["gears3d.effects", "gears3d.readers"])
+def test_a_broken_package_costs_one_warning_that_names_it(group, tmp_path):
+    for case, (value, code, _) in BROKEN.items():
+        fake(tmp_path / "site", case.replace(" ", "-"), group, value, code)
+    (tmp_path / "a.csv").write_text("nothing\n", encoding="utf-8")
+    verb = ("list", "effects") if group.endswith("effects") else ("measure", tmp_path / "a.csv", "--rig", RIG)
+    done = gears3d(tmp_path / "site", *verb)
+    assert done.returncode == (0 if group.endswith("effects") else 3)
+    lines = [line for line in done.stderr.splitlines() if line.startswith("warning:")]
+    assert len(lines) == len(BROKEN)
+    for line, (case, (_, _, why)) in zip(lines, sorted(BROKEN.items()), strict=True):
+        package = case.replace(" ", "-")
+        assert line.startswith(f"warning: plug-in 'mine' ({group}) of the package {package} is excluded: {why}")
+        assert line.endswith(f"(update or uninstall {package})")
+    assert "Traceback" not in done.stderr
+    assert "drag_viscous" in done.stdout or group.endswith("readers")
+
+
+def test_a_kind_that_is_taken_stays_that_of_gears3d(tmp_path):
+    """Nothing of the package is kept, not even what it registered before the clash."""
+    fake(tmp_path / "site", "clashing", "gears3d.effects", "clash:Y", CLASH)
+    done = gears3d(tmp_path / "site", "list", "effects", "--json")
+    assert "clashing is excluded: ValueError: effect kind 'drag_viscous' is taken by gears3d.effects" in done.stderr
+    assert done.stderr.count("warning:") == 1
+    names = {one["name"] for one in json.loads(done.stdout)}
+    assert "brand_new" not in names
+    assert names == set(catalogue())
+
+
+def test_an_import_of_a_clashing_package_cannot_take_a_kind_either(tmp_path):
+    fake(tmp_path / "site", "clashing", "gears3d.unused", "clash:Y", CLASH)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path / "site"), str(ROOT)))}
+    done = subprocess.run([sys.executable, "-c", "import clash"], capture_output=True, text=True, env=environment)
+    assert "effect kind 'drag_viscous' is taken by gears3d.effects.drag_viscous" in done.stderr
+
+
+def test_two_readers_of_one_format_are_a_clash(tmp_path):
+    code = "from gears3d.readers import Reader\nX = Reader('{}', lambda p, h: h[:2] == b'!!', lambda p: 1 / 0)\n"
+    for name, form in (("a-reader", "ABC"), ("b-reader", "abc"), ("c-reader", "Parquet")):
+        fake(tmp_path / "site", name, "gears3d.readers", f"{name[0]}_module:X", code.format(form))
+    (tmp_path / "x.dat").write_bytes(b"!!")
+    done = gears3d(tmp_path / "site", "measure", tmp_path / "x.dat", "--rig", RIG)
+    assert done.returncode == 3
+    text = " ".join(done.stderr.split())
+    assert "b-reader is excluded: ValueError: the format 'abc' is read by a-reader already" in text
+    assert "c-reader is excluded: ValueError: the format 'Parquet' is read by gears3d already" in text
+    assert "cannot be read as ABC by the package a-reader: ZeroDivisionError" in text
+
+
+def test_a_reader_that_fails_to_recognise_is_warned_of_and_passed_over(tmp_path, monkeypatch):
+    bad = plugged.Reader("BAD", lambda path, head: head.no_such_name, lambda path: None)
+    monkeypatch.setattr(plugged, "readers", lambda held={"BAD": (bad, "bad-reader")}: held)
+    (tmp_path / "a.csv").write_text("time_s,theta_drive_rad,theta_loose_rad\n0,0,0\n1,1,1\n2,2,2\n", encoding="utf-8")
+    from gears3d.readers import open_source
+
+    with pytest.warns(PluginWarning, match="of the package bad-reader is excluded: AttributeError"):
+        assert open_source(tmp_path / "a.csv").form == "CSV"
+    assert open_source(tmp_path / "a.csv").form == "CSV"  # without a second warning
+
+
+def test_what_is_no_effect_is_named_with_what_it_lacks():
+    class Half:
+        kind, place = "half", "torque"
+
+    with pytest.raises(TypeError, match="it has no params, rows, unit_size"):
+        base._load_plug_in(lambda: Half, "half-done")
+    assert "half" not in catalogue()
