@@ -2,6 +2,9 @@
 
 import pytest
 
+from gears3d.errors import MissingExtraError
+from gears3d.extras import missing
+
 
 def pytest_addoption(parser):
     parser.addoption("--slow", action="store_true", help="run the tests marked slow too")
@@ -14,3 +17,14 @@ def pytest_collection_modifyitems(config, items):
     for item in items:
         if "slow" in item.keywords:
             item.add_marker(skip)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    """Skip what needs an extra that is not installed here; where it is, its absence is a failure."""
+    try:
+        return (yield)
+    except MissingExtraError as error:
+        if missing(error.extra):
+            pytest.skip(str(error))
+        raise
