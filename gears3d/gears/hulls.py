@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,16 @@ from numpy.typing import NDArray
 from gears3d.errors import Fault, InputError
 from gears3d.gears.body import lift
 from gears3d.gears.deviation import GEARS, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, compile_pair, flank_points, relief_starts, roll_at_radius
+from gears3d.gears.flank import (
+    ACTIVE,
+    REVERSE,
+    Flanks,
+    compile_pair,
+    flank_point,
+    flank_points,
+    relief_starts,
+    roll_at_radius,
+)
 from gears3d.gears.pair import Pair
 from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 
@@ -19,6 +29,9 @@ _HULL_STEPS = 10216
 
 _LEAST_ROLL = 0.02
 """Roll angle below which an involute that starts at the base circle has no useful length."""
+_LOOKED_AT = 200
+"""Points at which the radius of a flank is compared with that of its start; a 200th of a flank is below the 3 % by
+which hulls begin early."""
 
 
 def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) -> list[NDArray[np.float64]]:
@@ -139,10 +152,37 @@ def _rolls(pair: Pair, flanks: Flanks, which: str, flank: int, tooth: int, point
     gear = GEARS.index(which)
     lowest, start = flanks.gears[gear, 4], pair.start_roll(which)
     start = max(lowest, start - 0.03 * (pair.gear(which).tip_roll - start), _LEAST_ROLL)
-    base = pair.gear(which).base_radius
-    first = roll_at_radius(flanks, gear, flank, tooth, base * (1.0 + start**2) ** 0.5)
     last = roll_at_radius(flanks, gear, flank, tooth, pair.gear(which).tip_radius)
+    first = _first_roll(flanks, gear, flank, tooth, (max(lowest, _LEAST_ROLL), start, last))
     edges = relief_starts(flanks, gear)
     edges = edges[(edges > first) & (edges < last)]
     rolls = np.linspace(first**1.5, last**1.5, points - len(edges)) ** (2.0 / 3.0)
     return np.sort(np.append(rolls, edges))
+
+
+def _first_roll(flanks: Flanks, gear: int, flank: int, tooth: int, extent: tuple[float, float, float]) -> float:
+    """Return the roll angle at which the deviating flank reaches the radius of a perfect one's start.
+
+    A deviation that changes with the angle turns the normals by its slope, as another base circle would. Where that
+    circle is larger than the radius of the start, no point of the flank has this radius: the flank then begins at the
+    lowest roll angle above which its radius grows all the way to the tip.
+
+    Args:
+        flanks: the arrays of a pair.
+        gear: 0 drive, 1 loose.
+        flank: 0 active, 1 reverse.
+        tooth: number of the tooth.
+        extent: roll angles of the lowest point and of the start on a perfect flank, and of the tip [rad].
+    """
+    lowest, start, last = extent
+    radius = flanks.gears[gear, 0] * (1.0 + start**2) ** 0.5
+    first = roll_at_radius(flanks, gear, flank, tooth, radius)
+    if lowest <= first < last:
+        x, y, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, first)
+        if abs(hypot(x, y) - radius) < 1e-9 * radius and x * nx + y * ny > 0.0:
+            return first
+    rolls = np.linspace(min(lowest, 0.5 * last), last, _LOOKED_AT)
+    radii = np.hypot(*flank_points(flanks, gear, flank, tooth, rolls)[0].T)
+    falling = np.flatnonzero(np.diff(radii) <= 0.0)
+    above = np.flatnonzero(radii >= radius)
+    return float(rolls[max(int(falling[-1]) + 1 if len(falling) else 0, int(above[0]) if len(above) else 0)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import acos
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from gears3d.gears.deviation import (
     ProfileWave,
     ToothDeviation,
 )
+from gears3d.gears.involute import inv
 
 if TYPE_CHECKING:
     from gears3d.gears.arrays import Flanks
@@ -104,8 +106,8 @@ def check_deviations(pair: Pair) -> None:
         pair: the pair.
 
     Raises:
-        InputError: a tooth that is not there, a harmonic too steep, or material that uses up the
-            backlash.
+        InputError: a tooth that is not there, a harmonic too steep, material that uses up the backlash, or so much
+            taken off that no tip is left.
     """
     steep: dict[tuple[str, str], float] = {}
     for deviation in pair.deviations:
@@ -129,6 +131,54 @@ def check_deviations(pair: Pair) -> None:
                 "give more backlash or smaller deviations",
             )
         )
+    _check_tips(pair)
+
+
+def _check_tips(pair: Pair) -> None:
+    """Refuse deviations that take off so much that both flanks of a tooth cross below its tip circle."""
+    for index, which in enumerate(GEARS):
+        land, mine = tip_land(pair, which), [each for each in pair.deviations if each.gear == which]
+        # twice the sum: flanks that lean, as those of harmonics do, move their tips by more than the material there
+        if 2.0 * sum(abs(_size(each)) for each in mine) < land:
+            continue
+        from gears3d.gears.arrays import compile_pair  # compiled kernels: most rigs are checked without them
+        from gears3d.gears.flank import flank_point, roll_at_radius
+
+        flanks, gear = compile_pair(pair), pair.gear(which)
+        for tooth in range(1, gear.teeth + 1):
+            active, reverse = (
+                np.arctan2(*flank_point(flanks, index, side, tooth, roll)[1::-1])
+                for side, roll in (
+                    (side, roll_at_radius(flanks, index, side, tooth, gear.tip_radius)) for side in range(2)
+                )
+            )
+            left = gear.tip_radius * (np.mod(active - reverse + np.pi, 2.0 * np.pi) - np.pi)
+            if not left > 0.0:
+                raise InputError(
+                    Fault(
+                        f"{which}.deviations",
+                        f"take more off tooth {tooth} than it has: a perfect tooth is {land * 1e6:.4g} um thick at its "
+                        f"tip, with them the flanks overlap there by {-left * 1e6:.4g} um",
+                        "give smaller deviations or backlash, or shorter teeth",
+                    )
+                )
+
+
+def tip_land(pair: Pair, which: str) -> float:
+    """Return how thick a perfect tooth of a gear is along its tip circle, thinning included [m].
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+    """
+    gear = pair.gear(which)
+    return 2.0 * gear.tip_radius * (pair.half_angle(which) - inv(acos(gear.base_radius / gear.tip_radius)))
+
+
+def _size(deviation: Deviation) -> float:
+    if isinstance(deviation, ToothDeviation):
+        return deviation.offset
+    return deviation.amount if isinstance(deviation, ProfileSlope | HelixSlope) else deviation.amplitude
 
 
 def _stays_convex(pair: Pair, which: str, flank: str) -> bool:

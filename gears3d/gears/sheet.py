@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import acos, cos, pi, sin, sqrt, tan
+from math import cos, pi, sin, sqrt, tan
 
 from gears3d.gears.deviation import GEARS
 from gears3d.gears.gear import Gear
 from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears.limits import tip_land
 from gears3d.gears.pair import Pair
 from gears3d.gears.rack import form
 from gears3d.gears.sheet_flanks import flank_lines
@@ -148,7 +149,7 @@ def _single(pair: Pair):
     yield of(
         "normal tooth thickness", "s_n", "length", lambda which, _: _normal_thickness(pair, which), "(49), thinned"
     )
-    yield of("transverse tooth thickness at the tip", "s_at", "length", lambda which, _: _tip_land(pair, which), "(38)")
+    yield of("transverse tooth thickness at the tip", "s_at", "length", lambda which, _: tip_land(pair, which), "(38)")
 
 
 def _virtual_teeth(_: str, gear: Gear) -> float:
@@ -162,11 +163,6 @@ def _thickness(pair: Pair, which: str) -> float:
 
 def _normal_thickness(pair: Pair, which: str) -> float:
     return _thickness(pair, which) * cos(pair.gear(which).helix_angle)
-
-
-def _tip_land(pair: Pair, which: str) -> float:
-    gear = pair.gear(which)
-    return 2.0 * gear.tip_radius * (pair.half_angle(which) - inv(acos(gear.base_radius / gear.tip_radius)))
 
 
 def _diameters(pair: Pair):
