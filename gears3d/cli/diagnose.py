@@ -10,6 +10,8 @@ import typer
 from gears3d.cli.options import Correct, MapFile, RequiredRig
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from gears3d.diagnosis import Diagnosis
     from gears3d.gate import Admitted
 
@@ -42,25 +44,19 @@ def diagnose(
     Several records at several speeds separate causes that one record cannot.
     """
     from gears3d.cli.diagnosed import show
+    from gears3d.cli.findings import show_repeated
     from gears3d.cli.progress import bars
     from gears3d.diagnosis import diagnose as examine
-    from gears3d.errors import InputError, UsageError
-    from gears3d.gate import admit
-    from gears3d.readers import files_of
+    from gears3d.errors import UsageError
+    from gears3d.gate import admit_each
     from gears3d.scenario import load
 
     bench = load(rig)
-    pairs = files_of(records or [], map_file)
-    if not pairs:
+    if not records and map_file is None:
         raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out found")
-    admitted, faults = [], []
-    for file, chart in pairs:
-        try:
-            admitted.append(admit(file, bench, chart, correct or (), others=[one.channels for one in admitted]))
-        except InputError as error:
-            faults += error.faults
-    if faults:
-        raise InputError(faults)
+    admission = admit_each(records or [], bench, map_file, correct or ())
+    admitted = admission.all()
+    show_repeated(admission.repeated)
     with bars() as track:
         tick = track("diagnose", 1.0)
         found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies, runs=experiments)
@@ -100,7 +96,7 @@ def _write(found: Diagnosis, out: Path) -> None:
     write(out / "report.html", found, shlex.join(["gears3d", *sys.argv[1:]]), ("diagnosis.json", "extended.toml"))
 
 
-def _replay(found: Diagnosis, admitted: list[Admitted], file: Path) -> str:
+def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:
     """Write the replay and return a line about it; where that fails, report the reason and remove an earlier replay."""
     from gears3d.cli.progress import bars
     from gears3d.diagnosis.stretch import stretch

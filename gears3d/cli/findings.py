@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gears3d.gate import Finding
+    from gears3d.gate import Admitted, Finding
 
 
 def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:
@@ -28,3 +28,16 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
         console.print(f"[yellow]sensors:[/] {escape(place + told(finding))}")
     if not findings and not quiet:
         console.print(f"{escape(place)}sensors: no findings")
+
+
+def show_repeated(repeated: Sequence[Admitted]) -> None:
+    """Print on stderr which files are excluded, as they repeat the readings of others.
+
+    Args:
+        repeated: of an admission.
+    """
+    import typer
+
+    for one in repeated:
+        evidence = next(finding.evidence for finding in one.findings if finding.kind == "duplicated-file")
+        typer.echo(f"excluded: {one.file}: {evidence}", err=True)

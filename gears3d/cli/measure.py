@@ -45,9 +45,10 @@ def measure(
 
     Measure with a map: gears3d measure record.toml --rig rigaud-2020/fig5-20rpm
     """
+    from gears3d.cli.findings import show_repeated
     from gears3d.cli.output import print_json
     from gears3d.errors import InputError, UsageError
-    from gears3d.gate import admit
+    from gears3d.gate import admit_each
     from gears3d.readers import files_of
     from gears3d.scenario import load
 
@@ -55,25 +56,23 @@ def measure(
     if guess:
         _guess(records or [], bench, map_file, out, rig)
         return
-    pairs = files_of(records or [], map_file)
-    if not pairs:
+    if not records and map_file is None:
         raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
-    places = _places([file for file, _ in pairs], out)
-    summaries, faults, known = [], [], []
-    for (file, chart), place in zip(pairs, places, strict=True):
+    admission = admit_each(records or [], bench, map_file, correct or ())
+    show_repeated(admission.repeated)
+    single = len(files_of(records or [], map_file)) == 1
+    places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)
+    summaries, faults = [], list(admission.faults)
+    for admitted, place in zip(admission.admitted, places, strict=False):
         try:
-            admitted = admit(file, bench, chart, correct or (), others=known)
             _require_rig(admitted)
-            if _given_before(admitted):
-                continue
             summaries.append(_one(admitted, place, as_json))
-            known.append(admitted.channels)
         except InputError as error:
             faults += error.faults
     if faults:
         raise InputError(faults)
     if as_json:
-        print_json(summaries[0] if len(pairs) == 1 else summaries)
+        print_json(summaries[0] if single else summaries)
 
 
 def _require_rig(admitted: Admitted) -> None:
@@ -84,14 +83,6 @@ def _require_rig(admitted: Admitted) -> None:
         raise UsageError(
             f"Missing option '--rig': {admitted.file} has no base radii, give the scenario of the test rig"
         )
-
-
-def _given_before(admitted: Admitted) -> bool:
-    """Exclude a file with the readings of an earlier one."""
-    twice = next((one for one in admitted.findings if one.kind == "duplicated-file"), None)
-    if twice is not None:
-        typer.echo(f"excluded: {admitted.file}: {twice.evidence}", err=True)
-    return twice is not None
 
 
 def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any]:
@@ -119,9 +110,9 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
 
 
 def _places(files: list[Path], out: Path | None) -> list[Path | None]:
-    """Return the folder of every record: OUT of a single one, OUT/<stem> of several."""
-    if out is None or len(files) == 1:
-        return [out] * len(files)
+    """Return the folder of every record among several, OUT/<stem>."""
+    if out is None:
+        return [None] * len(files)
     names: list[str] = []
     for file in files:
         stem = file.stem if file.suffix else file.name

@@ -40,7 +40,7 @@ from gears3d.diagnosis.verdict import (
 )
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
-from gears3d.gate import Admitted, admit_all
+from gears3d.gate import Admitted, admit_each
 from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
@@ -215,8 +215,9 @@ def _opened(
     """Return admitted records and the rig, read from their files where those are given."""
     bench = load(rig) if isinstance(rig, str | Path) else rig
     named = [records] if isinstance(records, str | Path) else records
-    admitted = [one for one in named if isinstance(one, Admitted)]
-    admitted += admit_all([one for one in named if not isinstance(one, Admitted)], bench)
+    admitted = [one for one in named if isinstance(one, Admitted) and not one.repeats]
+    files = [one for one in named if not isinstance(one, Admitted)]
+    admitted += admit_each(files, bench, others=[one.channels for one in admitted]).all()
     if not admitted:
         raise InputError(Fault("", "no record is given", "name at least one"))
     return admitted, bench

@@ -1,8 +1,10 @@
 """The sensor gate: what is wrong with the encoders and the file, before anything is said of the gears."""
 
+from gears3d.gate.admission import Admission as Admission
 from gears3d.gate.admission import Admitted as Admitted
 from gears3d.gate.admission import admit as admit
 from gears3d.gate.admission import admit_all as admit_all
+from gears3d.gate.admission import admit_each as admit_each
 from gears3d.gate.admission import told as told
 from gears3d.gate.examination import CORRECTABLE as CORRECTABLE
 from gears3d.gate.examination import correct as correct

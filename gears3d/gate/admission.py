@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.errors import Fault, InputError
 from gears3d.gate.declared import MESH
@@ -45,6 +45,35 @@ class Admitted:
     def warnings(self) -> tuple[str, ...]:
         """What was found, as one line each."""
         return tuple(told(finding) for finding in self.findings)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether a record given before holds the same readings, so that this one must not count."""
+        return any(finding.kind == "duplicated-file" for finding in self.findings)
+
+
+class Admission(NamedTuple):
+    """What became of the files that were given.
+
+    Args:
+        admitted: records that may be used, in the order given.
+        repeated: records that are excluded, as they repeat the readings of one before.
+        faults: of files that cannot be used as they are.
+    """
+
+    admitted: tuple[Admitted, ...]
+    repeated: tuple[Admitted, ...]
+    faults: tuple[Fault, ...]
+
+    def all(self) -> tuple[Admitted, ...]:
+        """Return the records that may be used.
+
+        Raises:
+            InputError: there are faults.
+        """
+        if self.faults:
+            raise InputError(self.faults)
+        return self.admitted
 
 
 def admit(
@@ -85,6 +114,45 @@ def admit(
     return Admitted(undo(channels, findings, kinds) if kinds else channels, own, done, channels.file)
 
 
+def admit_each(
+    paths: Sequence[str | Path],
+    rig: Scenario | None = None,
+    map_file: str | Path | None = None,
+    correct: Sequence[str] = (),
+    *,
+    needs: Sequence[str | Sequence[str]] = MESH,
+    others: Sequence[Channels] = (),
+) -> Admission:
+    """Examine several records and sort them into those that may be used, those that are excluded and the faults.
+
+    Args:
+        paths: the files, or maps that name them.
+        rig: scenario of the bench, for all of them.
+        map_file: ``record.toml``, for all of them.
+        correct: kinds of findings to correct; ``"duplicated-file"`` excludes a file that repeats another's readings.
+        needs: columns that must be there besides time.
+        others: records given before these, to find one that is given twice.
+
+    Returns:
+        What became of each file.
+
+    Raises:
+        UsageError: a kind cannot be corrected.
+    """
+    admitted: list[Admitted] = []
+    repeated: list[Admitted] = []
+    faults: list[Fault] = []
+    for path, chart in files_of(paths, map_file):
+        known = [*others, *(one.channels for one in admitted)]
+        try:
+            one = admit(path, rig, chart, correct, needs=needs, others=known)
+        except InputError as error:
+            faults += error.faults
+        else:
+            (repeated if one.repeats else admitted).append(one)
+    return Admission(tuple(admitted), tuple(repeated), tuple(faults))
+
+
 def admit_all(
     paths: Sequence[str | Path],
     rig: Scenario | None = None,
@@ -93,33 +161,20 @@ def admit_all(
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
 ) -> tuple[Admitted, ...]:
-    """Admit several records, each once: all that is wrong with any of them is told together.
+    """Return several records, each once; the faults of all of them are raised together.
 
     Args:
-        paths: the files, or maps that name them.
-        rig: scenario of the bench, for all of them.
-        map_file: ``record.toml``, for all of them.
-        correct: kinds of findings to correct; ``"duplicated-file"`` leaves such files out.
-        needs: columns that must be there besides time.
+        paths: as for :func:`admit_each`.
+        rig: as for :func:`admit_each`.
+        map_file: as for :func:`admit_each`.
+        correct: as for :func:`admit_each`.
+        needs: as for :func:`admit_each`.
 
     Raises:
         InputError: some cannot be used as they are.
         UsageError: a kind cannot be corrected.
     """
-    admitted: list[Admitted] = []
-    faults: list[Fault] = []
-    for path, chart in files_of(paths, map_file):
-        known = [one.channels for one in admitted]
-        try:
-            one = admit(path, rig, chart, correct, needs=needs, others=known)
-        except InputError as error:
-            faults += error.faults
-            continue
-        if not any(finding.kind == "duplicated-file" for finding in one.findings):
-            admitted.append(one)
-    if faults:
-        raise InputError(faults)
-    return tuple(admitted)
+    return admit_each(paths, rig, map_file, correct, needs=needs).all()
 
 
 def told(finding: Finding) -> str:

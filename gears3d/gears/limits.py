@@ -146,12 +146,13 @@ def _check_tips(pair: Pair) -> None:
 
         flanks, gear = compile_pair(pair), pair.gear(which)
         for tooth in range(1, gear.teeth + 1):
-            active, reverse = (
-                np.arctan2(*flank_point(flanks, index, side, tooth, roll)[1::-1])
-                for side, roll in (
-                    (side, roll_at_radius(flanks, index, side, tooth, gear.tip_radius)) for side in range(2)
+            at = []
+            for side in range(2):
+                x, y, *_ = flank_point(
+                    flanks, index, side, tooth, roll_at_radius(flanks, index, side, tooth, gear.tip_radius)
                 )
-            )
+                at.append(np.arctan2(y, x))
+            active, reverse = at
             left = gear.tip_radius * (np.mod(active - reverse + np.pi, 2.0 * np.pi) - np.pi)
             if not left > 0.0:
                 raise InputError(

@@ -18,4 +18,5 @@ from gears3d.identification.threshold import Sweep as Sweep
 from gears3d.identification.threshold import identify_threshold as identify_threshold
 from gears3d.identification.threshold_drawing import threshold_picture as threshold_picture
 from gears3d.identification.track import read_track as read_track
+from gears3d.identification.track import read_tracks as read_tracks
 from gears3d.identification.transmission import identify_transmission_error as identify_transmission_error

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.identification.assemblies import Run
 from gears3d.identification.parts import Inertia, Share, terms_of
-from gears3d.identification.track import GEARS, Track, read_track
+from gears3d.identification.track import GEARS, Track, read_tracks
 from gears3d.identification.trend import Oil
 from gears3d.units import parse
 
@@ -42,12 +42,12 @@ class Campaign(NamedTuple):
     oil: Oil | None
 
 
-def read_campaign(path: str | Path, read: Callable[[Path, str], Track] = read_track) -> Campaign:
+def read_campaign(path: str | Path, read: Callable[[Sequence[Path], str], list[Track]] = read_tracks) -> Campaign:
     """Read a campaign file and the records that it names.
 
     Args:
         path: TOML; files in it are relative to it.
-        read: of a file and the gear whose angle counts, the run-down.
+        read: of files and the gear whose angle counts, the run-downs.
 
     Raises:
         InputError: the file or a record cannot be used.
@@ -58,9 +58,9 @@ def read_campaign(path: str | Path, read: Callable[[Path, str], Track] = read_tr
 class _Campaign:
     """Reads a campaign; every fault names its key."""
 
-    def __init__(self, path: Path, read: Callable[[Path, str], Track]) -> None:
+    def __init__(self, path: Path, read: Callable[[Sequence[Path], str], list[Track]]) -> None:
         self.path = path
-        self.track = read
+        self.tracks = read
         self.inertias: dict[str, Inertia] = {}
 
     def fault(self, key: str, message: str, remedy: str = "") -> InputError:
@@ -108,8 +108,7 @@ class _Campaign:
             raise self.fault(f"{key}.gear", f"is {gear!r}", did_you_mean(str(gear), GEARS))
         shares = tuple(Share(part, 1.0, against if part in on_shaft else 0.0) for part in parts)
         runs = []
-        for file in files:
-            track = self.track(self.path.parent / file, gear)
+        for track in self.tracks([self.path.parent / file for file in files], gear):
             own = track.temperature if warm is None else warm
             runs.append(Run(track, shares, ((inertia, 1.0),), None if own is None else round(own, 1)))
         return runs

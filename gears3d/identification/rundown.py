@@ -10,7 +10,7 @@ from gears3d.identification.choosing import choose
 from gears3d.identification.law import Identified
 from gears3d.identification.parts import ALONE, CANDIDATES, Inertia, Share, plain, terms_of
 from gears3d.identification.telling import tell
-from gears3d.identification.track import Track, read_track
+from gears3d.identification.track import Track, read_tracks
 
 
 def identify_rundown(
@@ -45,7 +45,8 @@ def identify_rundown(
     >>> found.law, round(found.parameters["coulomb"].value, 6)
     ('coulomb', 0.2085)
     """
-    tracks = [file if isinstance(file, Track) else read_track(file) for file in files]
+    tracks = [file for file in files if isinstance(file, Track)]
+    tracks += read_tracks([file for file in files if not isinstance(file, Track)])
     warm = [None if track.temperature is None else round(track.temperature) for track in tracks]
     if None not in warm and len(set(warm)) > 1:
         made = (Share(ALONE),), (("inertia", 1.0),)

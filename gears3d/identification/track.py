@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.gate import Finding, admit
+from gears3d.gate import Admitted, Finding, admit, admit_each
 from gears3d.readers import Channels
 from gears3d.signals import edges, local_slope, noise_of, quantum
 
@@ -67,12 +67,46 @@ def read_track(
     Raises:
         InputError: columns are missing, not finite or not in order of time, or nothing runs down freely.
     """
-    wanted = f"theta_{gear}_rad"
-    names = (wanted, "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
-    admitted = admit(path, None, map_file, correct, needs=(names,))
+    return _track(admit(path, None, map_file, correct, needs=(_names(gear),)), gear)
+
+
+def read_tracks(
+    paths: Sequence[str | Path],
+    gear: str = "loose",
+    map_file: str | Path | None = None,
+    correct: Sequence[str] = (),
+    excluded: Callable[[Sequence[Admitted]], object] = len,
+) -> list[Track]:
+    """Read several run-downs, each once.
+
+    Args:
+        paths: as for :func:`read_track`.
+        gear: as for :func:`read_track`.
+        map_file: as for :func:`read_track`.
+        correct: as for :func:`read_track`; ``"duplicated-file"`` excludes a file that repeats another's readings.
+        excluded: called with the records that are excluded for that.
+
+    Returns:
+        The tracks.
+
+    Raises:
+        InputError: as for :func:`read_track`, of all files together, or a file repeats the readings of another.
+    """
+    admission = admit_each(paths, None, map_file, correct, needs=(_names(gear),))
+    admitted = admission.all()
+    excluded(admission.repeated)
+    return [_track(one, gear) for one in admitted]
+
+
+def _names(gear: str) -> tuple[str, ...]:
+    """Columns of which one must be there, the best first."""
+    return (f"theta_{gear}_rad", "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
+
+
+def _track(admitted: Admitted, gear: str) -> Track:
     channels = admitted.channels
-    columns, file = channels.columns, channels.file or str(path)
-    name = next(name for name in names if name in columns)
+    columns, file = channels.columns, channels.file
+    name = next(name for name in _names(gear) if name in columns)
     time, values = columns["time_s"], columns[name]
     _refuse_bad({"time_s": time, name: values}, file)
     if name.startswith("omega"):

@@ -11,7 +11,7 @@ import typer
 from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, answer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from gears3d.identification import Identified, Inertia
     from gears3d.identification.track import Track
@@ -49,26 +49,27 @@ def rundown(
     if [file for file in files if file.suffix == ".toml"]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
             raise UsageError("a campaign file contains inertias and laws: omit the other options")
-        campaign = ident.read_campaign(files[0], partial(_track, map_file=map_file, correct=correct))
+        campaign = ident.read_campaign(files[0], partial(_tracks, map_file=map_file, correct=correct))
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
-        read = partial(_track, map_file=map_file, correct=correct)
+        read = partial(_tracks, map_file=map_file, correct=correct)
         found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
         known = _inertia(inertia, inertia_uncertainty, rig)
-        tracks = [_track(file, "loose", map_file, correct) for file in files]
+        tracks = _tracks(files, "loose", map_file, correct)
         found = ident.identify_rundown(tracks, *known, law=law)
     answer(found, ident.rundown_picture, out, as_json)
 
 
-def _track(file: str | Path, gear: str, map_file: Path | None, correct: list[str] | None) -> Track:
-    """Return a coast-down that passed the sensor gate, and print the findings."""
-    from gears3d.cli.findings import show_findings
-    from gears3d.identification import read_track
+def _tracks(files: Sequence[Path], gear: str, map_file: Path | None, correct: list[str] | None) -> list[Track]:
+    """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
+    from gears3d.cli.findings import show_findings, show_repeated
+    from gears3d.identification import read_tracks
 
-    track = read_track(file, gear, map_file, correct or ())
-    show_findings(track.findings, track.file, quiet=True)
-    return track
+    tracks = read_tracks(files, gear, map_file, correct or (), show_repeated)
+    for track in tracks:
+        show_findings(track.findings, track.file, quiet=True)
+    return tracks
 
 
 def _mesh(
@@ -76,7 +77,7 @@ def _mesh(
     drive: list[Path],
     meshed: list[Path],
     rig: Path | None,
-    read: Callable[[Path, str], Track],
+    read: Callable[[Sequence[Path], str], list[Track]],
 ) -> Identified:
     from gears3d import identification as ident
     from gears3d.errors import Fault, InputError, UsageError
@@ -95,9 +96,9 @@ def _mesh(
         return ident.Inertia(value, scenario.uncertainty.get(f"gears.{gear}.inertia", 0.0))
 
     return ident.identify_mesh_drag(
-        [read(file, "loose") for file in loose],
-        [read(file, "drive") for file in drive],
-        [read(file, "loose") for file in meshed],
+        read(loose, "loose"),
+        read(drive, "drive"),
+        read(meshed, "loose"),
         (inertia("loose"), inertia("drive")),
         constants.base_radius_loose / constants.base_radius_drive,
     )

@@ -43,11 +43,13 @@ def admitted(
     Raises:
         InputError: a file cannot be used.
     """
-    from gears3d.cli.findings import show_findings
-    from gears3d.gate import admit_all
+    from gears3d.cli.findings import show_findings, show_repeated
+    from gears3d.gate import admit_each
     from gears3d.scenario import load
 
-    records = admit_all(files, load(rig), map_file, correct or (), needs=needs)
+    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs)
+    records = admission.all()
+    show_repeated(admission.repeated)
     for record in records:
         show_findings(record.findings, record.file, quiet=True)
     return records
