@@ -1,6 +1,7 @@
 """The papers' open questions: what could be the cause is run again by other ways, what cannot is scanned again."""
 
 import math
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,18 @@ def suspect(name, start):
     return next(each for each in questions(name)[0].suspects if each.name.startswith(start))
 
 
+@pytest.fixture(scope="module")
+def answered(bench):
+    """Return what comes of a suspect of a question, each found once."""
+
+    @cache
+    def found(name, of):
+        question = questions(name)[0]
+        return answer(question, next(each for each in question.suspects if each.name == of), bench)
+
+    return found
+
+
 def listed(names):
     return [
         pytest.param(name, i, marks=[pytest.mark.slow] if each.name in SLOW or name == "ottewill" else [], id=each.name)
@@ -34,9 +47,9 @@ def listed(names):
 
 
 @pytest.mark.parametrize(("name", "which"), listed(QUESTIONS))
-def test_the_page_says_what_comes_out(bench, name, which):
+def test_the_page_says_what_comes_out(bench, answered, name, which):
     question = questions(name)[0]
-    found = answer(question, question.suspects[which], bench)
+    found = answered(name, question.suspects[which].name)
     line = table(question, [found], bench)[-1]
     assert line.split(" | ")[:3] == next(
         each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.suspect.name} | ")
@@ -52,10 +65,10 @@ def test_every_kind_is_a_suspect_or_said_not_to_be(name):
 
 
 @pytest.mark.parametrize("multiple", [2, 3, 6, 12])
-def test_a_harmonic_of_the_drive_needs_what_the_closed_form_says(bench, multiple):
+def test_a_harmonic_of_the_drive_needs_what_the_closed_form_says(answered, multiple):
     """At its worst phase the n-th harmonic decelerates n times its share: the excitation is 1/(1 + n*share)."""
     question = questions("kadmiri")[0]
-    found = answer(question, suspect("kadmiri", f"drive_motion, {multiple}x"), bench)
+    found = answered("kadmiri", suspect("kadmiri", f"drive_motion, {multiple}x").name)
     assert found.size == pytest.approx((1 / question.target - 1) / multiple, rel=0.03)
 
 
@@ -75,8 +88,8 @@ KADMIRI = {
 
 
 @pytest.mark.parametrize("name", KADMIRI)
-def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, name):
-    found = answer(questions("kadmiri")[0], suspect("kadmiri", name), bench)
+def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, answered, name):
+    found = answered("kadmiri", suspect("kadmiri", name).name)
     impacts = []
     for part in (0.92, 1.08):
         swing = 4.19 * 0.35 / 0.3741 * part
@@ -87,8 +100,8 @@ def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, name):
 
 
 @pytest.mark.parametrize("name", ["drive_motion, 2x", "drive_motion, 3x"])
-def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, name):
-    found = answer(questions("rigaud")[0], suspect("rigaud", name), bench)
+def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, answered, name):
+    found = answered("rigaud", suspect("rigaud", name).name)
     first = {"amplitude": "20 rpm", "frequency": "3 Hz"}
     more = {
         "amplitude": f"{20 * found.nearest} rpm",
@@ -113,13 +126,17 @@ def test_no_size_up_to_the_bound_slows_the_reverse_flank(bench, name):
         assert question.values(bench, who, size, 0.0)[1] > 21.0
 
 
+def test_a_wandering_drag_shifts_the_contours_of_ottewill(bench):
+    question, who = questions("ottewill")[0], suspect("ottewill", "drag_position, order 1")
+    assert question.holds(question.values(bench, who, 0.3, 0.75 * math.pi))
+
+
+@pytest.mark.slow
 def test_a_wandering_drag_shifts_the_contours_of_ottewill_on_their_own_grid(bench):
     """Held against the full contours of the paper's rows, which have other amplitudes and phases."""
     from gears3d.papers.ottewill_2010.rattle import wandering
     from gears3d.papers.ottewill_2010.runs import contour, turned
 
-    question, who = questions("ottewill")[0], suspect("ottewill", "drag_position, order 1")
-    assert question.holds(question.values(bench, who, 0.3, 0.75 * math.pi))
     assert turned(contour(bench, "case-iv.toml", "iv"), wandering(bench)) > math.pi - 0.5
 
 

@@ -44,14 +44,20 @@ torque = "0.22 N m"
 """
 
 
+@pytest.fixture(scope="module")
+def validator():
+    """What checks against the schema, which takes longer to read than a document."""
+    return jsonschema.Draft202012Validator(schema())
+
+
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_every_shipped_scenario_is_sound(path):
+def test_every_shipped_scenario_is_sound(path, validator):
     scenario = load(path)
     assert scenario.title
     assert scenario.source
     assert scenario.path == path
     assert scenario.rig().backlash == pytest.approx(scenario.mount.backlash, rel=1e-9)
-    jsonschema.validate(tomllib.loads(path.read_text()), schema())
+    validator.validate(tomllib.loads(path.read_text()))
 
 
 def test_the_bench_is_the_papers():
@@ -277,11 +283,11 @@ class TestExtends:
 
 class TestDocument:
     @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-    def test_the_resolved_text_is_the_same_scenario(self, path):
+    def test_the_resolved_text_is_the_same_scenario(self, path, validator):
         scenario = load(path)
         again = load(scenario.document)
         assert dataclasses.replace(again, path=path) == scenario
-        jsonschema.validate(tomllib.loads(scenario.document), schema())
+        validator.validate(tomllib.loads(scenario.document))
 
     def test_comments_survive(self):
         document = load(FIG5, {"motion.mean": "90 rpm"}).document
@@ -345,9 +351,9 @@ class TestSchema:
             {"effect": [{"kind": "drag_viscous"}]},
         ],
     )
-    def test_it_refuses_what_the_reader_refuses(self, change):
+    def test_it_refuses_what_the_reader_refuses(self, change, validator):
         document = {**tomllib.loads(HALF), **change}
-        assert not jsonschema.Draft202012Validator(schema()).is_valid(document)
+        assert not validator.is_valid(document)
         with pytest.raises(InputError):
             load(document)
 
