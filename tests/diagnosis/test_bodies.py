@@ -39,17 +39,23 @@ def one():
     return thinned(evidence(measure(record(bench), bench), bench, "r"))
 
 
-def test_the_engine_predicts_what_the_rigid_model_does(one):
-    rigid, bodies = residuals(one), predicted(one, ())  # the rigid fall is a polygon of 44 pieces: a tenth of a sigma
+@pytest.fixture(scope="module")
+def plain(one):
+    """What the engine predicts without any effect."""
+    return predicted(one, ())
+
+
+def test_the_engine_predicts_what_the_rigid_model_does(one, plain):
+    rigid, bodies = residuals(one), plain  # the rigid fall is a polygon of 44 pieces: a tenth of a sigma
     for name, most in {"flight": 0.1, "contact": 1e-6, "impact": 1e-9}.items():
         assert len(bodies[name]) == len(rigid[name]) > 0
         assert np.abs(bodies[name] - rigid[name]).max() < most, name
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
-def test_an_effect_adds_in_the_engine_what_its_column_says(one, kind):
+def test_an_effect_adds_in_the_engine_what_its_column_says(one, plain, kind):
     effect = catalogue()[kind](**EFFECTS[kind])
-    before, after = predicted(one, ()), predicted(one, [effect])
+    before, after = plain, predicted(one, [effect])
     for name in before:
         column = added(one, [effect], name)
         made = before[name] - after[name]
@@ -57,12 +63,12 @@ def test_an_effect_adds_in_the_engine_what_its_column_says(one, kind):
 
 
 @pytest.mark.parametrize("kind", ["eccentricity", "pitch_error"])
-def test_solids_that_are_off_move_contacts_as_their_columns_say_to_first_order(one, kind):
+def test_solids_that_are_off_move_contacts_as_their_columns_say_to_first_order(one, plain, kind):
     seen = one.channels.contacts
     tooth = round(seen.drive[seen.flank == 0][100] * 45 / (2.0 * np.pi)) % 45 + 1
     shape = {"offset": 1e-5, "gear": "drive"} | ({"tooth": tooth} if kind == "pitch_error" else {"phase": 0.3})
     effect = catalogue()[kind](**shape)
-    made = predicted(one, ())["contact"] - predicted(one, [effect])["contact"]
+    made = plain["contact"] - predicted(one, [effect])["contact"]
     column = added(one, [effect], "contact")
     off = made - column - np.median(made - column)  # but for the places where the tooth comes and goes
     assert np.mean(np.abs(off) > 0.05 * np.abs(column).max()) < 0.03
