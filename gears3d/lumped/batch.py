@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.kernels import njit
-from gears3d.lumped import kernel, repeating, tally
+from gears3d.lumped import closed_kernel, kernel, repeating, tally
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import borrowed, inner
 
@@ -56,12 +56,12 @@ def _reset(state, start, mode):
         state[at.DEPARTED] = mode - at.STUCK if at.STUCK <= mode < at.PRESSED else 2.0
 
 
-def _compiled(oiled: bool) -> Any:
+def _compiled(plain: bool, oiled: bool) -> Any:
     @njit(cache=True, nogil=True, error_model="numpy")
     def batch(table, start, periods, follow, times, strobe, out, kept, stop, cursor, status, found, sections):
         """Run the points of a table; see :func:`run_points`."""
         table, out_impacts = borrowed(table), borrowed(out.impacts)
-        out_contacts, turn = borrowed(out.contacts), np.zeros(repeating.TURN, dtype=np.int64)
+        samples, out_contacts, turn = out.samples, borrowed(out.contacts), np.zeros(repeating.TURN, dtype=np.int64)
         cycle, marks = np.zeros((repeating.ROOM, 7)), np.zeros((tally.LONGEST, 2))
         state, before = np.zeros(at.STATE + 2 * int(table[:, at.N_TABLES].max())), np.zeros(at.STATE)
         count = np.zeros(at.COUNTERS, dtype=np.int64)
@@ -78,7 +78,9 @@ def _compiled(oiled: bool) -> Any:
             out.work[:] = 0.0  # what an earlier point left there would show in the last digit
             mode = before[at.MODE]
             _reset(state, start[i], mode if follow and carried else at.BEFORE)
-            if oiled:  # known when it is compiled; a kernel in the closure would never be found in the cache
+            if plain:  # known when it is compiled; a kernel in the closure would never be found in the cache
+                closed_kernel.advance(m, state, count, out_impacts, out_contacts, samples, inf, 0.0)
+            elif oiled:
                 kernel.oiled(m, state, count, out, 0.0)
             else:
                 kernel.dry(m, state, count, out, 0.0)
@@ -91,7 +93,9 @@ def _compiled(oiled: bool) -> Any:
                 reached = turn[repeating.REACHED]
                 stride, until = repeating.next_stop(turn, total - keep - reached, strobe, period)
                 while status[i] == DONE:
-                    if oiled:
+                    if plain:
+                        ended = closed_kernel.advance(m, state, count, out_impacts, out_contacts, samples, inf, until)
+                    elif oiled:
                         ended = kernel.oiled(m, state, count, out, until)
                     else:
                         ended = kernel.dry(m, state, count, out, until)
@@ -127,7 +131,7 @@ def _compiled(oiled: bool) -> Any:
     return batch
 
 
-_dry, _oiled = (_compiled(oiled) for oiled in (False, True))
+_closed, _dry, _oiled = _compiled(True, False), _compiled(False, False), _compiled(False, True)
 
 
 @njit(cache=True, error_model="numpy")
@@ -209,7 +213,7 @@ class Batch:
         table, start, periods, follow, times, strobe = self._arguments
         if not len(table):
             return 0
-        compiled = _oiled if table[0, at.FLOOR] > 0.0 else _dry
+        compiled = _oiled if table[0, at.FLOOR] > 0.0 else _closed if (table[:, at.SIMPLE] > 0.0).all() else _dry
         results = (self.stop, self.cursor, self.status, self.found, self.sections)
         return compiled(table, start, periods, follow, times, strobe, self._buffers, self._kept, *results)
 
@@ -248,7 +252,7 @@ def pack_points(base: np.ndarray, quantities: dict[str, np.ndarray]) -> np.ndarr
         at.REST: np.maximum(1e-13 * fastest, 1e-300),
         at.UNFELT: 1e-12 * (base[at.RADIUS_DRIVE] * fastest * rate + heaviest),
         at.SEED: q["seed"],
-        at.SIMPLE: q["amplitude"] > 0.0,
+        at.SIMPLE: q["amplitude"] >= 0.0,
         at.RATE: rate,
         at.RATE + 1: rate,
         at.RATE + 2: rate,

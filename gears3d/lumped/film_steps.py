@@ -16,8 +16,9 @@ from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import crossing
 from gears3d.lumped.film import balance, film_impulse, prepare, radius
 from gears3d.lumped.impacts import cross, end_passage, impact, log_impact, take_off, touch_down
+from gears3d.lumped.law import thrust
 from gears3d.lumped.roots import first_root, highest
-from gears3d.lumped.series import thrust, yielding
+from gears3d.lumped.series import yielding
 from gears3d.lumped.steps import (
     BREAKS_LOOSE,
     CLEARS,

@@ -2,47 +2,18 @@
 
 from __future__ import annotations
 
-from math import cos, inf, log, pi, sqrt
-
-import numpy as np
+from math import inf, pi, sqrt
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import horizon, turn_page
 from gears3d.lumped.film import film_torque, prepare
-from gears3d.lumped.series import contact, deviation, thrust
+from gears3d.lumped.law import LEAST, TOUCH, restitution, thrust
+from gears3d.lumped.series import contact, deviation
 from gears3d.lumped.torques import torque
 
-LEAST = 1e-13
-"""Rebound speed that no clock resolves [m/s]."""
-TOUCH = 1e-12
-"""Approach speed of a touch that is no impact [m/s]."""
 SMOOTH = 1e-6
 """Change of a flank's slope that contact rides over, as it comes with polynomials in pieces [m/rad]."""
-
-
-@inner
-def normal(seed, index):
-    """Return a standard normal number that depends on seed and index alone (splitmix64, Box-Muller)."""
-    uniform = np.zeros(2)
-    for i in range(2):
-        z = np.uint64(seed) * np.uint64(0xD1342543DE82EF95)
-        z += np.uint64(2 * index + i + 1) * np.uint64(0x9E3779B97F4A7C15)
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        z = z ^ (z >> np.uint64(31))
-        uniform[i] = (float(z >> np.uint64(11)) + 0.5) / 9007199254740992.0
-    return sqrt(-2.0 * log(uniform[0])) * cos(2.0 * pi * uniform[1])
-
-
-@inner
-def restitution(m, flank, speed, index):
-    """Return e = clip(e0 + slope·|v| ± asymmetry/2 + scatter·z, 0, 1)."""
-    e = m[at.RESTITUTION] + m[at.RESTITUTION + 1] * speed
-    e += 0.5 * m[at.RESTITUTION + 2] if flank == 0 else -0.5 * m[at.RESTITUTION + 2]
-    if m[at.RESTITUTION + 3] > 0.0:
-        e += m[at.RESTITUTION + 3] * normal(m[at.SEED], index)
-    return min(max(e, 0.0), 1.0)
 
 
 @inner

@@ -1,4 +1,4 @@
-"""The event-driven run of the rigid model, compiled once for every list of effects."""
+"""The event-driven run of the rigid model: in closed form where there is one, else over power series."""
 
 from __future__ import annotations
 
@@ -8,17 +8,12 @@ import numpy as np
 
 from gears3d.kernels import njit
 from gears3d.lumped import layout as at
-from gears3d.lumped.bounces import bounce_on, eligible, ride
+from gears3d.lumped.closed_kernel import PATIENCE, SHORTEST
+from gears3d.lumped.closed_kernel import advance as closed
 from gears3d.lumped.compile import borrowed
-from gears3d.lumped.crossings import cross_over
 from gears3d.lumped.film_steps import film_step, hush
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
-
-PATIENCE = 20_000
-"""So many steps in a row that are SHORTEST or less on average break a run off."""
-SHORTEST = 1e-12
-"""Mean length of a step that leads nowhere [s]."""
 
 
 def _compiled(oiled: bool):
@@ -35,17 +30,12 @@ def _compiled(oiled: bool):
             if count[at.N_CONTACTS] >= contacts.shape[0]:
                 return at.CONTACTS_FULL
             mode = state[at.MODE]
-            if mode == at.FREE and eligible(m, state):
-                if not bounce_on(m, state, count, impacts, spacing, samples.shape[0], end, w):
-                    free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-            elif oiled and (mode == at.FREE or mode >= at.PRESSED):
+            if oiled and (mode == at.FREE or mode >= at.PRESSED):
                 film_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             elif mode == at.FREE:
-                if not cross_over(m, state, count, spacing, samples.shape[0], end, w):
-                    free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             elif mode < at.PRESSED:
-                if m[at.SIMPLE] == 0.0 or not ride(m, state, count, spacing, samples.shape[0], end, w):
-                    contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+                contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             else:
                 spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
             if oiled and at.STUCK <= mode < at.PRESSED:
@@ -78,7 +68,7 @@ dry, oiled = (_compiled(oiled) for oiled in (False, True))
 def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers, end: float) -> int:
     """Move the state to the time ``end`` or to the first buffer that is full, and return how it ended.
 
-    Compiled once for all lists of effects without, and once for those with an oil film.
+    Compiled three times: for what has a closed form, for all other effects, and for those with an oil film.
 
     Args:
         m: the packed model, flat.
@@ -90,4 +80,6 @@ def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers
     Returns:
         How it ended, one of those in :mod:`gears3d.lumped.layout`.
     """
+    if m[at.SIMPLE] > 0.0:
+        return closed(m, state, count, out.impacts, out.contacts, out.samples, out.spacing, end)
     return (oiled if m[at.FLOOR] > 0.0 else dry)(m, state, count, out, end)

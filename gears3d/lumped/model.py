@@ -74,12 +74,22 @@ class Model(NamedTuple):
     drive_table: int = -1
     flank_tables: int = -1
 
+    def has_closed_form(self) -> bool:
+        """Whether flanks are perfect, torques constant, and the drive has one harmonic at most."""
+        plain = len(self.harmonics) <= 1 and not len(self.torques) and not len(self.flanks) and not self.tables
+        rigid = self.stiffness == 0.0 and not self.base[:, 1:].any() and not self.film.any()
+        return plain and rigid and bool((self.harmonics[:, 0] >= 0.0).all() and (self.harmonics[:, 1] > 0.0).all())
+
     def flat(self) -> np.ndarray:
         """Return the numbers one after the other, as :mod:`gears3d.lumped.layout` has them.
 
         One plain array costs the compiled code nothing to hand on; a structure of arrays costs it ten times its work.
         """
-        sizes = [len(self.harmonics), len(self.torques), len(self.flanks)]
+        harmonics = self.harmonics
+        simple = self.has_closed_form()
+        if simple and not len(harmonics):
+            harmonics = np.array([[0.0, 1.0, 0.0, 1.0]])
+        sizes = [len(harmonics), len(self.torques), len(self.flanks)]
         torques = layout.HARMONICS + layout.PER_HARMONIC * sizes[0]
         flanks = torques + layout.PER_TORQUE * sizes[1]
         tables = flanks + layout.PER_FLANK * sizes[2]
@@ -88,8 +98,6 @@ class Model(NamedTuple):
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
             self.friction, *self.film,
         ]  # fmt: skip
-        simple = sizes == [1, 0, 0] and self.stiffness == 0.0 and not self.base[:, 1].any() and not self.tables
-        simple = simple and self.harmonics[0, 0] > 0.0
         on_loose = bool(self.flanks[:, 0].any())
         deviates = sizes[2] > 0 or self.flank_tables >= 0
         reverse = self.flank_tables + 1 if self.flank_tables >= 0 else -1
@@ -97,7 +105,7 @@ class Model(NamedTuple):
             torques, flanks, simple, on_loose, deviates, 12 if self.tables else 5, len(self.tables), tables,
             self.drive_table, self.flank_tables, reverse,
         ]  # fmt: skip
-        arrays = [self.rate, self.gated, self.restitution, self.base, self.harmonics, self.torques, self.flanks]
+        arrays = [self.rate, self.gated, self.restitution, self.base, harmonics, self.torques, self.flanks]
         packed = pack(self.tables, tables)
         return np.concatenate([scalars, sizes, places, *(np.ravel(a) for a in arrays), packed]).astype(float)
 

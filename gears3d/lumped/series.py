@@ -12,6 +12,7 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import motion, tabled, value_and_slope
 from gears3d.lumped.film import film_torque, prepare
+from gears3d.lumped.law import thrust
 from gears3d.lumped.torques import torque, turn
 
 
@@ -215,12 +216,6 @@ def contact(m, state, flank, phase, n, w):
             pull += film_torque(m, k, w)
         w[at.REACTION, k] = (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) * thrust(m, side, sign)
     return sign
-
-
-@inner
-def thrust(m, side, sign):
-    """Return the flank's force by the torque that it exerts, friction in the mesh included."""
-    return 1.0 / (m[at.RADIUS_LOOSE] * (side - m[at.FRICTION] * sign))
 
 
 @inner
