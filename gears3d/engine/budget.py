@@ -93,7 +93,7 @@ class Watch:
         )
         self.teeth = found[keep]
         if abs(excess) > self.allowed:
-            self._refuse(found[row], raw[row], refined, time)
+            self._refuse(found[row], float(raw[row]), refined, time)
 
     def _near(self, world: World, theta_drive: float, theta_loose: float, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the teeth that Bullet finds near each other (n, 3), on both flanks, and its gaps (n,) [m]."""

@@ -141,8 +141,11 @@ def _check_tips(pair: Pair) -> None:
         # twice the sum: flanks that lean, as those of harmonics do, move their tips by more than the material there
         if 2.0 * sum(abs(_size(each)) for each in mine) < land:
             continue
-        from gears3d.gears.arrays import compile_pair  # compiled kernels: most rigs are checked without them
-        from gears3d.gears.flank import flank_point, roll_at_radius
+        from gears3d.gears.flank import (  # most rigs are checked without kernels
+            compile_pair,
+            flank_point,
+            roll_at_radius,
+        )
 
         flanks, gear = compile_pair(pair), pair.gear(which)
         for tooth in range(1, gear.teeth + 1):

@@ -1,6 +1,7 @@
 """``new``, ``list`` and ``doctor``: what somebody types first works, and says what is missing."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import pytest
