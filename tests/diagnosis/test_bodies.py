@@ -108,7 +108,7 @@ def test_a_true_cause_is_worth_in_the_engine_what_it_is_in_the_rigid_model():
 def test_nothing_to_try_and_what_the_engine_cannot_do_are_said(one):
     assert in_bodies([one], ()).why == "there is no cause to try"
     mesh = Candidate("mesh_drag", {}, "coefficient", 0.01, False, ("loss",))
-    assert "no flight, impact or contact" in in_bodies([one], [begin(mesh, np.array([0.1]))]).why
+    assert "no effect on single flights, impacts or contacts" in in_bodies([one], [begin(mesh, np.array([0.1]))]).why
     film = Candidate("oil_film", {"minimum_thickness": 1e-6}, "viscosity", 0.1, False, ("impact",))
     assert "oil" in in_bodies([one], [begin(film, np.array([0.5]))]).why
 

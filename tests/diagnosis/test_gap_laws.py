@@ -63,7 +63,7 @@ def test_a_rig_whose_teeth_yield_agrees_or_is_not_decided(tmp_path, kinds):
     assert not found.causes
     assert found.verdict == ("not_decidable" if kinds else "nothing_to_add"), found.to_dict()
     assert score["verdict_right"] or score["hedged"]
-    assert "agree on every path" in render(found) or kinds
+    assert "agree in every contact episode" in render(found) or kinds
 
 
 @pytest.mark.slow

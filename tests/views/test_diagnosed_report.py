@@ -56,7 +56,7 @@ PLACED = {
     "transmission_error": ({"amplitude": 2e-5, "order": 3}, "contact", "3 × angle of the drive gear [°]"),
     "backlash_offset": ({"offset": 1e-5}, "contact", "angle of the drive gear [°]"),
     "pitch_error": ({"offset": 1e-5, "tooth": 4}, "contact", "drive gear, teeth after tooth 4 at the pitch point"),
-    "restitution_offset": ({"offset": 0.1}, "impact", "speed of approach [mm/s]"),
+    "restitution_offset": ({"offset": 0.1}, "impact", "approach speed [mm/s]"),
     "drive_motion": ({"amplitude": 0.05, "frequency": 7.0}, "drive", "phase of this motion [°]"),
     "encoder_eccentricity": ({"amplitude": 1e-4, "gear": "drive"}, "contact", "angle of the drive gear [°]"),
     "encoder_skew": ({"delay": 1e-5, "gear": "loose"}, "contact", "speed of the drive gear [rpm]"),

@@ -317,6 +317,6 @@ def _folded(angle: Array, order: float, gear: str) -> Coordinate:
 
 def _speed(name: str, seen: Samples) -> Coordinate:
     if name == "impact":
-        return Coordinate("speed of approach [mm/s]", 1e3 * seen.speed)
+        return Coordinate("approach speed [mm/s]", 1e3 * seen.speed)
     gear = "loose" if name == "flight" else "drive"
     return Coordinate(f"speed of the {gear} gear [rpm]", RPM * seen.speed)
