@@ -74,7 +74,7 @@ def require(module: str, user: str, extra: str, *, file: str = "", otherwise: st
     except ImportError as error:
         if isinstance(error, ModuleNotFoundError) and (error.name or root).partition(".")[0] == root:
             what = f"{user} needs {name}, which is not installed"
-            fault = Fault("", what, ", or ".join(filter(None, (pip_line(extra), otherwise))), file)
+            fault = Fault("", what, "; or ".join(filter(None, (pip_line(extra), otherwise))), file)
         else:
             what = f"{user} needs {name}, which is installed but cannot be loaded: {error}"
             fault = Fault("", what, f"install it again: pip install --force-reinstall {name}", file)
