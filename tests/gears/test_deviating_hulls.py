@@ -106,15 +106,26 @@ def check(pair, which):
     assert 0.0 < made.volume < pi * tip**2 * pair.gear(which).face_width
 
 
-LEANING = Pair.from_backlash(*[Gear(2e-3, z, face_width=12e-3) for z in (112, 120)], 43e-6)
-"""A pair whose teeth lean by degrees under a wave of order 8: no point of some flanks has the radius of their start."""
-
-
-def test_flanks_that_lean_above_their_start_radius_have_hulls():
-    pair = LEANING.with_deviations(
-        HarmonicDeviation("drive", "active", 8, 694e-6, 6.04), HarmonicDeviation("drive", "reverse", 8, -694e-6, 6.04)
+@pytest.mark.parametrize(
+    ("teeth", "which", "order", "amplitude", "phase"),
+    [
+        ((19, 37), "drive", 1, 200e-6, 0.0),
+        ((19, 37), "drive", 3, 60e-6, 0.0),
+        ((19, 37), "drive", 19, 7.8e-6, 1.0),
+        ((19, 37), "loose", 8, 250e-6, 0.0),
+        ((112, 120), "drive", 8, 694e-6, 6.04),
+    ],
+)
+def test_flanks_that_lean_above_their_start_radius_have_hulls(teeth, which, order, amplitude, phase):
+    """From amplitude·order of about half of base radius·start roll² on, no point of some flanks has that radius."""
+    pair = Pair.from_backlash(*[Gear(2.5e-3, z, face_width=12e-3) for z in teeth], 200e-6)
+    start, base = pair.start_roll(which), pair.gear(which).base_radius
+    assert amplitude * order > 0.4 * base * start**2
+    pair = pair.with_deviations(
+        HarmonicDeviation(which, "active", order, amplitude, phase),
+        HarmonicDeviation(which, "reverse", order, -amplitude, phase),
     )
-    check(pair, "drive")
+    check(pair, which)
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
