@@ -65,6 +65,20 @@ def _plain_template(kernel: Any, args: Any, kws: Any) -> Any:
     return type(kernel).get_call_template(kernel, tuple(types.unliteral(kind) for kind in args), plain)
 
 
+_DAMAGED = (
+    OSError,
+    EOFError,
+    pickle.UnpicklingError,
+    ImportError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    RuntimeError,
+)
+"""What reading an entry raises that is not whole: of pickle, and of LLVM, whose errors are RuntimeErrors."""
+
+
 class inner:
     """Compile a function that compiled code calls: without a wrapper for Python, from where it runs as it is written.
 
@@ -110,7 +124,7 @@ class _Kept(_Cache):
             return CompileResult._rebuild(target_context, *pickle.loads(path.read_bytes())) if self._on else None
         except FileNotFoundError:
             return None
-        except Exception:  # a damaged entry is as good as none
+        except _DAMAGED:  # as good as none
             with contextlib.suppress(OSError):
                 path.unlink(missing_ok=True)
             return None

@@ -24,7 +24,7 @@ LETTER = 0.6
 """Width of a letter of the small print."""
 FILL = {"top": "#dbe9f4", "source": "#fbe3d2", "ground": "#eeeeee", "": "#ffffff"}
 KINDS = {"top": ("cli", "views", "validation", "papers"), "source": ("engine", "lumped", "readers", "challenge")}
-GROUND = ("units", "files", "errors", "kernels", "notebook", "version")
+GROUND = ("units", "files", "errors", "kernels", "notebook", "records", "version")
 
 
 def floors() -> list[list[str]]:
