@@ -6,5 +6,7 @@ from gears3d.bench.drop import Drops as Drops
 from gears3d.bench.drop import drops as drops
 from gears3d.bench.ste import StaticError as StaticError
 from gears3d.bench.ste import static_error as static_error
+from gears3d.bench.threshold import Sweep as Sweep
 from gears3d.bench.threshold import Thresholds as Thresholds
+from gears3d.bench.threshold import predicted as predicted
 from gears3d.bench.threshold import thresholds as thresholds

@@ -16,7 +16,8 @@ from gears3d.gears.pair import Pair
 from gears3d.gears.relief import Relief
 
 if TYPE_CHECKING:
-    from gears3d.gears.chords import default_chord
+    from gears3d.gears.chords import default_chord, triangles_at
+    from gears3d.gears.clearance import mounted_band
     from gears3d.gears.contact import (
         ContactLines,
         contact_lines,
@@ -24,14 +25,60 @@ if TYPE_CHECKING:
         sliding_speed,
         specific_sliding,
     )
-    from gears3d.gears.flank import Flanks, candidates, flank_gap, flank_point, gap_at, nearest_gap
+    from gears3d.gears.edge import edged, edged_gap
+    from gears3d.gears.export import content_hash, write_meshes
+    from gears3d.gears.flank import (
+        ACTIVE,
+        REVERSE,
+        Flanks,
+        candidates,
+        flank_gap,
+        flank_point,
+        flank_points,
+        gap_at,
+        nearest_gap,
+        roll_at_radius,
+    )
     from gears3d.gears.hulls import piece_budget, pieces
+    from gears3d.gears.involute import inv, inverse_inv
+    from gears3d.gears.limits import steepest
     from gears3d.gears.outline import profile
-    from gears3d.gears.rolling import QuasiStatic, quasi_static
+    from gears3d.gears.rolling import QuasiStatic, hunting_period, quasi_static, rolled
+    from gears3d.gears.sheet import data_sheet, path_points, radial_backlash
     from gears3d.gears.solids import mass_properties, solid, solid_arrays
-    from gears3d.gears.surface import Surfaces, compile_surfaces, section_gap, surface_gap, surface_point
+    from gears3d.gears.surface import (
+        Surfaces,
+        compile_surfaces,
+        flanks_at,
+        lead_turn,
+        mates,
+        section_gap,
+        surface_gap,
+        surface_point,
+    )
 
 _HOME = {
+    "ACTIVE": "flank",
+    "REVERSE": "flank",
+    "flank_points": "flank",
+    "roll_at_radius": "flank",
+    "inv": "involute",
+    "inverse_inv": "involute",
+    "edged": "edge",
+    "edged_gap": "edge",
+    "data_sheet": "sheet",
+    "path_points": "sheet",
+    "radial_backlash": "sheet",
+    "content_hash": "export",
+    "write_meshes": "export",
+    "hunting_period": "rolling",
+    "rolled": "rolling",
+    "mates": "surface",
+    "lead_turn": "surface",
+    "flanks_at": "surface",
+    "mounted_band": "clearance",
+    "steepest": "limits",
+    "triangles_at": "chords",
     "ContactLines": "contact",
     "contact_lines": "contact",
     "curvature_radii": "contact",
@@ -60,6 +107,8 @@ _HOME = {
 }
 
 __all__ = [
+    "ACTIVE",
+    "REVERSE",
     "ContactLines",
     "Eccentricity",
     "Flanks",
@@ -78,24 +127,43 @@ __all__ = [
     "candidates",
     "compile_surfaces",
     "contact_lines",
+    "content_hash",
     "curvature_radii",
+    "data_sheet",
     "default_chord",
+    "edged",
+    "edged_gap",
     "flank_gap",
     "flank_point",
+    "flank_points",
+    "flanks_at",
     "gap_at",
+    "hunting_period",
+    "inv",
+    "inverse_inv",
+    "lead_turn",
     "mass_properties",
+    "mates",
+    "mounted_band",
     "nearest_gap",
+    "path_points",
     "piece_budget",
     "pieces",
     "profile",
     "quasi_static",
+    "radial_backlash",
+    "roll_at_radius",
+    "rolled",
     "section_gap",
     "sliding_speed",
     "solid",
     "solid_arrays",
     "specific_sliding",
+    "steepest",
     "surface_gap",
     "surface_point",
+    "triangles_at",
+    "write_meshes",
 ]
 
 

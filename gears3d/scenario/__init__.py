@@ -6,10 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gears3d.scenario.flanks import eccentricities as eccentricities
+from gears3d.scenario.flanks import flank_deviations as flank_deviations
+from gears3d.scenario.meshing import solid_inertia as solid_inertia
 from gears3d.scenario.model import GearSpec as GearSpec
 from gears3d.scenario.model import Harmonic as Harmonic
 from gears3d.scenario.model import Scenario as Scenario
+from gears3d.scenario.model import Sensor as Sensor
+from gears3d.scenario.model import Sensors as Sensors
 from gears3d.scenario.overrides import Overrides
+from gears3d.scenario.starting import STARTERS as STARTERS
 
 
 def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()) -> Scenario:

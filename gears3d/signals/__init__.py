@@ -26,6 +26,10 @@ from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN as FLIGHT_HEIGHT_MIN
 from gears3d.signals.pattern import impacts_per_period as impacts_per_period
 from gears3d.signals.pattern import regime as regime
 from gears3d.signals.recurrence import on_closed_curve as on_closed_curve
+from gears3d.signals.sound import MODES as MODES
+from gears3d.signals.sound import Mode as Mode
+from gears3d.signals.sound import normalised as normalised
+from gears3d.signals.sound import ring as ring
 from gears3d.signals.spectra import Average as Average
 from gears3d.signals.spectra import Spectrum as Spectrum
 from gears3d.signals.spectra import frequency_spectrum as frequency_spectrum

@@ -12,11 +12,22 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gears3d.sweep.axes import Axis, parse_axis
+    from gears3d.sweep.block import compute, scenario_of
     from gears3d.sweep.dataset import open_dataset
+    from gears3d.sweep.drawing import draw
+    from gears3d.sweep.estimate import Estimate, block_size, refuse_endless
     from gears3d.sweep.plan import Plan
     from gears3d.sweep.run import Done, make_plan, sweep
+    from gears3d.sweep.store import open_plan
 
 _HOME = {
+    "compute": "block",
+    "scenario_of": "block",
+    "open_plan": "store",
+    "Estimate": "estimate",
+    "block_size": "estimate",
+    "refuse_endless": "estimate",
+    "draw": "drawing",
     "Axis": "axes",
     "parse_axis": "axes",
     "Plan": "plan",
@@ -25,7 +36,22 @@ _HOME = {
     "sweep": "run",
     "open_dataset": "dataset",
 }
-__all__ = ["Axis", "Done", "Plan", "make_plan", "open_dataset", "parse_axis", "sweep"]
+__all__ = [
+    "Axis",
+    "Done",
+    "Estimate",
+    "Plan",
+    "block_size",
+    "compute",
+    "draw",
+    "make_plan",
+    "open_dataset",
+    "open_plan",
+    "parse_axis",
+    "refuse_endless",
+    "scenario_of",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> Any:

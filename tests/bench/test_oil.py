@@ -2,9 +2,7 @@
 
 import pytest
 
-from gears3d.bench.drop import drops
-from gears3d.bench.ste import static_error
-from gears3d.bench.threshold import thresholds
+from gears3d.bench import drops, static_error, thresholds
 from gears3d.errors import InputError
 from gears3d.scenario import load
 

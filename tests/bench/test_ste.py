@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.bench import Drops, StaticError, Thresholds, static_error
+from gears3d.bench import Drops, StaticError, Sweep, Thresholds, static_error
 from gears3d.bench.drawing import static_picture, threshold_picture
-from gears3d.bench.threshold import Sweep
 from gears3d.errors import InputError
 from gears3d.gears import quasi_static
 from gears3d.recording import Recording
-from gears3d.scenario import load
-from gears3d.scenario.flanks import eccentricities, flank_deviations
+from gears3d.scenario import eccentricities, flank_deviations, load
 
 RIG = """
 format = 1

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.bench import thresholds
-from gears3d.bench.threshold import predicted
+from gears3d.bench import predicted, thresholds
 from gears3d.errors import InputError
 from gears3d.scenario import load
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gears3d.challenge.history import happen
+from gears3d.challenge import happen
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 

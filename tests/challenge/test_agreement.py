@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge.history import happen
+from gears3d.challenge import happen
 from tests.challenge import bench
 from tests.challenge.bench import CASES, SPRING, apart, beside, differences, rattle
 

@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, observe, plan, reveal, score
-from gears3d.challenge.causes import KINDS
-from gears3d.challenge.foreign import UNKNOWN
+from gears3d.challenge import KINDS, UNKNOWN, hide, observe, plan, reveal, score
 from gears3d.effects import catalogue
 from gears3d.errors import InputError, UsageError
 from gears3d.scenario import load
@@ -151,7 +149,7 @@ def test_nothing_and_the_unknown_have_their_verdicts():
 
 @pytest.mark.parametrize("late", [3.5e-5, -3.5e-5, -4e-4])
 def test_an_encoder_that_reads_late_reads_what_was(late):
-    from gears3d.challenge.history import happen
+    from gears3d.challenge import happen
     from tests.challenge.bench import rattle
 
     scenario = rattle([], "0.3 s")

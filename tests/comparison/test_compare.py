@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gears3d.comparison import compare
-from gears3d.comparison.result import KEYS
+from gears3d.comparison import KEYS, compare
 from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
 

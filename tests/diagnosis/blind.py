@@ -15,10 +15,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from gears3d.challenge import hide, plan, protocol, reveal
-from gears3d.challenge.causes import KINDS
-from gears3d.challenge.foreign import UNKNOWN
-from gears3d.challenge.hiding import Plan
+from gears3d.challenge import KINDS, UNKNOWN, Plan, hide, plan, protocol, reveal
 from gears3d.challenge.protocol import bench, excite
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import Seen

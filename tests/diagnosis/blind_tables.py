@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import binomtest
 
-from gears3d.challenge.causes import KINDS
+from gears3d.challenge import KINDS
 from gears3d.effects import catalogue
 from tests.diagnosis.blind import FINE, NULLS
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from gears3d.diagnosis import Candidate, begin
 from gears3d.diagnosis.alongside import further, shortlist
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import begin
 from gears3d.diagnosis.contactlaw import OWN, gains, hold
 from gears3d.diagnosis.visits import some, visits
 from gears3d.effects import catalogue

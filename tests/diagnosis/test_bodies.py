@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
+from gears3d.diagnosis import Candidate, added, begin, residuals
 from gears3d.diagnosis.bodies import began, extended, in_bodies, predicted, stretches, thinned
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import begin
 from gears3d.diagnosis.evidence import evidence
-from gears3d.diagnosis.prediction import added, residuals
 from gears3d.diagnosis.verdict import heldout
 from gears3d.effects import catalogue
 from gears3d.measurement import measure

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from gears3d.challenge import hide, plan
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import begin, contribution, fit
+from gears3d.diagnosis import Candidate, Search, begin, contribution, ready
+from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.deviation import influence
-from gears3d.diagnosis.readied import ready, whole_teeth
-from gears3d.diagnosis.search import Search
+from gears3d.diagnosis.readied import whole_teeth
 from gears3d.diagnosis.struck import SIDES
 from gears3d.gate import admit
 from gears3d.readers import files_of

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import begin
+from gears3d.diagnosis import Candidate, begin
 from gears3d.diagnosis.library import Scored
 from gears3d.diagnosis.search import ONCE, _able
 

@@ -5,10 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis import BINS, without
 from gears3d.diagnosis.evidence import _fine
 from gears3d.diagnosis.placing import placed, pulled
-from gears3d.diagnosis.prediction import without
 
 SPEEDS = (9.0, 14.0, 23.0)
 FLIGHTS, SIGMA, GAP = 90, 2e-6, 2e-4

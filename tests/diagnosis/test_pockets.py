@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.channels import Corners
+from gears3d.diagnosis import Corners
 from gears3d.diagnosis.deviation import over_tooth
 from gears3d.diagnosis.pockets import LEAST, _teeth, on_both, pocket
 from gears3d.effects import catalogue

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from gears3d.diagnosis import without
 from gears3d.diagnosis.deviation import deviation
-from gears3d.diagnosis.prediction import reading_error, restitution, without
+from gears3d.diagnosis.prediction import reading_error, restitution
 from gears3d.diagnosis.torque import torque
 from gears3d.effects import catalogue
 from gears3d.gears import Eccentricity, Gear, HarmonicDeviation, Pair, ToothDeviation, quasi_static

@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from gears3d.challenge import hide
-from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis import BINS, Structure, diagnose, uncut
 from gears3d.diagnosis.quantisation import COARSE, alone, of_counts, quantum_of, shared
-from gears3d.diagnosis.structure import Structure
 from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gears3d.diagnosis import BINS, without
 from gears3d.diagnosis.amiss import amiss
-from gears3d.diagnosis.channels import BINS
-from gears3d.diagnosis.prediction import without
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import binned, parted, scanned
 from tests.diagnosis.blind_tables import rate

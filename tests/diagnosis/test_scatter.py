@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from gears3d.challenge import plan
+from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.blows import Blows
-from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.neighbours import alike
 from gears3d.diagnosis.scatter import Rebounds, rebounds, scatter, with_own_noise, working
-from gears3d.diagnosis.search import Search
 from gears3d.diagnosis.whiteness import own_scatter
 from tests.diagnosis.test_gap_laws import hidden, judged
 

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.candidates import Candidate
-from gears3d.diagnosis.cause import begin, fit
-from gears3d.diagnosis.channels import Contacts, Drive
-from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis import Candidate, Contacts, Drive, begin, uncut
+from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.library import Scored
 from gears3d.diagnosis.search import _able, _base, _everywhere, _held, _within, search
 from gears3d.diagnosis.sifting import badly_cut, without_outliers

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gears3d.challenge import hide, plan
+from gears3d.diagnosis import CHANNELS, ready, residuals
 from gears3d.diagnosis.heldout import splits
-from gears3d.diagnosis.prediction import CHANNELS, residuals, rms_of, sigmas
-from gears3d.diagnosis.readied import ready
+from gears3d.diagnosis.prediction import rms_of, sigmas
 from gears3d.gate import admit
 from gears3d.readers import files_of
 from gears3d.scenario import load

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.channels import Corners
+from gears3d.diagnosis import Corners
 from gears3d.diagnosis.deviation import BENT, influence
 from gears3d.diagnosis.struck import struck
 from gears3d.gears import Gear, Pair

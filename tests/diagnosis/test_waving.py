@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis.channels import BINS
+from gears3d.diagnosis import BINS, without
 from gears3d.diagnosis.evidence import _fine
-from gears3d.diagnosis.prediction import without
 from gears3d.diagnosis.waving import waved
 from tests.diagnosis.blind_tables import rate
 

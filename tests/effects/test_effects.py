@@ -6,8 +6,7 @@ from typing import ClassVar
 
 import pytest
 
-from gears3d.effects import Code, Effect, Gate, Param, Rig, Row, SensorEffect, catalogue, register
-from gears3d.effects.rows import WIDTH
+from gears3d.effects import WIDTH, Code, Effect, Gate, Param, Rig, Row, SensorEffect, catalogue, register
 from gears3d.errors import InputError
 from gears3d.laws import film
 

@@ -4,7 +4,7 @@ import pytest
 
 from gears3d import simulate
 from gears3d.comparison import compare
-from gears3d.effects.rows import Code
+from gears3d.effects import Code
 from gears3d.scenario import load
 from gears3d.scenario.shipped import shipped
 

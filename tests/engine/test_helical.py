@@ -13,11 +13,17 @@ from gears3d.engine import door, simulate
 from gears3d.engine.lines import facing, line_gap
 from gears3d.engine.mesh import meshed
 from gears3d.errors import EngineError, InputError
-from gears3d.gears import ToothDeviation, compile_surfaces, contact_lines, quasi_static, surface_gap, surface_point
-from gears3d.gears.surface import mates
+from gears3d.gears import (
+    ToothDeviation,
+    compile_surfaces,
+    contact_lines,
+    mates,
+    quasi_static,
+    surface_gap,
+    surface_point,
+)
 from gears3d.lumped import rigid
-from gears3d.scenario import load
-from gears3d.scenario.flanks import eccentricities, flank_deviations
+from gears3d.scenario import eccentricities, flank_deviations, load
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 TWIN = {"gears.helix_angle": "25 deg", "run.settle": "0 s"}

@@ -81,7 +81,7 @@ def test_rebuilt_worlds_agree_bit_by_bit():
 
 
 def test_scatter_follows_the_seed(monkeypatch):
-    from gears3d.effects.rows import impact_scatter
+    from gears3d.effects import impact_scatter
     from gears3d.scenario import Scenario
 
     monkeypatch.setattr(Scenario, "rows", lambda self: (impact_scatter(0.05),))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d import engine, simulate
-from gears3d.effects.rows import Code
+from gears3d.effects import Code
 from gears3d.errors import EngineError, InputError
 from gears3d.scenario import load
 

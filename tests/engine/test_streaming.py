@@ -9,9 +9,8 @@ import pytest
 
 from gears3d.engine import simulate, stream, streaming
 from gears3d.errors import EngineError, InputError
-from gears3d.recording import describe, read
+from gears3d.recording import describe, excerpt, read
 from gears3d.recording import streaming as tables
-from gears3d.recording.streaming import excerpt
 from gears3d.scenario import load
 from gears3d.simulation import simulate as any_model
 from gears3d.simulation import stream as any_stream

@@ -6,8 +6,7 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from gears3d.effects import Gate, Row, Variable
-from gears3d.effects.rows import torque_constant, torque_table
+from gears3d.effects import Gate, Row, Variable, torque_constant, torque_table
 from gears3d.engine import simulate
 from gears3d.lumped import rigid
 from tests.effects.bench import DRAG, bench, first_flight, off

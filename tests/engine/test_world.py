@@ -9,8 +9,7 @@ from gears3d.engine.budget import MARGINS
 from gears3d.engine.hulls import QUANTA, against_truncation, write_compound
 from gears3d.engine.mesh import meshed, side_gap, teeth_of_points
 from gears3d.errors import EngineError
-from gears3d.gears import Gear, Pair, nearest_gap
-from gears3d.gears.edge import edged_gap
+from gears3d.gears import Gear, Pair, edged_gap, nearest_gap
 from gears3d.scenario import load
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"

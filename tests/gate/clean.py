@@ -7,8 +7,7 @@ import numpy as np
 from gears3d.readers import Channels
 from gears3d.recording import Recording
 from gears3d.scenario import load
-from gears3d.simulation import simulate
-from gears3d.simulation.encoder import encode
+from gears3d.simulation import encode, simulate
 
 RIGAUD, KADMIRI, OTTEWILL = (
     f"scenarios/{name}.toml" for name in ("rigaud-2020/fig5-20rpm", "kadmiri-2012/fig7-100rpm", "ottewill-2010/case-i")

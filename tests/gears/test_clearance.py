@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gears3d.errors import InputError
-from gears3d.gears import Eccentricity, Gear, Misalignment, Pair, ToothDeviation, Wobble, quasi_static
-from gears3d.gears.clearance import mounted_band
+from gears3d.gears import Eccentricity, Gear, Misalignment, Pair, ToothDeviation, Wobble, mounted_band, quasi_static
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=20e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)

@@ -5,10 +5,21 @@ from math import atan2, cos, hypot, pi, radians, sin
 import numpy as np
 import pytest
 
-from gears3d.gears import Gear, HarmonicDeviation, Pair, candidates, compile_surfaces, surface_point
-from gears3d.gears.contact import contact_lines, curvature_radii, sliding_speed, specific_sliding
-from gears3d.gears.flank import flank_point, support
-from gears3d.gears.sheet import path_points
+from gears3d.gears import (
+    Gear,
+    HarmonicDeviation,
+    Pair,
+    candidates,
+    compile_surfaces,
+    contact_lines,
+    curvature_radii,
+    flank_point,
+    path_points,
+    sliding_speed,
+    specific_sliding,
+    surface_point,
+)
+from gears3d.gears.flank import support
 
 
 def pair_of(beta=28.0, teeth=(17, 43), width=16e-3, shift=(0.2, 0.0)):

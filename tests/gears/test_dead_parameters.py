@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
     Eccentricity,
     Gear,
     HarmonicDeviation,
@@ -23,11 +25,12 @@ from gears3d.gears import (
     ToothDeviation,
     Wobble,
     compile_surfaces,
+    flank_point,
     quasi_static,
+    roll_at_radius,
     solid,
     surface_point,
 )
-from gears3d.gears.flank import ACTIVE, REVERSE, flank_point, roll_at_radius
 from gears3d.gears.rack import form
 from tests.gears.test_solids import exact_volume
 

@@ -15,12 +15,15 @@ from gears3d.gears import (
     ProfileWave,
     Relief,
     ToothDeviation,
+    compile_surfaces,
+    edged_gap,
+    flank_points,
+    mates,
     quasi_static,
+    rolled,
+    surface_gap,
 )
-from gears3d.gears.edge import edged_gap, edged_gap_at
-from gears3d.gears.flank import flank_points
-from gears3d.gears.rolling import rolled
-from gears3d.gears.surface import compile_surfaces, mates, surface_gap
+from gears3d.gears.edge import edged_gap_at
 
 BACKLASH = 250e-6
 FAR = 1.5e-3

@@ -8,10 +8,22 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation, candidates, flank_gap, gap_at, nearest_gap
-from gears3d.gears.flank import ACTIVE, REVERSE, flank_point, flank_points
-from gears3d.gears.involute import inv
-from gears3d.gears.limits import steepest
+from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
+    Gear,
+    HarmonicDeviation,
+    Pair,
+    ToothDeviation,
+    candidates,
+    flank_gap,
+    flank_point,
+    flank_points,
+    gap_at,
+    inv,
+    nearest_gap,
+    steepest,
+)
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)

@@ -8,8 +8,18 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, HarmonicDeviation, Pair, Relief, compile_surfaces, piece_budget, pieces, surface_point
-from gears3d.gears.flank import ACTIVE, REVERSE
+from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
+    Gear,
+    HarmonicDeviation,
+    Pair,
+    Relief,
+    compile_surfaces,
+    piece_budget,
+    pieces,
+    surface_point,
+)
 
 GEARS = [Gear(2.75e-3, z, helix_angle=radians(28), face_width=16e-3) for z in (17, 43)]
 PAIR = Pair.from_backlash(*GEARS, 120e-6)

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation
-from gears3d.gears.involute import inv, inverse_inv
+from gears3d.gears import Gear, HarmonicDeviation, Pair, ToothDeviation, inv, inverse_inv
 from gears3d.gears.limits import clearance
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)

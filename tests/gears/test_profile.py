@@ -9,6 +9,8 @@ from scipy.spatial import ConvexHull
 
 from gears3d.errors import InputError
 from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
     Gear,
     HarmonicDeviation,
     HelixSlope,
@@ -19,16 +21,19 @@ from gears3d.gears import (
     candidates,
     compile_surfaces,
     flank_gap,
+    flank_point,
+    flank_points,
     gap_at,
     piece_budget,
     pieces,
     quasi_static,
+    roll_at_radius,
     solid,
     solid_arrays,
     surface_gap,
     surface_point,
 )
-from gears3d.gears.flank import ACTIVE, REVERSE, flank_point, flank_points, roll_at_radius, support
+from gears3d.gears.flank import support
 from gears3d.gears.outline import outline
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)

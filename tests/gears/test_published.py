@@ -9,9 +9,7 @@ from math import degrees, radians
 
 import pytest
 
-from gears3d.gears import Gear, Pair
-from gears3d.gears.involute import inv
-from gears3d.gears.sheet import data_sheet
+from gears3d.gears import Gear, Pair, data_sheet, inv
 
 SHIFT = 0.09809
 

@@ -10,10 +10,26 @@ from scipy.integrate import quad
 from scipy.spatial import ConvexHull
 
 from gears3d.errors import InputError
-from gears3d.gears import Gear, HarmonicDeviation, Pair, Relief, flank_gap, piece_budget, pieces, profile
-from gears3d.gears.edge import edged, edged_gap
-from gears3d.gears.flank import ACTIVE, REVERSE, flank_point, flank_points, gap_at, roll_at_radius, support
-from gears3d.gears.involute import inv
+from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
+    Gear,
+    HarmonicDeviation,
+    Pair,
+    Relief,
+    edged,
+    edged_gap,
+    flank_gap,
+    flank_point,
+    flank_points,
+    gap_at,
+    inv,
+    piece_budget,
+    pieces,
+    profile,
+    roll_at_radius,
+)
+from gears3d.gears.flank import support
 from gears3d.gears.outline import outline
 
 TIP = {"linear": Relief(20e-6, length=6e-3), "parabolic": Relief(20e-6, length=6e-3, shape="parabolic")}

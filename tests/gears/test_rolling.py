@@ -16,10 +16,10 @@ from gears3d.gears import (
     ToothDeviation,
     Wobble,
     candidates,
+    hunting_period,
+    inv,
     quasi_static,
 )
-from gears3d.gears.involute import inv
-from gears3d.gears.rolling import hunting_period
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)

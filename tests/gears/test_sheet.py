@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gears3d.gears import (
+    ACTIVE,
     Eccentricity,
     Gear,
     HelixSlope,
@@ -17,12 +18,15 @@ from gears3d.gears import (
     ProfileWave,
     Relief,
     Wobble,
+    data_sheet,
     flank_gap,
+    flank_point,
+    path_points,
     quasi_static,
+    radial_backlash,
     solid,
 )
-from gears3d.gears.flank import ACTIVE, compile_pair, flank_point
-from gears3d.gears.sheet import data_sheet, path_points, radial_backlash
+from gears3d.gears.flank import compile_pair
 from gears3d.units import FAMILIES
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)

@@ -8,13 +8,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
-from gears3d.gears import Gear, Pair, mass_properties, solid
-from gears3d.gears.involute import inv
+from gears3d.gears import Gear, Pair, inv, lead_turn, mass_properties, solid
 from gears3d.gears.outline import outline
 from gears3d.gears.rack import fillet, form
-from gears3d.gears.surface import lead_turn
-from gears3d.scenario import load
-from gears3d.scenario.meshing import solid_inertia
+from gears3d.scenario import load, solid_inertia
 from tests.gears.test_solids import exact_area
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,6 +7,8 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.gears import (
+    ACTIVE,
+    REVERSE,
     Eccentricity,
     Gear,
     HarmonicDeviation,
@@ -15,15 +17,17 @@ from gears3d.gears import (
     Relief,
     Wobble,
     compile_surfaces,
+    edged,
+    edged_gap,
     flank_gap,
+    flanks_at,
+    mates,
+    roll_at_radius,
     section_gap,
     solid,
     surface_gap,
     surface_point,
 )
-from gears3d.gears.edge import edged, edged_gap
-from gears3d.gears.flank import ACTIVE, REVERSE, roll_at_radius
-from gears3d.gears.surface import flanks_at, mates
 
 BETA, WIDTH = radians(28), 16e-3
 

@@ -13,18 +13,18 @@ from gears3d.errors import InputError
 from gears3d.identification import (
     Inertia,
     Run,
+    Share,
     Sweep,
+    Track,
     identify_assemblies,
     identify_mesh_drag,
     identify_rundown,
     identify_threshold,
+    make_track,
 )
-from gears3d.identification.parts import Share
-from gears3d.identification.track import Track, make_track
 from gears3d.recording import Recording
-from gears3d.scenario import Scenario, load
-from gears3d.scenario.model import Sensor, Sensors
-from gears3d.simulation.encoder import encode
+from gears3d.scenario import Scenario, Sensor, Sensors, load
+from gears3d.simulation import encode
 from gears3d.simulation.sweep import sweep
 from tests.identification import shafts
 

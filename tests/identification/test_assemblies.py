@@ -7,11 +7,17 @@ import pytest
 
 from gears3d import cli
 from gears3d.errors import InputError
-from gears3d.identification import Inertia, Run, identify_assemblies, identify_mesh_drag, identify_rundown
-from gears3d.identification.parts import Share
-from gears3d.identification.track import make_track
-from gears3d.identification.trend import Oil
-from gears3d.laws.oil import dynamic_viscosity
+from gears3d.identification import (
+    Inertia,
+    Oil,
+    Run,
+    Share,
+    identify_assemblies,
+    identify_mesh_drag,
+    identify_rundown,
+    make_track,
+)
+from gears3d.laws import dynamic_viscosity
 from gears3d.lumped.rundown import DriveDrag, rundown
 from gears3d.recording import Recording
 from gears3d.scenario import load

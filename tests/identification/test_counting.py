@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.gate import Admitted
+from gears3d.identification import read_contacts, roll, transmission_error
 from gears3d.identification.backlash import backlash
-from gears3d.identification.contact import read_contacts
-from gears3d.identification.rolling import roll
-from gears3d.identification.transmission import transmission_error
 from gears3d.readers import Channels
 from gears3d.scenario import load
 from gears3d.simulation import record

@@ -7,9 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gears3d.laws.cycle import REGIMES, border, cycle, regions
-from gears3d.laws.excitation import dimensionless_backlash, excitation, riding, threshold_amplitude, threshold_omega
-from gears3d.laws.orbit import Swing
+from gears3d.laws import (
+    REGIMES,
+    Swing,
+    border,
+    dimensionless_backlash,
+    regions,
+    riding,
+    threshold_amplitude,
+    threshold_omega,
+)
+from gears3d.laws.cycle import cycle
+from gears3d.laws.excitation import excitation
 
 PULL = 0.22 * 0.148 / 0.0695
 

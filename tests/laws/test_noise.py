@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gears3d.laws.noise import (
+from gears3d.laws import (
     WHINE_30_RPM,
     impacts_per_second,
     power_level,

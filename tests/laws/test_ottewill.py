@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gears3d.laws import ottewill
-from gears3d.laws.error_function import Orders, averaged, strongest_orders
+from gears3d.laws import Orders, averaged, ottewill, strongest_orders
 
 ERROR = Orders(np.array([1, 2, 18]), np.array([3e-4, 5e-5, 2e-5]), np.array([0.4, -1.0, 2.0]))
 

@@ -12,9 +12,7 @@ from gears3d.lumped.batch import ALL, DONE, TOO_LONG, Batch, pack_points
 from gears3d.lumped.model import model
 from gears3d.lumped.repeating import cycle_of
 from gears3d.lumped.run import run
-from gears3d.signals.outcome import counted
-from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN, impacts_per_period
-from gears3d.signals.strobe import periodicity
+from gears3d.signals import FLIGHT_HEIGHT_MIN, counted, impacts_per_period, periodicity
 
 RPM = pi / 30
 TIMES = (40, 10, 8)

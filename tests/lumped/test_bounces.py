@@ -111,8 +111,7 @@ def test_without_drag_the_loose_gear_flies_at_constant_speed():
 
 
 def test_jammed_gears_are_refused():
-    from gears3d.effects import Flank, Gear
-    from gears3d.effects.rows import flank_harmonic
+    from gears3d.effects import Flank, Gear, flank_harmonic
 
     both = [flank_harmonic(Gear.DRIVE, flank, 1, 150e-6, 0.0) for flank in Flank]
     with pytest.raises(InputError, match=r"jammed at the start.* 0\.00025 m"):

@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from gears3d.effects import Gate
-from gears3d.effects.rows import gap_spring, torque_constant
+from gears3d.effects import Gate, gap_spring, torque_constant
 from tests.lumped.rig import RPM, simulate
 
 MASS, FORCE = 0.0695 / 0.148**2, 0.22 / 0.148

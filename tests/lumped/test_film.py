@@ -7,9 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from gears3d.effects import Flank, Gear, Rig
+from gears3d.effects import Flank, Gear, Rig, flank_harmonic, gap_film, gap_spring
 from gears3d.effects.oil_film import OilFilm
-from gears3d.effects.rows import flank_harmonic, gap_film, gap_spring
 from gears3d.errors import InputError
 from gears3d.laws import film
 from gears3d.lumped import layout as at

@@ -5,9 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from gears3d.effects import Flank, Rig
+from gears3d.effects import Flank, Rig, flank_harmonic
 from gears3d.effects import Gear as G
-from gears3d.effects.rows import flank_harmonic
 from gears3d.gears import Eccentricity, Gear, HarmonicDeviation, Pair, Relief, ToothDeviation, quasi_static
 from gears3d.lumped import layout
 from gears3d.lumped.fitting import fit
@@ -17,7 +16,7 @@ from gears3d.lumped.run import run
 from gears3d.lumped.tables import Table
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.validation.faults import closed_form
+from gears3d.validation import closed_form
 from tests.lumped.rig import RPM
 
 RIGAUD = Pair.from_backlash(Gear(3.5e-3, 90, face_width=7.5e-3), Gear(3.5e-3, 90, face_width=7.5e-3), 250e-6)

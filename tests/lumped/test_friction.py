@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gears3d.effects.rows import gap_spring, impact_slope, torque_friction, torque_linear
+from gears3d.effects import gap_spring, impact_slope, torque_friction, torque_linear
 from gears3d.errors import InputError
 from tests.lumped.rig import RPM, simulate
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from gears3d.effects import Flank, Gear
 from gears3d.effects import rows as form
-from gears3d.effects.rows import Flank, Gear
 from gears3d.lumped.run import run
 from tests.lumped.rig import RPM, bench, simulate
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from gears3d.effects import Flank, Gear
+from gears3d.effects import Flank, Gear, Rig
 from gears3d.effects import rows as form
-from gears3d.effects.base import Rig
 from gears3d.gears import Eccentricity, Pair, quasi_static
 from gears3d.gears import Gear as Wheel
 from gears3d.lumped.lower import eccentric

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gears3d.effects import Gate
+from gears3d.effects import Gate, Variable, torque_table
 from gears3d.effects import rows as form
-from gears3d.effects.rows import Variable, torque_table
 from gears3d.errors import InputError
 from gears3d.lumped.tables import lines
 from tests.lumped.rig import RPM, simulate

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from gears3d.measurement import read_encoder
 from gears3d.measurement.drive import steady
-from gears3d.measurement.readings import read_encoder
 
 
 @pytest.mark.parametrize("counts", [8192, 400_000])

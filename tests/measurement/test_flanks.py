@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measurement.flanks import Flanks
-from gears3d.measurement.terms import Terms
+from gears3d.measurement import Flanks, Terms
 from tests.measurement.truth import cut, happened, seen
 
 KINDS = (("offset", 0), ("drive", 3), ("drive", 47))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measurement import measure
-from gears3d.measurement.parabolas import Parabolas, common_law
+from gears3d.measurement import Parabolas, common_law, measure
 from gears3d.recording import Recording
 from gears3d.simulation import simulate
 from tests.measurement.truth import cut, happened, judged, seen

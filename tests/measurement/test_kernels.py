@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
+from gears3d.measurement import Reading, Terms, Track
 from gears3d.measurement.drive import steady
 from gears3d.measurement.kernels.orders import turned
 from gears3d.measurement.parabolas import Law, bend, fit, slope_within
-from gears3d.measurement.readings import Reading
-from gears3d.measurement.smoothing import Track
-from gears3d.measurement.terms import Terms
 
 TIME = np.arange(12_000) / 5e3
 LIFT = 2e-3

@@ -5,8 +5,7 @@ import pytest
 
 from gears3d.measurement import measure, measured, smoothing, track
 from gears3d.measurement.orders import _out_of_reach
-from gears3d.recording import read
-from gears3d.recording.derived import Derived
+from gears3d.recording import Derived, read
 from tests.measurement.truth import happened, seen
 
 

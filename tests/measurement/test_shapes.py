@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from gears3d.measurement import make_terms
 from gears3d.measurement.flanks import through
 from gears3d.measurement.smoothing import Blocks, Shape
-from gears3d.measurement.terms import make_terms
 
 GAP = 2e-4
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from gears3d.measurement import segment, track
 from gears3d.scenario import load
-from gears3d.simulation import simulate
-from gears3d.simulation.encoder import encode
+from gears3d.simulation import encode, simulate
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 

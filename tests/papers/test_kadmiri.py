@@ -28,7 +28,7 @@ def test_rigid_flanks_part_at_one_wherever_the_loose_gear_keeps_turning(bench):
 
 def test_the_squeezed_film_takes_one_speed_off_every_fall(bench):
     # m*dv = Cs(h)*dh: dv = 2*(3*pi*L*eta/sqrt(2))*(r/h)^1.5*h/m between 50 and 1 um; then the spring, and no film back
-    from gears3d.laws.film import contact_length, equivalent_radius, squeeze
+    from gears3d.laws import contact_length, equivalent_radius, squeeze
 
     rig = bench.scenario("base/kadmiri-2012.toml").rig()
     length = contact_length(rig.face_width, rig.contact_ratio, rig.base_helix_angle)

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from gears3d.errors import InputError, UsageError
 from gears3d.readers import open_source, read
+from gears3d.recording import read_csv
 from gears3d.recording.dialect import sniff
-from gears3d.recording.text import read_csv
 
 ROWS = np.random.default_rng(3).normal(size=(40, 3)) * [1.0, 1e3, 1e-6]
 NAMES = ("time_s", "theta_drive_rad", "theta_loose_rad")

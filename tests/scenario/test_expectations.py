@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from gears3d.runs.summary import judge, outcome_of
+from gears3d.runs import judge
+from gears3d.runs.summary import outcome_of
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 

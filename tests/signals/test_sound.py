@@ -13,9 +13,8 @@ from scipy.io import wavfile
 from gears3d import load, simulate
 from gears3d.cli import main
 from gears3d.errors import InputError, UsageError
-from gears3d.recording import Recording
-from gears3d.recording.sound import levels, write_wav
-from gears3d.signals.sound import MODES, Mode, normalised, ring
+from gears3d.recording import Recording, levels, write_wav
+from gears3d.signals import MODES, Mode, normalised, ring
 
 RATE = 48_000
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from gears3d.signals import describe
-from gears3d.simulation import simulate
-from gears3d.simulation.excitation import assess
-from gears3d.validation.bench import fig5
+from gears3d.simulation import assess, simulate
+from gears3d.validation import fig5
 
 
 def assessed(*effects, **changes):

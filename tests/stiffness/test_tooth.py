@@ -6,8 +6,7 @@ from math import cos, pi, sin
 import numpy as np
 import pytest
 
-from gears3d.gears import Gear, Pair
-from gears3d.gears.involute import inv
+from gears3d.gears import Gear, Pair, inv
 from gears3d.stiffness import (
     STEEL,
     Beam,

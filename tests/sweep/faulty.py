@@ -5,7 +5,7 @@ import signal
 import time
 from pathlib import Path
 
-from gears3d.sweep.block import compute
+from gears3d.sweep import compute
 
 POINT = 5
 

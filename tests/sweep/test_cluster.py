@@ -12,8 +12,7 @@ import pytest
 from gears3d.errors import EngineError, InputError
 from gears3d.scenario import load
 from gears3d.sweep import cluster as cluster_module
-from gears3d.sweep import make_plan, open_dataset, sweep
-from gears3d.sweep.block import compute
+from gears3d.sweep import compute, make_plan, open_dataset, sweep
 from gears3d.sweep.cluster import Cluster, compute_there, cpu_model
 
 RIG = load("scenarios/rigaud-2020/fig5-20rpm.toml")

@@ -14,10 +14,8 @@ import pytest
 
 from gears3d.errors import EngineError, InputError
 from gears3d.scenario import load
-from gears3d.sweep import make_plan, open_dataset, sweep
+from gears3d.sweep import Estimate, block_size, compute, make_plan, open_dataset, refuse_endless, sweep
 from gears3d.sweep import pool as pool_module
-from gears3d.sweep.block import compute
-from gears3d.sweep.estimate import Estimate, block_size, refuse_endless
 from gears3d.sweep.pool import Pool
 from gears3d.sweep.watch import Watch
 from tests.sweep import faulty

@@ -11,10 +11,9 @@ from gears3d.lumped import rigid
 from gears3d.recording import describe
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.sweep import make_plan, open_dataset, sweep
-from gears3d.sweep.block import compute, scenario_of
+from gears3d.sweep import compute, make_plan, open_dataset, open_plan, scenario_of, sweep
 from gears3d.sweep.rigid import flat, is_plain, quantities
-from gears3d.sweep.store import open_plan, slabs
+from gears3d.sweep.store import slabs
 from gears3d.sweep.thresholds import thresholds
 
 RIG = load("scenarios/rigaud-2020/fig5-20rpm.toml")

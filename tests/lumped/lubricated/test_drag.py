@@ -5,7 +5,7 @@ import pytest
 from shapely.geometry import Point, Polygon
 
 from gears3d.gears import profile
-from gears3d.laws.immersion import end_faces, periphery, rolling_bearing
+from gears3d.laws import end_faces, periphery, rolling_bearing
 from gears3d.lumped.lubricated import Bath, Bearing, Synchroniser, drag_parts
 from gears3d.lumped.lubricated.squeezing import area_in_circle, space_area, squeezing_torque
 from gears3d.scenario import load

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.gears import contact_lines
-from gears3d.laws.film import contact_length
+from gears3d.laws import contact_length
 from gears3d.lumped.lubricated.friction import arm, coefficient, hydrodynamic, levers, shearing
 from gears3d.scenario import load
 

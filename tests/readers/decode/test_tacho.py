@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from gears3d.errors import InputError
-from gears3d.readers.decode import Even, evened, on_grid, spacing, tacho
+from gears3d.readers.decode import Even, common_axis, evened, on_grid, spacing, tacho
 from gears3d.readers.decode.results import told
-from gears3d.readers.decode.stamps import common_axis
 
 
 def wheel(angle, positions, missing=0, offset=None):
