@@ -13,10 +13,8 @@ from gears3d.errors import InputError
 from gears3d.identification import Sweep, identify_threshold
 from gears3d.identification.liftoff import lifted
 from gears3d.recording import Recording
-from gears3d.scenario import load
-from gears3d.scenario.model import Sensor, Sensors
-from gears3d.simulation import record
-from gears3d.simulation.encoder import encode
+from gears3d.scenario import Sensor, Sensors, load
+from gears3d.simulation import encode, record
 from gears3d.simulation.sweep import sweep
 from tests.identification import shafts
 
@@ -54,7 +52,7 @@ def test_a_flight_is_that_of_the_equation_of_motion():
     assert found[found > 0.0] == pytest.approx(truth.y[0], abs=2e-5)
 
 
-@pytest.mark.parametrize("counts", [8192, 40_000, 1_600_000])
+@pytest.mark.parametrize("counts", [8192, pytest.param(40_000, marks=pytest.mark.slow), 1_600_000])
 def test_the_threshold_is_where_inertia_takes_the_whole_drag(counts):
     found = identify_threshold([Sweep(seen(swept(), counts), bench())])
     assert {"up", "down"} <= found.goodness.keys()

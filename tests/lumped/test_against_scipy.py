@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.effects import Flank, Gear, Rig
-from gears3d.effects.rows import flank_harmonic, impact_slope, torque_linear
+from gears3d.effects import Flank, Gear, Rig, flank_harmonic, impact_slope, torque_linear
 from gears3d.lumped.model import model
 from gears3d.lumped.run import run
 from tests.lumped.oracle import RPM, Oracle
@@ -46,7 +45,7 @@ def assert_same(oracle, periods):
     assert np.allclose(ours[:, 3], theirs[:, 3], rtol=1e-6, atol=1e-10)
 
 
-@pytest.mark.parametrize(("case", "periods"), [("plain", 2), ("slope", 2), ("all", 10)])
+@pytest.mark.parametrize(("case", "periods"), [("plain", 2), ("slope", 2), ("all", 2)])
 def test_periods(case, periods):
     assert_same(Oracle(20 * RPM, 3.0, 0.5, **CASES[case]), periods)
 
