@@ -33,4 +33,4 @@ def over_a_period(seen: Recording | Measurement, scenario: Scenario) -> Picture 
         f"From {begin:.6g} s over {1e3 * lasts:.4g} ms, {what}gap drawn {taken.look.factor:g} times its width. "
         "More pictures, and videos: gears3d camera."
     )
-    return Picture(taken.png(), taken.words(), caption)
+    return Picture(taken.svg(), taken.words(), caption)

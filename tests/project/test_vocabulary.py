@@ -14,8 +14,8 @@ GLOSSARY = ROOT / "docs" / "glossary.md"
 CHECKED = [
     "CONTRIBUTING.md",
     "gears3d/views",
-    # "README.md",
-    # "gears3d/cli",
+    "README.md",
+    "gears3d/cli",
 ]
 """Files and folders that are checked; others join as they are rewritten."""
 READ = {".py", ".md", ".j2", ".js"}

@@ -49,9 +49,9 @@ def page(found):
 
 def test_pictures_of_the_mesh_come_with_words(found):
     taken = camera(found, load(SCENARIO))
-    text = render(found, (), Picture(taken.png(), taken.words(), "a period"))
+    text = render(found, (), Picture(taken.svg(), taken.words(), "a period"))
     (image,) = [tag for tag in Reader(text).tags if tag["tag"] == "img"]
-    assert image["src"].startswith("data:image/png;base64,")
+    assert image["src"].startswith("data:image/svg+xml;base64,")
     assert image["alt"] == taken.words()
     assert {"active", "reverse"} <= set(re.findall(r"active|reverse|flight", image["alt"]))
 

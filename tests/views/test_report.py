@@ -101,13 +101,13 @@ def test_page_loads_nothing(page):
 
 def test_pictures_of_the_mesh_come_with_words_and_no_network(run):
     taken = camera(run["recording"], run["scenario"])
-    text = render(**run, strip=Picture(taken.png(), taken.words(), "a period"))
+    text = render(**run, strip=Picture(taken.svg(), taken.words(), "a period"))
     (image,) = [tag for tag in Reader(text).tags if tag["tag"] == "img"]
-    assert base64.b64decode(image["src"].removeprefix("data:image/png;base64,")) == taken.png()
+    assert base64.b64decode(image["src"].removeprefix("data:image/svg+xml;base64,")).decode() == taken.svg()
     assert image["alt"].startswith("9 pictures of the teeth in mesh over 333.3 ms: active flanks touch, ")
     assert image["alt"].count(",") == 8
     assert "img-src data:" in text
-    assert len(taken.png()) < 400_000
+    assert len(taken.svg()) < 400_000
 
 
 def test_numbers_shown_are_those_of_the_summary(run, page):

@@ -12,8 +12,9 @@ from gears3d.recording import Recording
 from gears3d.units import parse
 from gears3d.views.camera.look import Look
 from gears3d.views.camera.shots import WORDS, Shot, shots, table
-from gears3d.views.camera.strip import strip, write_strip
+from gears3d.views.camera.strip import columns, strip, write_strip
 from gears3d.views.camera.subject import Subject, measured, subject
+from gears3d.views.camera.vector import strip_svg
 
 if TYPE_CHECKING:
     from gears3d.measurement import Measurement
@@ -54,6 +55,10 @@ class Strip:
         drawn = BytesIO()
         strip(self.subject, self.look, self.shots, self.periods).savefig(drawn, format="png", dpi=RESOLUTION)
         return drawn.getvalue()
+
+    def svg(self) -> str:
+        """Return the pictures as an SVG document for pages, without the notes below them."""
+        return strip_svg(self.subject, self.look, self.shots, self.periods, columns(len(self.shots)))
 
     def save(self, path: str | Path) -> Path:
         """Write the pictures and return where.

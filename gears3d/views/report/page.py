@@ -32,19 +32,19 @@ class Picture:
     """A picture to be put into the page.
 
     Args:
-        png: its file.
+        svg: its document.
         words: description for screen readers.
         caption: below it.
     """
 
-    png: bytes
+    svg: str
     words: str
     caption: str
 
     @property
     def source(self) -> str:
         """The file as an address that needs no network."""
-        return "data:image/png;base64," + b64encode(self.png).decode("ascii")
+        return "data:image/svg+xml;base64," + b64encode(self.svg.encode()).decode("ascii")
 
 
 def render(

@@ -1,0 +1,184 @@
+"""The strip as SVG, for pages: drawn by the same :mod:`gears3d.views.camera.panel`, on axes that write SVG.
+
+matplotlib takes a second to load and to draw what a page shows at any size as lines.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from itertools import pairwise
+from math import ceil, hypot
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.views.camera.panel import EDGE, colour_of, name, paint
+from gears3d.views.camera.shots import WORDS, Shot, moment, told
+
+if TYPE_CHECKING:
+    from gears3d.views.camera.look import Look
+    from gears3d.views.camera.subject import Subject
+
+POINT = 100.0 / 72.0
+"""Units of the drawing in a point of print, at 100 units an inch."""
+WIDE, HIGH, TITLE, APART = 330.0, 264.0, 22.0, 8.0
+"""Of one picture, of the line above it, and between two pictures [units]."""
+COURSE, LEFT, BELOW = 110.0, 62.0, 40.0
+"""Height of the gap over time, and the margins for its axes [units]."""
+SAMPLES = 1200
+"""Of the gap over time."""
+UM = 1e6
+
+
+class Axes:
+    """What the camera draws on: the calls of matplotlib's axes that it makes, as SVG.
+
+    Args:
+        place: left and top edge of the picture in the drawing [units].
+        size: its width and height [units].
+    """
+
+    def __init__(self, place: tuple[float, float], size: tuple[float, float]) -> None:
+        self.spines: dict[str, Any] = {}
+        self._place, self._size = np.array(place), np.array(size)
+        self._low, self._high = np.zeros(2), np.ones(2)
+        self._drawn: list[tuple[float, str]] = []
+
+    def set(self, *, xlim: tuple[float, float], ylim: tuple[float, float], **_: Any) -> None:
+        """Take the limits of both axes."""
+        self._low, self._high = np.array([xlim[0], ylim[0]]), np.array([xlim[1], ylim[1]])
+
+    def _spots(self, x: Any, y: Any) -> np.ndarray:
+        """Return points of the picture in units of the drawing (n, 2)."""
+        share = (np.column_stack([np.atleast_1d(x), np.atleast_1d(y)]) - self._low) / (self._high - self._low)
+        return self._place + self._size * np.column_stack([share[:, 0], 1.0 - share[:, 1]])
+
+    def _path(self, x: Any, y: Any) -> str:
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in self._spots(x, y).tolist())
+
+    def fill(self, x: Any, y: Any, *, facecolor: str, zorder: float = 1.0, **_: Any) -> None:
+        """Fill a polygon."""
+        self._drawn.append((zorder, f'<polygon points="{self._path(x, y)}" fill="{facecolor}"/>'))
+
+    def plot(self, x: Any, y: Any, fmt: str = "-", *, color: str, zorder: float = 2.0, **style: Any) -> None:
+        """Draw a line, or round marks."""
+        if fmt == "o":
+            radius, edge = 0.5 * POINT * style["markersize"], POINT * style["markeredgewidth"]
+            look = f'fill="{color}" stroke="{style["markeredgecolor"]}" stroke-width="{edge:.2f}"'
+            marks = (f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{radius:.1f}" {look}/>' for a, b in self._spots(x, y))
+            self._drawn.append((zorder, "".join(marks)))
+            return
+        cap = style.get("solid_capstyle", "round")
+        look = f'fill="none" stroke="{color}" stroke-width="{POINT * style["linewidth"]:.2f}" stroke-linecap="{cap}"'
+        self._drawn.append((zorder, f'<polyline points="{self._path(x, y)}" {look} stroke-linejoin="round"/>'))
+
+    def text(self, x: float, y: float, text: str, *, fontsize: float, zorder: float = 3.0, **style: Any) -> None:
+        """Write a line of text."""
+        ((a, b),) = self._spots(x, y).tolist()
+        size = POINT * fontsize
+        b += {"center": 0.35, "bottom": -0.15, "top": 0.85}.get(style.get("va", "baseline"), 0.0) * size
+        halo = 'stroke="#ffffff" stroke-width="3" stroke-opacity="0.75" paint-order="stroke"' if "bbox" in style else ""
+        self._drawn.append((zorder, _line(a, b, text, size, style.get("ha", "left"), halo, **style)))
+
+    def annotate(self, _: str, end: tuple[float, float], begin: tuple[float, float], *, arrowprops: Any) -> None:
+        """Draw an arrow."""
+        (x1, y1), (x2, y2) = self._spots(*np.transpose([begin, end])).tolist()
+        along = np.array([x2 - x1, y2 - y1]) / hypot(x2 - x1, y2 - y1)
+        across, tip = np.array([-along[1], along[0]]), np.array([x2, y2])
+        corners = [tip, tip - 9.0 * along + 4.0 * across, tip - 9.0 * along - 4.0 * across]
+        colour, width = arrowprops["color"], POINT * arrowprops["linewidth"]
+        head = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+        ends = f'x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
+        line = f'<line {ends} stroke="{colour}" stroke-width="{width:.2f}"/>'
+        self._drawn.append((4.0, f'{line}<polygon points="{head}" fill="{colour}"/>'))
+
+    def svg(self, number: int) -> str:
+        """Return all that was drawn, cut off at the frame; ``number`` tells the pictures of a drawing apart."""
+        (x, y), (wide, high) = self._place, self._size
+        frame = f'x="{x:g}" y="{y:g}" width="{wide:g}" height="{high:g}"'
+        drawn = "".join(piece for _, piece in sorted(self._drawn, key=lambda one: one[0]))
+        return (
+            f'<clipPath id="frame{number}"><rect {frame}/></clipPath><g clip-path="url(#frame{number})">{drawn}</g>'
+            f'<rect {frame} fill="none" stroke="#888888"/>'
+        )
+
+
+def _line(
+    x: float, y: float, text: str, size: float, side: str, look: str = "", color: str = EDGE, **style: Any
+) -> str:
+    anchor = {"left": "start", "center": "middle", "right": "end"}[side]
+    weight = ' font-weight="bold"' if style.get("fontweight") == "bold" else ""
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:.1f}" text-anchor="{anchor}" fill="{color}"{weight} {look}>'
+        f"{escape(text)}</text>"
+    )
+
+
+def strip_svg(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float | None, columns: int) -> str:
+    """Return the strip as an SVG document.
+
+    Args:
+        subject: what is seen.
+        look: of the camera.
+        shots: the pictures.
+        periods: from the first to the last; ``None`` names the moments in ms.
+        columns: pictures in a row.
+    """
+    rows = ceil(len(shots) / columns)
+    whole = columns * (WIDE + APART) - APART, rows * (TITLE + HIGH + APART) + COURSE + BELOW
+    pieces = []
+    for index, shot in enumerate(shots):
+        left, top = index % columns * (WIDE + APART), index // columns * (TITLE + HIGH + APART)
+        axes: Any = Axes((left, top + TITLE), (WIDE, HIGH))
+        paint(axes, look, shot)
+        if index == 0:
+            name(axes, look)
+        when = f"{moment(shot, index, len(shots), periods)}  ({told(shot.pairs)})"
+        pieces += [
+            axes.svg(index),
+            _line(left, top + 16.0, when, 13.9, "left", fontweight="bold"),
+            _line(left + WIDE, top + 16.0, WORDS[shot.flank], 12.5, "right", color=_ink(shot.flank)),
+        ]
+    pieces.append(_course(subject, shots, (LEFT, rows * (TITLE + HIGH + APART)), whole[0] - LEFT, len(shots)))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole[0]:g} {whole[1]:g}" '
+        f'font-family="sans-serif"><rect width="100%" height="100%" fill="#ffffff"/>{"".join(pieces)}</svg>'
+    )
+
+
+def _ink(flank: int) -> str:
+    return "#666666" if flank < 0 else colour_of(flank)
+
+
+def _course(subject: Subject, shots: tuple[Shot, ...], place: tuple[float, float], wide: float, number: int) -> str:
+    """Return the gap at the active flanks over time in the colours of the states, with a line for each picture."""
+    time = np.linspace(shots[0].time, shots[-1].time, SAMPLES)
+    active, reverse = subject.gaps(time)
+    flank, after, most = subject.flank(time), 1e3 * (time - time[0]), UM * float((active + reverse).max())
+    axes: Any = Axes(place, (wide, COURSE))
+    last = max(float(after[-1]), 1e-9)
+    axes.set(xlim=(-0.01 * last, 1.01 * last), ylim=(-0.08 * most, 1.08 * most))
+    axes.plot(after, np.zeros(SAMPLES), color=colour_of(0), linewidth=0.8, zorder=1)
+    axes.plot(after, UM * (active + reverse), color=colour_of(1), linewidth=0.8, zorder=1)
+    cuts = [0, *(np.flatnonzero(np.diff(flank)) + 1).tolist(), SAMPLES]
+    for first, end in pairwise(cuts):
+        part, code = slice(first, end + 1), int(flank[first])
+        axes.plot(after[part], UM * active[part], color=_ink(code), linewidth=2.4 if code >= 0 else 1.4, zorder=2)
+    mark = {"markersize": 6.0, "markeredgewidth": 1.0, "color": "white"}
+    for shot in shots:
+        axes.plot([1e3 * shot.after] * 2, [-most, 2.0 * most], color="#bbbbbb", linewidth=0.7, zorder=0)
+        axes.plot(1e3 * shot.after, UM * shot.gaps[0], "o", markeredgecolor=_ink(shot.flank), zorder=5, **mark)
+    left, top = place
+    low = top + COURSE
+    labels = [
+        _line(left - 6.0, top + (1.08 - share) / 1.16 * COURSE + 4.0, f"{share * most:.3g}", 12.0, "right")
+        for share in (0, 1)
+    ]
+    labels += [
+        _line(left + (0.01 + share) / 1.02 * wide, low + 15.0, f"{share * last:.4g}", 12.0, side)
+        for share, side in ((0.0, "center"), (0.5, "center"), (1.0, "right"))
+    ]
+    labels.append(_line(left + 0.5 * wide, low + 32.0, "time after the first picture [ms]", 12.0, "center"))
+    turned = f'transform="rotate(-90 12 {top + 0.5 * COURSE:g})"'
+    labels.append(_line(12.0, top + 0.5 * COURSE, "active gap [µm]", 12.0, "center", turned))
+    return axes.svg(number) + "".join(labels)
