@@ -15,7 +15,7 @@ import numpy as np
 from gears3d.kernels import njit
 from gears3d.lumped import closed_kernel, kernel, repeating, tally
 from gears3d.lumped import layout as at
-from gears3d.lumped.compile import borrowed, inner
+from gears3d.lumped.compile import borrowed, entry, inner
 
 DONE, BROKEN, STANDSTILL, TOO_LONG = 0, 1, 2, 3
 """How a point ended."""
@@ -47,9 +47,15 @@ def _carry(numbers, old, new):
 
 
 @inner
+def _empty(numbers):
+    for k in range(len(numbers)):
+        numbers[k] = 0
+
+
+@inner
 def _reset(state, start, mode):
     """Put a state to its begin: on a flank or free, or as the run before it ended."""
-    state[:] = 0.0
+    _empty(state)
     state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
     state[at.DEPARTED] = start
     if mode != at.BEFORE:
@@ -57,52 +63,54 @@ def _reset(state, start, mode):
 
 
 def _compiled(plain: bool, oiled: bool) -> Any:
-    @njit(cache=True, nogil=True, error_model="numpy")
-    def batch(table, start, periods, follow, times, strobe, out, kept, stop, cursor, status, found, sections):
-        """Run the points of a table; see :func:`run_points`."""
-        table, out_impacts = borrowed(table), borrowed(out.impacts)
-        samples, out_contacts, turn = out.samples, borrowed(out.contacts), np.zeros(repeating.TURN, dtype=np.int64)
-        cycle, marks = np.zeros((repeating.ROOM, 7)), np.zeros((tally.LONGEST, 2))
-        state, before = np.zeros(at.STATE + 2 * int(table[:, at.N_TABLES].max())), np.zeros(at.STATE)
-        count = np.zeros(at.COUNTERS, dtype=np.int64)
+    @entry
+    def batch(
+        table, start, periods, follow, total, settle, strobe, work, impacts, contacts, samples, kept, state, before,
+        count, turn, cycle, marks, stop, cursor, status, found, sections,
+    ):  # fmt: skip
+        """Run the points of a table, and return how many were run; see :class:`Batch`."""
+        table, work, impacts, contacts = borrowed(table), borrowed(work), borrowed(impacts), borrowed(contacts)
+        samples, kept, state, before = borrowed(samples), borrowed(kept), borrowed(state), borrowed(before)
         carried = False
         for i in range(table.shape[0]):
             cursor[0] = i
-            m, period, section = table[i], periods[i], sections[i]
-            mass = m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
-            total, settle, keep = times[0], times[1], section.shape[0]
+            m, period, section, numbers = table[i], periods[i], sections[i], found[i]
+            mass = m[at.INERTIA] / (m[at.RADIUS_LOOSE] * m[at.RADIUS_LOOSE])
+            keep = section.shape[0]
             begin, end = settle * period, total * period
             first = total - settle - keep
-            tally.clear(found[i], section)
-            count[:] = 0
-            out.work[:] = 0.0  # what an earlier point left there would show in the last digit
+            tally.clear(numbers, section)
+            _empty(count)
+            if not plain:
+                for row in range(work.shape[0]):  # what an earlier point left there would show in the last digit
+                    _empty(work[row])
             mode = before[at.MODE]
             _reset(state, start[i], mode if follow and carried else at.BEFORE)
             if plain:  # known when it is compiled; a kernel in the closure would never be found in the cache
-                closed_kernel.advance(m, state, count, out_impacts, out_contacts, samples, inf, 0.0)
+                closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, 0.0)
             elif oiled:
-                kernel.oiled(m, state, count, out, 0.0)
+                kernel.oiled(m, state, count, work, impacts, contacts, samples, inf, 0.0)
             else:
-                kernel.dry(m, state, count, out, 0.0)
+                kernel.dry(m, state, count, work, impacts, contacts, samples, inf, 0.0)
             if follow and carried and mode == at.FREE:
                 _carry(m, before, state)
             status[i] = DONE
-            turn[:] = 0
+            _empty(turn)
             turn[repeating.LOOKING] = 1 if repeating.forgets(m) and not follow else 0
             while turn[repeating.REACHED] < total and status[i] == DONE:
                 reached = turn[repeating.REACHED]
                 stride, until = repeating.next_stop(turn, total - keep - reached, strobe, period)
                 while status[i] == DONE:
                     if plain:
-                        ended = closed_kernel.advance(m, state, count, out_impacts, out_contacts, samples, inf, until)
+                        ended = closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, until)
                     elif oiled:
-                        ended = kernel.oiled(m, state, count, out, until)
+                        ended = kernel.oiled(m, state, count, work, impacts, contacts, samples, inf, until)
                     else:
-                        ended = kernel.dry(m, state, count, out, until)
+                        ended = kernel.dry(m, state, count, work, impacts, contacts, samples, inf, until)
                     hits, touched = count[at.N_IMPACTS], count[at.N_CONTACTS]
-                    tally.take(out_impacts, hits, begin, end, period, first, found[i], section, kept, mass)
+                    tally.take(impacts, hits, begin, end, period, first, numbers, section, kept, mass)
                     run_through = stride if ended == at.DONE else 0
-                    repeating.note(turn, run_through, total, out_impacts, hits, out_contacts, touched, period, cycle)
+                    repeating.note(turn, run_through, total, impacts, hits, contacts, touched, period, cycle)
                     count[at.N_IMPACTS] = count[at.N_CONTACTS] = 0
                     if ended == at.BROKEN:
                         status[i] = BROKEN
@@ -116,10 +124,10 @@ def _compiled(plain: bool, oiled: bool) -> Any:
                     turn, stride, state, reached - settle - first, section, marks
                 ):
                     whole = repeating.repeat(
-                        turn, cycle, marks, times, period, found[i], section, kept, mass, stop, (i, ALL)
+                        turn, cycle, marks, total, settle, period, numbers, section, kept, mass, stop, i, ALL
                     )
                     status[i] = DONE if whole else TOO_LONG
-            found[i, tally.REPETITION] = tally.repetition(kept, found[i], begin, end, period)
+            numbers[tally.REPETITION] = tally.repetition(kept, numbers, begin, end, period)
             carried = status[i] == DONE
             for k in range(at.STATE):
                 before[k] = state[k]
@@ -196,7 +204,7 @@ class Batch:
     ) -> None:
         total, settle, keep = times
         self._arguments = (
-            np.ascontiguousarray(table), start.astype(np.int64), np.ascontiguousarray(periods), follow, (total, settle),
+            np.ascontiguousarray(table), start.astype(np.int64), np.ascontiguousarray(periods), follow, total, settle,
             strobe,
         )  # fmt: skip
         rows = int(table[:, at.N_TORQUES].max() + table[:, at.N_FLANKS].max()) if len(table) else 0
@@ -210,12 +218,17 @@ class Batch:
 
     def run(self) -> int:
         """Run the points one after the other, without Python's lock, and return how many were run."""
-        table, start, periods, follow, times, strobe = self._arguments
+        table = self._arguments[0]
         if not len(table):
             return 0
         compiled = _oiled if table[0, at.FLOOR] > 0.0 else _closed if (table[:, at.SIMPLE] > 0.0).all() else _dry
+        tables = int(table[:, at.N_TABLES].max())
+        room_for = (
+            np.zeros(at.STATE + 2 * tables), np.zeros(at.STATE), np.zeros(at.COUNTERS, dtype=np.int64),
+            np.zeros(repeating.TURN, dtype=np.int64), np.zeros((repeating.ROOM, 7)), np.zeros((tally.LONGEST, 2)),
+        )  # fmt: skip
         results = (self.stop, self.cursor, self.status, self.found, self.sections)
-        return compiled(table, start, periods, follow, times, strobe, self._buffers, self._kept, *results)
+        return compiled(*self._arguments, *self._buffers[:4], self._kept, *room_for, *results)
 
 
 def pack_points(base: np.ndarray, quantities: dict[str, np.ndarray]) -> np.ndarray:

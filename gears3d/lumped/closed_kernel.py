@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from math import isfinite
 
-from gears3d.kernels import njit
 from gears3d.lumped import layout as at
 from gears3d.lumped.bounces import follow_bounces
-from gears3d.lumped.compile import borrowed
+from gears3d.lumped.compile import borrowed, entry
 from gears3d.lumped.flank_events import begin
 from gears3d.lumped.flights import follow_flight
 from gears3d.lumped.sustained_contact import follow_contact
@@ -21,7 +20,7 @@ SHORTEST = 1e-12
 """Mean length of a step that leads nowhere [s]."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@entry
 def advance(m, state, count, impacts, contacts, samples, spacing, end):
     """Move the state to the time ``end`` or to the first table that is full; see :func:`gears3d.lumped.kernel.advance`.
 

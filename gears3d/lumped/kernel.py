@@ -6,22 +6,21 @@ from math import isfinite
 
 import numpy as np
 
-from gears3d.kernels import njit
 from gears3d.lumped import layout as at
 from gears3d.lumped.closed_kernel import PATIENCE, SHORTEST
 from gears3d.lumped.closed_kernel import advance as closed
-from gears3d.lumped.compile import borrowed
+from gears3d.lumped.compile import borrowed, entry
 from gears3d.lumped.film_steps import film_step, hush
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step, spring_step
 
 
 def _compiled(oiled: bool):
-    @njit(cache=True, nogil=True, error_model="numpy")
-    def advance(m, state, count, out, end):
+    @entry
+    def advance(m, state, count, w, impacts, contacts, samples, spacing, end):
         m, state, count = borrowed(m), borrowed(state), borrowed(count)
-        w, samples, spacing = borrowed(out.work), borrowed(out.samples), out.spacing
-        impacts, contacts = borrowed(out.impacts), borrowed(out.contacts)
+        w, samples = borrowed(w), borrowed(samples)
+        impacts, contacts = borrowed(impacts), borrowed(contacts)
         if state[at.MODE] == at.BEFORE:
             begin(m, state, w)
         while state[at.TIME] < end:
@@ -80,6 +79,7 @@ def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers
     Returns:
         How it ended, one of those in :mod:`gears3d.lumped.layout`.
     """
+    tables = (out.impacts, out.contacts, out.samples, out.spacing, end)
     if m[at.SIMPLE] > 0.0:
-        return closed(m, state, count, out.impacts, out.contacts, out.samples, out.spacing, end)
-    return (oiled if m[at.FLOOR] > 0.0 else dry)(m, state, count, out, end)
+        return closed(m, state, count, *tables)
+    return (oiled if m[at.FLOOR] > 0.0 else dry)(m, state, count, out.work, *tables)

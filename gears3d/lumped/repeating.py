@@ -97,7 +97,8 @@ def note(turn, stride, total, impacts, hits, contacts, touched, period, cycle):
     if turn[LENGTH] > 0:
         for k in range(hits):
             if turn[HITS] < ROOM:
-                cycle[turn[HITS]] = impacts[k]
+                for i in range(impacts.shape[1]):
+                    cycle[turn[HITS], i] = impacts[k, i]
             turn[HITS] += 1
     elif turn[LOOKING] == 1 and stride > 0:
         length = cycle_of(contacts, touched, period)
@@ -136,28 +137,29 @@ def arrive(turn, stride, state, row, section, marks):
 
 
 @inner
-def repeat(turn, cycle, marks, times, period, numbers, section, kept, mass, stop, given_up):
+def repeat(turn, cycle, marks, total, settle, period, numbers, section, kept, mass, stop, point, everything):
     """Count what a cycle does again and again, up to the end of the run; False when that was stopped.
 
     Args:
         turn: how far the run has come; moved to its end.
         cycle: impacts of the cycle, their times are changed, (n, 7).
         marks: displacement [m] and velocity [m/s] once a period of the cycle, (n, 2).
-        times: whole periods of the run, and those left out at its begin.
+        total: whole periods of the run.
+        settle: those left out at its begin.
         period: of the excitation [s].
         numbers: of the point, added to.
         section: of the point, filled.
         kept: room for impacts, (2, m, 2).
         mass: of the loose gear on the line of action [kg].
         stop: set by another thread, (1,).
-        given_up: values of ``stop`` that mean this point.
+        point: value of ``stop`` that gives up this point.
+        everything: value of ``stop`` that gives up the batch.
     """
-    total, settle = times
     length, hits, done = turn[LENGTH], turn[HITS], turn[REACHED]
     first = total - settle - section.shape[0]
     begin, end = settle * period, total * period
     for reached in range(done, total, length):
-        if stop[0] == given_up[0] or stop[0] == given_up[1]:
+        if stop[0] == point or stop[0] == everything:
             return False
         for k in range(hits):
             cycle[k, 0] += length * period
