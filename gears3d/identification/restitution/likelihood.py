@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import log_ndtr
 
-from gears3d.identification.kernels.density import densities, noise
+from gears3d.identification.restitution.density import densities, noise
 from gears3d.identification.restitution.pairs import Pairs
 
 STRAY = 0.002

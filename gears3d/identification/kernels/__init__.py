@@ -1,1 +1,0 @@
-"""Compiled loops of identification: what a search asks for thousands of times."""
