@@ -27,13 +27,16 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba import types
+from numba import _dynfunc, types  # type: ignore[attr-defined]
 from numba.core import event
 from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
 from numba.core.serialize import dumps
+from numba.core.typed_passes import IRLegalization, NativeLowering
 from numba.core.typing.templates import Signature
 from platformdirs import user_cache_path
 
@@ -56,6 +59,7 @@ def njit(function: Any = None, **options: Any) -> Any:
     if keep:
         made._cache = _Kept(made)
     made.get_call_template = partial(_plain_template, made)
+    made.compile = partial(_with_room, made.compile)
     return made
 
 
@@ -65,35 +69,112 @@ def _plain_template(kernel: Any, args: Any, kws: Any) -> Any:
     return type(kernel).get_call_template(kernel, tuple(types.unliteral(kind) for kind in args), plain)
 
 
-_DAMAGED = (
-    OSError,
-    EOFError,
-    pickle.UnpicklingError,
-    ImportError,
-    AttributeError,
-    LookupError,
-    TypeError,
-    ValueError,
-    RuntimeError,
-)
-"""What reading an entry raises that is not whole: of pickle, and of LLVM, whose errors are RuntimeErrors."""
+def _with_room(call: Callable[..., Any], *args: Any) -> Any:
+    """Call with half a megabyte of Python's stack in one piece.
+
+    Python 3.11 and 3.12 take the stack from the system in pieces of 16 kB. Where a loop's calls cross the end of one,
+    each of them maps memory and unmaps it again, which can double the time of a compilation.
+    """
+    return call(*args)
 
 
-class inner:
-    """Compile a function that compiled code calls: without a wrapper for Python, from where it runs as it is written.
+_with_room.__code__ = _with_room.__code__.replace(co_stacksize=66_000)  # 8 bytes each; a power of two is taken
+
+
+class _Lowered(JITCodeLibrary):
+    """Code in LLVM's language, left to those that link it."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _KeepLowered(LoweringPass):
+    """Take a library that is not translated; runs before the lowering."""
+
+    _name = "keep_lowered"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Run the pass."""
+        state.library = _Lowered(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = True
+        return False
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _MakeCallable(LoweringPass):
+    """Let compiled code call what has been lowered; runs after the lowering."""
+
+    _name = "make_callable"
+
+    def __init__(self) -> None:
+        super().__init__()
+
+    def run_pass(self, state: Any) -> bool:
+        """Run the pass."""
+        lowered = state["cr"]
+        name = lowered.fndesc.qualname.split(".")[-1]
+        key = _dynfunc.make_function(lowered.fndesc.lookup_module(), name, "", 0, lowered.env, (state.library,))
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
+        state["cr"] = lowered._replace(cfunc=key)
+        return False
+
+
+class _LowerOnly(CompilerBase):
+    """Numba's own passes, with the two above."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(_KeepLowered, IRLegalization)
+        passes.add_pass_after(_MakeCallable, NativeLowering)
+        passes.finalize()
+        return [passes]
+
+
+class Inner:
+    """A function that compiled code calls; from Python it runs as it is written.
+
+    Numba optimises and translates every function with a copy of all that it calls, so that a function five levels below
+    the entry goes through LLVM five times. An inner function is only lowered to LLVM's language; the entry that calls
+    it links all of them, and optimises and translates them once.
 
     Args:
         function: of Python.
+        options: numba's.
     """
 
-    def __init__(self, function: Any) -> None:
-        self.kernel = njit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    def __init__(self, function: Any, **options: Any) -> None:
+        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self.kernel = njit(function, pipeline_class=_LowerOnly, **wrappers, **options)
         self.py_func = function
         self._numba_type_ = types.Dispatcher(self.kernel)
 
     def __call__(self, *args: Any) -> Any:
         """Run the function as Python."""
         return self.py_func(*args)
+
+
+def inner(function: Any, **options: Any) -> Inner:
+    """Decorate a function that compiled code calls, see :class:`Inner`.
+
+    Args:
+        function: of Python.
+        options: numba's.
+    """
+    return Inner(function, **options)
+
+
+_DAMAGED = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeError, LookupError, TypeError, ValueError,
+            RuntimeError)  # fmt: skip
+"""What reading an entry raises that is not whole: of pickle, and of LLVM, whose errors are RuntimeErrors."""
 
 
 class _Kept(_Cache):
@@ -169,7 +250,7 @@ def fingerprint(kernel: Any) -> str:
 
 def _describe(value: Any, digest: Any, seen: set[int]) -> None:
     """Add what a value that compiled code reads contributes to the code."""
-    value = value.kernel if isinstance(value, inner) else value
+    value = value.kernel if isinstance(value, Inner) else value
     if isinstance(value, Dispatcher):
         digest.update(repr(sorted(value.targetoptions.items(), key=str)).encode())
         value = value.py_func

@@ -16,7 +16,6 @@ from gears3d.gears.flank import (
     REVERSE,
     Flanks,
     compile_pair,
-    flank_point,
     flank_points,
     relief_starts,
     roll_at_radius,
@@ -178,8 +177,8 @@ def _first_roll(flanks: Flanks, gear: int, flank: int, tooth: int, extent: tuple
     radius = flanks.gears[gear, 0] * (1.0 + start**2) ** 0.5
     first = roll_at_radius(flanks, gear, flank, tooth, radius)
     if lowest <= first < last:
-        x, y, nx, ny, _, _ = flank_point(flanks, gear, flank, tooth, first)
-        if abs(hypot(x, y) - radius) < 1e-9 * radius and x * nx + y * ny > 0.0:
+        (point,), (normal,) = flank_points(flanks, gear, flank, tooth, np.array([first]))
+        if abs(hypot(*point) - radius) < 1e-9 * radius and point @ normal > 0.0:
             return first
     rolls = np.linspace(min(lowest, 0.5 * last), last, _LOOKED_AT)
     radii = np.hypot(*flank_points(flanks, gear, flank, tooth, rolls)[0].T)

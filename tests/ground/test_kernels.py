@@ -85,12 +85,12 @@ def test_a_kernel_is_known_by_its_code_the_kernels_it_calls_and_their_constants(
 PRINT = """
 import importlib, pkgutil, sys
 import gears3d, gears3d.engine, gears3d.lumped, gears3d.gears
-from gears3d.kernels import fingerprint, inner
+from gears3d.kernels import Inner, fingerprint
 from numba.core.dispatcher import Dispatcher
 for package in (gears3d.engine, gears3d.lumped, gears3d.gears):
     for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
         for name, value in vars(importlib.import_module(found.name)).items():
-            if isinstance(value, (Dispatcher, inner)) and value.py_func.__module__ == found.name:
+            if isinstance(value, (Dispatcher, Inner)) and value.py_func.__module__ == found.name:
                 print(found.name, name, fingerprint(value))
 """
 
