@@ -13,21 +13,31 @@ from gears3d.cli.options import Overrides
 def check(
     files: Annotated[list[Path], typer.Argument(metavar="SCENARIO...", help="Shipped scenarios or TOML files.")],
     set_: Overrides = None,
+    model: Annotated[
+        str, typer.Option(help="Also list what this model does not take: bullet, rigid, plastic or lubricated.")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print the faults as JSON.")] = False,
 ) -> None:
     """List all faults of scenario files, each with its key and a remedy; exit code 3 if there are any.
 
     Example: gears3d check rigaud-2020/fig5-20rpm rigaud-2020/fig10
+
+    With --model also what that model does not take, such as effects that do not act in it.
     """
     from gears3d.cli.output import fault_table, print_faults, print_json
-    from gears3d.errors import InputError
+    from gears3d.errors import InputError, UsageError, did_you_mean
     from gears3d.scenario import load
 
+    if model:
+        from gears3d.simulation import MODELS, refusals
+
+        if model not in MODELS:
+            raise UsageError(f"there is no model {model!r}; {did_you_mean(model, list(MODELS))}")
     results: list[dict[str, Any]] = []
     for file in files:
         try:
-            load(file, set_ or ())
-            faults = ()
+            scenario = load(file, set_ or ())
+            faults = tuple(refusals(scenario, model)) if model else ()
         except InputError as error:
             faults = error.faults
         results.append({"file": str(file), "ok": not faults, "faults": [fault_table(fault) for fault in faults]})

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.effects.rows import Code, Gear, Row, torque_constant
+from gears3d.effects.support import NATIVE, refused
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
@@ -40,12 +41,6 @@ if TYPE_CHECKING:
 Parts = tuple[World, Plant, Watch, Log]
 Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
-_NOT_NATIVE = {
-    Code.GAP_FILM: "oil between the flanks, which Bullet's own contact cannot do",
-    Code.GAP_SPRING: "compliant flanks, which Bullet's own contact cannot do",
-    Code.IMPACT_SCATTER: "scattered restitution, which Bullet's own contact cannot do",
-    Code.TORQUE_FRICTION: "friction of the flanks, which Bullet's own contact cannot do",
-}
 LONGEST_STEP = 2e-3
 """s."""
 TURN_PER_STEP = 0.3
@@ -255,12 +250,7 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
     if pair.drive.helix_angle != 0.0 and contact == "native":
         text = f"is {show(pair.drive.helix_angle, 'angle')}: Bullet's own contact is that of spur teeth only"
         faults.append(Fault("gears.helix_angle", text, "use contact = located", file))
-    unable = {} if contact == "located" else _NOT_NATIVE
-    rig = scenario.rig()
-    for index, effect in enumerate(scenario.effects):
-        for code in sorted({row.code for row in effect.rows(rig)} & set(unable)):
-            text = f"{effect.kind!r} asks for {unable[code]}"
-            faults.append(Fault(f"effect[{index}]", text, "use contact = located", file))
+    faults += refused(scenario.effects, scenario.rig(), NATIVE if contact == "native" else "bullet", file)
     if faults:
         raise InputError(faults)
 

@@ -8,16 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.effects import Code, Rig, Row
+from gears3d.effects.support import takes
 from gears3d.errors import Fault, InputError
 from gears3d.lumped import film_rows, layout, lower
 from gears3d.lumped.tables import Table, pack
 
 FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
-_KNOWN = (
-    Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
-    Code.TORQUE_FRICTION, Code.TORQUE_TABLE, Code.FLANK_HARMONIC, Code.FLANK_ECCENTRIC, Code.MOTION_HARMONIC,
-    Code.IMPACT_OFFSET, Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.GAP_SPRING, Code.GAP_FILM,
-)  # fmt: skip
 
 
 class Model(NamedTuple):
@@ -189,5 +185,5 @@ def _refuse_unknown(rows: Sequence[Row]) -> None:
                     "give the model tables of the flanks, gears3d.lumped.flanks",
                 )
             )
-        if row.code not in _KNOWN:
+        if not takes("rigid", row):
             raise InputError(Fault("effect", f"normal form {row.code!r} is unknown to the rigid model"))

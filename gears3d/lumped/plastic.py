@@ -126,7 +126,8 @@ def assumed(scenario: Scenario) -> Setting:
     """
     from dataclasses import replace
 
-    from gears3d.effects import Code, Gate
+    from gears3d.effects import Code
+    from gears3d.effects.support import refused
 
     rig, faults = scenario.rig(), []
     if scenario.motion.record is not None:
@@ -134,15 +135,8 @@ def assumed(scenario: Scenario) -> Setting:
     if rig.restitution != 0.0:
         message = f"is {rig.restitution:g}; the plastic model has no rebounds"
         faults.append(Fault("impact.restitution", message, f"give 0 (--set impact.restitution=0), or {REMEDY}"))
-    drag = rig.drag_torque
-    for index, effect in enumerate(scenario.effects):
-        for row in effect.rows(rig):
-            if row.code == Code.TORQUE_CONSTANT and row.gate == Gate.ALWAYS:
-                drag += row.p[0]
-                continue
-            message = f"{effect.kind!r} has no place in the plastic model's closed form"
-            faults.append(Fault(f"effect[{index}]", message, REMEDY))
-            break
+    faults += refused(scenario.effects, rig, "plastic")
+    drag = rig.drag_torque + sum(row.p[0] for row in scenario.rows() if row.code == Code.TORQUE_CONSTANT)
     moving = [(i, h) for i, h in enumerate(scenario.motion.harmonics) if h.amplitude != 0.0]
     second = "is a second harmonic; the plastic model has one"
     faults += [Fault(f"motion.harmonics[{i}]", second, REMEDY) for i, _ in moving[1:]]

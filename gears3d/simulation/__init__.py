@@ -8,3 +8,4 @@ from gears3d.simulation.models import simulate as simulate
 from gears3d.simulation.models import stream as stream
 from gears3d.simulation.recorder import TESTS as TESTS
 from gears3d.simulation.recorder import record as record
+from gears3d.simulation.refusals import refusals as refusals

@@ -54,7 +54,7 @@ MODELS: dict[str, Callable[..., Recording]] = {
 """The models that ``simulate`` and ``gears3d run --model`` know."""
 ABOUT = {
     "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
-    "rigid": "the twin: one degree of freedom, every impact found, all effects",
+    "rigid": "the twin: one degree of freedom, every impact found",
     "plastic": "closed form for one harmonic, constant drag and impacts without rebound",
     "lubricated": "oil films on teeth that give way, with mesh stiffness and friction",
 }

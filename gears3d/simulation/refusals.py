@@ -1,7 +1,8 @@
-"""What a model would leave out of a scenario's gears without a word, told instead."""
+"""What a model does not take of a scenario: its gears, its effects, and what its own assumptions exclude."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
@@ -32,6 +33,35 @@ def refuse_unseen(scenario: Scenario, model: str) -> None:
         for key, remedy in (_UNSEEN[model](scenario) if model in _UNSEEN else ())
     ]
     if faults:
+        raise InputError(faults)
+
+
+def refusals(scenario: Scenario, model: str) -> list[Fault]:
+    """Return a fault for everything in a scenario that a model does not take, without running it.
+
+    Args:
+        scenario: as loaded.
+        model: its name.
+    """
+    faults: list[Fault] = []
+    for check in (partial(refuse_unseen, model=model), _ASSUMPTIONS.get(model, lambda _: None)):
+        try:
+            check(scenario)
+        except InputError as error:
+            faults += error.faults
+    return faults
+
+
+def _of_plastic(scenario: Scenario) -> None:
+    from gears3d.lumped.plastic import assumed
+
+    assumed(scenario)
+
+
+def _of_lubricated(scenario: Scenario) -> None:
+    from gears3d.lumped.lubricated.model import refusals as own
+
+    if faults := own(scenario):
         raise InputError(faults)
 
 
@@ -79,3 +109,5 @@ def _touching(pair: Pair) -> bool:
 
 _UNSEEN = {"plastic": _beyond_perfect, "lubricated": _beyond_perfect}
 """What a model does not see; the rigid one takes its flanks from the surfaces, the bullet one is made of them."""
+_ASSUMPTIONS = {"plastic": _of_plastic, "lubricated": _of_lubricated}
+"""What a model's own assumptions exclude; bullet and rigid take every effect and every motion."""

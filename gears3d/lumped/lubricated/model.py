@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.effects import Code, Gate
+from gears3d.effects import Code
+from gears3d.effects.support import refused
 from gears3d.errors import Fault, InputError
 from gears3d.laws.film import contact_length, equivalent_radius
 from gears3d.lumped.lower import eccentric, motion
@@ -26,11 +27,6 @@ if TYPE_CHECKING:
 POINTS = 256
 """Of the table over one pitch of the drive."""
 REMEDY = "run it with --model rigid"
-_TAKEN = (
-    Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_FRICTION, Code.FLANK_HARMONIC,
-    Code.FLANK_ECCENTRIC, Code.GAP_FILM, Code.GAP_SPRING, Code.MOTION_HARMONIC,
-)  # fmt: skip
-_GATES = {Code.TORQUE_FRICTION: Gate.CONTACT}
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,8 @@ def pack(scenario: Scenario) -> Model:
     True
     """
     rig, rows, teeth = scenario.rig(), scenario.rows(), scenario.lubricated
-    _refuse(scenario, rows)
+    if faults := refusals(scenario):
+        raise InputError(faults)
     sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
     mean, moving = motion(rig, sines + [row.p for row in rows if row.code == Code.MOTION_HARMONIC])
     waves, thinner = _waves(rig, rows)
@@ -158,23 +155,16 @@ def _waves(rig: Rig, rows: tuple[Row, ...]) -> tuple[np.ndarray, float]:
     return np.array(waves, dtype=float).reshape(-1, 5), taken
 
 
-def _refuse(scenario: Scenario, rows: tuple[Row, ...]) -> None:
-    """Raise an InputError for what the lubricated model has no place for."""
+def refusals(scenario: Scenario) -> list[Fault]:
+    """Return a fault for everything in a scenario that the lubricated model does not take."""
     faults = []
     file = "" if scenario.path is None else str(scenario.path)
     if scenario.motion.record is not None:
         faults.append(Fault("motion.record", "is a measured motion; the lubricated model has harmonics", REMEDY, file))
-    rig = scenario.rig()
-    for index, effect in enumerate(scenario.effects):
-        if any(
-            row.code not in _TAKEN or row.gate not in (Gate.ALWAYS, _GATES.get(row.code)) for row in effect.rows(rig)
-        ):
-            message = f"{effect.kind!r} has no place in the lubricated model"
-            faults.append(Fault(f"effect[{index}]", message, f"leave it out, or {REMEDY}", file))
-    films = sum(row.code == Code.GAP_FILM for row in rows)
+    faults += refused(scenario.effects, scenario.rig(), "lubricated", file)
+    films = sum(row.code == Code.GAP_FILM for row in scenario.rows())
     if films != 1:
         message = "there is no oil between the flanks" if not films else f"there are {films} oil films"
         remedy = 'give one [[effect]] with kind = "oil_film" and viscosity = "0.01 Pa s"'
         faults.append(Fault("effect", message, remedy, file))
-    if faults:
-        raise InputError(faults)
+    return faults
