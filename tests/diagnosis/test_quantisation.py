@@ -28,7 +28,10 @@ def record(name, counts, blows):
                            rig=SimpleNamespace(backlash=BACKLASH))  # fmt: skip
 
 
-@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize(
+    "part",
+    [pytest.param(part, marks=pytest.mark.slow if part in ("ablation", "limits") else ()) for part in PARTS],
+)
 def test_of_all_benches_only_those_meant_to_be_are_coarse(part):
     for case in cases(part, 0, 1):
         quantum = quantum_of(uncut(case.plan().rig))
