@@ -22,13 +22,16 @@ def test_an_unknown_chapter_is_refused_with_a_hint():
         next(iter(chapters(only="solid")))
 
 
+ELSEWHERE = ("agreement", "convergence", "effects", "ste", "threshold")
+"""Chapters whose cases tests/engine, tests/gears, tests/effects and tests/bench have by default, and more."""
+
+
 @pytest.mark.parametrize(
     ("chapter", "quick"),
-    [(name, True) for name in CHAPTERS]
+    [pytest.param(name, True, marks=pytest.mark.slow if name in ELSEWHERE else ()) for name in CHAPTERS]
     + [pytest.param(name, False, marks=pytest.mark.slow) for name in ("eccentric", "effects", "helical", "native")],
 )
 def test_every_claim_of_a_chapter_holds(chapter, quick):
-    """Two of the twelve cases of ``agreement``, and few of the virtual bench: tests/engine and tests/bench have all."""
     ((_, claims),) = chapters(quick=quick, only=chapter)
     measured = list(claims())
     assert measured
