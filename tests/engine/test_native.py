@@ -21,7 +21,7 @@ def realised(record, above):
     return -hits["rebound_m_s"][hard] / hits["velocity_m_s"][hard]
 
 
-@pytest.mark.parametrize("restitution", [0.3, 0.7])
+@pytest.mark.parametrize("restitution", [pytest.param(0.3, marks=pytest.mark.slow), 0.7])
 def test_restitution_at_zero_mean_speed(restitution):
     record = native("motion.mean=0 rpm", SMALL, f"impact.restitution={restitution}")
     found = realised(record, above=0.01)

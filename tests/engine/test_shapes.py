@@ -15,7 +15,7 @@ from gears3d.validation import SHAPES, along_action, fig5
 PLASTIC = ("tooth 14 of the drive +20 um, active flank", "profile slope of the drive 10 um", "drive 40 um eccentric")
 """Shapes that are asked without any rebound, too: a tooth, all teeth, and none."""
 THICK = [{"kind": "pitch_error", "gear": "loose", "tooth": tooth, "offset": "20 um"} for tooth in (3, 88)]
-RESTED = {name: shape for name, shape in SHAPES.items() if not name.startswith("tooth")}
+RESTED = {name: shape for name, shape in SHAPES.items() if not name.startswith(("tooth", "profile slope of the loose"))}
 RESTED |= {"teeth 3 and 88 of the loose gear, both flanks": {"effect": THICK}}
 """Shapes that are in mesh on the way: seven pitches from the first tooth to either side."""
 

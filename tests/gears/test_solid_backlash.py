@@ -52,7 +52,12 @@ def touches(pair, posed, theta, side):
 
 @pytest.mark.parametrize(
     ("name", "theta"),
-    [("helical-17-43", 0.0), ("helical-17-43", 0.07), ("kadmiri-2012", 0.02), ("ottewill-2010", 0.07)],
+    [
+        pytest.param("helical-17-43", 0.0, marks=pytest.mark.slow),
+        ("helical-17-43", 0.07),
+        ("kadmiri-2012", 0.02),
+        pytest.param("ottewill-2010", 0.07, marks=pytest.mark.slow),
+    ],
 )
 def test_backlash_asked_is_that_of_the_solids(name, theta):
     """Facets stand back from convex flanks by no more than the chord, along the normal, on each flank of each gear."""

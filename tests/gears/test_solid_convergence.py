@@ -68,7 +68,13 @@ def exact_properties(gear, half):
     return volume, inertia
 
 
-@pytest.mark.parametrize("name", DEFAULTS)
+TWINS = ("helical-17-43, drive", "kadmiri-2012, drive")
+"""Gears whose mates are asked by default: they differ by their number of teeth."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in TWINS else ()) for name in DEFAULTS]
+)
 def test_volume_and_inertia_to_1e_5_at_the_default_chord(name):
     """Of the exact section carried along the face: a helix turns slices, which changes neither."""
     pair, which = DEFAULTS[name]

@@ -1,5 +1,6 @@
 """Flank surfaces over the face: helical gears against stacks of spur slices, lead deviations, displaced axes."""
 
+from itertools import product
 from math import atan, cos, hypot, pi, radians, sin, tan
 
 import numpy as np
@@ -109,9 +110,20 @@ def stack_gap(pair, theta, theta_loose, teeth, flank, slices=401):
     return gaps[best], heights[best]
 
 
-@pytest.mark.parametrize("relief", [None, Relief(15e-6, length=2e-3, shape="parabolic")])
-@pytest.mark.parametrize("crowning", [0.0, 8e-6])
-@pytest.mark.parametrize("slope", [0.0, 12e-6, -12e-6])
+RELIEF = Relief(15e-6, length=2e-3, shape="parabolic")
+SHAPES = [(0.0, 0.0, None), (0.0, 0.0, RELIEF), (0.0, 8e-6, None), (12e-6, 0.0, None), (-12e-6, 8e-6, RELIEF)]
+"""Slope of the helix [m], crowning [m] and relief: none, each alone, and all."""
+
+
+@pytest.mark.parametrize(
+    ("slope", "crowning", "relief"),
+    SHAPES
+    + [
+        pytest.param(*shape, marks=pytest.mark.slow)
+        for shape in product((0.0, 12e-6, -12e-6), (0.0, 8e-6), (None, RELIEF))
+        if shape not in SHAPES
+    ],
+)
 def test_gap_of_helical_teeth_is_that_of_a_fine_stack_of_spur_slices(slope, crowning, relief):
     """To a picometre, for every pair of teeth near the path of contact, on both flanks."""
     pair = helical(relief=relief, drive={"helix_slope": slope}, lead_crowning=crowning)

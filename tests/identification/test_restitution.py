@@ -123,7 +123,7 @@ def test_a_flank_that_its_own_blows_contradict_is_left_out():
     assert "reverse flank is misplaced by 20 um" in found.warnings[0]
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg"])
+@pytest.mark.parametrize("suffix", [".png", pytest.param(".svg", marks=pytest.mark.slow)])
 def test_picture_is_drawn(tmp_path, suffix):
     found = found_in(3, **LAWS["linear+asymmetry"])
     picture = files.write_picture(tmp_path / f"e{suffix}", lambda: restitution_picture(found))
