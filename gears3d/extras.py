@@ -127,16 +127,17 @@ class Late(ModuleType):
         self.__dict__["_asked"] = (module, user, extra)
 
     def __getattr__(self, name: str) -> Any:
-        """Load the library; its names are found without this method from then on.
+        """Return a name of the library, which is loaded for the first one.
 
         Raises:
             MissingExtraError: it is not installed.
         """
         if name.startswith("__"):  # of the module itself: who looks at it does not use the library
             raise AttributeError(name)
-        loaded = self._load()
-        self.__dict__.update({key: value for key, value in vars(loaded).items() if not key.startswith("__")})
-        return getattr(loaded, name)
+        known = self.__dict__
+        if "_library" not in known:
+            known["_library"] = self._load()
+        return getattr(known["_library"], name)
 
     def _load(self) -> Any:
         return require(*self.__dict__["_asked"])

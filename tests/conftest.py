@@ -5,6 +5,8 @@ import pytest
 from gears3d.errors import MissingExtraError
 from gears3d.extras import missing
 
+collect_ignore_glob = ["plugins/example_*"]  # packages of others: importing them registers their effects
+
 
 def pytest_addoption(parser):
     parser.addoption("--slow", action="store_true", help="run the tests marked slow too")

@@ -20,6 +20,7 @@ from gears3d.gears.flank import (
     relief_starts,
     roll_at_radius,
 )
+from gears3d.gears.limits import refuse_crossed
 from gears3d.gears.pair import Pair
 from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 
@@ -52,8 +53,9 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
         active flank upwards, then the reverse flank downwards, then the same at the upper end.
 
     Raises:
-        InputError: no slice, or an unknown gear.
+        InputError: no slice, an unknown gear, or teeth without a tip.
     """
+    refuse_crossed(pair)
     gear = index_of(which, GEARS, "which")
     levels, leads = _levels(pair, which, slices), flank_leads(pair)[gear]
     crowned = levels[:, 2:] * np.repeat([-1.0, 1.0], points)

@@ -106,8 +106,7 @@ def check_deviations(pair: Pair) -> None:
         pair: the pair.
 
     Raises:
-        InputError: a tooth that is not there, a harmonic too steep, material that uses up the backlash, or so much
-            taken off that no tip is left.
+        InputError: a tooth that is not there, a harmonic too steep, or material that uses up the backlash.
     """
     steep: dict[tuple[str, str], float] = {}
     for deviation in pair.deviations:
@@ -131,13 +130,29 @@ def check_deviations(pair: Pair) -> None:
                 "give more backlash or smaller deviations",
             )
         )
-    _check_tips(pair)
 
 
-def _check_tips(pair: Pair) -> None:
-    """Refuse deviations that take off so much that both flanks of a tooth cross below its tip circle."""
+def refuse_crossed(pair: Pair) -> None:
+    """Refuse teeth whose flanks cross below the tip circle, of which solids and hulls would be turned inside out.
+
+    Args:
+        pair: the pair, deviations included.
+
+    Raises:
+        InputError: the backlash or deviations take so much off that no tip is left.
+    """
     for index, which in enumerate(GEARS):
         land, mine = tip_land(pair, which), [each for each in pair.deviations if each.gear == which]
+        if land <= 0.0:
+            raise InputError(
+                Fault(
+                    "backlash",
+                    f"is {pair.backlash * 1e6:.6g} um at a centre distance of {pair.centre_distance * 1e3:.6g} mm: "
+                    f"teeth of the {which} gear are thinned until their flanks cross below the tip, by "
+                    f"{-land * 1e6:.4g} um",
+                    "give less backlash, more centre distance or shorter teeth",
+                )
+            )
         # twice the sum: flanks that lean, as those of harmonics do, move their tips by more than the material there
         if 2.0 * sum(abs(_size(each)) for each in mine) < land:
             continue

@@ -20,7 +20,7 @@ from gears3d.gears.deviation import GEARS, Deviation, HelixSlope, index_of
 from gears3d.gears.gear import Gear
 from gears3d.gears.interference import interference_faults
 from gears3d.gears.involute import inv, inverse_inv
-from gears3d.gears.limits import check_deviations, clearance, tip_land
+from gears3d.gears.limits import check_deviations, clearance
 from gears3d.gears.mounting import Mounting
 
 if TYPE_CHECKING:
@@ -334,16 +334,5 @@ def _check_mesh(pair: Pair) -> None:
                 _longest_reach(pair),
             )
         )
-    for which in GEARS:
-        land = tip_land(pair, which)
-        if land <= 0.0:
-            raise InputError(
-                Fault(
-                    "backlash",
-                    f"is {backlash * 1e6:.6g} um at a centre distance of {pair.centre_distance * 1e3:.6g} mm: teeth of "
-                    f"the {which} gear are thinned until their flanks cross below the tip, by {-land * 1e6:.4g} um",
-                    "give less backlash, more centre distance or shorter teeth",
-                )
-            )
     if faults := list(interference_faults(pair)):
         raise InputError(faults)

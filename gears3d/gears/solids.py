@@ -13,6 +13,7 @@ from gears3d.gears.arrays import ACTIVE, REVERSE
 from gears3d.gears.body import drawn_inside, inner_radius, inside_surface, lift, loop, stitch, wall
 from gears3d.gears.chords import FINEST, check_size, default_chord, layers_at
 from gears3d.gears.deviation import GEARS, HarmonicDeviation
+from gears3d.gears.limits import refuse_crossed
 from gears3d.gears.outline import Outline, outline
 from gears3d.gears.pair import Pair
 from gears3d.gears.surface import flank_leads, lead_turn
@@ -57,7 +58,7 @@ def solid(pair: Pair, which: str, chord: float | None = None, root_chord: float 
         The solid, its axis along z and its middle plane at z = 0.
 
     Raises:
-        InputError: a chord that is not positive or too fine for the memory, or an unknown gear.
+        InputError: a chord that is not positive or too fine for the memory, an unknown gear, or teeth without a tip.
         MissingExtraError: trimesh is not installed.
 
     >>> from gears3d.gears import Gear
@@ -66,6 +67,7 @@ def solid(pair: Pair, which: str, chord: float | None = None, root_chord: float 
     True
     """
     trimesh = require("trimesh", "a gear as a solid", "engine")
+    refuse_crossed(pair)
     chord = default_chord(pair, which) if chord is None else chord
     check_size(pair, which, chord, root_chord)
     vertices, faces = _welded(pair, which, (chord, root_chord or chord))
@@ -89,7 +91,7 @@ def solid_arrays(
         Vertices [m], (n, 3); triangles, (m, 3); unit normals, (n, 3).
 
     Raises:
-        InputError: a chord that is not positive or too fine for the memory, or an unknown gear.
+        InputError: a chord that is not positive or too fine for the memory, an unknown gear, or teeth without a tip.
     """
     check_size(pair, which, chord, root_chord)
     section = outline(pair, which, chord, root_chord)

@@ -65,7 +65,7 @@ def test_a_copy_is_refused_or_excluded_by_every_verb(files, verb, name, options,
     assert "--correct duplicated-file" in capsys.readouterr().out
     assert run([*words, one, copy, "--correct", "duplicated-file"]) == 0
     both = capsys.readouterr()
-    assert f"left out: {copy}: all of its rows are those of {one}, 3.25 s later" in both.err
+    assert f"excluded: {copy}: all of its rows are identical to those of {one}, 3.25 s later" in both.err
     assert run([*words, one]) == 0
     alone = json.loads(capsys.readouterr().out)
     assert json.loads(both.out) == ([alone] if verb == ("measure",) else alone)
@@ -76,7 +76,7 @@ def test_a_copy_in_a_campaign_is_refused_or_excluded(files, capsys):
     assert run(words) == 3
     assert "duplicated-file" in capsys.readouterr().out
     assert run([*words, "--correct", "duplicated-file"]) == 0
-    assert "left out: " in capsys.readouterr().err
+    assert "excluded: " in capsys.readouterr().err
 
 
 def test_records_admitted_one_by_one_count_once(files, monkeypatch):

@@ -78,7 +78,7 @@ def test_a_record_of_one_period_leaves_suspects(tmp_path):
 
 
 def test_a_wrong_number_of_teeth_is_named_with_those_that_would_fit(tmp_path):
-    with pytest.raises(InputError, match=r"90:60.* teeth would fit, 90:61 are declared"):
+    with pytest.raises(InputError, match=r"90:60.* teeth would match, 90:61 are declared"):
         judged(written(tmp_path / "r.parquet"), {"gears.loose.teeth": 61})
 
 

@@ -141,5 +141,5 @@ def test_the_command_writes_what_it_says(tmp_path, without):
 
 
 def test_a_missing_rig_is_named(tmp_path, capsys):
-    assert run(["diagnose", str(tmp_path / "none.parquet")]) == 3
+    assert run(["diagnose", str(tmp_path / "none.parquet")]) == 2
     assert "--rig" in capsys.readouterr().err

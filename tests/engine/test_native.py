@@ -51,5 +51,5 @@ def test_facets_scatter_restitution_once_the_gears_turn():
 
 def test_what_bullet_cannot_do_is_refused():
     soft = 'effect=[{kind="tooth_compliance", stiffness="1e7 N/m"}]'
-    with pytest.raises(InputError, match="compliant flanks"):
+    with pytest.raises(InputError, match=r"tooth_compliance. does not act in Bullet"):
         native(soft)

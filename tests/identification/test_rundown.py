@@ -145,9 +145,9 @@ def test_what_cannot_be_used_is_told(tmp_path):
     rows = [f"{time:.4f},{3.0 * time - time**2:.6f}" for time in np.linspace(0.0, 1.0, 101)]
     back, hole = [*rows[:50], rows[48], *rows[50:]], [*rows[:50], "0.495,", *rows[50:]]
     for head, lines, told in (
-        ("time_s,theta_loose_rad", back, r"time_s: stamps.*fall back.*row 50"),
+        ("time_s,theta_loose_rad", back, r"time_s: time stamps.*some decrease.*row 50"),
         ("time_s,theta_loose_rad", hole, r"theta_loose_rad.*not-finite"),
-        ("time_s,speed", rows, "theta_loose_rad: there is no"),
+        ("time_s,speed", rows, "theta_loose_rad: column .* is missing"),
         ("time_s,theta_loose_rad", rows[:2], "time_s: has 2 rows"),
     ):
         text = "\n".join([head, *lines]) + "\n"

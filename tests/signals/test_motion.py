@@ -122,12 +122,13 @@ def told(recording, *without):
     return describe(recording.signals, recording.impacts, meta)
 
 
-@pytest.mark.parametrize(("e", "name"), [(0.0, "1T"), (0.8, "1T"), (0.9, "2T")])
-def test_periodic_motions_of_the_twin(e, name):
+@pytest.mark.parametrize(("e", "name", "source"), [(0.0, "1T", "wiped"), (0.8, "1T", "wiped"), (0.9, "2T", "model")])
+def test_periodic_motions_of_the_twin(e, name, source):
+    """Where every period has permanent contact, it wipes out all disturbances: the exponent is minus infinity."""
     recording = rattle(f"impact.restitution={e}", settle=40)
     found = told(recording)
-    assert (found["motion"], found["lyapunov_from"]) == (name, "model")
-    assert found["lyapunov_1_s"] < -5.0
+    assert (found["motion"], found["lyapunov_from"]) == (name, source)
+    assert source == "wiped" or found["lyapunov_1_s"] < -5.0
     assert told(recording, "lyapunov_1_s")["motion"] == name
 
 

@@ -121,7 +121,7 @@ def test_verb_takes_a_file(rrd, capsys):
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["gone.rrd"], 3, "is not there"),
+        (["gone.rrd"], 3, "does not exist"),
         (["nowhere"], 3, "gears3d run"),
         (["nowhere", "--web", "--at", "1"], 2, "--at works in the window only"),
     ],

@@ -34,7 +34,7 @@ def report(tmp_path_factory):
         recording=recording,
         twin=twin,
         summary=summary,
-        strip=Picture(camera(recording, scenario).png(), "the teeth in mesh", "over a period"),
+        strip=Picture(camera(recording, scenario).svg(), "the teeth in mesh", "over a period"),
     )
 
 

@@ -141,7 +141,8 @@ def strip_svg(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: fl
         ]
     pieces.append(_course(subject, shots, (LEFT, rows * (TITLE + HIGH + APART)), whole[0] - LEFT, len(shots)))
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {whole[0]:g} {whole[1]:g}" '
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{whole[0]:g}" height="{whole[1]:g}" '
+        f'viewBox="0 0 {whole[0]:g} {whole[1]:g}" '
         f'font-family="sans-serif"><rect width="100%" height="100%" fill="#ffffff"/>{"".join(pieces)}</svg>'
     )
 
