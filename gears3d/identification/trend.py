@@ -90,12 +90,12 @@ def generalised(
     >>> float(numbers[0]), float(sigma[0]), round(chance, 3)
     (2.0, 0.5, 0.261)
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     inverse = np.linalg.inv(covariance)
     spread = np.linalg.inv(columns.T @ inverse @ columns)
     numbers = spread @ columns.T @ inverse @ values
     rest = values - columns @ numbers
     free = len(values) - columns.shape[1]
-    chance = float(chi2.sf(rest @ inverse @ rest, free)) if free > 0 else None
+    chance = float(chdtrc(free, rest @ inverse @ rest)) if free > 0 else None
     return numbers, np.sqrt(np.diag(spread)), chance
