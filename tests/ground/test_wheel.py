@@ -38,14 +38,17 @@ class Installed:
         assert done.returncode == 0, done.stderr
 
     def packages(self):
-        return set(said(self.python, *PIP, "list", "--format=freeze", cwd=self.home).stdout.split())
+        words = ("-m", "pip", "--disable-pip-version-check", "list", "--format=freeze")
+        found = set(said(self.python, *words, cwd=self.home).stdout.split())
+        assert found
+        return found
 
     def take_away(self):
         """Leave the core alone: what extras brought is uninstalled."""
         more = sorted(line.partition("==")[0] for line in self.packages() - self.plain)
         if more:
             said(self.python, *PIP, "uninstall", "--yes", *more, cwd=self.home)
-        assert self.packages() >= self.plain
+        assert self.packages() == self.plain
 
     def verb(self, *arguments):
         done = said(self.python, "-m", "gears3d", *arguments, cwd=self.home)
