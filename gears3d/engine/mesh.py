@@ -62,7 +62,7 @@ call_side = caller(_SIDE_GAP)
 
 
 def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
-    """Return the flanks of a pair for this room's compiled functions.
+    """Return the flanks of a pair for the engine's compiled functions.
 
     Args:
         pair: deviations and mounting included.
