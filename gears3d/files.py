@@ -1,12 +1,16 @@
-"""How a file is written: under a temporary name beside its place, renamed when it is whole."""
+"""Writing files atomically: in a hidden temporary folder next to the destination, then moved into place."""
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
+import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError, UsageError
 
@@ -15,6 +19,158 @@ if TYPE_CHECKING:
 
 PICTURES = (".png", ".svg", ".pdf")
 """Endings of pictures."""
+HIDDEN, PRIVATE = ".gears3d-", "gears3d-"
+"""Prefixes of temporary folders: next to a destination, and in the system's temporary directory."""
+_LOCK, _BEFORE = "lock", "before"
+_YOUNG_S = 60.0
+"""A folder without a lock file may belong to a process that is about to create it; minimum age for removal [s]."""
+_looked: set[Path] = set()
+
+
+@contextmanager
+def temporary(parent: str | Path, prefix: str = HIDDEN) -> Iterator[Path]:
+    """Create an empty temporary folder for this process and remove it afterwards.
+
+    The folder of a killed process is removed by the next process that creates one in the same parent. It is recognised
+    by its lock, which the operating system releases with the process; process ids are no proof, they repeat in
+    containers.
+
+    Args:
+        parent: the folder in which it is created.
+        prefix: of its name.
+
+    Yields:
+        Its path.
+
+    Raises:
+        OSError: it cannot be created.
+    """
+    parent = Path(parent).absolute()
+    if parent not in _looked:
+        _looked.add(parent)
+        _clear(parent, prefix)
+    folder, held = _begin(parent, prefix)
+    try:
+        yield folder
+    finally:
+        held.close()  # Windows cannot delete an open file
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _begin(parent: Path, prefix: str) -> tuple[Path, IO[str]]:
+    """Create a folder with a locked file in it; repeat if another process removed it before it was locked."""
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+        try:
+            held = (folder / _LOCK).open("w")
+        except FileNotFoundError:
+            continue
+        except OSError:
+            folder.rmdir()
+            raise
+        try:
+            lock(held)
+        except (BlockingIOError, PermissionError):
+            held.close()
+            continue
+        except OSError:  # a file system without locks: no process removes the folder of another
+            pass
+        if (folder / _LOCK).exists():
+            return folder, held
+        held.close()
+
+
+def _clear(parent: Path, prefix: str) -> None:
+    """Remove the folders of dead processes; restore a destination that was moved out but not replaced."""
+    with suppress(OSError):
+        for entry in [entry for entry in os.scandir(parent) if entry.name.startswith(prefix)]:
+            with suppress(OSError):
+                if not entry.is_dir(follow_symlinks=False) or not _own(entry):
+                    continue
+                folder = Path(entry)
+                if not (folder / _LOCK).exists():
+                    if time.time() - folder.stat().st_mtime > _YOUNG_S:
+                        folder.rmdir()  # raises unless it is empty
+                    continue
+                with (folder / _LOCK).open("r+") as held:
+                    lock(held)
+                    for before in (folder / _BEFORE).glob("*"):
+                        if not (parent / before.name).exists():
+                            before.rename(parent / before.name)
+                    shutil.rmtree(folder, ignore_errors=True)
+                shutil.rmtree(folder, ignore_errors=True)  # Windows cannot delete an open file
+
+
+def _own(folder: os.DirEntry[str]) -> bool:
+    """Return whether a folder belongs to this user: others may write to the same parent."""
+    return not hasattr(os, "getuid") or folder.stat(follow_symlinks=False).st_uid == os.getuid()
+
+
+_outside: dict[str, str] = {}
+
+
+def own_temporaries() -> None:
+    """Redirect temporary files of this process, its libraries and child processes into one folder.
+
+    The folder is removed when the process ends, or at the next start if it is killed. Call this before importing
+    libraries with exit handlers such as ``multiprocessing``: handlers run in reverse order of registration. Nothing
+    changes if the system has no writable temporary directory.
+    """
+    try:
+        inner = temporary(tempfile.gettempdir(), PRIVATE)
+        folder = inner.__enter__()
+    except OSError:
+        return
+    atexit.register(inner.__exit__, None, None, None)
+    _outside["TMPDIR"] = os.environ.get("TMPDIR", "")
+    tempfile.tempdir = os.environ["TMPDIR"] = str(folder)
+
+
+def outside_environment() -> dict[str, str]:
+    """Return the environment for a program that outlives this process: with the system's temporary directory."""
+    return {name: value for name, value in {**os.environ, **_outside}.items() if value or name not in _outside}
+
+
+def lock(file: IO[str]) -> None:
+    """Lock a file until it is closed or the process ends.
+
+    Args:
+        file: open for writing.
+
+    Raises:
+        OSError: another process has locked it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+    else:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def exchange(new: Path, place: Path, folder: Path) -> None:
+    """Move a file or folder to its destination; an existing one is moved to a temporary folder first.
+
+    Args:
+        new: the file or folder to move.
+        place: the destination.
+        folder: from :func:`temporary`, in the same parent as the destination.
+
+    Raises:
+        OSError: a move failed; the existing file or folder is unchanged.
+    """
+    before = folder / _BEFORE / place.name
+    before.parent.mkdir(exist_ok=True)
+    if place.exists():
+        place.rename(before)
+    try:
+        new.rename(place)
+    except OSError:
+        if before.exists():
+            before.rename(place)
+        raise
 
 
 @contextmanager
@@ -24,10 +180,11 @@ def replacing(path: str | Path) -> Iterator[Path]:
     A block that fails leaves nothing behind, and what was there before stays as it was.
 
     Args:
-        path: where the file is to be; folders on the way are made.
+        path: where the file is to be; folders on the way are made. If it is a link, its target is replaced. A
+            device or pipe receives the content at the end.
 
     Yields:
-        The temporary path.
+        The temporary path, of the same name.
 
     Raises:
         InputError: the file cannot be written.
@@ -37,18 +194,55 @@ def replacing(path: str | Path) -> Iterator[Path]:
     Traceback (most recent call last):
     gears3d.errors.InputError: /dev/null/at/all.txt: cannot be written: Not a directory (name another place)
     """
-    place = Path(path)
-    unfinished = place.with_name(f".{place.name}.{os.getpid()}.tmp")
+    refuse_name(path)
+    special = Path(path).exists() and not Path(path).is_file() and not Path(path).is_dir()
+    place = Path(path) if special else Path(path).resolve()
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        yield unfinished
-        unfinished.replace(place)
+        with temporary(tempfile.gettempdir() if special else place.parent) as folder:
+            unfinished = folder / place.name
+            yield unfinished
+            if special:
+                with unfinished.open("rb") as whole, place.open("wb") as sink:
+                    shutil.copyfileobj(whole, sink)
+            else:
+                unfinished.replace(place)
     except OSError as error:
         why = error.strerror or str(error)
-        raise InputError(Fault("", f"cannot be written: {why}", "name another place", str(place))) from error
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
+        raise InputError(Fault("", f"cannot be written: {why}", "name another place", str(path))) from error
+
+
+def refuse_name(path: str | Path) -> None:
+    """Refuse an invalid file name.
+
+    Args:
+        path: of a file or folder.
+
+    Raises:
+        InputError: it contains a NUL character, is too long, or is a circular link.
+    """
+    try:
+        Path(path).resolve().exists()
+    except (ValueError, OSError, RuntimeError) as error:
+        why = f"is not a valid file name: {getattr(error, 'strerror', None) or error}"
+        raise InputError(Fault("", why, "name another place", str(path).replace("\0", "\\0"))) from None
+
+
+def refuse_folder(place: Path) -> None:
+    """Refuse a destination where no folder can be created.
+
+    Args:
+        place: of a folder, existing or not.
+
+    Raises:
+        InputError: the name is invalid, or it is a file or a dangling link.
+    """
+    remedy = "name another folder with --out"
+    refuse_name(place)
+    if place.is_symlink() and not place.exists():
+        raise InputError(Fault("--out", f"{place} is a link to {place.readlink()}, which does not exist", remedy))
+    if place.exists() and not place.is_dir():
+        raise InputError(Fault("--out", f"{place} is a file", remedy))
 
 
 def write_text(path: str | Path, text: str) -> Path:

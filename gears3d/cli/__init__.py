@@ -22,6 +22,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from gears3d.cli.interrupts import exit_code, orderly_ends
 from gears3d.cli.output import print_error
 from gears3d.cli.pipes import quiet_pipes
 from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
@@ -55,8 +56,6 @@ VERBS = (
 )
 """The verbs in the order of the help."""
 
-INTERRUPTED = 130
-
 
 class _Verbs(TyperGroup):
     """Loads a verb's file when it is asked for, and turns errors into text and exit codes."""
@@ -87,7 +86,10 @@ class _Verbs(TyperGroup):
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Note whether the answer, errors included, is wanted as JSON."""
         self.as_json = "--json" in args
-        return super().make_context(info_name, args, *more, **extra)
+        try:
+            return super().make_context(info_name, args, *more, **extra)
+        except KeyboardInterrupt:
+            raise typer.Exit(exit_code()) from None
 
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; an error that was raised on purpose becomes its text and its exit code."""
@@ -97,7 +99,7 @@ class _Verbs(TyperGroup):
             print_error(error, self.as_json)
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
-            raise typer.Exit(INTERRUPTED) from None
+            raise typer.Exit(exit_code()) from None
         except OSError as error:
             text = f"{error.filename}: {error.strerror}" if error.filename else str(error)
             print_error(InputError(text), self.as_json)
@@ -139,5 +141,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments: without the program's name; those of the process when ``None``.
     """
     atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
-    with quiet_pipes():
+    with quiet_pipes(), orderly_ends():
         get_command(app)(args=[*(sys.argv[1:] if arguments is None else arguments)], prog_name="gears3d")

@@ -1,4 +1,4 @@
-"""Ctrl-C that waits for a safe moment: compiled code and Bullet must not be interrupted inside a call."""
+"""Orderly interrupts: Ctrl-C, TERM and a closed terminal raise ``KeyboardInterrupt``, at a safe moment if required."""
 
 from __future__ import annotations
 
@@ -6,21 +6,50 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
+
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that interrupt."""
+_last = [signal.SIGINT]
+
+
+def exit_code() -> int:
+    """Return the exit code after the last signal: 130 for Ctrl-C, 143 for TERM, 129 for a closed terminal."""
+    return 128 + int(_last[0])
+
+
+@contextmanager
+def orderly_ends() -> Iterator[None]:
+    """Make TERM and a closed terminal raise ``KeyboardInterrupt``, as Ctrl-C does.
+
+    Ignored signals remain ignored, e.g. under ``nohup``. Outside the main thread nothing changes.
+
+    Returns:
+        A context.
+    """
+
+    def end(number: int, _: object) -> None:
+        _last[0] = signal.Signals(number)
+        raise KeyboardInterrupt
+
+    with _handled(end, [one for one in SIGNALS if signal.getsignal(one) is not signal.SIG_IGN]):
+        yield
 
 
 @contextmanager
 def patient_interrupts() -> Iterator[Callable[[], None]]:
-    """Provide a function that raises ``KeyboardInterrupt`` once if Ctrl-C was pressed since; call it at safe moments.
+    """Provide a function that raises ``KeyboardInterrupt`` if a signal arrived since its last call.
 
-    A second Ctrl-C that finds the first still waiting interrupts at once. Outside the main thread nothing changes.
+    A second signal before the first was handled interrupts at once. Outside the main thread nothing changes.
 
     Returns:
         A context that provides the function.
     """
     waiting = False
 
-    def note(*_: object) -> None:
+    def note(number: int, _: object) -> None:
         nonlocal waiting
+        _last[0] = signal.Signals(number)
         if waiting:
             raise KeyboardInterrupt
         waiting = True
@@ -31,11 +60,19 @@ def patient_interrupts() -> Iterator[Callable[[], None]]:
             waiting = False
             raise KeyboardInterrupt
 
+    with _handled(note, [one for one in SIGNALS if callable(signal.getsignal(one))]):
+        yield check
+
+
+@contextmanager
+def _handled(handler: Any, signals: list[Any]) -> Iterator[None]:
+    """Install a handler for some signals; restore the previous handlers afterwards."""
     if threading.current_thread() is not threading.main_thread():
-        yield check
+        yield
         return
-    before = signal.signal(signal.SIGINT, note)
+    before = [(one, signal.signal(one, handler)) for one in signals]
     try:
-        yield check
+        yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for one, earlier in before:
+            signal.signal(one, earlier)

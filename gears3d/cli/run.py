@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.interrupts import exit_code
 from gears3d.cli.options import Overrides, ScenarioName
 from gears3d.cli.run_stream import refuse_with_stream, streamed
 from gears3d.errors import EngineError, GearsError
@@ -81,7 +82,7 @@ def run(
 
         show(summary, place)
     if summary["status"] == "partial":
-        raise typer.Exit(130)
+        raise typer.Exit(exit_code())
     if any(not verdict["met"] for verdict in summary["expect"].values()):
         raise typer.Exit(1)
 

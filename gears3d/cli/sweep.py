@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.interrupts import exit_code
 from gears3d.cli.options import Overrides, ScenarioName
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def sweep(
             done = run(plan, out, workers, scheduler, limit, _seconds(longest, "--longest"), block, about, say, track)
         except KeyboardInterrupt:
             typer.echo(f"interrupted: finished blocks are in {out}; the same command continues", err=True)
-            raise typer.Exit(130) from None
+            raise typer.Exit(exit_code()) from None
     drawn = _draw(done.place) if pictures else []
     _report(done, drawn, as_json)
 

@@ -18,6 +18,7 @@ import numpy as np
 from gears3d.engine.bullet import pybullet
 from gears3d.engine.hulls import write_compound
 from gears3d.errors import EngineError
+from gears3d.files import PRIVATE, temporary
 
 MM = 1e3
 """mm per m."""
@@ -78,9 +79,9 @@ class World:
         self._client: int = pybullet.connect(pybullet.DIRECT)
         try:
             self._set_world()
-            with tempfile.TemporaryDirectory(prefix="gears3d-") as folder:
+            with temporary(tempfile.gettempdir(), PRIVATE) as folder:
                 self._ids = tuple(
-                    self._add(body, Path(folder) / f"{name}.obj") for name, body in (("drive", drive), ("loose", loose))
+                    self._add(body, folder / f"{name}.obj") for name, body in (("drive", drive), ("loose", loose))
                 )
             pybullet.setCollisionFilterPair(*self._ids, LINK, LINK, int(respond), physicsClientId=self._client)
             self._check()

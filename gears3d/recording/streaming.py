@@ -6,13 +6,14 @@ import errno
 import io
 import os
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.files import temporary
 from gears3d.recording.columns import FLANKS, INTEGERS, unit_of
 from gears3d.recording.files import IMPACTS, KEY, SIGNALS, read_parquet
 from gears3d.recording.meta import from_json, plain, to_json
@@ -85,7 +86,7 @@ class TableStream:
         import pyarrow.parquet as pq
 
         self.path, self.rows = path, 0
-        self._unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+        self._stack = ExitStack()
         fields = []
         for name in names:
             kind = pa.from_numpy_dtype(INTEGERS.get(name, np.float64))
@@ -94,8 +95,10 @@ class TableStream:
         self._schema = pa.schema(fields)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
+            self._unfinished = self._stack.enter_context(temporary(path.parent)) / path.name
             self._sink = _Sink(self._unfinished)
         except OSError as error:
+            self._stack.close()
             raise self._fault(error.strerror or str(error)) from error
         self._writer = pq.ParquetWriter(
             pa.PythonFile(self._sink, mode="w"),
@@ -148,6 +151,7 @@ class TableStream:
         except OSError as error:
             self.abandon()
             raise self._fault(error.strerror or str(error)) from error
+        self._stack.close()
         return self.path
 
     def abandon(self) -> None:
@@ -155,8 +159,7 @@ class TableStream:
         with suppress(OSError, ValueError):
             self._writer.close()
         self._sink.end()
-        with suppress(OSError):
-            self._unfinished.unlink(missing_ok=True)
+        self._stack.close()
 
     def _fault(self, why: str) -> InputError:
         return InputError(Fault("", f"cannot be written: {why}", "make room or name another place", str(self.path)))

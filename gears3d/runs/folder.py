@@ -1,14 +1,14 @@
-"""Writing a run folder: into a temporary sibling, renamed into place when it is complete or given up."""
+"""Writing a run folder: under a hidden name beside its place, moved there when it is complete."""
 
 from __future__ import annotations
 
 import json
-import os
-import shutil
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError
+from gears3d.files import exchange, refuse_folder, temporary
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
@@ -40,20 +40,29 @@ class RunFolder:
     """
 
     def __init__(self, place: Path) -> None:
-        self.place = place
-        self.path = place.parent / f".{place.name}.{os.getpid()}.tmp"
+        self.named = place
+        self._stack = ExitStack()
 
     def __enter__(self) -> RunFolder:
-        refuse_foreign(self.place)
+        refuse_foreign(self.named)
+        self.place = self.named.resolve()
         try:
-            self.path.mkdir(parents=True, exist_ok=False)
+            self.place.parent.mkdir(parents=True, exist_ok=True)
+            self._hidden = self._stack.enter_context(temporary(self.place.parent))
+            refuse_foreign(self.named)  # an earlier run may be back
+            self.path = self._hidden / self.place.name
+            self.path.mkdir()
         except OSError as error:
+            self._stack.close()
             remedy = "name a folder that you may write with --out"
-            raise InputError(Fault("--out", f"{self.place} cannot be written: {error.strerror}", remedy)) from error
+            raise InputError(Fault("--out", f"{self.named} cannot be written: {error.strerror}", remedy)) from error
+        except InputError:
+            self._stack.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
-        shutil.rmtree(self.path, ignore_errors=True)
+        self._stack.close()
 
     def write_scenario(self, scenario: Scenario, header: str) -> None:
         """Write ``scenario.toml``: the resolved scenario under a comment.
@@ -92,18 +101,12 @@ class RunFolder:
         Raises:
             InputError: the earlier run cannot be taken away; it stays as it was.
         """
-        old = self.place.parent / f".{self.place.name}.{os.getpid()}.old"
         try:
-            if self.place.exists():
-                self.place.rename(old)
-            self.path.rename(self.place)
+            exchange(self.path, self.place, self._hidden)
         except OSError as error:  # on Windows, while another program has a file of the earlier run open
-            if old.exists() and not self.place.exists():
-                old.rename(self.place)
             remedy = "close the programs that have its files open, or name another folder with --out"
-            raise InputError(Fault("--out", f"{self.place} cannot be replaced: {error.strerror}", remedy)) from error
-        shutil.rmtree(old, ignore_errors=True)
-        return self.place
+            raise InputError(Fault("--out", f"{self.named} cannot be replaced: {error.strerror}", remedy)) from error
+        return self.named
 
 
 def refuse_foreign(place: Path) -> None:
@@ -113,10 +116,14 @@ def refuse_foreign(place: Path) -> None:
         place: where a run folder is to be.
 
     Raises:
-        InputError: it is a file, or a non-empty folder without ``summary.json``.
+        InputError: it is a file, the current folder, a link to nothing, or a non-empty folder without
+            ``summary.json``.
     """
     remedy = "name another folder with --out"
-    if place.exists() and not place.is_dir():
-        raise InputError(Fault("--out", f"{place} is a file", remedy))
+    refuse_folder(place)
+    whole = place.resolve()
+    if whole == Path.cwd() or whole in Path.cwd().parents:
+        what = f"{place} is the current folder or one above it, which cannot be replaced"
+        raise InputError(Fault("--out", what, f"name a folder in it, e.g. --out {place / 'run'}"))
     if place.is_dir() and any(place.iterdir()) and not (place / MARK).exists():
         raise InputError(Fault("--out", f"{place} is no run folder and is not empty; it stays as it is", remedy))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import gettempdir
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.files import PRIVATE, temporary
 from gears3d.recording import Recording
 from gears3d.simulation.excitation import assess
 from gears3d.simulation.models import simulate
@@ -68,8 +68,8 @@ def sweep(
     for one in motion.harmonics[1:]:
         turn = 2 * pi * one.frequency
         angle -= one.amplitude / turn * (np.cos(turn * time + one.phase) - np.cos(one.phase))
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / "drive.parquet"
+    with temporary(gettempdir(), PRIVATE) as folder:
+        file = folder / "drive.parquet"
         Recording({"time_s": time, "theta_drive_rad": angle, "theta_loose_rad": angle}).write(file)
         rate = f"{scenario.sensors.sample_rate!r} Hz"
         asked = scenario.with_({"motion.record": str(file), "run.output_rate": rate})

@@ -69,6 +69,9 @@ class Cluster:
             why = f"{address} does not answer within {ANSWER_S:g} s"
             if isinstance(error, ValueError | TypeError):
                 why, remedy = f"{address!r} is no address", "write tcp://HOST:PORT, e.g. tcp://127.0.0.1:8786"
+                if address.startswith("tls:"):
+                    why = f"{address} cannot be reached with TLS: {str(error).splitlines()[0]}"
+                    remedy = "name the certificates in dask's configuration, distributed.comm.tls"
             raise InputError(Fault("--scheduler", why, remedy)) from None
 
     @property

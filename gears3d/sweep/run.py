@@ -195,6 +195,7 @@ def sweep(
     expected, work = None, 0.0
     with Store(Path(out), plan).opened() as store:
         if store.complete:
+            store.clear()  # of what a kill right after the dataset left
             return Done(store.place, plan, counted(store.place), plan.size, time.perf_counter() - begin, 0.0, None)
         with closing(_crew(plan, workers, scheduler, limit)) as crew:
             if not store.block:

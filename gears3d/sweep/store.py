@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from math import prod
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.files import replacing, write_text
+from gears3d.files import HIDDEN, lock, refuse_folder, replacing, write_text
 from gears3d.sweep.block import Block
 from gears3d.sweep.plan import Plan, from_table
 from gears3d.version import __version__
@@ -44,25 +45,36 @@ class Store:
             InputError: the folder holds something else, another sweep, or another process works in it.
         """
         self._check()
+        new = not self.place.exists()
         try:
-            (self.place / PARTS).mkdir(parents=True, exist_ok=True)
-            lock = (self.place / ".lock").open("w")
+            self.place.mkdir(parents=True, exist_ok=True)
+            held = (self.place / ".lock").open("w")
         except OSError as error:
             why = f"{self.place} cannot be written: {error.strerror}"
             raise InputError(Fault("--out", why, "name a folder that you may write")) from error
-        with lock:
+        with held:
             try:
-                _lock(lock)
+                lock(held)
             except OSError as error:
                 what = f"{self.place} is being filled by another process"
                 raise InputError(Fault("--out", what, "wait for it, or name another folder")) from error
-            yield self
+            try:
+                yield self
+            finally:
+                if not self._begun():
+                    self._leave(new)
+
+    def _leave(self, new: bool) -> None:
+        """Remove the lock, and the folder if it is new, of a sweep that did not start."""
+        with suppress(OSError):
+            (self.place / ".lock").unlink()
+            if new:
+                self.place.rmdir()
 
     def _check(self) -> None:
         here, other = self.place, "name another folder with --out"
-        if here.exists() and not here.is_dir():
-            raise InputError(Fault("--out", f"{here} is a file", other))
-        if not here.is_dir() or not any(path.name != ".lock" for path in here.iterdir()):
+        refuse_folder(here)
+        if not here.is_dir() or not self._begun():
             return
         try:
             table = json.loads((here / PLAN).read_text(encoding="utf-8"))
@@ -75,6 +87,14 @@ class Store:
             why = f"{here} holds another sweep: {differs}; it stays as it is"
             raise InputError(Fault("--out", why, "name another folder, or delete that one"))
         self.block = int(table["block"])
+
+    def _begun(self) -> bool:
+        """Return whether the folder contains more than what a sweep creates before its plan is written."""
+        for path in self.place.iterdir():
+            empty = path.name == PARTS and path.is_dir() and not any(path.iterdir())
+            if not (path.name == ".lock" or path.name.startswith(HIDDEN) or empty):
+                return True
+        return False
 
     def write_plan(self, block: int, about: dict[str, Any]) -> None:
         """Write the plan, with the size of its blocks.
@@ -141,29 +161,10 @@ class Store:
 
     def clear(self) -> None:
         """Take the blocks away, when the dataset has them."""
-        for part in (self.place / PARTS).glob("*.npz"):
-            part.unlink()
-        with suppress(OSError):
-            (self.place / PARTS).rmdir()
+        shutil.rmtree(self.place / PARTS, ignore_errors=True)
 
     def _part(self, begin: int, end: int) -> Path:
         return self.place / PARTS / f"{begin:012d}-{end:012d}.npz"
-
-
-def _lock(file: IO[str]) -> None:
-    """Lock a file until it is closed, by the means of the operating system.
-
-    Raises:
-        OSError: another process has locked it.
-    """
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        import msvcrt
-
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-    else:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def open_plan(place: Path) -> Plan:

@@ -144,17 +144,18 @@ def test_an_unwritable_output_is_said_before_anything_is_simulated(tmp_path):
     assert "cannot be written" in " ".join(done.stderr.split())
 
 
-def test_ctrl_c_leaves_a_valid_partial_run_that_says_so(tmp_path):
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+def test_an_interrupt_leaves_a_valid_partial_run_that_says_so(tmp_path, number):
     out = tmp_path / "run"
     command = [sys.executable, "-m", "gears3d", "run", FILE, "--set", "run.duration=600 s", "--out", str(out)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 30
-    while not list(tmp_path.glob(".run.*.tmp")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob(".gears3d-*")) and time.monotonic() < deadline:
         time.sleep(0.05)
     time.sleep(6)
-    os.kill(process.pid, signal.SIGINT)
+    os.kill(process.pid, number)
     stdout, stderr = process.communicate(timeout=60)
-    assert process.returncode == 130, stderr
+    assert process.returncode == 128 + number, stderr
     assert "Traceback" not in stderr
     assert "partial" in stdout
     partial = read_run(out)

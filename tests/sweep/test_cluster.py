@@ -28,10 +28,11 @@ def plan(points=40, periods=20):
 def machines(tmp_path, workers, port):
     """Start a scheduler and workers on 127.0.0.1 as processes of their own; give the address and the processes."""
     address = f"tcp://127.0.0.1:{port}"
-    started = [_start(tmp_path, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard")]
+    here = ("--host", "127.0.0.1", "--no-dashboard", "--dashboard-address", "127.0.0.1:0")
+    started = [_start(tmp_path, "scheduler", *here, "--port", str(port))]
     for name in range(workers):
-        started.append(_start(tmp_path, "worker", address, "--name", str(name), "--nworkers", "1", "--nthreads", "1",
-                              "--no-nanny", "--no-dashboard", "--local-directory", str(tmp_path)))  # fmt: skip
+        started.append(_start(tmp_path, "worker", address, *here, "--name", str(name), "--nworkers", "1",
+                              "--nthreads", "1", "--no-nanny", "--local-directory", str(tmp_path)))  # fmt: skip
     try:
         yield address, started
     finally:

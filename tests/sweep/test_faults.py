@@ -154,7 +154,31 @@ def test_an_interrupt_amid_compiled_code_is_raised_where_one_waits_for_it(tmp_pa
     with pytest.raises(KeyboardInterrupt):
         sweep(long, tmp_path / "a", workers=0, block=40, track=stop)
     assert time.monotonic() - begin < 20.0
-    assert not list((tmp_path / "a" / "parts").iterdir())
+    assert not list((tmp_path / "a").glob("parts/*"))
+
+
+def test_what_a_kill_before_the_first_block_leaves_is_gone_on_with(plan, tmp_path):
+    place = tmp_path / "a"
+    (place / "parts").mkdir(parents=True)
+    (place / ".lock").touch()
+    (place / ".gears3d-x").mkdir()
+    assert sweep(plan, place, workers=0).counts["done"] == plan.size
+
+
+def test_a_sweep_that_does_not_begin_leaves_nothing(plan, tmp_path):
+    place = tmp_path / "a"
+    with pytest.raises(InputError, match=r"does not answer|is no address"):
+        sweep(plan, place, scheduler="nowhere://127.0.0.1:9")
+    assert not place.exists()
+
+
+def test_what_a_kill_after_the_dataset_leaves_is_taken_away(plan, tmp_path):
+    place = tmp_path / "a"
+    sweep(plan, place, workers=0)
+    (place / "parts").mkdir()
+    (place / "parts" / "000000000000-000000000012.npz").touch()
+    sweep(plan, place, workers=0)
+    assert not (place / "parts").exists()
 
 
 def test_two_processes_do_not_fill_one_folder(plan, tmp_path):

@@ -10,15 +10,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import IO, Any
 from urllib.parse import quote
 
 from gears3d.errors import Fault, GearsError, MissingExtraError
 from gears3d.extras import pip_line, require
+from gears3d.files import outside_environment
 from gears3d.views.replay.offered import HOST, offered
 from gears3d.views.replay.write import TIMELINE
 
@@ -64,7 +65,8 @@ def show(path: Path, at: float | None = None) -> None:
     """
     if at is None:
         quiet = subprocess.DEVNULL
-        subprocess.Popen([executable(), str(path)], stdout=quiet, stderr=quiet, start_new_session=True)
+        command, alone = [executable(), str(path)], _silent(outside_environment())
+        subprocess.Popen(command, stdout=quiet, stderr=quiet, env=alone, start_new_session=True)
         return
     client, _ = _start(path, ["--hide-welcome-screen"], None)
     _seek(client, at)
@@ -84,10 +86,9 @@ def serve(path: Path, told: Callable[[str], object]) -> int:
         ViewerError: there is no viewer, or it does not start.
     """
     port = _free_port()
-    page = f"http://{HOST}:{port}"
-    with tempfile.TemporaryFile("w+") as log, offered(path, page) as file, _exit_on("SIGTERM", "SIGHUP"):
+    with tempfile.TemporaryFile("w+") as log, offered(path, port) as (page, file):
         command = [executable(), "--bind", HOST, "--web-viewer-port", str(port), "--serve-web", file]
-        process = subprocess.Popen(command, stdout=log, stderr=log, text=True, start_new_session=True)
+        process = subprocess.Popen(command, stdout=log, stderr=log, text=True, env=_silent(), start_new_session=True)
         try:
             _until_it_answers(process, port, log, path)
             told(f"{page}/?url={quote(file, safe='')}&theme=dark&hide_welcome_screen=1")
@@ -177,7 +178,8 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
     port = _free_port()
     command = [executable(), "--bind", "127.0.0.1", "--port", str(port), *options, str(path)]
     sink = log if log is not None else subprocess.DEVNULL
-    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, start_new_session=True)
+    alone = _silent(outside_environment() if log is None else os.environ)
+    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, env=alone, start_new_session=True)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and process.poll() is None:
         try:
@@ -206,20 +208,13 @@ def _until_it_answers(process: subprocess.Popen[str], port: int, log: IO[str], p
     raise ViewerError(_why(log.read(), path))
 
 
-@contextmanager
-def _exit_on(*names: str) -> Iterator[None]:
-    """Let these signals raise as Ctrl-C does, so that nothing outlives what they end."""
+def _silent(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """Return an environment in which rerun collects no usage data.
 
-    def leave(number: int, _: FrameType | None) -> None:
-        raise SystemExit(128 + number)
-
-    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    before = [signal.signal(one, leave) for one in known]
-    try:
-        yield
-    finally:
-        for one, handler in zip(known, before, strict=True):
-            signal.signal(one, handler)
+    ``CI`` is rerun's own switch for a process (re_analytics, native/pipeline.rs); a user's ``FORCE_RERUN_ANALYTICS=1``
+    overrides it.
+    """
+    return {"CI": "1", **environment}
 
 
 def _free_port() -> int:
