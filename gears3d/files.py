@@ -228,6 +228,40 @@ def refuse_name(path: str | Path) -> None:
         raise InputError(Fault("", why, "name another place", str(path).replace("\0", "\\0"))) from None
 
 
+def refuse_file(path: str | Path, endings: tuple[str, ...] = ()) -> None:
+    """Refuse a destination where no file can be written, before the work that would be lost.
+
+    Args:
+        path: of the file, existing or not.
+        endings: permitted ones; any if empty.
+
+    Raises:
+        UsageError: the ending is not permitted.
+        InputError: the name is invalid, it is a folder, or its folder cannot be written.
+
+    >>> refuse_file("map.bmp", (".png", ".svg"))
+    Traceback (most recent call last):
+    gears3d.errors.UsageError: map.bmp: the name of this file ends in .png, .svg
+    """
+    if endings and Path(path).suffix.lower() not in endings:
+        raise UsageError(f"{path}: the name of this file ends in {', '.join(endings)}")
+    refuse_name(path)
+    if Path(path).is_dir():
+        raise InputError(Fault("", "cannot be written: Is a directory", "name a file in it", str(path)))
+    if not Path(path).exists():
+        _refuse_parent(Path(path))
+
+
+def _refuse_parent(path: Path) -> None:
+    """Refuse a destination whose nearest existing folder cannot be written."""
+    folder = path.resolve().parent
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir() or not os.access(folder, os.W_OK | os.X_OK):
+        why = "Permission denied" if folder.is_dir() else "Not a directory"
+        raise InputError(Fault("", f"cannot be written: {why}: {folder}", "name another place", str(path)))
+
+
 def refuse_folder(place: Path) -> None:
     """Refuse a destination where no folder can be created.
 
@@ -243,6 +277,11 @@ def refuse_folder(place: Path) -> None:
         raise InputError(Fault("--out", f"{place} is a link to {place.readlink()}, which does not exist", remedy))
     if place.exists() and not place.is_dir():
         raise InputError(Fault("--out", f"{place} is a file", remedy))
+    if not place.exists():
+        try:
+            _refuse_parent(place)
+        except InputError as error:
+            raise InputError(Fault("--out", f"{place} {error.faults[0].message}", remedy)) from None
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -295,11 +334,9 @@ def write_picture(path: str | Path, draw: Callable[[], Figure]) -> Path:
 
     >>> write_picture("map.bmp", lambda: 1 / 0)
     Traceback (most recent call last):
-    gears3d.errors.UsageError: map.bmp: a picture ends in .png, .svg, .pdf
+    gears3d.errors.UsageError: map.bmp: the name of this file ends in .png, .svg, .pdf
     """
-    ending = Path(path).suffix.lower()
-    if ending not in PICTURES:
-        raise UsageError(f"{path}: a picture ends in {', '.join(PICTURES)}")
+    refuse_file(path, PICTURES)
     with replacing(path) as unfinished:
-        draw().savefig(unfinished, format=ending[1:], dpi=130)
+        draw().savefig(unfinished, format=Path(path).suffix.lower()[1:], dpi=130)
     return Path(path)

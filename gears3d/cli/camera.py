@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, Rig
+from gears3d.cli.options import Correct, MapFile, Rig, to_file, to_picture
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 def camera(
     source: Annotated[Path, typer.Argument(metavar="RUN|RECORD", help="Run folder, or a measured record.")],
-    out: Annotated[Path, typer.Option(help="Picture to write (.png, .svg, .pdf).")] = Path("strip.png"),
+    out: Annotated[Path, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = Path(
+        "strip.png"
+    ),
     frames: Annotated[int, typer.Option(min=1, max=60, help="Pictures, first and last included.")] = 9,
     over: Annotated[
         str, typer.Option(metavar="SPAN", help='period, mesh, revolution, "2 periods" or "20 ms".')
@@ -38,7 +40,9 @@ def camera(
         str,
         typer.Option(help="Number tooth pairs from the first picture on (pairs), or the teeth of each gear (teeth)."),
     ] = "pairs",
-    video: Annotated[Path | None, typer.Option(help="Video to write as well (.mp4), of the same span.")] = None,
+    video: Annotated[
+        Path | None, typer.Option(help="Video to write as well (.mp4), of the same span.", callback=to_file(".mp4"))
+    ] = None,
     rate: Annotated[float, typer.Option(min=1.0, help="Frame rate of the recording, 1/s.")] = 3200.0,
     slow: Annotated[
         float | None, typer.Option(help="Slow-motion factor of the playback; default: 25 frames per second.")

@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
+from gears3d.cli.options import to_folder
+
 
 def challenge(
-    out: Annotated[Path, typer.Option(help="Folder to write.")],
+    out: Annotated[Path, typer.Option(help="Folder to write.", callback=to_folder)],
     seed: Annotated[
         int | None, typer.Option(help="Random seed; the same seed repeats the challenge. Default: a new one.")
     ] = None,

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import to_picture
+
 if TYPE_CHECKING:
     from gears3d.comparison import Comparison
 
@@ -19,7 +21,7 @@ def compare(
     mode: Annotated[
         str | None, typer.Option(help="trajectory or distribution; default: by the reference's Lyapunov exponent.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
 ) -> None:
     """Compare the impacts of two recordings; errors are relative to the second.

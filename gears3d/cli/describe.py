@@ -7,11 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
+from gears3d.cli.options import to_picture
+
 
 def describe(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
     lines: Annotated[int, typer.Option(min=1, help="Number of lines of each spectrum.")] = 5,
-    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")] = None,
+    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print all results as JSON.")] = False,
 ) -> None:
     """Report the results of a recording: regime, motion, impacts, energies, durations, lines of its spectra.
@@ -62,7 +64,7 @@ def _show(found: dict[str, Any], title: str) -> None:
 
     table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value in rows(found):
-        table.add_row(name, value)
+        table.add_row(name, escape(value))
     Console(highlight=False).print(table)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, RequiredRig
+from gears3d.cli.options import Correct, MapFile, RequiredRig, to_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,9 @@ def diagnose(
     records: Annotated[
         list[Path] | None, typer.Argument(help="Measured records of one test rig, or a record.toml that names them.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for report, diagnosis, extended rig and replay.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for report, diagnosis, extended rig and replay.", callback=to_folder)
+    ] = None,
     map_file: MapFile = None,
     correct: Correct = None,
     bodies: Annotated[

@@ -31,7 +31,7 @@ def show(found: Diagnosis) -> None:
         kinds = ", ".join(one.kind for one in found.suspects)
         console.print(f"candidate causes with insufficient data: {kinds}")
     for k, cause in enumerate(found.causes, 1):
-        console.print(f"{k}. [bold]{cause.kind}[/] ({cause.place})")
+        console.print(f"{k}. [bold]{escape(cause.kind)}[/] ({escape(cause.place)})")
         for line in _cause(cause):
             console.print(f"     {escape(line)}")
     for line in _limits(found, told):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import Overrides, ScenarioName, to_picture
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,7 +21,8 @@ Line = tuple[str, str, str]
 def excitation(
     scenario: ScenarioName,
     out: Annotated[
-        Path | None, typer.Option(help="Map of regimes with the operating point to write (.png, .svg, .pdf).")
+        Path | None,
+        typer.Option(help="Map of regimes with the operating point to write (.png, .svg, .pdf).", callback=to_picture),
     ] = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the numbers as JSON, SI units.")] = False,

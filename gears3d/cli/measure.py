@@ -50,6 +50,7 @@ def measure(
     from gears3d.errors import InputError, UsageError
     from gears3d.gate import admit_each
     from gears3d.readers import files_of
+    from gears3d.runs.folder import refuse_foreign
     from gears3d.scenario import load
 
     bench = None if rig is None else load(rig)
@@ -62,6 +63,9 @@ def measure(
     show_repeated(admission.repeated)
     single = len(files_of(records or [], map_file)) == 1
     places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)
+    for place in places:
+        if place is not None:
+            refuse_foreign(place)
     summaries, faults = [], list(admission.faults)
     for admitted, place in zip(admission.admitted, places, strict=False):
         try:
@@ -164,7 +168,7 @@ def _show(summary: dict[str, Any], title: str) -> None:
 
     table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value in rows(summary):
-        table.add_row(name, value)
+        table.add_row(name, escape(value))
     Console(highlight=False).print(table)
 
 

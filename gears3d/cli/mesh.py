@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import Overrides, ScenarioName, to_folder
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def mesh(
     scenario: ScenarioName,
-    out: Annotated[Path, typer.Option(help="Folder for the files.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files.", callback=to_folder)],
     format_: Annotated[
         str, typer.Option("--format", help="stl, obj (both in mm), glb (m), or several with commas.")
     ] = "stl",

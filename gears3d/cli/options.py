@@ -2,10 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+from gears3d.files import PICTURES, refuse_file, refuse_folder
+
+
+def to_file(*endings: str) -> Callable[[Any], Any]:
+    """Return the callback of an option that names a file to write: it is refused before the verb begins.
+
+    Args:
+        endings: permitted ones; any if none is given.
+    """
+
+    def check(value: Path | None) -> Path | None:
+        if value is not None:
+            refuse_file(value, endings)
+        return value
+
+    return check
+
+
+def to_folder(value: Path | None) -> Path | None:
+    """Refuse a folder that cannot be created before the verb begins: the callback of an option.
+
+    Args:
+        value: of the option.
+    """
+    if value is not None:
+        refuse_folder(value)
+    return value
+
+
+to_picture = to_file(*PICTURES)
+"""The callback of an option that names a picture to write."""
 
 ScenarioName = Annotated[
     Path, typer.Argument(metavar="SCENARIO", help="Shipped scenario (gears3d list scenarios), or a TOML file.")

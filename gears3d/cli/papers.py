@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import to_folder
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -19,7 +21,8 @@ if TYPE_CHECKING:
 def papers(
     only: Annotated[str, typer.Option(help="One paper by its short name, such as rigaud-2020.")] = "",
     out: Annotated[
-        Path | None, typer.Option(help="Folder for papers.html (the figures), papers.md and papers.json.")
+        Path | None,
+        typer.Option(help="Folder for papers.html (the figures), papers.md and papers.json.", callback=to_folder),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
 ) -> None:
@@ -51,7 +54,7 @@ def papers(
     else:
         console.print(tally(every))
         for path in written:
-            console.print(str(path), soft_wrap=True)
+            console.print(str(path), soft_wrap=True, markup=False)
     if any(result.changed for result in every):
         raise typer.Exit(1)
 

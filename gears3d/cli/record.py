@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import Overrides, ScenarioName, to_file
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def record(
     scenario: ScenarioName,
-    out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.")],
+    out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.", callback=to_file(".parquet", ".csv"))],
     test: Annotated[
         str,
         typer.Option(
@@ -53,12 +53,9 @@ def record(
     Threshold: gears3d record rigaud-2020/fig5-20rpm --test threshold --set "run.duration=20 s" --out sweep.parquet
     """
     from gears3d.cli.progress import bars
-    from gears3d.errors import Fault, InputError
     from gears3d.scenario import load
     from gears3d.simulation import record as take
 
-    if out.suffix not in (".parquet", ".csv"):
-        raise InputError(Fault("--out", f"is {out}", "give a file that ends in .parquet or .csv"))
     question = load(scenario, overrides=set_ or [])
     how = {
         "speed": None if speed is None else _start(speed),

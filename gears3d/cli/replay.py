@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, Rig
+from gears3d.cli.options import Correct, MapFile, Rig, to_file
 
 _MAGIC = b"RRF"
 """First bytes of a rerun recording."""
@@ -19,7 +19,10 @@ def replay(
         typer.Argument(metavar="RUN|RECORD...", help="Run folder, an rrd file, or with --rig a measured record."),
     ],
     out: Annotated[
-        Path | None, typer.Option(help="File to write; default RUN/replay.rrd or RECORD.rrd, for several replay.rrd.")
+        Path | None,
+        typer.Option(
+            help="File to write; default RUN/replay.rrd or RECORD.rrd, for several replay.rrd.", callback=to_file()
+        ),
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Time of the cursor in s; the replay starts paused there.")] = None,

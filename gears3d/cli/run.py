@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -58,6 +59,8 @@ def run(
         refuse_with_stream(model, twin, error_estimate)
     question = load(scenario, overrides=set_ or [])
     twin = twin or ("rigid" if model == "bullet" else "none")
+    if twin != "none":
+        _refuse_twin(question, twin)
     place = out or default_folder(question)
     with RunFolder(place) as folder:
         how = {"contact": contact, "error_estimate": error_estimate}
@@ -85,6 +88,17 @@ def run(
         raise typer.Exit(exit_code())
     if any(not verdict["met"] for verdict in summary["expect"].values()):
         raise typer.Exit(1)
+
+
+def _refuse_twin(scenario: Scenario, twin: str) -> None:
+    """Refuse a twin that is not a model or does not support the scenario, before the run."""
+    from gears3d.errors import InputError, UsageError, did_you_mean
+    from gears3d.simulation import MODELS, refusals
+
+    if twin not in MODELS:
+        raise UsageError(f"--twin: there is no model {twin!r}; {did_you_mean(twin, [*MODELS, 'none'])}")
+    if faults := refusals(scenario, twin):
+        raise InputError([replace(fault, remedy=f"{fault.remedy}; or --twin none") for fault in faults])
 
 
 def _fill(

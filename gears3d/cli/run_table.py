@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "quasi-periodic"}
@@ -20,14 +21,16 @@ def show(summary: dict[str, Any], place: Path) -> None:
         place: the run folder.
     """
     console = Console()
-    table = Table(title=summary["title"], title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    title = escape(summary["title"])
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value in rows(summary):
-        table.add_row(name, value)
+        table.add_row(name, escape(value))
     console.print(table)
     for key, verdict in (summary["expect"] or {}).items():
         word = "[green]met[/]" if verdict["met"] else "[red]missed[/]"
-        console.print(f"expected {key} = {verdict['expected']}: {word} (found {verdict['found']})")
-    console.print(f"written to [bold]{place}[/]")
+        expected, found = escape(str(verdict["expected"])), escape(str(verdict["found"]))
+        console.print(f"expected {escape(key)} = {expected}: {word} (found {found})")
+    console.print(f"written to [bold]{escape(str(place))}[/]", soft_wrap=True)
 
 
 def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:

@@ -8,9 +8,11 @@ from typing import Annotated
 
 import typer
 
+from gears3d.cli.options import to_file
+
 
 def schema(
-    out: Annotated[Path | None, typer.Option(help="File to write; default: print.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write; default: print.", callback=to_file())] = None,
     as_json: Annotated[bool, typer.Option("--json", help="With --out: print the file's name as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario format 1, effects included, for editors that complete and check.

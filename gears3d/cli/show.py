@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import Overrides, ScenarioName, to_picture
 
 if TYPE_CHECKING:
     from gears3d.gears.sheet import Quantity
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def show(
     scenario: ScenarioName,
-    out: Annotated[Path | None, typer.Option(help="Drawing of the mesh to write (.png, .svg, .pdf).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Drawing of the mesh to write (.png, .svg, .pdf).", callback=to_picture)
+    ] = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the data sheet as JSON, SI units.")] = False,
 ) -> None:

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import to_file
+
 if TYPE_CHECKING:
     from gears3d.signals.sound import Mode
 
 
 def sound(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
-    out: Annotated[Path, typer.Option(help="The WAV file.")] = Path("rattle.wav"),
+    out: Annotated[Path, typer.Option(help="The WAV file.", callback=to_file(".wav"))] = Path("rattle.wav"),
     slow: Annotated[float, typer.Option(help="Slow-motion factor; the bursts keep their pitch.")] = 1.0,
     rate: Annotated[int, typer.Option(help="Sampling rate in Hz: 44100 or 48000.")] = 48_000,
     by: Annotated[
@@ -39,8 +41,6 @@ def sound(
     from gears3d.recording.sound import levels, write_wav
     from gears3d.signals.sound import MODES
 
-    if out.suffix.lower() != ".wav":
-        raise UsageError(f"--out {out}: a sound ends in .wav")
     if constant is not None and not constant > 0.0:
         raise UsageError(f"--constant is {constant:g}: a number above 0")
     recording = read(run)
@@ -68,14 +68,15 @@ def _mode(text: str) -> Mode:
 
 def _show(done: dict[str, Any], loud: dict[str, Any]) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
     for name, value in rows(done, loud):
-        table.add_row(name, value)
+        table.add_row(name, escape(value))
     console = Console(highlight=False)
     console.print(table)
-    console.print(f"written to [bold]{done['file']}[/]", soft_wrap=True)
+    console.print(f"written to [bold]{escape(done['file'])}[/]", soft_wrap=True)
 
 
 def rows(done: dict[str, Any], loud: dict[str, Any]) -> list[tuple[str, str]]:

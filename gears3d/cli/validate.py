@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.cli.options import to_file
 from gears3d.validation.claim import CHAPTERS
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def validate(
         str,
         typer.Option(help=f"One chapter: {', '.join(CHAPTERS)}."),
     ] = "",
-    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.", callback=to_file())] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False,
 ) -> None:
     """Run the checks of gears3d and compare each number with its bound; exit code 1 if one is missed.

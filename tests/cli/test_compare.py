@@ -88,7 +88,7 @@ def test_different_scenarios_are_warned_of(gears3d, folders):
     [
         (["{a}", "{a}/nothing"], 3, "nothing: is not there"),
         (["{a}", "{a}", "--mode", "distributed"], 2, "did you mean 'distribution'?"),
-        (["{a}", "{a}", "--out", "c.gif"], 2, "a picture ends in .png, .svg, .pdf"),
+        (["{a}", "{a}", "--out", "c.gif"], 2, "the name of this file ends in .png, .svg, .pdf"),
         (["{a}", "{a}", "--out", "{a}/impacts.parquet/c.png"], 3, "cannot be written"),
     ],
 )

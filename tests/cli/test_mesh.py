@@ -138,4 +138,4 @@ def test_folder_that_cannot_be_written(mesh, tmp_path):
     (tmp_path / "file").write_text("")
     code, _, err = mesh(RIG, "--out", str(tmp_path / "file"), "--chord", "20 um")
     assert code == 3
-    assert "cannot be written" in err
+    assert "is a file" in err

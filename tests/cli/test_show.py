@@ -57,7 +57,7 @@ def test_drawing_is_written_whole(show, tmp_path, ending, mark):
 def test_bad_input_and_bad_places(show, tmp_path):
     code, _, err = show(BASE, "--out", str(tmp_path / "mesh.gif"))
     assert code == 2
-    assert "a picture ends in .png, .svg, .pdf" in err
+    assert "the name of this file ends in .png, .svg, .pdf" in err
     code, _, err = show(BASE, "--out", str(Path(BASE) / "mesh.png"))
     assert code == 3
     assert "cannot be written" in err

@@ -86,7 +86,7 @@ def test_pictures_are_written_whole(tmp_path):
     assert image.shape[:2] == (845, 1300)
     assert "<svg" in write_picture(tmp_path / "c.svg", found, a, b).read_text()
     assert len(list(tmp_path.iterdir())) == 2
-    with pytest.raises(UsageError, match=r"a picture ends in .png, .svg, .pdf"):
+    with pytest.raises(UsageError, match=r"ends in .png, .svg, .pdf"):
         write_picture(tmp_path / "c.gif", found, a, b)
     with pytest.raises(InputError, match=r"c.png: cannot be written: File exists"):
         write_picture(tmp_path / "c.svg" / "c.png", found, a, b)

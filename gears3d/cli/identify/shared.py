@@ -12,6 +12,7 @@ import typer
 from gears3d.cli.options import Correct as Correct
 from gears3d.cli.options import MapFile as MapFile
 from gears3d.cli.options import RequiredRig as RequiredRig
+from gears3d.cli.options import to_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from gears3d.identification import Identified
 
 Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
-Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).")]
+Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
 
