@@ -35,6 +35,7 @@ from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.dispatcher import Dispatcher
 from numba.core.extending import _Intrinsic
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 from numba.core.typed_passes import IRLegalization, NativeLowering
 from numba.core.typing.templates import Signature
@@ -60,6 +61,7 @@ def njit(function: Any = None, **options: Any) -> Any:
         made._cache = _Kept(made)
     made.get_call_template = partial(_plain_template, made)
     made.compile = partial(_with_room, made.compile)
+    made.typeof_pyval = partial(_typeof, made)
     return made
 
 
@@ -67,6 +69,15 @@ def _plain_template(kernel: Any, args: Any, kws: Any) -> Any:
     """Compile a kernel for integers, not once for each constant that a caller gives it."""
     plain = {name: types.unliteral(kind) for name, kind in kws.items()}
     return type(kernel).get_call_template(kernel, tuple(types.unliteral(kind) for kind in args), plain)
+
+
+def _typeof(kernel: Any, value: Any) -> Any:
+    """Return the type of an argument, which numba asks for at every call of a record; a record names its own."""
+    kind = getattr(value, "compiled", None)
+    if not isinstance(kind, types.Type):
+        return type(kernel).typeof_pyval(kernel, value)
+    kernel._types_active_call.add(kind)
+    return kind
 
 
 def _with_room(call: Callable[..., Any], *args: Any) -> Any:
@@ -199,10 +210,18 @@ class _Kept(_Cache):
             path.unlink(missing_ok=True)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        target_context.refresh()
+        """Return a kernel that was compiled before.
+
+        Code that is compiled needs the library of reference counts, but none of the 100 modules, scipy.linalg among
+        them, from which ``target_context.refresh()`` learns how to compile; numba's compiler loads them itself.
+        """
+        if not self._on:
+            return None
         path = self._path(sig, target_context.codegen())
         try:
-            return CompileResult._rebuild(target_context, *pickle.loads(path.read_bytes())) if self._on else None
+            entry = path.read_bytes()
+            rtsys.initialize(target_context)
+            return CompileResult._rebuild(target_context, *pickle.loads(entry))
         except FileNotFoundError:
             return None
         except _DAMAGED:  # as good as none

@@ -63,3 +63,31 @@ def test_two_processes_fill_an_empty_cache_at_once(work, tmp_path):
     assert compiled_again == 0
     assert kept() == files
     assert first == second == third
+
+
+KEPT = """
+import sys
+import numpy as np
+from gears3d.kernels import njit
+
+@njit(cache=True)
+def doubled(x):
+    return 2.0 * x
+
+@njit
+def product(a, b):
+    return np.dot(a, b)
+
+print(doubled(np.ones(2)), "scipy.linalg" in sys.modules, product(np.ones(2), np.ones(2)))
+"""
+
+
+def test_a_kept_kernel_runs_without_what_compiles_others(tmp_path):
+    def told():
+        whole = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+        return subprocess.run(
+            [sys.executable, "-c", KEPT], capture_output=True, text=True, check=True, env=whole
+        ).stdout
+
+    assert told().split() == ["[2.", "2.]", "True", "2.0"]
+    assert told().split() == ["[2.", "2.]", "False", "2.0"]
