@@ -86,4 +86,6 @@ def _floats(column: Any, stamps: dict[str, Any], name: str) -> np.ndarray:
         times = column.cast(pa.timestamp("ns")).to_numpy(zero_copy_only=False)
         first = stamps.setdefault(name, times[:1])
         return seconds(np.concatenate([first, times]))[1:]
-    return floats_of(column.cast(pa.float64(), safe=False))
+    if column.type != pa.float64():  # casting loads pyarrow.compute, which takes longer than most records
+        column = column.cast(pa.float64(), safe=False)
+    return floats_of(column)

@@ -11,6 +11,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.files import replacing
+from gears3d.recording.arrow import column_of, named_of
 from gears3d.recording.columns import FLANKS, impact_table, signal_table, unit_of
 from gears3d.recording.derived import part_of
 from gears3d.recording.meta import from_json, to_json
@@ -66,11 +67,8 @@ def write_parquet(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: P
     import pyarrow.parquet as pq
 
     def arrays(rows: slice) -> list[Any]:
-        made = [pa.array(part_of(table, name, rows)) for name in table]
-        return [
-            pa.DictionaryArray.from_arrays(array, pa.array(FLANKS)) if name == "flank" else array
-            for name, array in zip(table, made, strict=True)
-        ]
+        parts = {name: part_of(table, name, rows) for name in table}
+        return [named_of(part, FLANKS) if name == "flank" else column_of(part) for name, part in parts.items()]
 
     none = dict(zip(table, arrays(slice(0, 0)), strict=True))
     fields = [pa.field(name, own.type, nullable=False, metadata={"unit": unit_of(name)}) for name, own in none.items()]

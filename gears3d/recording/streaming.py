@@ -14,6 +14,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.files import temporary
+from gears3d.recording.arrow import column_of, named_of
 from gears3d.recording.columns import FLANKS, INTEGERS, unit_of
 from gears3d.recording.files import IMPACTS, KEY, SIGNALS, read_parquet
 from gears3d.recording.meta import from_json, plain, to_json
@@ -121,8 +122,8 @@ class TableStream:
 
         arrays = []
         for field in self._schema:
-            values = pa.array(np.asarray(columns[field.name], INTEGERS.get(field.name, np.float64)))
-            arrays.append(pa.DictionaryArray.from_arrays(values, pa.array(FLANKS)) if field.name == "flank" else values)
+            values = np.asarray(columns[field.name], INTEGERS.get(field.name, np.float64))
+            arrays.append(named_of(values, FLANKS) if field.name == "flank" else column_of(values))
         try:
             self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema))
         except OSError as error:
