@@ -61,13 +61,21 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
     crowned = levels[:, 2:] * np.repeat([-1.0, 1.0], points)
     sections = [flanks_at(pair, height) for height in levels[:, 0]]
     same = levels[0, 1] == 0.0 or sections[0].harmonics.shape[2] == 0
-    result = []
+    result, known = [], {}
+
+    def rolls(flanks: Flanks, flank: int, tooth: int) -> NDArray[np.float64]:
+        if flanks.shaped:
+            return _rolls(pair, flanks, which, flank, tooth, points)
+        alike = (id(flanks), flank, float(flanks.offsets[gear, flank, tooth - 1]))  # perfect teeth differ in no more
+        if alike not in known:
+            known[alike] = _rolls(pair, flanks, which, flank, tooth, points)
+        return known[alike]
+
     for tooth in range(1, pair.gear(which).teeth + 1):
         layers = []
         for flanks in sections[:1] if same else sections:
             active, reverse = (
-                flank_points(flanks, gear, flank, tooth, _rolls(pair, flanks, which, flank, tooth, points))[0]
-                for flank in (ACTIVE, REVERSE)
+                flank_points(flanks, gear, flank, tooth, rolls(flanks, flank, tooth))[0] for flank in (ACTIVE, REVERSE)
             )
             layers.append(np.vstack([active, reverse[::-1]]))
         turns = crowned + (levels[:, :1] * np.repeat(leads[:, tooth - 1], points) if leads.size else 0.0)
