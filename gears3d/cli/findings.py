@@ -17,6 +17,8 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
         file: its name, where there are several.
         quiet: print nothing without findings.
     """
+    if quiet and not findings:
+        return
     from rich.console import Console
     from rich.markup import escape
 
@@ -26,7 +28,7 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
     place = f"{file}: " if file else ""
     for finding in findings:
         console.print(f"[yellow]sensors:[/] {escape(place + told(finding))}")
-    if not findings and not quiet:
+    if not findings:
         console.print(f"{escape(place)}sensors: no findings")
 
 

@@ -130,7 +130,7 @@ def fit(
     from scipy.optimize import least_squares
 
     masks = masks or [np.ones(len(track.time), bool) for track in tracks]
-    task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()))
+    task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()), {})
     at = task.begin(begin)
     best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=patience)
     points = sum(int(mask.sum()) for mask in masks)
@@ -147,12 +147,16 @@ def fit(
 
 
 class _Task(NamedTuple):
-    """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order."""
+    """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order.
+
+    ``last`` has of every run where its residuals were last asked for, and these: slopes are wanted at the same place.
+    """
 
     tracks: list[Binned]
     model: Model
     masks: list[np.ndarray]
     scale: np.ndarray
+    last: dict[int, tuple[bytes, np.ndarray | None]]
 
     @property
     def unsure(self) -> int:
@@ -173,10 +177,16 @@ class _Task(NamedTuple):
         found = standardised(self.tracks[run], model.law(numbers, run), starts[run])
         return None if found is None else found[self.masks[run]]
 
+    def noted(self, x: np.ndarray, run: int) -> np.ndarray | None:
+        """Return the residuals of one run, worked out once for the same place."""
+        if self.last.get(run, (b"", None))[0] != x.tobytes():
+            self.last[run] = x.tobytes(), self.one(x, run)
+        return self.last[run][1]
+
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Return the residuals of all runs, then the shifts of the inertias."""
         shifts = x[len(self.scale) : len(self.scale) + self.unsure]
-        whole = [self.one(x, run) for run in range(len(self.tracks))]
+        whole = [self.noted(x, run) for run in range(len(self.tracks))]
         if any(part is None for part in whole):
             size = sum(int(mask.sum()) for mask in self.masks)
             return np.concatenate([np.full(size, _IMPOSSIBLE), shifts])
@@ -193,7 +203,7 @@ class _Task(NamedTuple):
         slopes = np.zeros((rows[-1] + self.unsure, len(x)))
         first = len(names) + self.unsure
         for run in range(len(self.tracks)):
-            here, at = slice(rows[run], rows[run + 1]), self.one(x, run)
+            here, at = slice(rows[run], rows[run + 1]), self.noted(x, run)
             if at is None:
                 continue
             own = {share.part for share in self.model.runs[run].shares}

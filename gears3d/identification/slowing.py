@@ -8,6 +8,8 @@ import numpy as np
 
 NODES = 600
 """Intervals of the speed between start and end."""
+_CROWDED = (1.0 - np.linspace(0.0, 1.0, NODES + 1)) ** 2
+"""Nodes from 1 to 0, that crowd at the end."""
 _GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 
@@ -64,8 +66,7 @@ def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: flo
     """
     if not speed > slowest:
         return None
-    x = np.linspace(0.0, 1.0, NODES + 1)
-    nodes = slowest + (speed - slowest) * (1.0 - x) ** 2
+    nodes = slowest + (speed - slowest) * _CROWDED
     width = -np.diff(nodes)
     inner = 0.5 * (nodes[:-1] + nodes[1:])[:, None] + 0.5 * width[:, None] * _GAUSS
     slowing = law.deceleration(inner)

@@ -48,7 +48,6 @@ def read(path: str | Path, map_file: str | Path | None = None) -> Channels:
         InputError: it is not there, cannot be read, or lacks what the map names; lists what it has.
     """
     from gears3d.readers.formats import open_source
-    from gears3d.readers.mapping import Mapper
     from gears3d.readers.maps import flat, load_map, named_files
 
     path = Path(path)
@@ -60,6 +59,8 @@ def read(path: str | Path, map_file: str | Path | None = None) -> Channels:
         path, map_file = files[0], path
     if map_file is None:
         return _as_named(open_source(path))
+    from gears3d.readers.mapping import Mapper
+
     chart = load_map(Path(map_file), path)
     mapper = Mapper(open_source(path), chart, str(map_file))
     columns = mapper.columns()

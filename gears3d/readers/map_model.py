@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from gears3d.errors import Fault, InputError, did_you_mean
 
 
 class _Part(BaseModel):
@@ -147,3 +149,65 @@ class RecordMap(_Part):
     loose: GearMap | None = None
     extra: dict[str, ExtraMap] = Field(default_factory=dict)
     condition: dict[str, Any] = Field(default_factory=dict)
+
+
+_MODELS: dict[str, type[BaseModel]] = {
+    "time": TimeMap,
+    "drive": GearMap,
+    "loose": GearMap,
+    "index": IndexMap,
+    "extra": ExtraMap,
+    "": RecordMap,
+}
+_MENDED = {
+    "literal_error": "is {input!r}, not {expected}",
+    "string_type": "is {input!r}, no text",
+    "missing": "is missing",
+    "model_type": "is {input!r}, no table",
+    "dict_type": "is {input!r}, no table",
+    "greater_than": "is {input!r}, not positive",
+    "float_type": "is {input!r}, no number",
+    "float_parsing": "is {input!r}, no number",
+    "finite_number": "is {input!r}, not finite",
+}
+
+
+def checked(table: dict[str, Any], map_file: str) -> RecordMap:
+    """Return the map that a table of a document holds.
+
+    Args:
+        table: of one measured file.
+        map_file: named in faults.
+
+    Raises:
+        InputError: it cannot be used; carries every fault.
+    """
+    try:
+        return RecordMap.model_validate(table)
+    except ValidationError as error:
+        raise InputError([_fault(each, map_file) for each in error.errors()]) from error
+    except RecursionError as error:
+        raise InputError(Fault("", "is nested too deep", "", map_file)) from error
+
+
+def _fault(error: Any, file: str) -> Fault:
+    """Return a fault of pydantic as ours."""
+    place = [str(step) for step in error["loc"]]
+    decoder = place[2] if len(place) > 2 and place[1] == "decode" else ""
+    if decoder:
+        place = [*place[:2], *place[3:]]
+    key, kind = ".".join(place), error["type"]
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        given = error.get("ctx", {}).get("tag", "")
+        return Fault(f"{key}.kind", f"is {given!r}", did_you_mean(given, list(DECODERS)), file)
+    if kind == "extra_forbidden":
+        table = place[0] if len(place) > 1 else ""
+        model = IndexMap if len(place) > 2 and place[1] == "index" else _MODELS.get(table, RecordMap)
+        model = DECODERS.get(decoder, model)
+        known = list(model.model_fields) + (["record"] if model is RecordMap else [])
+        return Fault(key, "is no key of a map", did_you_mean(place[-1], known), file)
+    context = error.get("ctx", {})
+    told = _MENDED.get(kind)
+    if told is None:
+        return Fault(key, f"is {error['input']!r}: {error['msg']}"[:300], "", file)
+    return Fault(key, told.format(input=error["input"], expected=context.get("expected", "")), "", file)

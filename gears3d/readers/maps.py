@@ -5,32 +5,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
-from gears3d.readers.map_model import DECODERS, ExtraMap, GearMap, IndexMap, RecordMap, TimeMap
 
-_MODELS: dict[str, type[BaseModel]] = {
-    "time": TimeMap,
-    "drive": GearMap,
-    "loose": GearMap,
-    "index": IndexMap,
-    "extra": ExtraMap,
-    "": RecordMap,
-}
-_MENDED = {
-    "literal_error": "is {input!r}, not {expected}",
-    "string_type": "is {input!r}, no text",
-    "missing": "is missing",
-    "model_type": "is {input!r}, no table",
-    "dict_type": "is {input!r}, no table",
-    "greater_than": "is {input!r}, not positive",
-    "float_type": "is {input!r}, no number",
-    "float_parsing": "is {input!r}, no number",
-    "finite_number": "is {input!r}, not finite",
-}
+if TYPE_CHECKING:
+    from gears3d.readers.map_model import RecordMap
 
 
 def files_of(paths: Sequence[str | Path], map_file: str | Path | None = None) -> list[tuple[Path, Path | None]]:
@@ -95,12 +75,9 @@ def load_map(map_file: Path, path: Path) -> RecordMap:
         names = [str(each["file"]) for each in records]
         remedy = did_you_mean(path.name, names)
         raise InputError(Fault("file", f"{path} is not among the files that it names", remedy, str(map_file)))
-    try:
-        return RecordMap.model_validate(own[0])
-    except ValidationError as error:
-        raise InputError([_fault(each, str(map_file)) for each in error.errors()]) from error
-    except RecursionError as error:
-        raise InputError(Fault("", "is nested too deep", "", str(map_file))) from error
+    from gears3d.readers.map_model import checked
+
+    return checked(own[0], str(map_file))
 
 
 def flat(condition: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -172,26 +149,3 @@ def _same(one: Path, other: Path) -> bool:
         return one.resolve() == other.resolve()
     except (OSError, ValueError, RuntimeError):
         return False
-
-
-def _fault(error: Any, file: str) -> Fault:
-    """Return a fault of pydantic as ours."""
-    place = [str(step) for step in error["loc"]]
-    decoder = place[2] if len(place) > 2 and place[1] == "decode" else ""
-    if decoder:
-        place = [*place[:2], *place[3:]]
-    key, kind = ".".join(place), error["type"]
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        given = error.get("ctx", {}).get("tag", "")
-        return Fault(f"{key}.kind", f"is {given!r}", did_you_mean(given, list(DECODERS)), file)
-    if kind == "extra_forbidden":
-        table = place[0] if len(place) > 1 else ""
-        model = IndexMap if len(place) > 2 and place[1] == "index" else _MODELS.get(table, RecordMap)
-        model = DECODERS.get(decoder, model)
-        known = list(model.model_fields) + (["record"] if model is RecordMap else [])
-        return Fault(key, "is no key of a map", did_you_mean(place[-1], known), file)
-    context = error.get("ctx", {})
-    told = _MENDED.get(kind)
-    if told is None:
-        return Fault(key, f"is {error['input']!r}: {error['msg']}"[:300], "", file)
-    return Fault(key, told.format(input=error["input"], expected=context.get("expected", "")), "", file)

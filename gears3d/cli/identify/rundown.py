@@ -106,7 +106,6 @@ def _mesh(
 
 def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
     from gears3d.errors import Fault, InputError, UsageError
-    from gears3d.scenario import load
     from gears3d.units import parse
 
     def quantity(text: str, key: str) -> float:
@@ -124,5 +123,7 @@ def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, f
     if rig is None:
         reason = "a coast-down determines only the ratio of drag and inertia"
         raise UsageError(f"Missing option '--inertia' or '--rig': {reason}; e.g. --inertia \"0.0695 kg m^2\"")
+    from gears3d.scenario import load
+
     scenario = load(rig)
     return scenario.rig().inertia, spread or scenario.uncertainty.get("gears.loose.inertia", 0.0)

@@ -92,7 +92,7 @@ def _show(found: Identified) -> None:
         half = 0.5 * (p.high - p.low)
         digits = max(2 - floor(log10(half)), 0) if half > 0.0 else 6
         table.add_row(name, f"{p.value:.{min(digits, 12)}f}", f"{half:.2g}", p.unit)
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     console.print(table)
     if losses := found.goodness.get("held_out"):
         held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
