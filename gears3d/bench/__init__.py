@@ -2,6 +2,9 @@
 
 from gears3d.bench.coasting import Rundown as Rundown
 from gears3d.bench.coasting import rundown as rundown
+from gears3d.bench.drawing import drop_picture as drop_picture
+from gears3d.bench.drawing import static_picture as static_picture
+from gears3d.bench.drawing import threshold_picture as threshold_picture
 from gears3d.bench.drop import Drops as Drops
 from gears3d.bench.drop import drops as drops
 from gears3d.bench.ste import StaticError as StaticError

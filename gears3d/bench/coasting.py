@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.effects import Code
-from gears3d.engine.shots import Bench
+from gears3d.engine import Bench
 from gears3d.errors import Fault, InputError
 from gears3d.identification import identify_rundown
 from gears3d.identification.track import make_track

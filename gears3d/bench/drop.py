@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.engine.shots import Bench
+from gears3d.engine import Bench
 from gears3d.scenario.model import Motion
 
 if TYPE_CHECKING:

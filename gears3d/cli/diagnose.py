@@ -86,7 +86,7 @@ def _write(found: Diagnosis, out: Path) -> None:
     import shlex
     import sys
 
-    from gears3d.diagnosis.extending import extended_text
+    from gears3d.diagnosis import extended_text
     from gears3d.files import replacing
     from gears3d.views.report.diagnosed import write
 

@@ -27,7 +27,7 @@ from gears3d.errors import GearsError
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
     from gears3d.effects import Row
-    from gears3d.engine.shots import Bench
+    from gears3d.engine import Bench
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -113,7 +113,7 @@ def predicted(one: Evidence, effects: Sequence[Any]) -> dict[str, Array]:
         InputError: the engine cannot do what an effect or the rig asks for.
         EngineError: a step failed.
     """
-    from gears3d.engine.shots import Bench
+    from gears3d.engine import Bench
 
     sensors = [each for each in (*one.scenario.effects, *effects) if isinstance(each, SensorEffect)]
     with Bench(extended(one, effects), began(one)) as bench:

@@ -2,6 +2,7 @@
 
 from gears3d.effects.base import Effect as Effect
 from gears3d.effects.base import Param as Param
+from gears3d.effects.base import Place as Place
 from gears3d.effects.base import Rig as Rig
 from gears3d.effects.base import SensorEffect as SensorEffect
 from gears3d.effects.base import catalogue as catalogue

@@ -1,4 +1,5 @@
 """Both gears as rigid bodies in PyBullet, with contact located on the true flanks or left to Bullet."""
 
 from gears3d.engine.door import simulate as simulate
+from gears3d.engine.shots import Bench as Bench
 from gears3d.engine.streaming import stream as stream

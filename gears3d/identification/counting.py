@@ -105,7 +105,7 @@ def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.n
         angle: of one way [rad], (n,).
         quantum: angle of a count, 0 for a smooth one [rad]; noise of a third of it leaves no lines.
     """
-    from gears3d.measurement.drive import steady
+    from gears3d.measurement import steady
     from gears3d.measurement.readings import read_encoder
 
     off = np.zeros(len(time))

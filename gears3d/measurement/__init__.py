@@ -1,5 +1,6 @@
 """Measured records: displacement and its noise, flanks, flights and contacts, each known as well as it says."""
 
+from gears3d.measurement.drive import steady as steady
 from gears3d.measurement.flanks import Flanks as Flanks
 from gears3d.measurement.measured import Measurement as Measurement
 from gears3d.measurement.measured import measure as measure

@@ -8,9 +8,9 @@ from math import cos, pi, tan
 import numpy as np
 
 from gears3d.comparison import compare
+from gears3d.engine import Bench
 from gears3d.engine.lines import facing
 from gears3d.engine.mesh import meshed
-from gears3d.engine.shots import Bench
 from gears3d.gears import contact_lines
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.bench import Drops, StaticError, Sweep, Thresholds, static_error
-from gears3d.bench.drawing import static_picture, threshold_picture
+from gears3d.bench import Drops, StaticError, Sweep, Thresholds, static_error, static_picture, threshold_picture
 from gears3d.errors import InputError
 from gears3d.gears import quasi_static
 from gears3d.recording import Recording

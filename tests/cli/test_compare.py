@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.comparison.result import KEYS
+from gears3d.comparison import KEYS
 from gears3d.recording import Recording
 
 PERIOD = 1 / 3

@@ -7,8 +7,7 @@ import pytest
 
 from gears3d import describe, load, simulate
 from gears3d.cli import main
-from gears3d.recording import Recording
-from gears3d.recording.told import settled, spectra
+from gears3d.recording import Recording, settled, spectra
 from gears3d.signals import lines
 from gears3d.views.signals import picture
 

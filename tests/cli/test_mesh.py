@@ -9,8 +9,7 @@ import trimesh
 from shapely.geometry import Point, Polygon
 
 from gears3d import cli
-from gears3d.gears import solid
-from gears3d.gears.export import content_hash, write_meshes
+from gears3d.gears import content_hash, solid, write_meshes
 from gears3d.scenario import load
 
 RIG, HELICAL = "scenarios/base/rigaud-2020.toml", "scenarios/base/helical-17-43.toml"

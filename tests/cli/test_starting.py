@@ -10,11 +10,9 @@ from gears3d import cli
 from gears3d.cli import doctor as doctor_room
 from gears3d.cli import main
 from gears3d.effects import catalogue
-from gears3d.scenario import load
+from gears3d.scenario import STARTERS, load
 from gears3d.scenario.shipped import names
-from gears3d.scenario.starting import STARTERS
-from gears3d.simulation import MODELS, simulate
-from gears3d.simulation.models import ABOUT
+from gears3d.simulation import ABOUT, MODELS, simulate
 
 NAME = "rigaud-2020/fig5-20rpm"
 ROOT = Path(__file__).resolve().parents[2]

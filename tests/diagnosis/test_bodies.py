@@ -74,7 +74,7 @@ def test_solids_that_are_off_move_contacts_as_their_columns_say_to_first_order(o
 
 
 def test_the_drive_moves_as_it_was_measured_to(one):
-    from gears3d.engine.shots import Bench
+    from gears3d.engine import Bench
 
     seen = one.channels.drive
     with Bench(extended(one, ()), began(one)) as bench:

@@ -6,10 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.diagnosis import added, ready, residuals
+from gears3d.diagnosis import added, loss_sigma, ready, residuals
 from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.paths import _read_in_time
-from gears3d.diagnosis.prediction import loss_sigma
 from gears3d.diagnosis.readied import delay_of
 from gears3d.diagnosis.sifting import off_teeth, without_rolling, without_strays
 from gears3d.effects import catalogue

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from gears3d.challenge import hide, plan, reveal
-from gears3d.diagnosis import CHANNELS, added, diagnose, ready
+from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, ready
 from gears3d.diagnosis.aligned import LEAST
 from gears3d.diagnosis.candidates import candidates
-from gears3d.diagnosis.extending import extended_text
 from gears3d.diagnosis.library import library
 from gears3d.diagnosis.tooth_zeros import tooth
 from gears3d.diagnosis.zeros import gear_of, moved, turn

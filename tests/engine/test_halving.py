@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from gears3d.engine import simulate
+from gears3d.engine import Bench, simulate
 from gears3d.engine.halving import halved
-from gears3d.engine.shots import Bench
 from gears3d.errors import UsageError
 from gears3d.recording import Recording
 from gears3d.scenario import load

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from gears3d.comparison import compare
-from gears3d.engine import simulate
+from gears3d.engine import Bench, simulate
 from gears3d.engine.lines import line_gap
 from gears3d.engine.mesh import meshed, side_gap
-from gears3d.engine.shots import Bench
 from gears3d.gears import compile_surfaces, mates, quasi_static
 from gears3d.lumped import rigid
 from gears3d.scenario import load

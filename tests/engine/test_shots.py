@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gears3d.engine import simulate
-from gears3d.engine.shots import Bench
+from gears3d.engine import Bench, simulate
 from gears3d.scenario import load
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"

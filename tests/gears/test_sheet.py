@@ -18,6 +18,7 @@ from gears3d.gears import (
     ProfileWave,
     Relief,
     Wobble,
+    compile_pair,
     data_sheet,
     flank_gap,
     flank_point,
@@ -26,7 +27,6 @@ from gears3d.gears import (
     radial_backlash,
     solid,
 )
-from gears3d.gears.flank import compile_pair
 from gears3d.units import FAMILIES
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from gears3d.effects import Flank, Gear, Rig, flank_harmonic, impact_slope, torque_linear
-from gears3d.lumped.model import model
-from gears3d.lumped.run import run
 from tests.lumped.oracle import RPM, Oracle
+from tests.lumped.rig import model, run
 
 ERROR = {
     "drive": [(0, 0, 1, 20e-6, 0.7), (0, 1, 1, -20e-6, 0.7)],

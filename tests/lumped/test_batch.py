@@ -9,10 +9,9 @@ import pytest
 from gears3d.effects import Rig
 from gears3d.lumped import tally
 from gears3d.lumped.batch import ALL, DONE, TOO_LONG, Batch, pack_points
-from gears3d.lumped.model import model
 from gears3d.lumped.repeating import cycle_of
-from gears3d.lumped.run import run
 from gears3d.signals import FLIGHT_HEIGHT_MIN, counted, impacts_per_period, periodicity
+from tests.lumped.rig import model, run
 
 RPM = pi / 30
 TIMES = (40, 10, 8)

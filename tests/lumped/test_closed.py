@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gears3d.effects import Gate, Rig
-from gears3d.effects.rows import torque_constant, torque_friction, torque_power
-from gears3d.lumped.model import model
-from gears3d.lumped.run import run
+from gears3d.effects import Gate, Rig, torque_constant, torque_friction, torque_power
+from tests.lumped.rig import model, run
 
 RPM = pi / 30
 NOTHING = torque_power(0.0, 1.0)

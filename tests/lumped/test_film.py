@@ -13,12 +13,10 @@ from gears3d.errors import InputError
 from gears3d.laws import film
 from gears3d.lumped import layout as at
 from gears3d.lumped.kernel import advance
-from gears3d.lumped.model import model
-from gears3d.lumped.run import run
 from gears3d.lumped.start import start_state
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from tests.lumped.rig import RPM
+from tests.lumped.rig import RPM, model, run
 
 RB1, RB2, J, B = 24.476e-3, 61.909e-3, 3.71e-3, 133.72e-6
 ALPHA, BETA = 0.391006, 0.456892

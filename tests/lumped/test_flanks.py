@@ -11,13 +11,11 @@ from gears3d.gears import Eccentricity, Gear, HarmonicDeviation, Pair, Relief, T
 from gears3d.lumped import layout
 from gears3d.lumped.fitting import fit
 from gears3d.lumped.flanks import flank_tables, table_period
-from gears3d.lumped.model import model
-from gears3d.lumped.run import run
 from gears3d.lumped.tables import Table
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from gears3d.validation import closed_form
-from tests.lumped.rig import RPM
+from tests.lumped.rig import RPM, model, run
 
 RIGAUD = Pair.from_backlash(Gear(3.5e-3, 90, face_width=7.5e-3), Gear(3.5e-3, 90, face_width=7.5e-3), 250e-6)
 SMALL = Pair.from_backlash(Gear(3.5e-3, 19), Gear(3.5e-3, 37), 250e-6)

@@ -8,8 +8,7 @@ from scipy.optimize import brentq
 
 from gears3d.effects import Flank, Gear
 from gears3d.effects import rows as form
-from gears3d.lumped.run import run
-from tests.lumped.rig import RPM, bench, simulate
+from tests.lumped.rig import RPM, bench, run, simulate
 
 SPEED, OMEGA = 0.148 * 4 * RPM, 2 * pi * 10.0
 PULL = 0.22 / 0.0695 * 0.148

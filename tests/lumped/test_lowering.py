@@ -8,9 +8,7 @@ from gears3d.effects import rows as form
 from gears3d.gears import Eccentricity, Pair, quasi_static
 from gears3d.gears import Gear as Wheel
 from gears3d.lumped.lower import eccentric
-from gears3d.lumped.model import model
-from gears3d.lumped.run import run
-from tests.lumped.rig import RPM, bench, simulate
+from tests.lumped.rig import RPM, bench, model, run, simulate
 
 SPUR = Pair.from_backlash(Wheel(3.5e-3, 30, profile_shift=0.4), Wheel(3.5e-3, 40, profile_shift=0.3), 2e-4)
 

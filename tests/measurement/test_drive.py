@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measurement import read_encoder
-from gears3d.measurement.drive import steady
+from gears3d.measurement import read_encoder, steady
 
 
 @pytest.mark.parametrize("counts", [8192, 400_000])

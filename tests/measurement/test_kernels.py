@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from gears3d.measurement import Reading, Terms, Track
-from gears3d.measurement.drive import steady
+from gears3d.measurement import Reading, Terms, Track, steady
 from gears3d.measurement.kernels.orders import turned
 from gears3d.measurement.parabolas import Law, bend, fit, slope_within
 

@@ -14,18 +14,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gears3d.challenge.scoring import score
+from gears3d.challenge import score
 from gears3d.cli.diagnosed import show
+from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, pulled
 from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.cause import contribution, fit
-from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import FINE, uncut
-from gears3d.diagnosis.extending import extended_text
 from gears3d.diagnosis.named import table
-from gears3d.diagnosis.placing import pulled
-from gears3d.diagnosis.resonance import Resonance
 from gears3d.diagnosis.search import blind
-from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
 from gears3d.gate import Finding

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from gears3d.effects.rows import Flank, Gear, flank_harmonic, flank_tooth
+from gears3d.effects import Flank, Gear, flank_harmonic, flank_tooth
 from gears3d.gears import Gear as GearShape
 from gears3d.gears import Pair
 from gears3d.recording import Recording

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from shapely.geometry import Polygon
 
-from gears3d.gears import Gear, Pair
-from gears3d.gears.sheet import path_points
+from gears3d.gears import Gear, Pair, path_points
 from gears3d.views.sheet import drawing
 from gears3d.views.sheet.section import exaggeration, posed
 

@@ -21,8 +21,7 @@ def drop(
 
     Example: gears3d bench drop base/rigaud-2020 --speeds "5, 20, 100 mm/s" --out drop
     """
-    from gears3d.bench import drops
-    from gears3d.bench.drawing import drop_picture
+    from gears3d.bench import drop_picture, drops
     from gears3d.cli.progress import bars
     from gears3d.errors import Fault, InputError
     from gears3d.runs.folder import refuse_foreign

@@ -28,8 +28,7 @@ def ste(
     """
     from math import pi
 
-    from gears3d.bench import static_error
-    from gears3d.bench.drawing import static_picture
+    from gears3d.bench import static_error, static_picture
     from gears3d.bench.ste import cycles
     from gears3d.cli.progress import bars
     from gears3d.runs.folder import refuse_foreign

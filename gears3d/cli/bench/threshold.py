@@ -31,8 +31,7 @@ def threshold(
     """
     from math import isnan
 
-    from gears3d.bench import thresholds
-    from gears3d.bench.drawing import threshold_picture
+    from gears3d.bench import threshold_picture, thresholds
     from gears3d.cli.progress import bars
     from gears3d.runs.folder import refuse_foreign
     from gears3d.scenario import load

@@ -215,7 +215,7 @@ def draw_backlash(axes: Axes, pair: Pair) -> None:
 
 def _reverse_contact(pair: Pair) -> Array:
     """Return the middle of the reverse gap nearest the pitch point, between flanks that face each other [m], (2,)."""
-    from gears3d.gears.flank import candidates, compile_pair, flank_gap
+    from gears3d.gears import candidates, compile_pair, flank_gap
 
     flanks = compile_pair(pair)
     found = [flank_gap(flanks, 0.0, 0.0, i, j, 1) for i, j in candidates(flanks, 0.0, 0.0, 1)]

@@ -9,8 +9,7 @@ from typing import ClassVar
 import numba
 import numpy as np
 
-from gears3d.effects import Param, Rig, Row, Variable, register, torque_table
-from gears3d.effects.base import Place
+from gears3d.effects import Param, Place, Rig, Row, Variable, register, torque_table
 from gears3d.effects.tabulate import tabulate
 
 

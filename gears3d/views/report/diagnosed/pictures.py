@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
+from gears3d.diagnosis import impact_sigma, loss_sigma, pulled, without
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.placing import pulled
-from gears3d.diagnosis.prediction import impact_sigma, loss_sigma, without
 from gears3d.diagnosis.remains import channel_of
 from gears3d.views.report.diagnosed.chart import Frame, Series, chart, limits
 
 if TYPE_CHECKING:
-    from gears3d.diagnosis import Diagnosis
-    from gears3d.diagnosis.resonance import Resonance
+    from gears3d.diagnosis import Diagnosis, Resonance
 
 Array = np.ndarray
 VALUES = {

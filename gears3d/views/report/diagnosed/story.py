@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis import CHANNELS, rms_of
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import worth_of
-from gears3d.diagnosis.prediction import CHANNELS, rms_of
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
 from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, called, joined
