@@ -41,6 +41,8 @@ from numba.core.typed_passes import IRLegalization, NativeLowering
 from numba.core.typing.templates import Signature
 from platformdirs import user_cache_path
 
+from gears3d.files import temporary
+
 HOME = Path(__file__).parent
 OLD = 30 * 86400.0
 """Entries of other states of a kernel are removed after so long [s]."""
@@ -234,14 +236,9 @@ class _Kept(_Cache):
             return
         path = self._path(sig, data.codegen)
         with contextlib.suppress(OSError):
-            descriptor, temporary = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
-            try:
-                with os.fdopen(descriptor, "wb") as file:
-                    file.write(dumps(data._reduce()))
-                Path(temporary).replace(path)
-            except BaseException:
-                Path(temporary).unlink(missing_ok=True)
-                raise
+            with temporary(path.parent) as folder:
+                (folder / path.name).write_bytes(dumps(data._reduce()))
+                (folder / path.name).replace(path)
             for other in path.parent.glob(f"{self._name()}-*.nbc"):
                 if time.time() - other.stat().st_mtime > OLD:
                     other.unlink(missing_ok=True)

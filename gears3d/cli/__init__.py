@@ -22,10 +22,10 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from gears3d.cli.interrupts import exit_code, orderly_ends
+from gears3d.cli.interrupts import exit_code, interrupted, orderly_ends
 from gears3d.cli.output import print_error
 from gears3d.cli.pipes import quiet_pipes
-from gears3d.errors import GearsError, InputError, UsageError, did_you_mean
+from gears3d.errors import Fault, GearsError, InputError, UsageError, did_you_mean
 
 VERBS = (
     "new",
@@ -98,15 +98,29 @@ class _Verbs(TyperGroup):
         """Run a verb; an error that was raised on purpose becomes its text and its exit code."""
         try:
             return super().invoke(ctx)
+        except typer.Exit:
+            raise
         except GearsError as error:
             print_error(error, self.as_json)
             raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             raise typer.Exit(exit_code()) from None
-        except OSError as error:
-            text = f"{error.filename}: {error.strerror}" if error.filename else str(error)
-            print_error(InputError(text), self.as_json)
+        except Exception as error:
+            if interrupted():
+                raise typer.Exit(exit_code()) from None
+            if not isinstance(error, OSError | MemoryError):
+                raise
+            print_error(InputError(_of_the_system(error)), self.as_json)
             raise typer.Exit(InputError.exit_code) from None
+
+
+def _of_the_system(error: OSError | MemoryError) -> Fault:
+    """Return an error of the operating system as a fault."""
+    if isinstance(error, MemoryError):
+        return Fault(
+            "", "the memory of this machine is not sufficient", "give a shorter run or record, or fewer points"
+        )
+    return Fault("", error.strerror or str(error), file=str(error.filename or ""))
 
 
 app = typer.Typer(

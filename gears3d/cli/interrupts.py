@@ -10,12 +10,20 @@ from typing import Any
 
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that interrupt."""
-_last = [signal.SIGINT]
+_came: list[signal.Signals] = []
+
+
+def interrupted() -> bool:
+    """Return whether a signal came since the verb began.
+
+    Extension modules may replace the ``KeyboardInterrupt`` by an error of their own.
+    """
+    return bool(_came)
 
 
 def exit_code() -> int:
     """Return the exit code after the last signal: 130 for Ctrl-C, 143 for TERM, 129 for a closed terminal."""
-    return 128 + int(_last[0])
+    return 128 + int(_came[-1] if _came else signal.SIGINT)
 
 
 @contextmanager
@@ -29,9 +37,10 @@ def orderly_ends() -> Iterator[None]:
     """
 
     def end(number: int, _: object) -> None:
-        _last[0] = signal.Signals(number)
+        _came.append(signal.Signals(number))
         raise KeyboardInterrupt
 
+    _came.clear()
     with _handled(end, [one for one in SIGNALS if signal.getsignal(one) is not signal.SIG_IGN]):
         yield
 
@@ -49,7 +58,7 @@ def patient_interrupts() -> Iterator[Callable[[], None]]:
 
     def note(number: int, _: object) -> None:
         nonlocal waiting
-        _last[0] = signal.Signals(number)
+        _came.append(signal.Signals(number))
         if waiting:
             raise KeyboardInterrupt
         waiting = True

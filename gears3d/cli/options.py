@@ -15,7 +15,7 @@ def to_file(*endings: str) -> Callable[[Any], Any]:
     """Return the callback of an option that names a file to write: it is refused before the verb begins.
 
     Args:
-        endings: permitted ones; any if none is given.
+        endings: permitted ones; any if empty.
     """
 
     def check(value: Path | None) -> Path | None:
