@@ -208,7 +208,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             else:
                 unfinished.replace(place)
     except OSError as error:
-        why = error.strerror or str(error)
+        why = os.strerror(error.errno) if error.errno else str(error)  # libraries put pages into ``strerror``
         raise InputError(Fault("", f"cannot be written: {why}", "name another place", str(path))) from error
 
 

@@ -90,7 +90,11 @@ class _Verbs(TyperGroup):
         """Note whether the answer, errors included, is wanted as JSON."""
         self.as_json = "--json" in args
         try:
+            _refuse_bytes(args)
             return super().make_context(info_name, args, *more, **extra)
+        except UsageError as error:
+            print_error(error, self.as_json)
+            raise typer.Exit(error.exit_code) from None
         except KeyboardInterrupt:
             raise typer.Exit(exit_code()) from None
 
@@ -112,6 +116,15 @@ class _Verbs(TyperGroup):
                 raise
             print_error(InputError(_of_the_system(error)), self.as_json)
             raise typer.Exit(InputError.exit_code) from None
+
+
+def _refuse_bytes(words: list[str]) -> None:
+    """Refuse arguments that are not text in the encoding of the file system: no result could name such a file."""
+    for word in words:
+        if any("\ud800" <= letter <= "\udfff" for letter in word):
+            encoding = sys.getfilesystemencoding()
+            remedy = "rename the file" if encoding == "utf-8" else "set LC_ALL=C.UTF-8"
+            raise UsageError(f"{word!a} is not text in {encoding}; {remedy}")
 
 
 def _of_the_system(error: OSError | MemoryError) -> Fault:

@@ -7,18 +7,20 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 
 class Pipe:
-    """A text stream that falls silent when its reader has gone, in place of an error.
+    """A text stream that discards its output when the reader has gone, instead of raising an error.
 
     Args:
         stream: standard output or error.
+        silent: errors after which output is discarded; others are raised.
     """
 
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
+    def __init__(self, stream: Any, silent: type[OSError] = BrokenPipeError) -> None:
+        self._stream, self._silent = stream, silent
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -31,7 +33,7 @@ class Pipe:
         """
         try:
             return self._stream.write(text)
-        except BrokenPipeError:
+        except self._silent:
             self._fall_silent()
             return len(text)
 
@@ -39,7 +41,7 @@ class Pipe:
         """Pass on the buffer."""
         try:
             self._stream.flush()
-        except BrokenPipeError:
+        except self._silent:
             self._fall_silent()
 
     def _fall_silent(self) -> None:
@@ -49,13 +51,19 @@ class Pipe:
         os.close(nowhere)
 
 
-def _take_greek(stream: Any) -> None:
-    """Let a stream take every letter: as UTF-8 in files and pipes, in a console of another code page as ``?``."""
+def _usable(stream: Any) -> Any:
+    """Return a stream for every letter: UTF-8 in files and pipes, ``?`` in consoles of other code pages.
+
+    A stream that the caller has closed (None) is replaced by the null device.
+    """
+    if stream is None:
+        return Path(os.devnull).open("w", encoding="utf-8")
     try:
         "Λµ²−χ".encode(stream.encoding or "utf-8")
     except (UnicodeEncodeError, LookupError):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(**({"errors": "replace"} if stream.isatty() else {"encoding": "utf-8"}))
+    return stream
 
 
 def _warning(message: Warning | str, *_: Any, **__: Any) -> str:
@@ -67,10 +75,9 @@ def _warning(message: Warning | str, *_: Any, **__: Any) -> str:
 def quiet_pipes() -> Iterator[None]:
     """Let standard output and error fall silent when their reader has gone; exit codes stay what they are."""
     before = sys.stdout, sys.stderr
-    for stream in before:
-        _take_greek(stream)
+    streams = [_usable(stream) for stream in before]
     shown, warnings.formatwarning = warnings.formatwarning, _warning
-    sys.stdout, sys.stderr = Pipe(sys.stdout), Pipe(sys.stderr)
+    sys.stdout, sys.stderr = Pipe(streams[0]), Pipe(streams[1], OSError)  # a full disk behind stderr: nothing to tell
     try:
         yield
     finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -62,7 +63,7 @@ def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
 
     plan, failed = store.plan, []
     counts: dict[str, int] = dict.fromkeys(STATUS, 0)
-    with replacing(store.place / DATA) as unfinished, h5netcdf.File(unfinished, "w") as file:
+    with replacing(store.place / DATA) as unfinished, _Sink(unfinished) as sink, h5netcdf.File(sink, "w") as file:
         targets = _layout(file, plan, about)
         for begin, end, values, why in _joined(store):
             failed += why
@@ -77,6 +78,30 @@ def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
                     ].reshape(shape)
     _write_failed(store, sorted(failed))
     return counts
+
+
+class _Sink(io.FileIO):
+    """A file whose first error is raised when it is closed: HDF5 crashes on a full disk, at the end of the process."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all bytes; after an error they are discarded."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        try:
+            while self.error is None and len(left):
+                left = left[super().write(left) :]
+        except OSError as error:
+            self.error = error
+        return size
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+        if self.error is not None:
+            raise self.error
 
 
 def _joined(store: Store) -> Iterator[tuple[int, int, dict[str, np.ndarray], list[tuple[int, str]]]]:
