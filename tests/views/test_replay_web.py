@@ -14,6 +14,7 @@ from urllib.parse import parse_qs, urlsplit
 from urllib.request import Request, urlopen
 
 import numpy as np
+import psutil
 import pytest
 from PIL import Image
 
@@ -265,13 +266,20 @@ def test_rerun_collects_no_data_about_its_use(address, home):
     assert not [path for path in home.rglob("*") if "analytics" in path.name]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def alive(process):
+    return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_answers_once_it_is_ended(run, tmp_path, number):
     if signal.getsignal(number) is signal.SIG_IGN:
         pytest.skip("started in the background, where this signal is ignored")
     with served(run, tmp_path) as (process, address):
         urlopen(address).close()
+        viewers = psutil.Process(process.pid).children(recursive=True)
+        assert any("--serve-web" in one.cmdline() for one in viewers)
         process.send_signal(number)
-        assert process.wait(20.0) == {signal.SIGINT: 130, signal.SIGTERM: 143}[number]
+        assert process.wait(20.0) == {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGKILL: -9}[number]
         with pytest.raises(OSError, match="refused"):
             urlopen(address)
+        until(lambda: not any(alive(one) for one in viewers))

@@ -28,6 +28,17 @@ DRIVER = "apt install mesa-vulkan-drivers"
 PATIENCE = 60.0
 """How long a viewer may take to start or to paint [s]."""
 _POLL = 0.1
+_GUARD = """
+import os, signal, subprocess, sys, threading
+viewer = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+def end():
+    sys.stdin.read()
+    os.killpg(0, signal.SIGTERM) if hasattr(os, "killpg") else viewer.terminate()
+threading.Thread(target=end, daemon=True).start()
+code = viewer.wait()
+os._exit(code if code >= 0 else 128 - code)
+"""
+"""Runs a viewer until its standard input is closed, which the operating system does for a killed process."""
 
 
 class ViewerError(GearsError):
@@ -64,9 +75,7 @@ def show(path: Path, at: float | None = None) -> None:
         ViewerError: there is no viewer.
     """
     if at is None:
-        quiet = subprocess.DEVNULL
-        command, alone = [executable(), str(path)], _silent(outside_environment())
-        subprocess.Popen(command, stdout=quiet, stderr=quiet, env=alone, start_new_session=True)
+        _alone([executable(), str(path)])
         return
     client, _ = _start(path, ["--hide-welcome-screen"], None)
     _seek(client, at)
@@ -88,7 +97,7 @@ def serve(path: Path, told: Callable[[str], object]) -> int:
     port = _free_port()
     with tempfile.TemporaryFile("w+") as log, offered(path, port) as (page, file):
         command = [executable(), "--bind", HOST, "--web-viewer-port", str(port), "--serve-web", file]
-        process = subprocess.Popen(command, stdout=log, stderr=log, text=True, env=_silent(), start_new_session=True)
+        process = _guarded(command, log)
         try:
             _until_it_answers(process, port, log, path)
             told(f"{page}/?url={quote(file, safe='')}&theme=dark&hide_welcome_screen=1")
@@ -177,9 +186,7 @@ def _start(path: Path, options: Sequence[str], log: IO[str] | None) -> tuple[Any
     ViewerClient = require("rerun.experimental", "the viewer", "replay").ViewerClient
     port = _free_port()
     command = [executable(), "--bind", "127.0.0.1", "--port", str(port), *options, str(path)]
-    sink = log if log is not None else subprocess.DEVNULL
-    alone = _silent(outside_environment() if log is None else os.environ)
-    process = subprocess.Popen(command, stdout=sink, stderr=sink, text=True, env=alone, start_new_session=True)
+    process = _alone(command) if log is None else _guarded(command, log)
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end and process.poll() is None:
         try:
@@ -206,6 +213,22 @@ def _until_it_answers(process: subprocess.Popen[str], port: int, log: IO[str], p
         time.sleep(_POLL)
     log.seek(0)
     raise ViewerError(_why(log.read(), path))
+
+
+def _alone(command: Sequence[str]) -> subprocess.Popen[str]:
+    """Start a viewer that outlives this process."""
+    quiet, environment = subprocess.DEVNULL, _silent(outside_environment())
+    return subprocess.Popen(
+        command, stdout=quiet, stderr=quiet, text=True, env=environment, start_new_session=True
+    )  # fmt: skip
+
+
+def _guarded(command: Sequence[str], log: IO[str]) -> subprocess.Popen[str]:
+    """Start a viewer that ends with this process, also if this process is killed."""
+    guard = [sys.executable, "-IS", "-c", _GUARD, *command]
+    return subprocess.Popen(
+        guard, stdin=subprocess.PIPE, stdout=log, stderr=log, text=True, env=_silent(), start_new_session=True
+    )
 
 
 def _silent(environment: Mapping[str, str] = os.environ) -> dict[str, str]:
@@ -258,6 +281,8 @@ def _settled(client: Any, view: str | None) -> bytes:
 
 def _stop(process: subprocess.Popen[str]) -> None:
     """End the launcher and the viewer that it launched."""
+    if process.stdin is not None:
+        process.stdin.close()
     with suppress(ProcessLookupError):
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGTERM)
