@@ -72,9 +72,16 @@ def add_family(
     return family
 
 
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+LONGEST = 200
+"""Characters of a quantity."""
+MOST_COUNT = 2**53 - 1
+"""Above it not every whole number is a float of its own."""
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _OFFSETS = {"degC": 273.15, "°C": 273.15}
-_SPELLING = str.maketrans({"²": "^2", "³": "^3", "·": " ", "⋅": " ", "−": "-", "\u00a0": " "})
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
+_SUPERSCRIPT = re.compile(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_SPELLING = str.maketrans({"·": " ", "⋅": " ", "−": "-", "\u00a0": " "})
+_TOKEN = re.compile(r" ?(?:(°C?|%|[^\W\d_]\w*)|(?:\^|\*\*) ?([+-]?[1-9])(?![0-9.])|([*/()])) ?")
 
 
 def parse(text: Any, family: str) -> float:
@@ -100,6 +107,8 @@ def parse(text: Any, family: str) -> float:
     number, unit = _split(text, wanted)
     if family == "count" and number != int(number):
         raise _error(f"{text!r} is not {wanted.words}", f"e.g. {wanted.example}")
+    if family == "count" and abs(number) > MOST_COUNT:
+        raise _error(f"{_shown(text)} is beyond {MOST_COUNT}", "give a smaller whole number")
     if not unit:
         if wanted.si:
             raise _error(f"{text!r} has no unit; {wanted.words} is needed", f'e.g. "{wanted.example}"')
@@ -107,7 +116,7 @@ def parse(text: Any, family: str) -> float:
     found, factor = _unit(unit, family)
     if found != family:
         raise _error(f"{str(text)!r} is {_words(found)}, not {wanted.words}", _hint(number * factor, found, wanted))
-    return _scaled(number, factor) + _OFFSETS.get(unit, 0.0)
+    return _scaled(number, factor, text) + _OFFSETS.get(unit, 0.0)
 
 
 def parse_any(text: Any, families: tuple[str, ...]) -> tuple[float, str]:
@@ -129,7 +138,7 @@ def parse_any(text: Any, families: tuple[str, ...]) -> tuple[float, str]:
     number, unit = _split(text, FAMILIES[families[0]])
     found, factor = _unit(unit, families[0]) if unit else ("", 1.0)
     if found in families:
-        return _scaled(number, factor), found
+        return _scaled(number, factor, text), found
     if len(families) == 1 or not unit:
         return parse(text, families[0]), families[0]
     wanted = " or ".join(FAMILIES[family].words for family in families)
@@ -166,12 +175,18 @@ def show(value: float, family: str, digits: int = 6) -> str:
 def _split(text: Any, wanted: Family) -> tuple[float, str]:
     """Return number and unit."""
     if isinstance(text, int | float) and not isinstance(text, bool):
-        number, unit = float(text), ""
+        try:
+            number, unit = float(text), ""
+        except OverflowError:
+            number, unit = math.inf, ""
     else:
-        match = _QUANTITY.fullmatch(text.translate(_SPELLING)) if isinstance(text, str) else None
+        tidy = _tidy(text) if isinstance(text, str) and len(text) <= LONGEST else ""
+        match = _NUMBER.match(tidy)
         if match is None:
-            raise _error(f"{text!r} is no quantity; {wanted.words} is needed", f'e.g. "{wanted.example}"')
-        number, unit = float(match[1]), re.sub(r"\s+", " ", match[2])
+            raise _error(f"{_shown(text)} is no quantity; {wanted.words} is needed", f'e.g. "{wanted.example}"')
+        number, unit = float(match[0]), tidy[match.end() :].strip()
+        if number == 0.0 and re.search("[1-9]", match[0].lower().partition("e")[0]):
+            raise _error(f"{text!r} is too small for a number", "write 0 if that is meant")
     if re.match(r"[.,']\d", unit):
         point = f'"{str(text).replace(",", ".")}"' if str(text).count(",") == 1 and "." not in str(text) else ""
         remedy = f"the decimal point is a point, and nothing parts thousands, e.g. {point or repr(wanted.example)}"
@@ -184,14 +199,31 @@ def _split(text: Any, wanted: Family) -> tuple[float, str]:
             f"{text!r} has the prefix {prefix!r} without a unit; {wanted.words} is needed", f'e.g. "{example}"'
         )
     if not math.isfinite(number):
-        raise _error(f"{text!r} is not finite; {wanted.words} is needed", f'e.g. "{wanted.example}"')
+        raise _error(f"{_shown(text)} is not finite; {wanted.words} is needed", f'e.g. "{wanted.example}"')
     return number, unit
 
 
-def _scaled(number: float, factor: float) -> float:
+def _tidy(text: str) -> str:
+    """Return a text with one spelling of signs, powers and blanks."""
+    text = _SUPERSCRIPT.sub(lambda match: "^" + match[0].translate(_RAISED), text)
+    return " ".join(text.translate(_SPELLING).split())
+
+
+def _shown(value: Any) -> str:
+    """Return what was written, cut to a length that a message has room for."""
+    if isinstance(value, int) and abs(value) >= 10**40:
+        return "a number of more than 40 digits"
+    told = repr(value)
+    return told if len(told) <= 80 else f"{told[:60]}... ({len(told)} characters)"
+
+
+def _scaled(number: float, factor: float, text: Any) -> float:
     """Return the product, rounded once: ``9 mm`` is 0.009 m and not 0.009000000000000001 m."""
     inverse = round(1 / factor)
-    return number / inverse if inverse > 1 and abs(inverse * factor - 1) < 1e-12 else number * factor
+    value = number / inverse if inverse > 1 and abs(inverse * factor - 1) < 1e-12 else number * factor
+    if not math.isfinite(value) or (value == 0.0) != (number == 0.0):
+        raise _error(f"{text!r} is too {'small' if value == 0.0 else 'large'} for a number in SI units", "check it")
+    return value
 
 
 def _error(message: str, remedy: str) -> InputError:
@@ -246,28 +278,88 @@ def _registry() -> Any:
 def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
     """Return a unit's signature (base units, with angle and energy kept apart) and its factor to SI.
 
-    Raises:
-        InputError: pint does not know the unit, or it has an offset.
-    """
-    from tokenize import TokenError
+    Pint sees single names alone: it evaluates whatever else it is given.
 
+    Raises:
+        InputError: it is no unit, pint does not know a name in it, or it has an offset.
+    """
     import pint
 
     if not unit:
         return (), 1.0
     registry = _registry()
+    powers = _powers(unit)
     try:
-        parsed = registry.parse_units(unit)
+        parsed = registry.Unit("")
+        for name, power in powers.items():
+            parsed *= registry.parse_units(name) ** power
         factor = float(registry.Quantity(1.0, parsed).to_root_units().to_base_units().magnitude)
-    except (pint.PintError, AttributeError, TypeError, ValueError, AssertionError, SyntaxError, TokenError) as why:
-        known = [spelling for kind in FAMILIES.values() for spelling in kind.units if spelling]
-        alike = [spelling for spelling in known if spelling.lower() == unit.lower()]
-        nearest = did_you_mean(alike[0] if alike else unit, known)
-        remedy = nearest if nearest.startswith("did") else 'write number and unit, e.g. "250 um"'
-        raise _error(f"unit {unit!r} is not known", remedy) from why
+    except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError, KeyError) as why:
+        raise _unknown(unit) from why
     if not registry.Quantity(1.0, parsed)._is_multiplicative:
         raise _error(f"unit {unit!r} has an offset", 'write degC or K, e.g. "50 degC"')
+    if not powers or not math.isfinite(factor) or factor == 0.0:
+        raise _unknown(unit)
     return _signature(registry, parsed), factor
+
+
+def _powers(unit: str) -> dict[str, int]:
+    """Return the names in a unit with their powers.
+
+    A unit is made of names parted by blanks, ``*`` or ``/``, each with a power of one digit or none, and of such units
+    in parentheses; 1 stands only above a line.
+
+    >>> _powers("N m s/rad"), _powers("1/min"), _powers("mN/(rad/s)**2")
+    ({'N': 1, 'm': 1, 's': 1, 'rad': -1}, {'min': -1}, {'mN': 1, 'rad': -2, 's': 2})
+    """
+    stack: list[tuple[dict[str, int], int]] = []
+    powers: dict[str, int] = {}
+    last: dict[str, int] = {}
+    sign, after_sign, at = 1, True, 0
+    if unit.startswith("1") and unit[1:].lstrip().startswith("/"):
+        after_sign, at = False, 1
+    while at < len(unit):
+        match = _TOKEN.match(unit, at)
+        if match is None:
+            raise _unknown(unit)
+        name, power, mark = match.groups()
+        at = match.end()
+        if name or mark == ")":
+            if mark and (not stack or after_sign):
+                raise _unknown(unit)
+            if name:
+                last = {name: sign}
+            else:
+                inner, (powers, sign) = powers, stack.pop()
+                last = {each: sign * count for each, count in inner.items()}
+            _add(powers, last, 1)
+            sign, after_sign = 1, False
+        elif power and last and not after_sign:
+            _add(powers, last, int(power) - 1)
+            last = {}
+        elif mark in ("*", "/") and not after_sign:
+            sign, after_sign, last = (-1 if mark == "/" else 1), True, {}
+        elif mark == "(" and (after_sign or at > 1) and len(stack) < 3:
+            stack.append((powers, sign))
+            powers, sign, after_sign, last = {}, 1, True, {}
+        else:
+            raise _unknown(unit)
+    if stack or after_sign or any(abs(count) > 9 for count in powers.values()):
+        raise _unknown(unit)
+    return {name: count for name, count in powers.items() if count}
+
+
+def _add(powers: dict[str, int], more: dict[str, int], times: int) -> None:
+    for name, count in more.items():
+        powers[name] = powers.get(name, 0) + times * count
+
+
+def _unknown(unit: str) -> InputError:
+    known = [spelling for kind in FAMILIES.values() for spelling in kind.units if spelling]
+    alike = [spelling for spelling in known if spelling.lower() == unit.lower()]
+    nearest = did_you_mean(alike[0] if alike else unit, known)
+    remedy = nearest if nearest.startswith("did") else 'write number and unit, e.g. "250 um"'
+    return _error(f"unit {unit!r} is not known", remedy)
 
 
 def _signature(registry: Any, parsed: Any) -> tuple[tuple[str, float], ...]:

@@ -38,6 +38,9 @@ from gears3d.units import FAMILIES, add_family, parse, parse_any, show
         ("1 N m s", "rotational_damping", 1.0),
         ("-4 s/m", "slowness", -4.0),
         ("50 degC", "temperature", 323.15),
+        ("1 kg·m⁻³", "density", 1.0),
+        ("3 N m/(rad/s)", "rotational_damping", 3.0),
+        ("3 N*m*s*rad**-1", "rotational_damping", 3.0),
         ("5 %", "ratio", 0.05),
         (0.3, "ratio", 0.3),
         ("0.3", "ratio", 0.3),
@@ -84,6 +87,27 @@ def test_quantities_become_si(text, family, value):
         (math.nan, "ratio", "is not finite"),
         ([1], "torque", "[1] is no quantity"),
         ("1 __import__('os')", "length", "is not known"),
+        ("1 m^9^9^9", "length", "unit 'm^9^9^9' is not known"),
+        ("1 m**9**9", "length", "is not known"),
+        ("1 m^99", "length", "is not known"),
+        ("250 um!", "length", "unit 'um!' is not known"),
+        ("1 {m}", "length", "unit '{m}' is not known"),
+        ("1 m=1", "length", "unit 'm=1' is not known"),
+        ("1 m/0", "length", "unit 'm/0' is not known"),
+        ("1 m^0", "length", "unit 'm^0' is not known"),
+        ("1 ()", "ratio", "unit '()' is not known"),
+        ("1 (((((m)))))", "length", "is not known"),
+        ("1 m^", "length", "unit 'm^' is not known"),
+        ("1 m)", "length", "unit 'm)' is not known"),
+        ("1 (m", "length", "unit '(m' is not known"),
+        ("1 m m m m m m m m m m", "length", "is not known"),
+        ("١ m", "length", "is no quantity"),
+        (10**400, "ratio", "a number of more than 40 digits is not finite"),
+        (1e300, "count", "1e+300 is beyond 9007199254740991"),
+        (2**53 + 1, "count", "9007199254740993 is beyond"),
+        ("1e-400 m", "length", "is too small"),
+        ("1e-320 nm", "length", "is too small"),
+        ("1e308 km", "length", "is too large"),
     ],
 )
 def test_wrong_families_and_malformed_quantities_are_refused(text, family, message):
@@ -91,6 +115,12 @@ def test_wrong_families_and_malformed_quantities_are_refused(text, family, messa
         parse(text, family)
     assert len(caught.value.faults) == 1
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("piece", [" ", "1", "m ", "^9", "(", "1e"])
+def test_a_long_text_is_no_quantity(piece):
+    with pytest.raises(InputError, match="characters\\) is no quantity"):
+        parse("1" + piece * 100_000 + "m", "length")
 
 
 @pytest.mark.parametrize(("text", "value"), [("9 mm", 0.009), ("250 um", 0.00025), ("0.1 nm", 1e-10), ("7 m", 7.0)])
