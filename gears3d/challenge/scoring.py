@@ -185,7 +185,7 @@ def _bytes(path: Path, remedy: str = CHALLENGE) -> bytes:
 def _json(path: Path, needed: str, remedy: str = CHALLENGE) -> dict[str, Any]:
     try:
         data = json.loads(_bytes(path, remedy))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(Fault("", f"is no JSON: {error}", remedy, str(path))) from error
     if not isinstance(data, dict) or needed not in data:
         raise InputError(Fault(needed, "is missing", remedy, str(path)))

@@ -12,6 +12,7 @@ from gears3d.identification.assemblies import Run
 from gears3d.identification.parts import Inertia, Share, terms_of
 from gears3d.identification.track import GEARS, Track, read_tracks
 from gears3d.identification.trend import Oil
+from gears3d.inputs import read_text
 from gears3d.units import parse
 
 KEYS = {
@@ -68,10 +69,10 @@ class _Campaign:
 
     def read(self) -> Campaign:
         try:
-            document = tomllib.loads(self.path.read_text(encoding="utf-8"))
+            document = tomllib.loads(read_text(self.path))
         except (OSError, UnicodeDecodeError) as error:
             raise self.fault("", f"cannot be read: {error}") from None
-        except tomllib.TOMLDecodeError as error:
+        except (ValueError, RecursionError) as error:
             raise self.fault("", f"is no TOML: {error}") from None
         self.known(document, "", "")
         if document.get("format") != 1:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.inputs import read_text
 
 if TYPE_CHECKING:
     from gears3d.readers.map_model import RecordMap
@@ -123,7 +124,7 @@ def _records(map_file: Path) -> list[dict[str, Any]]:
 def _document(map_file: Path) -> dict[str, Any]:
     file = str(map_file)
     try:
-        document = tomllib.loads(map_file.read_bytes().decode("utf-8-sig"))
+        document = tomllib.loads(read_text(map_file).removeprefix("\ufeff"))
     except FileNotFoundError as error:
         raise InputError(Fault("", "is not there", "gears3d measure FILE --guess proposes a map", file)) from error
     except OSError as error:

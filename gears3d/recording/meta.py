@@ -59,7 +59,10 @@ def from_json(text: str | bytes) -> dict[str, Any]:
     >>> from_json('{"lyapunov_1_s": {"$float": "-inf"}}')
     {'lyapunov_1_s': -inf}
     """
-    meta = json.loads(text, object_hook=lambda d: float(d[_TAG]) if d.keys() == {_TAG} else d)
+    try:
+        meta = json.loads(text, object_hook=lambda d: float(d[_TAG]) if d.keys() == {_TAG} else d)
+    except (TypeError, RecursionError) as error:
+        raise ValueError(f"is no JSON of gears3d: {error}") from error
     if not isinstance(meta, dict):
         raise ValueError("is no JSON object")
     return meta

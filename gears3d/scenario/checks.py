@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gears3d.errors import InputError
+from gears3d.inputs import is_file, refuse_special
 from gears3d.scenario import keys
 from gears3d.scenario.document import near_files
 from gears3d.scenario.effect_checks import check_effects
@@ -121,8 +122,12 @@ def _told(key: str, written: str, message: str) -> str:
 
 def _check_motion(reader: Reader, scenario: Scenario) -> None:
     motion, rate = scenario.motion, scenario.run.output_rate
-    if motion.record is not None and not motion.record.is_file():
-        reader.fault("motion.record", f"there is no file {str(motion.record)!r}", near_files(motion.record))
+    if motion.record is not None and not is_file(motion.record):
+        try:
+            refuse_special(motion.record)
+            reader.fault("motion.record", f"there is no file {str(motion.record)!r}", near_files(motion.record))
+        except InputError as why:
+            reader.fault("motion.record", f"{str(motion.record)!r} {why.faults[0].message}", why.faults[0].remedy)
     if rate is None:
         return
     for index, harmonic in enumerate(motion.harmonics):

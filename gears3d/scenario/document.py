@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import glob
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,7 +16,12 @@ import tomlkit
 from tomlkit.exceptions import ParseError, TOMLKitError
 
 from gears3d.errors import Fault, InputError, UsageError
+from gears3d.inputs import MOST_TEXT, is_folder, is_there
+from gears3d.inputs import read_text as text_of
 from gears3d.scenario.shipped import find, names
+
+DEEPEST = 30
+"""Files that extend one another."""
 
 
 @dataclass
@@ -65,7 +72,7 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
         UsageError: none of the four.
     """
     if isinstance(source, Mapping):
-        return _resolve(tomlkit.parse(tomlkit.dumps(source)), None, ())
+        return read_text(_written(source))
     if not isinstance(source, str | PathLike):
         what = f"{source!r} is a {type(source).__name__}"
         raise UsageError(f'{what}, no scenario: give a file, TOML text or a mapping, e.g. load("case.toml")')
@@ -79,7 +86,19 @@ def read_text(text: str, path: Path | None = None) -> Document:
     return _resolve(_parse(text, str(path or "text")), path, ())
 
 
+def _written(mapping: Mapping[str, Any]) -> str:
+    """Return a mapping as TOML."""
+    try:
+        return tomlkit.dumps(mapping)
+    except (TOMLKitError, ValueError, TypeError, RecursionError) as why:
+        told = str(why) or "it is nested too deep"
+        raise InputError(Fault("", f"cannot be written as TOML: {told}", "give texts, numbers, lists, tables")) from why
+
+
 def _parse(text: str, name: str) -> tomlkit.TOMLDocument:
+    if len(text) > MOST_TEXT:
+        told = f"has {len(text)} characters, at most {MOST_TEXT} are read"
+        raise InputError(Fault("", told, "is it a scenario?", name))
     try:
         return tomlkit.parse(text)
     except ParseError as why:
@@ -87,13 +106,15 @@ def _parse(text: str, name: str) -> tomlkit.TOMLDocument:
         raise InputError(
             Fault("", f"is not TOML: line {why.line}, column {why.col}: {reason}", "see https://toml.io", name)
         ) from why
-    except TOMLKitError as why:
+    except (TOMLKitError, ValueError) as why:
         raise InputError(Fault("", f"is not TOML: {why}", "see https://toml.io", name)) from why
+    except RecursionError as why:
+        raise InputError(Fault("", "is nested too deep", "see https://toml.io", name)) from why
 
 
 def _file(path: Path, chain: tuple[Path, ...]) -> Document:
     try:
-        text = path.read_text(encoding="utf-8")
+        text = text_of(path)
     except FileNotFoundError:
         raise InputError(
             Fault("", "there is no such file and no shipped scenario of this name", _near(path), str(path))
@@ -143,9 +164,9 @@ def _near_files(path: Path) -> list[str]:
 def _neighbours(path: Path) -> tuple[Path, str, dict[str, Path]]:
     """Return the nearest folder that exists, the pattern of files like the missing one, and those files by name."""
     folder = path.parent
-    while not folder.is_dir() and folder != folder.parent:
+    while not is_folder(folder) and folder != folder.parent:
         folder = folder.parent
-    pattern = "*.toml" if path.suffix in ("", ".toml") else f"*{path.suffix}"
+    pattern = "*.toml" if path.suffix in ("", ".toml") else f"*{glob.escape(path.suffix)}"
     names = {other.name: other for other in sorted(folder.glob(pattern))}
     if not names and folder != Path():
         names = {other.name: other for other in sorted(folder.glob(f"*/{pattern}"))}
@@ -158,27 +179,39 @@ def _resolve(toml: tomlkit.TOMLDocument, path: Path | None, chain: tuple[Path, .
     folder = path.parent if path else Path()
     motion = toml.get("motion")
     if isinstance(motion, Mapping) and isinstance(motion.get("record"), str):
-        motion["record"] = str((folder / motion["record"]).resolve())  # type: ignore[index]
+        motion["record"] = _absolute(folder / motion["record"], "motion.record", path)  # type: ignore[index]
     if "extends" not in toml:
         return document
     base = toml.pop("extends")
     if not isinstance(base, str):
         raise InputError(Fault("extends", f"{base!r} is not a file name", 'e.g. "base.toml"', str(path or "")))
     target = find(base, folder)
-    chain = (*chain, path.resolve()) if path else chain
-    if target.resolve() in chain:
+    whole = Path(_absolute(target, "extends", path))
+    chain = (*chain, Path(_absolute(path, "", path))) if path else chain
+    if len(chain) > DEEPEST:
+        told = f"{base!r} is file {len(chain) + 1} of a chain"
+        raise InputError(Fault("extends", told, f"at most {DEEPEST} files may extend one another", str(path)))
+    if whole in chain:
         circle = " -> ".join(link.name for link in (*chain, target))
         raise InputError(Fault("extends", f"goes round in a circle: {circle}", "take one out", str(path or "")))
     try:
         below = _file(target, chain)
     except InputError:
-        if target.exists():
+        if is_there(target):
             raise
         remedy = _near(target if target.suffix == ".toml" else Path(base))
         fault = Fault("extends", f"there is no file {str(target)!r}", remedy, str(path or ""))
         raise InputError(fault) from None
     _merge(toml, below.toml, "", below, document)
     return document
+
+
+def _absolute(file: Path, key: str, path: Path | None) -> str:
+    """Return a path that no longer depends on a folder."""
+    try:
+        return os.path.realpath(file)
+    except (OSError, ValueError):
+        raise InputError(Fault(key, f"{str(file)!r} is no name of a file", "name a file", str(path or ""))) from None
 
 
 def _merge(own: Any, base: Any, place: str, below: Document, document: Document) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gears3d.effects import Param, catalogue
-from gears3d.errors import InputError, did_you_mean
+from gears3d.errors import InputError
 from gears3d.scenario.keys import REQUIRED, Key
 from gears3d.scenario.reader import Reader
 from gears3d.units import FAMILIES
@@ -54,7 +54,7 @@ def _effect(reader: Reader, written: Any, place: str) -> Any:
         reader.fault(f"{place}.kind", "is missing", "known: " + ", ".join(kinds))
         return None
     if not isinstance(kind, str) or kind not in kinds:
-        reader.fault(f"{place}.kind", f"{kind!r} is no known effect", did_you_mean(str(kind), list(kinds)))
+        reader.fault(f"{place}.kind", f"{kind!r} is no known effect", reader.meant(str(kind), list(kinds)))
         return None
     params: Mapping[str, Param] = kinds[kind].params
     before = len(reader.faults)

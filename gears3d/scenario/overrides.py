@@ -18,7 +18,7 @@ from gears3d.scenario.document import Document
 Override = str | tuple[str, Any]
 Overrides = Iterable[Override] | Mapping[str, Any]
 
-_STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?\d+)\]")
+_STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
 
 
 def apply(document: Document, overrides: Overrides) -> None:
@@ -41,7 +41,7 @@ def apply(document: Document, overrides: Overrides) -> None:
     for key, value in pairs:
         try:
             _set(document.toml, key, value)
-        except (LookupError, TypeError) as why:
+        except (LookupError, TypeError, AttributeError, ValueError) as why:
             reason = why.args[0] if isinstance(why, LookupError) else "leads through a value that is no table"
             faults.append(Fault(key, f"cannot be set: {reason}", file="--set"))
         document.origin[key] = "--set"
@@ -69,7 +69,7 @@ def literal(text: str) -> Any:
     """
     try:
         table = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
     value = table["value"]
     dated = isinstance(value, datetime.date | datetime.time)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -11,6 +11,9 @@ from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.scenario.document import Document
 from gears3d.scenario.keys import REQUIRED, Key
 from gears3d.units import FAMILIES, parse, parse_any, show
+
+MOST_HINTS = 100
+"""Faults with a guess of what was meant."""
 
 
 class Reader:
@@ -31,16 +34,27 @@ class Reader:
         """Note a fault at a key path."""
         self.faults.append(Fault(key, message, remedy, self.document.file_of(key)))
 
+    def meant(self, word: str, known: Sequence[str]) -> str:
+        """Return what a word was probably meant to be; nothing beyond some faults, as a guess takes a while."""
+        return did_you_mean(word, known) if len(self.faults) < MOST_HINTS else ""
+
     def in_order(self) -> list[Fault]:
         """Return the faults in the order of the file; a missing key stands at the end of its table."""
-        places = {place: index for index, place in enumerate(_places(self.document.toml, ""))}
+        places: dict[str, int] = {}
+        last: dict[str, int] = {}
+        for index, place in enumerate(_places(self.document.toml, "")):
+            places[place] = index
+            while place and last.get(place) != index:
+                last[place] = index
+                place = _parent(place)
 
         def position(fault: Fault) -> tuple[int, int]:
+            if fault.key in places:
+                return places[fault.key], 0
             key = fault.key
             while key and key not in places:
-                key = key[: max(key.rfind("."), key.rfind("["), 0)]
-            last = max((index for place, index in places.items() if place.startswith(key)), default=0)
-            return (places[fault.key], 0) if fault.key in places else (last if key else -1, 1)
+                key = _parent(key)
+            return last[key] if key else -1, 1
 
         return sorted(self.faults, key=position)
 
@@ -73,7 +87,7 @@ class Reader:
         for name in table:
             if name not in known:
                 here = f"{place}.{name}" if place else name
-                self.fault(here, "is not a known key", did_you_mean(name, known))
+                self.fault(here, "is not a known key", self.meant(name, known))
 
     def value(self, table: Mapping[str, Any], place: str, name: str, key: Key) -> Any:
         """Read one key; a missing required one is a fault."""
@@ -120,6 +134,10 @@ class Reader:
             value = parse(written, key.family)
         check_bounds(written, value, key)
         return int(value) if key.family == "count" else value
+
+
+def _parent(place: str) -> str:
+    return place[: max(place.rfind("."), place.rfind("["), 0)]
 
 
 def _places(item: Any, place: str) -> Iterator[str]:

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from gears3d.errors import InputError
+from gears3d.inputs import is_file
 
 
 @cache
@@ -57,4 +58,4 @@ def find(place: str | Path, folder: Path = Path()) -> Path:
     ('fig5-20rpm.toml', 'mine.toml')
     """
     file, name = folder / place, Path(place).as_posix()
-    return shipped() / f"{name}.toml" if not file.is_file() and name in names() else file
+    return shipped() / f"{name}.toml" if not is_file(file) and name in names() else file

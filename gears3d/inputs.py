@@ -1,0 +1,151 @@
+"""What a file may ask for before it is read: to be a file at all, a size of text, and room in memory."""
+
+from __future__ import annotations
+
+import os
+import stat
+from contextlib import suppress
+from pathlib import Path
+
+from gears3d.errors import Fault, InputError, UsageError
+
+VARIABLE = "GEARS3D_MAX_BYTES"
+"""Environment variable with the most bytes of memory that one file or run may ask for."""
+MOST_TEXT = 1 << 18
+"""Bytes of a scenario or another file that people write."""
+_KINDS = {
+    stat.S_ISFIFO: "a pipe",
+    stat.S_ISCHR: "a device",
+    stat.S_ISBLK: "a device",
+    stat.S_ISSOCK: "a socket",
+}
+_CGROUP = Path("/sys/fs/cgroup/memory.max")
+
+
+def most_bytes() -> int:
+    """Return how many bytes of memory one file or run may ask for: half of the machine's, or as the variable says.
+
+    Raises:
+        UsageError: the variable holds no positive number.
+    """
+    told = os.environ.get(VARIABLE, "").strip()
+    if told:
+        try:
+            most = int(float(told))
+        except (ValueError, OverflowError):
+            most = 0
+        if most <= 0:
+            raise UsageError(f"{VARIABLE} is {told!r}: give a positive number of bytes, e.g. {VARIABLE}=8e9")
+        return most
+    try:
+        room = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (ValueError, OSError, AttributeError):
+        room = 1 << 34
+    with suppress(OSError, ValueError):
+        room = min(room, int(_CGROUP.read_text(encoding="ascii")))
+    return room // 2
+
+
+def refuse_beyond(size: float, file: str | Path, what: str, remedy: str, key: str = "") -> None:
+    """Refuse what would take more memory than allowed, before it is taken.
+
+    Args:
+        size: bytes that it declares or is known to take.
+        file: that asks for it.
+        what: asks for it, the subject of the message.
+        remedy: what to do about it.
+        key: of the file.
+
+    Raises:
+        InputError: it is more than :func:`most_bytes`.
+
+    >>> refuse_beyond(1e30, "a.h5", "its channels", "name fewer")
+    Traceback (most recent call last):
+    gears3d.errors.InputError: a.h5: its channels take 9.31e+20 GiB of memory, ...
+    """
+    most = most_bytes()
+    if size > most:
+        told = f"{what} take {size / 2**30:.3g} GiB of memory, {most / 2**30:.3g} GiB are allowed"
+        raise InputError(Fault(key, told, f"{remedy}, or set {VARIABLE}", str(file)))
+
+
+def refuse_special(path: str | Path) -> None:
+    """Refuse a pipe, a device, a socket, and a name that no file can have; whoever opens the file tells the rest.
+
+    Args:
+        path: named by people.
+
+    Raises:
+        InputError: it is one of these.
+
+    >>> refuse_special("/dev/zero")
+    Traceback (most recent call last):
+    gears3d.errors.InputError: /dev/zero: is a device, not a file (name a file)
+    """
+    try:
+        mode = Path(path).stat().st_mode
+    except OSError:
+        return
+    except ValueError as error:
+        raise InputError(Fault("", "has a character that no name of a file has", "name a file", str(path))) from error
+    for test, kind in _KINDS.items():
+        if test(mode):
+            raise InputError(Fault("", f"is {kind}, not a file", "name a file", str(path)))
+
+
+def is_file(path: str | Path) -> bool:
+    r"""Return whether there is a file of this name; false for names that no file can have.
+
+    Args:
+        path: named by people.
+
+    >>> is_file("a" * 1000), is_file("a\0b")
+    (False, False)
+    """
+    return stat.S_ISREG(_mode(path))
+
+
+def is_folder(path: str | Path) -> bool:
+    """Return whether there is a folder of this name.
+
+    Args:
+        path: named by people.
+    """
+    return stat.S_ISDIR(_mode(path))
+
+
+def is_there(path: str | Path) -> bool:
+    """Return whether there is anything of this name.
+
+    Args:
+        path: named by people.
+    """
+    return bool(_mode(path))
+
+
+def _mode(path: str | Path) -> int:
+    try:
+        return Path(path).stat().st_mode
+    except (OSError, ValueError):
+        return 0
+
+
+def read_text(path: Path, most: int = MOST_TEXT) -> str:
+    """Return the text of a file that people write.
+
+    Args:
+        path: the file, UTF-8.
+        most: bytes that it may have.
+
+    Raises:
+        InputError: it is no file, or too long.
+        OSError: it cannot be read.
+        UnicodeDecodeError: it is no UTF-8.
+    """
+    refuse_special(path)
+    with path.open("rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        size = path.stat().st_size
+        raise InputError(Fault("", f"has {size} bytes, at most {most} are read", "is it the right file?", str(path)))
+    return data.decode("utf-8")
