@@ -6,10 +6,13 @@ import re
 from pathlib import Path
 
 from gears3d.errors import Fault, InputError
+from gears3d.inputs import is_folder, refuse_special
 from gears3d.readers.plugged import open_plugged
 from gears3d.readers.source import Source
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
+HEAD = 4096
+"""Bytes by which a format is known."""
 READABLE = "Parquet, CSV, MATLAB, HDF5, TDMS, MDF and UFF 58 are read"
 _OTHERS = {
     b"PK\x03\x04": ("is a ZIP archive or a spreadsheet", "unpack it, or export the sheet as CSV"),
@@ -33,16 +36,18 @@ def open_source(path: str | Path) -> Source:
         InputError: it is not there, empty, damaged, or of no format that is read.
     """
     path = Path(path)
-    file = path / "signals.parquet" if path.is_dir() else path
+    folder = is_folder(path)
+    file = path / "signals.parquet" if folder else path
+    refuse_special(file)
     try:
         with file.open("rb") as opened:
-            head = opened.read(4096)
+            head = opened.read(HEAD)
     except FileNotFoundError as error:
-        what = "has no signals.parquet" if path.is_dir() else "is not there"
+        what = "has no signals.parquet" if folder else "is not there"
         raise InputError(Fault("", what, "name a measured file or a folder of a recording", str(path))) from error
     except (OSError, ValueError) as error:
         raise InputError(Fault("", f"cannot be read: {error}", "name a measured file", str(path))) from error
-    if not head.strip():
+    if not head.strip() and len(head) < HEAD:
         raise InputError(Fault("", "is empty", "record it again", str(path)))
     return _open(file, head)
 
@@ -68,7 +73,7 @@ def _open(path: Path, head: bytes) -> Source:
         from gears3d.readers.matlab import open_matlab
 
         return open_matlab(path)
-    if re.match(rb" {4}-1\s*\r?\n *\d+[bB]?\s", head):
+    if re.match(rb" {4}-1[ \t]*\r?\n *[0-9]{1,6}[bB]?\s", head):
         from gears3d.readers.uff import open_uff
 
         return open_uff(path)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.errors import Fault, InputError
 from gears3d.readers.foreign import library, reading
-from gears3d.readers.source import Signal, Source
+from gears3d.readers.source import Signal, Source, refuse_large
 
 BLOCK = 1 << 18
 """Samples read at a time."""
 UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
+LONGEST = 1 << 16
+"""Bytes of an attribute."""
 COLUMNS = 256
 """So many columns a matrix may have."""
 
@@ -41,6 +45,7 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
     places: dict[str, _Place] = {}
     signals: list[Signal] = []
     notes: list[str] = []
+    away: list[InputError] = []
 
     def visit(name: str, node: Any) -> None:
         if name.startswith("#") or "/#" in name:
@@ -51,12 +56,23 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
                 places[signal.name] = place
                 signals.append(signal)
 
+    def follow(name: str, link: Any) -> None:
+        if isinstance(link, h5py.ExternalLink):
+            away.append(_elsewhere(path, name, link.filename))
+
     with reading(path, form), h5py.File(path, "r") as file:
+        file.visititems_links(follow)
+        if away:
+            raise away[0]
         notes.extend(_notes("", file))
         file.visititems(visit)
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         with reading(path, form), h5py.File(path, "r") as file:
+            found = [(file[place.dataset], place) for place in map(places.__getitem__, names)]
+            rows = [each.shape[place.along] for each, place in found]
+            more = max((_at_once(each, path) for each, _ in found), default=0)
+            refuse_large(path, rows if most is None else [min(row, most) for row in rows], more)
             return {name: _values(file[places[name].dataset], places[name], most) for name in names}
 
     return Source(str(path), form, tuple(signals), load, {}, tuple(notes))
@@ -65,9 +81,10 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
 def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
     """Yield the signals of a dataset."""
     kind, shape = dataset.dtype, dataset.shape
-    if not shape or max(shape) < 2 or len(shape) > 2 or dataset.attrs.get("MATLAB_class", b"") in (b"char", b"cell"):
+    if not shape or max(shape) < 2 or len(shape) > 2 or _class(dataset) in (b"char", b"cell"):
         return
-    unit = next((_text(dataset.attrs[key]) for key in UNIT_KEYS if key in dataset.attrs), "")
+    told = {key: _text(value) for key, value in _attributes(dataset)}
+    unit = next((told[key] for key in UNIT_KEYS if key in told), "")
     if kind.names and len(shape) == 1:
         for field in kind.names:
             if kind[field].kind in "biuf" and not kind[field].shape:
@@ -86,23 +103,52 @@ def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
             yield Signal(f"{name} column {k + 1}", unit, shape[along]), _Place(name, "", k, along)
 
 
+def _elsewhere(path: Path, name: str, file: str) -> InputError:
+    what = f"has its samples in another file: {file!r}"
+    return InputError(Fault(name, what, "copy them into one file: h5repack, or export it again", str(path)))
+
+
+def _at_once(dataset: Any, path: Path) -> int:
+    """Return the bytes of what is unpacked at once: a chunk, or a row.
+
+    Raises:
+        InputError: its samples lie in another file.
+    """
+    if dataset.external or dataset.is_virtual:
+        files = dataset.external or dataset.virtual_sources()
+        raise _elsewhere(path, dataset.name, str(files[0][0] if dataset.external else files[0].file_name))
+    return 2 * math.prod(dataset.chunks or (1,)) * dataset.dtype.itemsize
+
+
 def _values(dataset: Any, place: _Place, most: int | None) -> np.ndarray:
     count = dataset.shape[place.along] if most is None else min(dataset.shape[place.along], most)
     values = np.zeros(count)
     for start in range(0, count, BLOCK):
         part = slice(start, min(start + BLOCK, count))
         if place.at is None:
-            block = dataset[part]
-            values[part] = block[place.field] if place.field else block
+            values[part] = dataset.fields(place.field)[part] if place.field else dataset[part]
         else:
             values[part] = dataset[part, place.at] if place.along == 0 else dataset[place.at, part]
     return values
 
 
 def _notes(name: str, node: Any) -> Iterator[str]:
-    for key, value in node.attrs.items():
-        if np.size(value) == 1 and not key.startswith("MATLAB"):
+    for key, value in _attributes(node):
+        if not key.startswith("MATLAB"):
             yield f"{name}.{key} = {_text(value)}".lstrip(".")
+
+
+def _attributes(node: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the attributes that hold one value; others may be of any size."""
+    for key in node.attrs:
+        about = node.attrs.get_id(key)
+        if math.prod(about.shape) == 1 and about.get_type().get_size() <= LONGEST:
+            yield key, node.attrs[key]
+
+
+def _class(dataset: Any) -> Any:
+    """Return the class that MATLAB gave a dataset."""
+    return next((value for key, value in _attributes(dataset) if key == "MATLAB_class"), b"")
 
 
 def _text(value: Any) -> str:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gears3d.inputs import most_bytes, refuse_beyond
 from gears3d.readers.foreign import reading
 from gears3d.readers.hdf5 import COLUMNS
+from gears3d.readers.matlab_size import loaded_bytes
 from gears3d.readers.source import Signal, Source
 
 
@@ -20,10 +23,17 @@ def open_matlab(path: Path) -> Source:
         path: the file.
 
     Raises:
-        InputError: it is damaged.
+        InputError: it is damaged, or takes too much memory.
     """
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
+    from scipy.io.matlab import matfile_version
 
+    with reading(path, "MATLAB"):
+        if matfile_version(path)[0] == 0:
+            size = 16.0 * sum(math.prod(shape) for _, shape, _ in whosmat(path))
+        else:
+            size = loaded_bytes(path, most_bytes())
+    refuse_beyond(size, path, "its matrices", "save fewer of them in one file")
     with reading(path, "MATLAB"):
         held = loadmat(path, simplify_cells=True)
         found = dict(_arrays("", held))

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.inputs import refuse_beyond
 
 SHOWN = 24
 """Signals that a fault lists."""
-_UNIT = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\s(?:/|in)\s+(?P<c>\S.*))\s*$")
+_BRACKETS = {"]": "[", ")": "("}
+LONGEST = 200
+"""Characters of a name behind which a unit is looked for."""
 
 
 @dataclass(frozen=True)
@@ -133,10 +136,17 @@ def split_unit(name: str) -> tuple[str, str]:
     >>> split_unit("Winkel 1 [deg]"), split_unit("n / rpm"), split_unit("theta_drive_rad")
     (('Winkel 1', 'deg'), ('n', 'rpm'), ('theta_drive_rad', ''))
     """
-    match = _UNIT.match(name)
-    if match is None or not match["name"]:
-        return name.strip(), ""
-    return match["name"].strip(), (match["a"] or match["b"] or match["c"] or "").strip()
+    text = name.strip()
+    opening = _BRACKETS.get(text[-1:])
+    if len(text) > LONGEST:
+        return text, ""
+    if opening is not None:
+        before, found, unit = text[:-1].rpartition(opening)
+        whole = found and before.strip() and not set(unit) & {opening, text[-1]}
+        return (before.strip(), unit.strip()) if whole else (text, "")
+    words = text.split()
+    at = next((k for k in range(1, len(words) - 1) if words[k] in ("/", "in")), None)
+    return (text, "") if at is None else (" ".join(words[:at]), " ".join(words[at + 1 :]))
 
 
 def unique(names: Sequence[str]) -> list[str]:
@@ -149,11 +159,33 @@ def unique(names: Sequence[str]) -> list[str]:
     ['t', 'n', 'n (2)']
     """
     seen: dict[str, int] = {}
+    taken = set(names)
     given = []
     for name in names:
         seen[name] = seen.get(name, 0) + 1
-        given.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+        own = name
+        while seen[name] > 1 and (own := f"{name} ({seen[name]})") in taken:
+            seen[name] += 1
+        taken.add(own)
+        given.append(own)
     return given
+
+
+def refuse_large(file: str | Path, rows: Iterable[int], more: float = 0.0) -> None:
+    """Refuse signals that take more memory than allowed, or declare a number of samples that cannot be.
+
+    Args:
+        file: that has them.
+        rows: of each.
+        more: bytes that reading them takes besides.
+
+    Raises:
+        InputError: they do.
+    """
+    counts = list(rows)
+    if min(counts, default=0) < 0:
+        raise InputError(Fault("", f"declares {min(counts)} samples", "damaged: export again", str(file)))
+    refuse_beyond(8.0 * sum(counts) + more, file, f"{len(counts)} of its signals", "name fewer channels, cut the file")
 
 
 def seconds(times: np.ndarray) -> np.ndarray:

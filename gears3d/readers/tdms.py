@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.readers.foreign import library, reading
-from gears3d.readers.source import Signal, Source, seconds
+from gears3d.readers.source import Signal, Source, refuse_large, seconds
 
 
 def open_tdms(path: Path) -> Source:
@@ -35,7 +35,9 @@ def open_tdms(path: Path) -> Source:
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         with reading(path, "TDMS"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
-            return {name: _values(file[places[name][0]][places[name][1]], most) for name in names}
+            channels = {name: file[places[name][0]][places[name][1]] for name in names}
+            refuse_large(path, [len(each) if most is None else min(len(each), most) for each in channels.values()])
+            return {name: _values(channel, most) for name, channel in channels.items()}
 
     return Source(str(path), "TDMS", tuple(signals), load, {}, tuple(notes))
 

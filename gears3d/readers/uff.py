@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.inputs import refuse_beyond
 from gears3d.readers.foreign import library, reading
 from gears3d.readers.source import Signal, Source, unique
+
+GROWTH = 12
+"""Bytes of memory for a byte of the file: pyuff keeps lines and numbers as objects of Python."""
 
 
 def open_uff(path: Path) -> Source:
@@ -23,6 +27,7 @@ def open_uff(path: Path) -> Source:
         InputError: it is damaged, has no data set 58, or pyuff is not installed.
     """
     pyuff = library("pyuff", path)
+    refuse_beyond(GROWTH * path.stat().st_size, path, "its data sets", "export fewer functions into one file")
     with reading(path, "UFF"):
         file = pyuff.UFF(str(path))
         sets = [file.read_sets(int(at)) for at, kind in enumerate(file.get_set_types()) if int(kind) == 58]

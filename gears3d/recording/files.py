@@ -11,6 +11,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.files import replacing
+from gears3d.inputs import is_file, is_folder, is_there, refuse_beyond, refuse_special
 from gears3d.recording.arrow import column_of, named_of
 from gears3d.recording.columns import FLANKS, impact_table, signal_table, unit_of
 from gears3d.recording.derived import part_of
@@ -113,12 +114,13 @@ def read(path: Path) -> Recording:
     Raises:
         InputError: it is not there or cannot be used.
     """
-    if path.is_dir():
-        if not (path / SIGNALS).is_file():
+    if is_folder(path):
+        if not is_file(path / SIGNALS):
             remedy = "a folder of a recording has signals.parquet and impacts.parquet"
             raise InputError(Fault("", "has no signals.parquet", remedy, str(path)))
         path = path / SIGNALS
-    if not path.exists():
+    refuse_special(path)
+    if not is_there(path):
         raise InputError(Fault("", "is not there", "name a run folder, a .parquet or a .csv file", str(path)))
     if path.suffix.lower() in (".csv", ".txt"):
         return Recording(signal_table(read_csv(path), str(path)))
@@ -146,8 +148,13 @@ def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     import pyarrow.parquet as pq
 
     try:
-        table = pq.read_table(path)
-        told = (table.schema.metadata or {}).get(KEY) or (pq.read_metadata(path).metadata or {}).get(KEY, b"{}")
+        about = pq.read_metadata(path)
+        size = sum(about.row_group(k).total_byte_size for k in range(about.num_row_groups))
+        size = max(size, 8 * about.num_rows * about.num_columns)
+        refuse_beyond(size, path, f"{about.num_columns} columns of {about.num_rows} rows", "cut the file")
+        words = [column.name for column in about.schema.to_arrow_schema() if _is_text(column.type)]
+        table = pq.read_table(path, read_dictionary=words)
+        told = (table.schema.metadata or {}).get(KEY) or (about.metadata or {}).get(KEY, b"{}")
         meta = from_json(told)
     except (OSError, ValueError, pa.ArrowException) as error:
         why = f": {error}" if path.suffix == ".parquet" else ""
@@ -157,12 +164,23 @@ def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     return {name: _values(table[name]) for name in table.column_names}, meta
 
 
+def _is_text(kind: pyarrow.DataType) -> bool:
+    import pyarrow as pa
+
+    return pa.types.is_string(kind) or pa.types.is_binary(kind)
+
+
 def _values(column: pyarrow.ChunkedArray) -> np.ndarray:
     import pyarrow as pa
 
-    if pa.types.is_dictionary(column.type):
-        column = column.cast(column.type.value_type)
-    return column.to_numpy()
+    if not pa.types.is_dictionary(column.type):
+        return column.to_numpy()
+    parts = [np.zeros(0, dtype=object)]
+    for chunk in column.chunks:  # each text once, however many rows have it
+        words = np.fromiter([*chunk.dictionary.to_pylist(), None], dtype=object)
+        parts.append(words[chunk.indices.fill_null(len(words) - 1).to_numpy(zero_copy_only=False)])
+    found = np.concatenate(parts)
+    return found if _is_text(column.type.value_type) else np.array(found.tolist())
 
 
 def _of_summary(folder: Path) -> dict[str, Any]:
@@ -186,6 +204,7 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
     Raises:
         InputError: it is not there or cannot be read.
     """
-    if not path.is_file():
-        raise InputError(Fault("", "is not there" if not path.exists() else "is no file", "name a file", str(path)))
+    refuse_special(path)
+    if not is_file(path):
+        raise InputError(Fault("", "is no file" if is_there(path) else "is not there", "name a file", str(path)))
     return read_csv(path) if path.suffix.lower() in (".csv", ".txt") else read_parquet(path)[0]

@@ -5,20 +5,25 @@ from __future__ import annotations
 import codecs
 import io
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.inputs import refuse_beyond, refuse_special
 from gears3d.recording.arrow import floats_of
 from gears3d.recording.columns import SIGNAL_UNITS
 from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split
 
 BLOCK = 1 << 18
 """Bytes read at a time."""
+LINE = 1 << 20
+"""Bytes of a line."""
 REMEDY = "a line of column names, then numbers, separated by commas"
 _SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
 
@@ -52,12 +57,20 @@ class TextTable:
         return dict(zip(names, _load(self, places, rows), strict=True))
 
     def _place(self, name: str) -> int:
-        known = self.dialect.names
-        if known.count(name) > 1:
+        places = self._places.get(name, [])
+        if len(places) > 1:
             refuse_twins([name, name], self.path)
-        if name not in known:
-            raise InputError(Fault(name, "is not there", did_you_mean(name, known), str(self.path)))
-        return known.index(name)
+        if not places:
+            raise InputError(Fault(name, "is not there", did_you_mean(name, self.dialect.names), str(self.path)))
+        return places[0]
+
+    @cached_property
+    def _places(self) -> dict[str, list[int]]:
+        """Columns by name."""
+        found: dict[str, list[int]] = {}
+        for place, name in enumerate(self.dialect.names):
+            found.setdefault(name, []).append(place)
+        return found
 
 
 def open_text(path: Path) -> TextTable:
@@ -72,6 +85,7 @@ def open_text(path: Path) -> TextTable:
     Raises:
         InputError: it cannot be read, is no text, or has no rows of numbers.
     """
+    refuse_special(path)
     try:
         with path.open("rb") as file:
             head = file.read(HEAD)
@@ -111,7 +125,7 @@ def refuse_twins(names: list[str], path: Path) -> None:
     Raises:
         InputError: a name occurs twice.
     """
-    twins = sorted({name for name in names if names.count(name) > 1})
+    twins = sorted(name for name, count in Counter(names).items() if count > 1)
     if twins:
         raise InputError([Fault(name, "is the name of several columns", "rename one", str(path)) for name in twins])
 
@@ -154,6 +168,8 @@ def _blocks(table: TextTable, file: BinaryIO) -> Iterator[bytes]:
             text, skip = text[end + 1 :], skip - 1
         cut = 0 if skip else text.rfind(b"\n") + 1
         left = text[cut:]
+        if len(left) > LINE:
+            raise ValueError(f"a line has more than {LINE} bytes")
         if cut:
             yield _tidy(text[:cut], dialect)
     if left and not skip:
@@ -170,7 +186,7 @@ def _tidy(block: bytes, dialect: Dialect) -> bytes:
         block = block.replace(b"+", b"")
     if dialect.delimiter == " ":
         block = re.sub(rb"[ \t]+", b" ", block)
-        block = re.sub(rb"(?m)^ +| +(?=\r?$)", b"", block)
+        block = b"\n".join(line.strip(b" ") for line in block.replace(b" \r", b"\r").split(b"\n"))
     return block
 
 
@@ -180,6 +196,8 @@ def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.
     wanted = [f"c{place}" for place in places]
     try:
         capacity = _lines(table) if rows is None else rows
+        told = f"{len(wanted)} columns of up to {capacity} rows"
+        refuse_beyond(8.0 * capacity * len(wanted), table.path, told, "name fewer channels, cut the file")
         arrays = {name: np.zeros(capacity) for name in wanted}
         done = 0
         with table.path.open("rb") as file:

@@ -10,12 +10,14 @@ from gears3d.readers.guess.clues import Clue
 from gears3d.readers.source import Source
 from gears3d.readers.unit import to_si
 
+LONGEST = 2000
+"""Characters of a note that are looked at."""
 SLOWEST, FASTEST = 200.0, 2e6
 """Rates at which rattle is recorded [Hz]."""
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|scan|acq\w*|logging)[\s_-]*(?:rate|freq\w*|rate\w*)?|\bfs\b|\brate\b", re.IGNORECASE
 )
-_NUMBER = re.compile(r"[=:;,\t ]\s*([\d.]+(?:[eE][+-]?\d+)?)\s*([kM]?Hz|S/s|kS/s)?")
+_NUMBER = re.compile(r"[=:;, ]\s?([\d.]+(?:[eE][+-]?\d+)?)\s*([kM]?Hz|S/s|kS/s)?")
 
 
 class Clock(NamedTuple):
@@ -93,7 +95,7 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
 
 def _noted(notes: tuple[str, ...]) -> float | None:
     """Return the rate that people wrote above the numbers or into the properties [Hz]."""
-    for note in notes:
+    for note in (" ".join(each[:LONGEST].split()) for each in notes):
         match = _RATE.search(note)
         number = _NUMBER.search(note, match.end() if match else 0)
         if match and number:
