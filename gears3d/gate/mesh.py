@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.gate.finding import Finding
+from gears3d.gate.time_unit import off_by
 from gears3d.gate.view import MESH, View
 
 BANDS = 3.0
@@ -19,6 +20,8 @@ CLOSE = 0.003
 """How near a factor must be to that of a mistake."""
 NEAR = 0.02
 """How near a mean speed must be to a mistake's, which no teeth tie down."""
+FAR = 10.0
+"""Ratio of the drive's speed to the declared one that no test has."""
 POINTS = 20_000
 TURN = 2 * np.pi
 FACTORS = {
@@ -167,6 +170,10 @@ def _both(view: View) -> list[Finding]:
     for what, factor in {**FACTORS, **counts}.items():
         if "angle" not in what and abs(abs(speed) / factor - 1.0) < NEAR:
             return [Finding("angle-unit", "", factor, "1", f"{seen}: both angles are in {what}", aside, True, True)]
+    ratio = off_by(view)
+    if ratio is not None and not 1.0 / FAR < ratio < FAR:
+        told = f"{seen}: neither the unit of the time nor that of the angles can be right"
+        return [Finding("time-unit", "time_s", 1.0 / ratio, "1", told, f"give them in record.toml, {aside}", True)]
     if abs(speed + 1.0) < 0.2:
         told = f"{seen}: both signs are inverted, which exchanges active and reverse flank"
         return [Finding("sense", "", speed, "1", told, aside, False, True)]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import EngineError, Fault, InputError, UsageError, did_you_mean
+from gears3d.inputs import refuse_beyond
 from gears3d.recording import Recording
 from gears3d.simulation.refusals import refuse_unseen
 from gears3d.simulation.sensors import observe
@@ -52,6 +53,8 @@ MODELS: dict[str, Callable[..., Recording]] = {
     "lubricated": _lubricated,
 }
 """The models that ``simulate`` and ``gears3d run --model`` know."""
+SAMPLE = 110
+"""Bytes of memory for a sample: seven columns, while they are made and checked."""
 ABOUT = {
     "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
     "rigid": "the twin: one degree of freedom, every impact found",
@@ -117,6 +120,7 @@ def simulate(
         scenario = load(scenario)
     if pair is None:
         refuse_unseen(scenario, model)
+    _refuse_long(scenario, model)
     try:
         more = {"error_estimate": True} if error_estimate else {}
         recording = MODELS[model](scenario, pair, contact or CONTACTS[0], progress, **more)
@@ -125,6 +129,18 @@ def simulate(
             stopped.partial = _seen(stopped.partial, scenario)
         raise
     return _seen(recording, scenario)
+
+
+def _refuse_long(scenario: Scenario, model: str) -> None:
+    """Refuse a run whose recording takes more memory than allowed, before it is simulated."""
+    run = scenario.run
+    count = run.duration * run.output_rate
+    remedy = "give a lower run.output_rate or a shorter run.duration"
+    if model == "bullet":
+        remedy += ", or write it as it happens: --stream"
+    file = "" if scenario.path is None else str(scenario.path)
+    what = f"{run.duration:.6g} s at {run.output_rate:.6g} Hz, {count:.3g} samples,"
+    refuse_beyond(SAMPLE * count, file, what, remedy, "run.output_rate")
 
 
 def _seen(recording: Recording, scenario: Scenario) -> Recording:

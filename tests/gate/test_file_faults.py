@@ -112,6 +112,32 @@ def test_time_in_another_unit(record, factor):
     assert np.allclose(undone(record, bad, "time-unit")["time_s"], record[1]["time_s"])
 
 
+@pytest.mark.parametrize("factor", [1e3, 1e6, 1e9, 1.0 / 60.0])
+@pytest.mark.parametrize("every", [1, 5, 7])
+def test_time_in_another_unit_shows_in_the_motion(factor, every):
+    """The rate is not that of the rig, so that the sampling interval tells nothing."""
+    record = rattling()
+    thinned = {name: values[::every] for name, values in record[1].items()}
+    bad = faults.scaled(thinned, time_s=factor)
+    one = examine(channels(bad), record[0])[0]
+    assert (one.kind, one.size, one.fatal) == ("time-unit", pytest.approx(factor), True)
+    mended = correct(channels(bad), [one], ["time-unit"]).columns["time_s"]
+    assert np.allclose(mended, thinned["time_s"], rtol=1e-14)
+
+
+def test_a_speed_that_no_unit_explains_is_an_error():
+    record = rattling()
+    one = examine(channels(faults.scaled(record[1], time_s=37.0)), record[0])[-1]
+    assert (one.kind, one.fatal, one.correctable) == ("time-unit", True, False)
+    assert "neither the unit of the time nor that of the angles" in one.evidence
+
+
+def test_an_angle_that_wraps_is_no_slow_drive():
+    record = rattling()
+    bad = {name: values if name == "time_s" else np.mod(values, 2.0 * np.pi) for name, values in record[1].items()}
+    assert {one.kind for one in examine(channels(bad), record[0])} == {"angle-wrap"}
+
+
 @pytest.mark.parametrize("rows", [1, 30])
 def test_gaps_in_the_time_base(record, rows):
     one = the_one(record, faults.without_rows(record[1], np.arange(4000, 4000 + rows)))
