@@ -110,7 +110,9 @@ def _set(toml: Any, key: str, value: Any) -> None:
 
 def _item(place: Any, value: Any) -> Any:
     """Return a value as an element of a list; an array of tables takes tables alone."""
-    if isinstance(place, AoT) and isinstance(value, Mapping):
+    if isinstance(place, AoT):
+        if not isinstance(value, Mapping):
+            raise LookupError(f"{value!r} is no table")
         table = tomlkit.table()
         table.update(value)
         return table
