@@ -61,12 +61,20 @@ def _shapes(view: View) -> list[Finding]:
             found.append(
                 Finding("lengths", name, float(len(values)), "row", told, "give one value per row", fatal=True)
             )
-    if not found and rows[0] < 3:
-        told = f"has {rows[0]} rows"
-        found.append(
-            Finding("empty", "time_s", float(rows[0]), "row", told, "give a record with at least 3 rows", fatal=True)
-        )
-    return found
+    return found or empty(view)
+
+
+def empty(view: View) -> list[Finding]:
+    """Find too few rows to tell anything.
+
+    Args:
+        view: the record, corrected or not.
+    """
+    rows = len(view.time)
+    if rows >= 3:
+        return []
+    remedy = "give a record with at least 3 rows"
+    return [Finding("empty", "time_s", float(rows), "row", f"has {rows} rows", remedy, fatal=True)]
 
 
 def _holes(view: View) -> list[Finding]:

@@ -27,6 +27,7 @@ from gears3d.gate import (
     turning_over,
     waves,
 )
+from gears3d.gate.columns import empty
 from gears3d.gate.declared import MESH, declared
 from gears3d.gate.finding import Finding
 from gears3d.gate.view import View
@@ -111,6 +112,9 @@ def examine(
         if any(finding.correctable for finding in new):
             columns = _corrected(columns, check, new, check.kinds)
             view = View(columns, about)
+            if short := empty(view):
+                found += short
+                break
     else:
         found += copies.examine(channels, others)
     return tuple(found)

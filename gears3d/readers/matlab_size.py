@@ -15,6 +15,9 @@ _STORED = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 
 """Bytes of a stored number, by type of the element."""
 _LOADED = {4: 4, 6: 8, 7: 4, 8: 1, 9: 1, 10: 2, 11: 2, 12: 4, 13: 4, 14: 8, 15: 8}
 """Bytes of a loaded number, by class of the matrix: characters are UCS-4, other classes have numbers of 8 bytes."""
+FLAGS = (6, 8)
+"""Type and size of the first element of a matrix, which has its class."""
+CLASSES = 17
 OBJECT = 200
 """Bytes of a matrix besides its numbers, as an object of Python."""
 
@@ -29,7 +32,7 @@ def loaded_bytes(path: Path, most: float) -> float:
         most: bytes beyond which nobody wants to know.
 
     Raises:
-        zlib.error, EOFError: the file is damaged.
+        zlib.error, ValueError: the file is damaged.
     """
     total = 0.0
     with path.open("rb") as file:
@@ -98,15 +101,17 @@ def _elements(content: _Plain | _Unpacked, order: str) -> Iterator[float]:
         inside = kind >> 16
         if inside:  # up to four bytes stand in the tag itself
             kind, size = kind & 0xFFFF, inside
-        if kind == MATRIX:
-            begins = True
+        if kind == MATRIX and not inside:
+            begins = size > 0
             yield OBJECT
             continue
-        if kind not in _STORED:
-            return
+        if kind not in _STORED or (begins and (inside or (kind, size) != FLAGS)):
+            raise ValueError(f"an element of type {kind} and {size} bytes")  # scipy ends the process on some
         yield size / _STORED[kind] * max(loaded, _STORED[kind])
-        if begins and not inside:  # its class
-            flags = content.read(size) if size <= BLOCK else b""
-            loaded = _LOADED.get(struct.unpack(f"{order}I", flags[:4])[0] & 0xFF, 8) if len(flags) >= 4 else 8
-            begins, size = False, 0
+        if begins:
+            flags = content.read(size)
+            own = struct.unpack(f"{order}I", flags[:4])[0] & 0xFF if len(flags) == size else 0
+            if not 1 <= own <= CLASSES:
+                raise ValueError(f"a matrix of class {own}")
+            loaded, begins, size = _LOADED.get(own, 8), False, 0
         content.skip(0 if inside else size + -size % 8)

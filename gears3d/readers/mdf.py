@@ -86,13 +86,23 @@ def _declared(file: Any, path: Path, at: int, index: int, count: int) -> int:
     about = group.channel_group
     record = max(int(getattr(about, "samples_byte_nr", 1)), 1)
     rows = max(int(getattr(about, "cycles_nr", 0)), sum(sizes) // record)
-    refuse_large(path, [rows] * count, 2 * max(sizes, default=0))
+    refuse_large(path, [rows] * count, 2 * max(sizes, default=0) + record)
+    if rows * record > max(sum(sizes), record) * 2 or any(end > record for end in _ends(file, group)):
+        raise ValueError("channels and records do not fit together")  # asammdf reads beyond them
     channel = group.channels[index]
     for formula in _formulas(getattr(channel, "conversion", None), 0):
         if len(formula) > LONGEST or not _ARITHMETIC.fullmatch(formula):
             remedy = "export values, not formulas"
             raise InputError(Fault(channel.name, f"is the value of a formula: {formula[:60]!r}", remedy, str(path)))
     return sum(sizes)
+
+
+def _ends(file: Any, group: Any) -> Iterator[int]:
+    """Yield where each channel ends within a record [bytes]."""
+    for info in getattr(file, "_mdf", file)._prepare_record(group):
+        if info is not None:
+            kind, size, begin, _ = info
+            yield max(int(size), kind.itemsize) + int(begin)
 
 
 def _formulas(conversion: Any, depth: int) -> Iterator[str]:

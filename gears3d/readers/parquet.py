@@ -35,14 +35,17 @@ def open_parquet(path: Path) -> Source:
     from gears3d.recording.text import refuse_twins
 
     with reading(path, "Parquet"), pq.ParquetFile(path) as file:
-        schema, rows, packed = file.schema_arrow, file.metadata.num_rows, _packed(file.metadata)
+        schema, about = file.schema_arrow, file.metadata
+        rows = about.num_rows
+        packed = max((about.row_group(k).total_byte_size for k in range(about.num_row_groups)), default=0)
+        packed /= max(len(schema), 1)
         meta = from_json((schema.metadata or {}).get(KEY, b"{}"))
     refuse_twins(list(schema.names), path)
     signals = [_signal(column, rows) for column in schema]
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         count = rows if most is None else min(rows, most)
-        refuse_large(path, [count] * len(names), sum(packed.get(name, 0) for name in names))
+        refuse_large(path, [count] * len(names), packed * len(names))
         arrays = {name: np.zeros(count) for name in names}
         with reading(path, "Parquet"), pq.ParquetFile(path, buffer_size=BUFFER) as file:
             stamps: dict[str, Any] = {}
@@ -58,16 +61,6 @@ def open_parquet(path: Path) -> Source:
         return arrays
 
     return Source(str(path), "Parquet", tuple(signals), load, meta)
-
-
-def _packed(about: Any) -> dict[str, int]:
-    """Return how many bytes the largest group of rows of each column unpacks to."""
-    found: dict[str, int] = {}
-    for group in map(about.row_group, range(about.num_row_groups)):
-        for column in map(group.column, range(group.num_columns)):
-            name = column.path_in_schema
-            found[name] = max(found.get(name, 0), column.total_uncompressed_size, column.total_compressed_size)
-    return found
 
 
 def _batches(file: Any, names: Sequence[str]) -> Iterator[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 
@@ -71,7 +71,10 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
     quantity = text if _is_float(number) else f"1 {text}"
     if rest.strip() in _SPELT and quantity == text:
         quantity = f"{number} {_SPELT[rest.strip()]}"
-    return parse_any(quantity, families)
+    factor, family = parse_any(quantity, families)
+    if factor == 0.0 or not isfinite(1.0 / factor):
+        raise InputError(Fault("", f"{unit!r} is nothing", "give the unit, such as deg, or what one of it is: 0.36 deg"))
+    return factor, family
 
 
 def scaled(values: np.ndarray, factor: float) -> np.ndarray:

@@ -66,6 +66,8 @@ def _process(part: str, seed: int, case: int, tally: Tally) -> Iterator[Tally]:
                 outcome, told = here.recv()
             except (EOFError, OSError):
                 process.join()
+                if patience == START:
+                    raise RuntimeError(f"{part} does not begin: exit code {process.exitcode}") from None
                 tally.fault("crash", f"{how}: exit code {process.exitcode}")
                 return case + 1
             if patience == START:
@@ -89,9 +91,9 @@ def _work(pipe: Connection, part: str, seed: int, case: int, folder: str) -> Non
     resource.setrlimit(resource.RLIMIT_DATA, (ROOM, ROOM))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     os.environ["GEARS3D_MAX_BYTES"] = str(GROWTH // 4)
+    attempt = importlib.import_module(f"tests.fuzz.{part}").prepare(Path(folder))
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         sys.stdout = sys.stderr = nowhere
-        attempt = importlib.import_module(f"tests.fuzz.{part}").prepare(Path(folder))
         pipe.send(("ready", ""))
         while True:
             before = _memory(reset=True)
