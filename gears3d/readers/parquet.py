@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gears3d.errors import Fault, InputError
 from gears3d.readers.foreign import reading
 from gears3d.readers.source import Signal, Source, refuse_large, seconds
 from gears3d.recording.arrow import floats_of
@@ -45,6 +46,10 @@ def open_parquet(path: Path) -> Source:
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         count = rows if most is None else min(rows, most)
+        words = [each.name for each in signals if each.name in names and not each.numeric]
+        if words:
+            remedy = "write numbers, or name other channels in record.toml"
+            raise InputError([Fault(name, "holds no numbers", remedy, str(path)) for name in words])
         refuse_large(path, [count] * len(names), packed * len(names))
         arrays = {name: np.zeros(count) for name in names}
         with reading(path, "Parquet"), pq.ParquetFile(path, buffer_size=BUFFER) as file:

@@ -73,7 +73,9 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
         quantity = f"{number} {_SPELT[rest.strip()]}"
     factor, family = parse_any(quantity, families)
     if factor == 0.0 or not isfinite(1.0 / factor):
-        raise InputError(Fault("", f"{unit!r} is nothing", "give the unit, such as deg, or what one of it is: 0.36 deg"))
+        raise InputError(
+            Fault("", f"{unit!r} is nothing", "give the unit, such as deg, or what one of it is: 0.36 deg")
+        )
     return factor, family
 
 

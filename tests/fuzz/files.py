@@ -69,7 +69,9 @@ def write_parquet(path: Path, columns: Columns, rng: random.Random) -> None:
 
 def write_hdf5(path: Path, columns: Columns, rng: random.Random) -> None:
     """Write HDF5: datasets, columns of a matrix, or fields of a table."""
-    options = rng.choice(({}, {"chunks": True, "compression": "gzip"}, {"chunks": True, "shuffle": True, "fletcher32": True}))
+    options = rng.choice(
+        ({}, {"chunks": True, "compression": "gzip"}, {"chunks": True, "shuffle": True, "fletcher32": True})
+    )
     with h5py.File(path, "w", libver=rng.choice(("earliest", "latest"))) as file:
         if rng.random() < 0.3:
             table = np.zeros(len(columns["time_s"]), [(name, rng.choice(("<f8", ">f8"))) for name in columns])
@@ -118,7 +120,9 @@ def write_mdf(path: Path, columns: Columns, rng: random.Random) -> None:
     version = rng.choice(("3.30", "4.10", "4.10"))
     with asammdf.MDF(version=version) as file:
         time = columns["time_s"]
-        own = [asammdf.Signal(values, time, name=name, unit="rad") for name, values in columns.items() if name != "time_s"]
+        own = [
+            asammdf.Signal(values, time, name=name, unit="rad") for name, values in columns.items() if name != "time_s"
+        ]
         file.append(own)
         ending = ".mdf" if version < "4" else ".mf4"
         made = file.save(path.with_name(f"{path.stem}_{ending}"), overwrite=True, compression=rng.choice((0, 1, 2)))
@@ -172,9 +176,13 @@ def lie_hdf5(path: Path, secret: Path, rng: random.Random) -> None:
             if kind == 0:
                 file.create_dataset(name, (rows,), "f8")
             elif kind == 1:
-                file.create_dataset(name, (rows,), "f8", chunks=(min(rows, 2 ** rng.randrange(4, 28)),), compression="gzip")
+                file.create_dataset(
+                    name, (rows,), "f8", chunks=(min(rows, 2 ** rng.randrange(4, 28)),), compression="gzip"
+                )
             elif kind == 2:
-                file.create_dataset(name, (10,), np.dtype([("a", "f8", (2 ** rng.randrange(26),)), ("b", "f8")]), chunks=(2,))
+                file.create_dataset(
+                    name, (10,), np.dtype([("a", "f8", (2 ** rng.randrange(26),)), ("b", "f8")]), chunks=(2,)
+                )
             elif kind == 3:
                 file[name] = h5py.ExternalLink(str(secret), "time_s")
             elif kind == 4:
@@ -189,7 +197,9 @@ def lie_hdf5(path: Path, secret: Path, rng: random.Random) -> None:
                 file.create_dataset(name, (rng.choice((2, 300)), rows), "f8", chunks=True)
             else:
                 own = file.create_dataset(name, data=np.arange(10.0))
-                own.attrs["units"] = rng.choice((np.zeros(6000), "x" * 60000, np.array(["a", "b"], dtype="S5"), b"\xff"))
+                own.attrs["units"] = rng.choice(
+                    (np.zeros(6000), "x" * 60000, np.array(["a", "b"], dtype="S5"), b"\xff")
+                )
 
 
 def lie_parquet(path: Path, secret: Path, rng: random.Random) -> None:
@@ -234,7 +244,11 @@ def lie_text(path: Path, secret: Path, rng: random.Random) -> None:
     kind = rng.randrange(8)
     table = ",".join(NAMES) + "\n" + "".join(f"{k},{k},{k}\n" for k in range(40))
     if kind == 0:
-        text = rng.choice((" ", "[", "(", "\t", "a ", '"', "rate ", "#", ",", "1,", "\r")) * rng.randrange(300_000) + "\n" + table
+        text = (
+            rng.choice((" ", "[", "(", "\t", "a ", '"', "rate ", "#", ",", "1,", "\r")) * rng.randrange(300_000)
+            + "\n"
+            + table
+        )
     elif kind == 1:
         text = table + "1" * rng.randrange(3_000_000)
     elif kind == 2:
@@ -245,9 +259,13 @@ def lie_text(path: Path, secret: Path, rng: random.Random) -> None:
     elif kind == 4:
         text = table.replace(",", rng.choice((", ", " , ", ";;", "\t\t", " " * 5000)))
     elif kind == 5:
-        text = "    -1\n    58\n" + "\n".join(["x" * 80] * rng.randrange(3, 30)) + "\n    -1\n" * rng.choice((1, 2, 3000))
+        text = (
+            "    -1\n    58\n" + "\n".join(["x" * 80] * rng.randrange(3, 30)) + "\n    -1\n" * rng.choice((1, 2, 3000))
+        )
     elif kind == 6:
-        text = table + rng.choice(("1,2\n", "1,2,3,4\n", "a,b,c\n", '"1,2,3\n', "1,,3\n", "1,2,0x10\n", "1,2,1e999\n", "1,2,1_0\n"))
+        text = table + rng.choice(
+            ("1,2\n", "1,2,3,4\n", "a,b,c\n", '"1,2,3\n', "1,,3\n", "1,2,0x10\n", "1,2,1e999\n", "1,2,1_0\n")
+        )
     else:
         text = rng.choice(("{", "[", "<", "(", "-", "é")) * rng.randrange(200_000)
     path.write_bytes(text.encode())
@@ -256,7 +274,9 @@ def lie_text(path: Path, secret: Path, rng: random.Random) -> None:
 def lie_mdf(path: Path, secret: Path, rng: random.Random) -> None:
     """Write MDF with a conversion by a formula, or a block that unpacks to more than it says."""
     time = np.arange(400) / 1000.0
-    formula = rng.choice(("9**9**9**9", "X1**9**9**9", "2*X1+1", "__import__('os').mkdir('made')", "X" * 5000, "(" * 500, "1/0", "X1/0"))
+    formula = rng.choice(
+        ("9**9**9**9", "X1**9**9**9", "2*X1+1", "__import__('os').mkdir('made')", "X" * 5000, "(" * 500, "1/0", "X1/0")
+    )
     told = {"formula": formula} if rng.random() < 0.5 else None
     with asammdf.MDF(version="4.10") as file:
         file.append([asammdf.Signal(time, time, name=name, unit="rad", conversion=told) for name in NAMES[1:]])
