@@ -1,4 +1,4 @@
-"""Small measured files of every format, written by the libraries of the formats; and files that lie about themselves."""
+"""Small measured files of every format, written by the libraries of the formats; files that lie about their size."""
 
 import random
 import warnings
