@@ -16,6 +16,8 @@ CLOSE = 0.02
 """How near a factor must be to that of a unit."""
 MEANT = {"milliseconds": 1.3, "microseconds": 1.3, "nanoseconds": 1.3, "minutes": 1.02, "hours": 1.3}
 """The same where the motion alone tells, as a ratio; 60 is near the 57.3 of an angle in degrees."""
+MOST = 1e100
+"""A speed beyond is none [rad/s]; its square would not be a number."""
 NODES = 20_000
 WRAP = 0.25
 """A change of an angle by more than this part of its range is taken for a wrap."""
@@ -78,7 +80,7 @@ def off_by(view: View) -> float | None:
     lasts = float(view.time[-1] - view.time[0])
     mean, whole = float(way[-1]) / lasts, float(np.sqrt(np.mean(speed**2)))
     declared = np.hypot(about.mean_speed, about.swing / np.sqrt(2.0))
-    if whole <= 0.0 or declared <= 0.0:
+    if not 0.0 < whole < MOST or declared <= 0.0:
         return None
     uneven = np.sqrt(max(whole**2 - mean**2, 0.0)) / whole
     stated = about.swing / np.sqrt(2.0) / declared

@@ -16,6 +16,8 @@ from gears3d.errors import Fault, InputError
 from gears3d.readers.foreign import library, reading
 from gears3d.readers.source import Signal, Source, refuse_large, unique
 
+COPIES = 6
+"""Of the largest block, while asammdf takes it apart."""
 LONGEST, DEEPEST = 200, 8
 """Characters of a formula, and conversions that refer to one another."""
 _ARITHMETIC = re.compile(
@@ -86,7 +88,7 @@ def _declared(file: Any, path: Path, at: int, index: int, count: int) -> int:
     about = group.channel_group
     record = max(int(getattr(about, "samples_byte_nr", 1)), 1)
     rows = max(int(getattr(about, "cycles_nr", 0)), sum(sizes) // record)
-    refuse_large(path, [rows] * count, 2 * max(sizes, default=0) + record)
+    refuse_large(path, [rows] * count, COPIES * (max(sizes, default=0) + record))
     if rows * record > max(sum(sizes), record) * 2 or any(end > record for end in _ends(file, group)):
         raise ValueError("channels and records do not fit together")  # asammdf reads beyond them
     channel = group.channels[index]

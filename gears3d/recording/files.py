@@ -178,7 +178,8 @@ def _values(column: pyarrow.ChunkedArray) -> np.ndarray:
     parts = [np.zeros(0, dtype=object)]
     for chunk in column.chunks:  # each text once, however many rows have it
         words = np.fromiter([*chunk.dictionary.to_pylist(), None], dtype=object)
-        parts.append(words[chunk.indices.fill_null(len(words) - 1).to_numpy(zero_copy_only=False)])
+        places = chunk.indices.fill_null(len(words) - 1) if chunk.indices.null_count else chunk.indices
+        parts.append(words[places.to_numpy(zero_copy_only=False)])
     found = np.concatenate(parts)
     return found if _is_text(column.type.value_type) else np.array(found.tolist())
 
