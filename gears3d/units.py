@@ -81,6 +81,7 @@ _OFFSETS = {"degC": 273.15, "°C": 273.15}
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 _SUPERSCRIPT = re.compile(r"[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 _SPELLING = str.maketrans({"·": " ", "⋅": " ", "−": "-", "\u00a0": " "})
+_SIGNS = ("%", "°", "°C")
 _TOKEN = re.compile(r" ?(?:(°C?|%|[^\W\d_]\w*)|(?:\^|\*\*) ?([+-]?[1-9])(?![0-9.])|([*/()])) ?")
 
 
@@ -294,7 +295,7 @@ def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
         for name, power in powers.items():
             parsed *= registry.parse_units(name) ** power
         factor = float(registry.Quantity(1.0, parsed).to_root_units().to_base_units().magnitude)
-    except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError, KeyError) as why:
+    except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError, KeyError, AssertionError) as why:
         raise _unknown(unit) from why
     if not registry.Quantity(1.0, parsed)._is_multiplicative:
         raise _error(f"unit {unit!r} has an offset", 'write degC or K, e.g. "50 degC"')
@@ -320,9 +321,9 @@ def _powers(unit: str) -> dict[str, int]:
         after_sign, at = False, 1
     while at < len(unit):
         match = _TOKEN.match(unit, at)
-        if match is None:
+        name, power, mark = match.groups() if match else ("", "", "")
+        if match is None or (name and not name.isidentifier() and name not in _SIGNS):
             raise _unknown(unit)
-        name, power, mark = match.groups()
         at = match.end()
         if name or mark == ")":
             if mark and (not stack or after_sign):

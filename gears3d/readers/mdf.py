@@ -86,10 +86,11 @@ def _declared(file: Any, path: Path, at: int, index: int, count: int) -> int:
     group = file.groups[at]
     sizes = [int(block.original_size or block.compressed_size or 0) for block in group.get_data_blocks()]
     about = group.channel_group
-    record = max(int(getattr(about, "samples_byte_nr", 1)), 1)
+    own = int(getattr(about, "samples_byte_nr", 1))
+    record = max(own + int(getattr(about, "invalidation_bytes_nr", 0) or 0), 1)
     rows = max(int(getattr(about, "cycles_nr", 0)), sum(sizes) // record)
     refuse_large(path, [rows] * count, COPIES * (max(sizes, default=0) + record))
-    if rows * record > max(sum(sizes), record) * 2 or any(end > record for end in _ends(file, group)):
+    if rows * record > max(sum(sizes), record) * 2 or any(end > own for end in _ends(file, group)):
         raise ValueError("channels and records do not fit together")  # asammdf reads beyond them
     channel = group.channels[index]
     for formula in _formulas(getattr(channel, "conversion", None), 0):

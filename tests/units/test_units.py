@@ -97,6 +97,7 @@ def test_quantities_become_si(text, family, value):
         ("1 m^0", "length", "unit 'm^0' is not known"),
         ("1 ()", "ratio", "unit '()' is not known"),
         ("1 (((((m)))))", "length", "is not known"),
+        ("1 ❸釹", "length", "unit '❸釹' is not known"),
         ("1 m^", "length", "unit 'm^' is not known"),
         ("1 m)", "length", "unit 'm)' is not known"),
         ("1 (m", "length", "unit '(m' is not known"),
