@@ -193,6 +193,8 @@ def _kept(rng: random.Random, channels: Channels, own: Path) -> tuple[str, str]:
         record = Recording(channels.columns, meta=channels.meta)
     except GearsError:
         return "read", ""
+    if not len(record.time):
+        return "read", ""
     place = own / rng.choice(("out.parquet", "out.csv"))
     record.write(place)
     again = recording.read(place)
