@@ -11,6 +11,9 @@ from typing import Any
 
 from gears3d.errors import InputError
 
+LONGEST = 1 << 24
+"""Bytes of an answer."""
+
 
 def _stream(key: bytes, length: int) -> bytes:
     blocks = (hashlib.sha256(key + count.to_bytes(8, "big")).digest() for count in range(length // 32 + 1))
@@ -44,6 +47,7 @@ def open_(sealed: str) -> dict[str, Any]:
     try:
         raw = base64.b64decode(sealed.strip(), validate=True)
         key, mixed = raw[:32], raw[32:]
-        return json.loads(zlib.decompress(bytes(a ^ b for a, b in zip(mixed, _stream(key, len(mixed)), strict=True))))
-    except (ValueError, zlib.error) as error:
+        packed = bytes(a ^ b for a, b in zip(mixed, _stream(key, len(mixed)), strict=True))
+        return json.loads(zlib.decompressobj().decompress(packed, LONGEST))
+    except (ValueError, RecursionError, zlib.error) as error:
         raise InputError("answer.sealed: is no sealed answer (make the challenge again)") from error
