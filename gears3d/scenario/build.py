@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
-from math import pi
+from math import isfinite, pi
 from pathlib import Path
 from typing import Any
 
@@ -174,6 +174,9 @@ def _harmonic(reader: Reader, written: Any, place: str, mean: float | None) -> H
         reader.fault(f"{place}.order", "needs a mean speed, and motion.mean is 0 rpm", 'e.g. frequency = "3 Hz"')
     elif order is not None and mean is not None:
         frequency = order * abs(mean) / (2 * pi)
+    if frequency is not None and (frequency <= 0.0 or not isfinite(1.0 / frequency)):
+        reader.fault(f"{place}.frequency", f"is {frequency:g} Hz, and has no period", 'e.g. frequency = "3 Hz"')
+        return None
     if amplitude is None or frequency is None or values["phase"] is None:
         return None
     family = reader.families.get(f"{place}.amplitude", "speed")

@@ -95,7 +95,7 @@ def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1
     middle = _MAD * float(np.median(np.abs(standard)))
     if clip is None or middle == 0.0:
         return middle
-    return float(np.sqrt(np.mean(np.minimum(standard**2, (clip * middle) ** 2))))
+    return float(np.sqrt(np.mean(np.minimum(np.abs(standard), clip * middle) ** 2)))
 
 
 def _bent(time: np.ndarray, values: np.ndarray, sigma: np.ndarray) -> np.ndarray:
