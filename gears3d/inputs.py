@@ -1,4 +1,4 @@
-"""What a file may ask for before it is read: to be a file at all, a size of text, and room in memory."""
+"""Checks before a file is read: regular file, length of text, memory required."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from gears3d.errors import Fault, InputError, UsageError
 
 VARIABLE = "GEARS3D_MAX_BYTES"
-"""Environment variable with the most bytes of memory that one file or run may ask for."""
+"""Environment variable: limit of the memory for one file or run, in bytes."""
 MOST_TEXT = 1 << 18
 """Bytes of a scenario or another file that people write."""
 _KINDS = {
@@ -23,7 +23,7 @@ _CGROUP = Path("/sys/fs/cgroup/memory.max")
 
 
 def most_bytes() -> int:
-    """Return how many bytes of memory one file or run may ask for: half of the machine's, or as the variable says.
+    """Return the limit of the memory for one file or run: half of the machine's memory, or the variable's value.
 
     Raises:
         UsageError: the variable holds no positive number.
@@ -47,30 +47,30 @@ def most_bytes() -> int:
 
 
 def refuse_beyond(size: float, file: str | Path, what: str, remedy: str, key: str = "") -> None:
-    """Refuse what would take more memory than allowed, before it is taken.
+    """Refuse data that require more memory than permitted, before they are loaded.
 
     Args:
-        size: bytes that it declares or is known to take.
-        file: that asks for it.
-        what: asks for it, the subject of the message.
-        remedy: what to do about it.
-        key: of the file.
+        size: bytes, declared or estimated.
+        file: that contains the data.
+        what: the data, subject of the message.
+        remedy: for the message.
+        key: in the file.
 
     Raises:
         InputError: it is more than :func:`most_bytes`.
 
     >>> refuse_beyond(1e30, "a.h5", "its channels", "name fewer")
     Traceback (most recent call last):
-    gears3d.errors.InputError: a.h5: its channels take 9.31e+20 GiB of memory, ...
+    gears3d.errors.InputError: a.h5: its channels require 9.31e+20 GiB of memory, ...
     """
     most = most_bytes()
     if size > most:
-        told = f"{what} take {size / 2**30:.3g} GiB of memory, {most / 2**30:.3g} GiB are allowed"
+        told = f"{what} require {size / 2**30:.3g} GiB of memory, {most / 2**30:.3g} GiB are permitted"
         raise InputError(Fault(key, told, f"{remedy}, or set {VARIABLE}", str(file)))
 
 
 def refuse_special(path: str | Path) -> None:
-    """Refuse a pipe, a device, a socket, and a name that no file can have; whoever opens the file tells the rest.
+    """Refuse pipes, devices, sockets and invalid file names; other errors appear when the file is opened.
 
     Args:
         path: named by people.
@@ -87,7 +87,8 @@ def refuse_special(path: str | Path) -> None:
     except OSError:
         return
     except ValueError as error:
-        raise InputError(Fault("", "has a character that no name of a file has", "name a file", str(path))) from error
+        what = "is not a valid file name: it contains a NUL character"
+        raise InputError(Fault("", what, "name a file", str(path))) from error
     for test, kind in _KINDS.items():
         if test(mode):
             raise InputError(Fault("", f"is {kind}, not a file", "name a file", str(path)))
@@ -138,9 +139,9 @@ def read_text(path: Path, most: int = MOST_TEXT) -> str:
         most: bytes that it may have.
 
     Raises:
-        InputError: it is no file, or too long.
+        InputError: it is not a regular file, or too long.
         OSError: it cannot be read.
-        UnicodeDecodeError: it is no UTF-8.
+        UnicodeDecodeError: it is not UTF-8.
     """
     refuse_special(path)
     with path.open("rb") as file:

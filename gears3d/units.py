@@ -211,7 +211,7 @@ def _tidy(text: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    """Return what was written, cut to a length that a message has room for."""
+    """Return the written value, shortened for a message."""
     if isinstance(value, int) and abs(value) >= 10**40:
         return "a number of more than 40 digits"
     told = repr(value)
@@ -279,10 +279,10 @@ def _registry() -> Any:
 def _look_up(unit: str) -> tuple[tuple[tuple[str, float], ...], float]:
     """Return a unit's signature (base units, with angle and energy kept apart) and its factor to SI.
 
-    Pint sees single names alone: it evaluates whatever else it is given.
+    Pint receives single names only: it evaluates other expressions.
 
     Raises:
-        InputError: it is no unit, pint does not know a name in it, or it has an offset.
+        InputError: it is not a unit, pint does not know a name in it, or it has an offset.
     """
     import pint
 

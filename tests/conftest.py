@@ -1,11 +1,19 @@
 """Options and helpers that all tests share."""
 
+import signal
+
 import pytest
 
 from gears3d.errors import MissingExtraError
 from gears3d.extras import missing
 
 collect_ignore_glob = ["plugins/example_*"]  # packages of others: importing them registers their effects
+
+
+def pytest_configure(config):
+    """Let Ctrl-C interrupt: shells start background processes with it ignored, which child processes inherit."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_addoption(parser):

@@ -96,7 +96,7 @@ def _refuse_twin(scenario: Scenario, twin: str) -> None:
     from gears3d.simulation import MODELS, refusals
 
     if twin not in MODELS:
-        raise UsageError(f"--twin: there is no model {twin!r}; {did_you_mean(twin, [*MODELS, 'none'])}")
+        raise UsageError(f"--twin: no model {twin!r} exists; {did_you_mean(twin, [*MODELS, 'none'])}")
     if faults := refusals(scenario, twin):
         raise InputError([replace(fault, remedy=f"{fault.remedy}; or --twin none") for fault in faults])
 

@@ -17,7 +17,7 @@ CLOSE = 0.02
 MEANT = {"milliseconds": 1.3, "microseconds": 1.3, "nanoseconds": 1.3, "minutes": 1.02, "hours": 1.3}
 """The same where the motion alone tells, as a ratio; 60 is near the 57.3 of an angle in degrees."""
 MOST = 1e100
-"""A speed beyond is none [rad/s]; its square would not be a number."""
+"""Upper limit of a speed [rad/s]; the square of a larger one overflows."""
 NODES = 20_000
 WRAP = 0.25
 """A change of an angle by more than this part of its range is taken for a wrap."""
@@ -88,7 +88,7 @@ def off_by(view: View) -> float | None:
 
 
 def _by_motion(view: View) -> list[Finding]:
-    """Find time in another unit by the speed that follows; without declared swing the interval must speak for it."""
+    """Find time in another unit from the speed of the drive; at constant declared speed the interval must agree."""
     ratio, rate = off_by(view), view.declared.sample_rate
     if ratio is None:
         return []

@@ -117,7 +117,7 @@ def segments_of(
     try:
         cut = segment(known, _teeth(rig), file, progress, shapes)
     except (np.linalg.LinAlgError, OverflowError, FloatingPointError) as error:
-        what = f"the path of the gears, {np.ptp(known.place):.3g} m wide, tells no flanks: {error}"
+        what = f"the displacement has a range of {np.ptp(known.place):.3g} m; flanks cannot be fitted: {error}"
         raise InputError(Fault("", what, "check the units of the angles", file)) from error
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)

@@ -25,7 +25,7 @@ OBJECT = 200
 def loaded_bytes(path: Path, most: float) -> float:
     """Return how many bytes the matrices of a file take in memory; counting ends beyond ``most``.
 
-    Compressed matrices are unpacked piece by piece and thrown away: what they declare may be wrong.
+    Compressed matrices are unpacked in pieces that are discarded: the declared sizes may be wrong.
 
     Args:
         path: the file.

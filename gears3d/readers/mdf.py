@@ -119,7 +119,7 @@ def _formulas(conversion: Any, depth: int) -> Iterator[str]:
 
 
 class _Room:
-    """How many bytes blocks may still unpack to; they tell how many, and may tell too few."""
+    """Remaining bytes that blocks may unpack to; the declared sizes may be too small."""
 
     left = 0
 

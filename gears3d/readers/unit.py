@@ -74,7 +74,7 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
     factor, family = parse_any(quantity, families)
     if factor == 0.0 or not isfinite(1.0 / factor):
         raise InputError(
-            Fault("", f"{unit!r} is nothing", "give the unit, such as deg, or what one of it is: 0.36 deg")
+            Fault("", f"{unit!r} has the value 0", "give the unit, such as deg, or what one of it is: 0.36 deg")
         )
     return factor, family
 

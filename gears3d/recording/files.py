@@ -207,5 +207,7 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
     """
     refuse_special(path)
     if not is_file(path):
-        raise InputError(Fault("", "is no file" if is_there(path) else "is not there", "name a file", str(path)))
+        raise InputError(
+            Fault("", "is not a regular file" if is_there(path) else "is not there", "name a file", str(path))
+        )
     return read_csv(path) if path.suffix.lower() in (".csv", ".txt") else read_parquet(path)[0]

@@ -62,7 +62,7 @@ def from_json(text: str | bytes) -> dict[str, Any]:
     try:
         meta = json.loads(text, object_hook=lambda d: float(d[_TAG]) if d.keys() == {_TAG} else d)
     except (TypeError, RecursionError) as error:
-        raise ValueError(f"is no JSON of gears3d: {error}") from error
+        raise ValueError(f"is not metadata of gears3d: {error}") from error
     if not isinstance(meta, dict):
         raise ValueError("is no JSON object")
     return meta

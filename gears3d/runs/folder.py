@@ -1,4 +1,4 @@
-"""Writing a run folder: under a hidden name beside its place, moved there when it is complete."""
+"""Writing a run folder: in a hidden temporary folder, moved into place when it is complete."""
 
 from __future__ import annotations
 

@@ -8,7 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError
+from gears3d.inputs import read_text
 from gears3d.runs.folder import MARK
+
+MOST = 1 << 26
+"""Bytes of a summary."""
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
@@ -56,8 +60,8 @@ def read_run(path: str | Path) -> Run:
             what = "is no run folder: it has no summary.json" if folder.is_dir() else "is a file, not a run folder"
         raise InputError(Fault("", what, "make one with `gears3d run SCENARIO --out DIR`", str(folder)))
     try:
-        summary = json.loads((folder / MARK).read_text(encoding="utf-8"))
-    except ValueError as error:
+        summary = json.loads(read_text(folder / MARK, MOST))
+    except (ValueError, RecursionError) as error:
         raise InputError(Fault("", f"is not JSON: {error}", "run the scenario again", str(folder / MARK))) from error
     twin = read(folder / "twin") if (folder / "twin").is_dir() else None
     return Run(folder, load(folder / "scenario.toml"), read(folder), twin, summary)

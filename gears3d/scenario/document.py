@@ -211,7 +211,9 @@ def _absolute(file: Path, key: str, path: Path | None) -> str:
     try:
         return os.path.realpath(file)
     except (OSError, ValueError):
-        raise InputError(Fault(key, f"{str(file)!r} is no name of a file", "name a file", str(path or ""))) from None
+        raise InputError(
+            Fault(key, f"{str(file)!r} is not a valid file name", "name a file", str(path or ""))
+        ) from None
 
 
 def _merge(own: Any, base: Any, place: str, below: Document, document: Document) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.inputs import read_text, refuse_beyond
 from gears3d.scenario.key_paths import key_paths, whole_path
 from gears3d.scenario.reader import check_bounds
 from gears3d.units import FAMILIES, parse, parse_any
@@ -19,6 +20,12 @@ if TYPE_CHECKING:
     from gears3d.scenario.keys import Key
 
 HOW = 'write "KEY=A..B UNIT lin N", "KEY=A..B UNIT log N", "KEY=a,b,c UNIT" or "KEY=@file.csv UNIT"'
+LONGEST, DIGITS = 500, 15
+"""Characters of a range, and of its number of values."""
+VALUE = 200
+"""Bytes of memory for a value, as a number and as it is written."""
+MOST = 1 << 26
+"""Bytes of a file with values."""
 _RANGE = re.compile(r"(.+?)\s*\.\.\s*(.+?)\s+(\w+)\s+([+-]?\S+)")
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 NOT_VARIED = {
@@ -113,12 +120,22 @@ def _axis(path: str, key: Key, what: str, text: str) -> Axis:
     if len(set(families)) > 1:
         raise InputError(Fault("", f"mixes {' and '.join(sorted(set(families)))}", "give one kind of quantity"))
     if len(set(values)) < len(values):
-        twice = next(one for place, one in enumerate(written) if values[place] in values[:place])
+        twice = written[_second(values)]
         raise InputError(Fault("", f"has {twice!r} twice", "give each value once"))
     bare = tuple(values) if not FAMILIES[families[0]].si else tuple(written)
     if families[0] == "count":
         bare = tuple(int(value) for value in values)
     return Axis(path, families[0], bare, tuple(values), text)
+
+
+def _second(values: list[float]) -> int:
+    """Return where the first value that is there twice stands the second time."""
+    seen: set[float] = set()
+    for place, value in enumerate(values):
+        if value in seen:
+            return place
+        seen.add(value)
+    raise ValueError("no value is there twice")
 
 
 def _near(path: str, known: list[str]) -> str:
@@ -138,15 +155,16 @@ def _unbound(key: Key, family: str) -> Key:
 
 
 def _range(what: str, key: Key) -> list[str]:
-    match = _RANGE.fullmatch(what)
+    match = _RANGE.fullmatch(" ".join(what.split())) if len(what) <= LONGEST else None
     if match is None:
         raise InputError(Fault("", f"{what!r} is no range", HOW))
     first, last, spacing, number = match.groups()
     if spacing not in SPACINGS:
         raise InputError(Fault("", f"{what!r} is no range: {spacing!r} is neither lin nor log", HOW))
-    if not number.isdecimal() or int(number) < 1:
+    if not number.isdecimal() or len(number) > DIGITS or int(number) < 1:
         raise InputError(Fault("", f"{number!r} is no number of values: the grid would be empty", "give 1 or more"))
     count = int(number)
+    refuse_beyond(VALUE * count, "", f"the {count} values of an axis", "give fewer")
     low, unit = _split(first)
     high, own = _split(last)
     if unit and unit != own:
@@ -168,7 +186,7 @@ def _si(first: str, last: str, key: Key) -> tuple[float, float]:
 
 
 def _split(text: str) -> tuple[float, str]:
-    match = re.fullmatch(rf"\s*({_NUMBER})\s*(.*?)\s*", text)
+    match = re.fullmatch(rf"({_NUMBER})\s*(.*)", text.strip()) if len(text) <= LONGEST else None
     if match is None:
         raise InputError(Fault("", f"{text!r} is no quantity", HOW))
     return float(match[1]), match[2]
@@ -185,7 +203,7 @@ def _from_file(what: str) -> list[str]:
     """Return the first column of a file, a unit after its name serves all that have none."""
     name, _, unit = what.strip().partition(" ")
     try:
-        lines = Path(name).read_text(encoding="utf-8").splitlines()
+        lines = read_text(Path(name), MOST).splitlines()
     except (OSError, UnicodeDecodeError) as why:
         reason = getattr(why, "strerror", None) or "is no text"
         raise InputError(Fault("", f"cannot be read: {reason}", "name a file with one value a line", name)) from why

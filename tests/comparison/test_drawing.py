@@ -88,7 +88,7 @@ def test_pictures_are_written_whole(tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
     with pytest.raises(UsageError, match=r"ends in .png, .svg, .pdf"):
         write_picture(tmp_path / "c.gif", found, a, b)
-    with pytest.raises(InputError, match=r"c.png: cannot be written: File exists"):
+    with pytest.raises(InputError, match=r"c.png: cannot be written: Not a directory"):
         write_picture(tmp_path / "c.svg" / "c.png", found, a, b)
 
 

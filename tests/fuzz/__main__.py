@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import signal
 import sys
 import time
 
@@ -19,6 +20,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=None, help="tries of each part, in place of a time")
     parser.add_argument("--seed", type=int, default=None, help="default: drawn from the clock and printed")
     asked = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # also in the background, where shells ignore it
     if unknown := set(asked.parts) - set(PARTS):
         parser.error(f"no part {', '.join(sorted(unknown))}; known: {', '.join(PARTS)}")
     parts = asked.parts or [*PARTS]

@@ -15,7 +15,7 @@ def test_the_limit_is_half_of_the_machine_or_as_told(monkeypatch):
     monkeypatch.setenv(inputs.VARIABLE, "2e9")
     assert inputs.most_bytes() == 2_000_000_000
     inputs.refuse_beyond(2e9, "a.h5", "its channels", "name fewer")
-    with pytest.raises(InputError, match=r"a.h5: k: its channels take 1.86 GiB .* 1.86 GiB are allowed"):
+    with pytest.raises(InputError, match=r"a.h5: k: its channels require 1.86 GiB .* 1.86 GiB are permitted"):
         inputs.refuse_beyond(2e9 + 1, "a.h5", "its channels", "name fewer", "k")
 
 
@@ -36,7 +36,11 @@ def test_a_long_text_is_not_read(tmp_path):
 
 def test_pipes_and_devices_are_no_files(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    for path, message in ((tmp_path / "pipe", "is a pipe"), ("/dev/zero", "is a device"), ("a\0", "no name of a file")):
+    for path, message in (
+        (tmp_path / "pipe", "is a pipe"),
+        ("/dev/zero", "is a device"),
+        ("a\0", "not a valid file name"),
+    ):
         with pytest.raises(InputError, match=message):
             inputs.refuse_special(path)
     inputs.refuse_special(tmp_path)

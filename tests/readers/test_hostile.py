@@ -100,7 +100,7 @@ BOMBS = {
 def test_what_takes_too_much_memory_is_refused_before_it_is_loaded(kind, tmp_path):
     path = tmp_path / "a.csv"
     BOMBS[kind](path)
-    with pytest.raises(InputError, match=r"GiB of memory, 0.186 GiB are allowed .*, or set GEARS3D_MAX_BYTES"):
+    with pytest.raises(InputError, match=r"GiB of memory, 0.186 GiB are permitted .*, or set GEARS3D_MAX_BYTES"):
         read(path)
 
 

@@ -18,7 +18,7 @@ def test_a_run_too_long_for_the_memory_is_refused_at_once(model, monkeypatch):
         simulate(load("rigaud-2020/fig5-20rpm", LONG), model)
     (fault,) = caught.value.faults
     assert fault.key == "run.output_rate"
-    assert "2000 s at 20000 Hz, 4e+07 samples, take 4.1 GiB of memory, 0.931 GiB are allowed" in fault.message
+    assert "2000 s at 20000 Hz, 4e+07 samples, require 4.1 GiB of memory, 0.931 GiB are permitted" in fault.message
     assert "run.duration" in fault.remedy
     assert VARIABLE in fault.remedy
     assert ("--stream" in fault.remedy) == (model == "bullet")

@@ -126,3 +126,26 @@ def test_seeds_go_by_the_values_of_a_point_alone():
     assert len(set(theirs.values())) == 9
     asked = make_plan(RIG, ["run.seed=7,8"])
     assert asked.seeds(np.arange(2)).tolist() == [7, 8]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("drag.torque=0.1..1 N m lin 1000000000000", "of memory"),
+        ("drag.torque=0.1..1 N m lin " + "9" * 400, "is no number of values"),
+        ("drag.torque=" + " " * 100_000 + "0.1..", "is no"),
+        ("drag.torque=0.1.." + "1 " * 50_000, "is no range"),
+        ("drag.torque=1" + " " * 100_000 + "N m, 2 N m", "is no quantity"),
+        ("drag.torque=@/dev/zero N m", "is a device"),
+        ("drag.torque=@nowhere.csv N m", "No such file"),
+    ],
+)
+def test_an_axis_that_would_hang_or_fill_the_memory_is_refused(text, why):
+    with pytest.raises(InputError, match=why):
+        parse_axis(RIG, text)
+
+
+def test_a_value_that_is_there_twice_is_found_among_many(tmp_path):
+    (tmp_path / "values.csv").write_text("".join(f"{1 + k}\n" for k in range(20_000)) + "7\n")
+    with pytest.raises(InputError, match="has '7 N m' twice"):
+        parse_axis(RIG, f"drag.torque=@{tmp_path / 'values.csv'} N m")
