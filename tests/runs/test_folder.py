@@ -1,6 +1,7 @@
 """A run folder is there as a whole or not at all, and never takes the place of something else."""
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +43,34 @@ def test_a_file_is_refused(tmp_path):
     place.write_text("")
     with pytest.raises(InputError, match="is a file"), RunFolder(place):
         pass
+
+
+def written(place):
+    with RunFolder(place) as folder:
+        folder.write_summary({"status": "complete"})
+        return folder.commit()
+
+
+def test_a_link_to_a_run_stays_a_link_and_the_run_is_replaced(tmp_path):
+    written(tmp_path / "run")
+    (tmp_path / "run" / "old").touch()
+    (tmp_path / "link").symlink_to("run")
+    assert written(tmp_path / "link") == tmp_path / "link"
+    assert (tmp_path / "link").is_symlink()
+    assert not (tmp_path / "run" / "old").exists()
+
+
+def test_a_link_to_nothing_is_refused(tmp_path):
+    (tmp_path / "link").symlink_to("nothing")
+    with pytest.raises(InputError, match="is a link to nothing, which does not exist"):
+        written(tmp_path / "link")
+    assert [path.name for path in tmp_path.iterdir()] == ["link"]
+
+
+def test_the_current_folder_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="is the current folder or one above it"):
+        written(Path())
 
 
 def test_an_unwritable_place_is_named(tmp_path):
