@@ -9,6 +9,9 @@ import time
 PARTS = ("scenarios", "records", "kills", "sockets", "environments", "repeats")
 """Modules of this folder; each has ``run(seed)``, which yields its tally after every batch, without end."""
 
+SHOW_S = 10.0
+"""Time between two lines of progress [s]."""
+
 
 def main() -> int:
     """Run the parts; return the exit code."""
@@ -26,11 +29,16 @@ def main() -> int:
     parts = asked.parts or [*PARTS]
     seed = time.time_ns() % 2**31 if asked.seed is None else asked.seed
     sys.stdout.write(f"seed {seed}\n")
+    sys.stdout.flush()
     broken = 0
     for part in parts:
-        begin = time.monotonic()
+        begin = shown = time.monotonic()
         for tally in importlib.import_module(f"tests.fuzz.{part}").run(seed):
             spent = time.monotonic() - begin
+            if time.monotonic() - shown > SHOW_S:
+                shown = time.monotonic()
+                broken_here = f"{len(tally.faults)} broken promises"
+                sys.stderr.write(f"{part}: {tally.tried} tried, {broken_here}, {spent:.0f} s\n")
             if tally.tried >= asked.count if asked.count is not None else spent > 60 * asked.minutes / len(parts):
                 break
         sys.stdout.write(f"{tally}\n  {spent:.0f} s\n")

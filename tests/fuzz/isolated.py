@@ -42,7 +42,8 @@ def run(part: str, seed: int) -> Iterator[Tally]:
 
 def repeat(part: str, seed: int, case: int) -> None:
     """Try one case here, and print what comes of it."""
-    folder = Path(tempfile.mkdtemp(prefix="gears3d-fuzz-"))
+    folder = Path(tempfile.mkdtemp(prefix="fuzz-")) / "work"
+    folder.mkdir()
     attempt = importlib.import_module(f"tests.fuzz.{part}").prepare(folder)
     sys.stdout.write("\n".join([str(folder), *attempt(_random(seed, case), case), ""]))
 
@@ -51,8 +52,10 @@ def _process(part: str, seed: int, case: int, tally: Tally) -> Iterator[Tally]:
     """Try cases in one process until it ends; return the number of the next case."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
-    folder = tempfile.mkdtemp(prefix="gears3d-fuzz-")
-    process = context.Process(target=_work, args=(there, part, seed, case, folder), daemon=True)
+    outer = Path(tempfile.mkdtemp(prefix="fuzz-"))
+    folder = outer / "work"  # what a case must not touch lies beside it
+    folder.mkdir()
+    process = context.Process(target=_work, args=(there, part, seed, case, str(folder)), daemon=True)
     process.start()
     there.close()
     try:
@@ -83,7 +86,7 @@ def _process(part: str, seed: int, case: int, tally: Tally) -> Iterator[Tally]:
     finally:
         process.kill()
         process.join()
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(outer, ignore_errors=True)
 
 
 def _work(pipe: Connection, part: str, seed: int, case: int, folder: str) -> None:
