@@ -172,5 +172,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     gc.set_threshold(YOUNG)
     atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
-    with quiet_pipes(), orderly_ends():
-        get_command(app)(args=[*(sys.argv[1:] if arguments is None else arguments)], prog_name="gears3d")
+    try:
+        with quiet_pipes(), orderly_ends():
+            get_command(app)(args=[*(sys.argv[1:] if arguments is None else arguments)], prog_name="gears3d")
+    except KeyboardInterrupt:  # outside of a verb
+        sys.exit(exit_code())
