@@ -21,9 +21,11 @@ PICTURES = (".png", ".svg", ".pdf")
 """Endings of pictures."""
 HIDDEN, PRIVATE = ".gears3d-", "gears3d-"
 """Prefixes of temporary folders: next to a destination, and in the system's temporary directory."""
-_LOCK, _BEFORE = "lock", "before"
+_LOCK, _BEFORE, _NEW = "lock", "before", "new"
 _YOUNG_S = 60.0
 """A folder without a lock file may belong to a process that is about to create it; minimum age for removal [s]."""
+_ATTEMPTS = 100
+"""Attempts to lock a new folder before another process removes it; one is the rule."""
 _looked: set[Path] = set()
 
 
@@ -51,7 +53,8 @@ def temporary(parent: str | Path, prefix: str = HIDDEN) -> Iterator[Path]:
         _clear(parent, prefix)
     folder, held = _begin(parent, prefix)
     try:
-        yield folder
+        (folder / _NEW).mkdir()  # a destination may have any name, that of the lock as well
+        yield folder / _NEW
     finally:
         held.close()  # Windows cannot delete an open file
         shutil.rmtree(folder, ignore_errors=True)
@@ -59,7 +62,7 @@ def temporary(parent: str | Path, prefix: str = HIDDEN) -> Iterator[Path]:
 
 def _begin(parent: Path, prefix: str) -> tuple[Path, IO[str]]:
     """Create a folder with a locked file in it; repeat if another process removed it before it was locked."""
-    while True:
+    for _ in range(_ATTEMPTS):
         folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
         try:
             held = (folder / _LOCK).open("w")
@@ -78,6 +81,7 @@ def _begin(parent: Path, prefix: str) -> tuple[Path, IO[str]]:
         if (folder / _LOCK).exists():
             return folder, held
         held.close()
+    raise OSError(f"no temporary folder can be locked in {parent}")
 
 
 def _clear(parent: Path, prefix: str) -> None:
@@ -161,7 +165,7 @@ def exchange(new: Path, place: Path, folder: Path) -> None:
     Raises:
         OSError: a move failed; the existing file or folder is unchanged.
     """
-    before = folder / _BEFORE / place.name
+    before = folder.parent / _BEFORE / place.name
     before.parent.mkdir(exist_ok=True)
     if place.exists():
         place.rename(before)

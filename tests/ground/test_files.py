@@ -51,8 +51,8 @@ with temporary(place.parent) as folder:
     (folder / "half").write_text("x" * 1000)
     if len(sys.argv) > 2:
         (folder / place.name).write_text("new")
-        (folder / "before").mkdir()
-        place.rename(folder / "before" / place.name)
+        (folder.parent / "before").mkdir()
+        place.rename(folder.parent / "before" / place.name)
     print("ready", flush=True)
     time.sleep(600)
 """
@@ -76,7 +76,7 @@ def holding(*words):
 def test_what_a_killed_process_left_is_taken_away_by_the_next_one(tmp_path):
     with holding(tmp_path / "a"):
         (left,) = tmp_path.iterdir()
-    assert (left / "half").exists()
+    assert (left / "new" / "half").exists()
     python(WRITE, tmp_path / "b")
     assert [path.name for path in tmp_path.iterdir()] == ["b"]
 

@@ -92,3 +92,14 @@ def test_reading_what_is_no_run_says_how_to_make_one(tmp_path, name, text):
         read_run(tmp_path / name)
     assert "gears3d run" in str(caught.value)
     assert os.fspath(tmp_path / name) in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["lock", "before", "new"])
+def test_a_run_may_have_any_name(tmp_path, name):
+    for number in (1, 2):
+        with RunFolder(tmp_path / name) as folder:
+            folder.write_summary({"run": number})
+            folder.commit()
+    assert [path.name for path in (tmp_path / name).iterdir()] == ["summary.json"]
+    assert '"run": 2' in (tmp_path / name / "summary.json").read_text()
+    assert [path.name for path in tmp_path.iterdir()] == [name]
