@@ -1,4 +1,4 @@
-"""Orderly interrupts: Ctrl-C, TERM and a closed terminal raise ``KeyboardInterrupt``, at a safe moment if required."""
+"""Orderly interrupts: Ctrl-C, TERM and a closed terminal raise an exception, at a safe moment if required."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ def exit_code() -> int:
 
 @contextmanager
 def orderly_ends() -> Iterator[None]:
-    """Make TERM and a closed terminal raise ``KeyboardInterrupt``, as Ctrl-C does.
+    """Make TERM and a closed terminal raise ``SystemExit``, as Ctrl-C raises ``KeyboardInterrupt``.
+
+    CPython ends itself by SIGINT instead of the exit code if a ``KeyboardInterrupt`` passed through ``exec`` of a
+    string, of which dataclasses are made (``unhandled_keyboard_interrupt`` in pythonrun.c).
 
     Ignored signals remain ignored, e.g. under ``nohup``. Outside the main thread nothing changes.
 
@@ -38,7 +41,7 @@ def orderly_ends() -> Iterator[None]:
 
     def end(number: int, _: object) -> None:
         _came.append(signal.Signals(number))
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(exit_code())
 
     _came.clear()
     with _handled(end, [one for one in SIGNALS if signal.getsignal(one) is not signal.SIG_IGN]):

@@ -44,12 +44,8 @@ MARK = "GEARS3D_KILLED_BY_THE_SUITE"
 """Variable that marks the processes of one try."""
 PATIENCE_S = 20.0
 """Time in which children of a killed process must end [s]."""
-ENDS = {signal.SIGKILL: (-9, 137), signal.SIGTERM: (143, -15, 130, -2), signal.SIGINT: (130, -2)}
-"""Exit codes after each signal; negative ones before the verb is loaded.
-
-CPython ends itself by SIGINT if a KeyboardInterrupt ever passed through ``exec`` of a string, handled later or not
-(``unhandled_keyboard_interrupt`` in pythonrun.c): dataclasses are made so, hence 130 and -2 after TERM.
-"""
+ENDS = {signal.SIGKILL: (-9, 137), signal.SIGTERM: (143, -15), signal.SIGINT: (130, -2)}
+"""Exit codes after each signal; negative ones before the verb is loaded."""
 
 
 class Bench:
