@@ -17,7 +17,7 @@ _HOME = {
     "simulate": "gears3d.simulation",
     "compare": "gears3d.comparison",
     "describe": "gears3d.recording",
-    "measure": "gears3d.measurement",
+    "measure": "gears3d.measured.segmentation",
     "diagnose": "gears3d.diagnosis",
     "replay": "gears3d.views.replay",
     "camera": "gears3d.views.camera",
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from gears3d import gears
     from gears3d.comparison import compare
     from gears3d.diagnosis import diagnose
-    from gears3d.measurement import measure
+    from gears3d.measured.segmentation import measure
     from gears3d.recording import Recording, describe
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import simulate

@@ -11,15 +11,15 @@ import numpy as np
 from gears3d.effects import Code
 from gears3d.engine import Bench
 from gears3d.errors import Fault, InputError
-from gears3d.identification import identify_rundown
-from gears3d.identification.track import make_track
+from gears3d.identify import identify_rundown
+from gears3d.identify.track import make_track
 from gears3d.recording import Recording
 from gears3d.scenario.model import Motion
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.sensors import observe
 
 if TYPE_CHECKING:
-    from gears3d.identification import Identified
+    from gears3d.identify import Identified
     from gears3d.scenario import Scenario
 
 LONGEST = 600.0

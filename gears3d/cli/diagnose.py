@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gears3d.diagnosis import Diagnosis
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
 
 
 def diagnose(
@@ -50,7 +50,7 @@ def diagnose(
     from gears3d.cli.progress import bars
     from gears3d.diagnosis import diagnose as examine
     from gears3d.errors import UsageError
-    from gears3d.gate import admit_each
+    from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
     bench = load(rig)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
     from gears3d.recording import Recording
     from gears3d.runs import Run
     from gears3d.scenario import Scenario
@@ -59,15 +59,15 @@ def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct
 
 
 def _measured(source: Path, rig: Scenario, map_file: Path | None, correct: list[str]) -> Filmed:
-    from gears3d import measurement
     from gears3d.errors import Fault, InputError
-    from gears3d.gate import admit
-    from gears3d.readers import files_of
+    from gears3d.measured import segmentation
+    from gears3d.measured.checks import admit
+    from gears3d.measured.readers import files_of
 
     pairs = files_of([source], map_file)
     if len(pairs) != 1:
         raise InputError(Fault("", f"names {len(pairs)} records", "name one of them, with --map", str(source)))
     file, chart = pairs[0]
     admitted = admit(file, rig, chart, correct)
-    found = measurement.measure(admitted.recording, admitted.rig, admitted.file)
+    found = segmentation.measure(admitted.recording, admitted.rig, admitted.file)
     return Filmed(found.recording, admitted.rig or rig, measurement=found)

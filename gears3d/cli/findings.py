@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gears3d.gate import Admitted, Finding
+    from gears3d.measured.checks import Admitted, Finding
 
 
 def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:
@@ -22,7 +22,7 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
     from rich.console import Console
     from rich.markup import escape
 
-    from gears3d.gate import told
+    from gears3d.measured.checks import told
 
     console = Console(stderr=True, soft_wrap=True, highlight=False)
     place = f"{file}: " if file else ""

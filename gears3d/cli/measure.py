@@ -12,7 +12,7 @@ import typer
 from gears3d.cli.options import Correct, MapFile
 
 if TYPE_CHECKING:
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
 
 
 def measure(
@@ -48,8 +48,8 @@ def measure(
     from gears3d.cli.findings import show_repeated
     from gears3d.cli.output import print_json
     from gears3d.errors import InputError, UsageError
-    from gears3d.gate import admit_each
-    from gears3d.readers import files_of
+    from gears3d.measured.checks import admit_each
+    from gears3d.measured.readers import files_of
     from gears3d.runs.folder import refuse_foreign
     from gears3d.scenario import load
 
@@ -91,16 +91,16 @@ def _require_rig(admitted: Admitted) -> None:
 
 def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any]:
     """Measure one record, write it and return its summary."""
-    from gears3d import measurement
     from gears3d.cli.findings import show_findings
     from gears3d.cli.progress import bars
+    from gears3d.measured import segmentation
     from gears3d.views.report.measured import durations, orders_told
 
     file = admitted.file
     if not as_json:
         show_findings(admitted.findings)
     with bars() as track:
-        found = measurement.measure(admitted.recording, admitted.rig, admitted.file, track("measure", 1.0))
+        found = segmentation.measure(admitted.recording, admitted.rig, admitted.file, track("measure", 1.0))
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
@@ -129,7 +129,7 @@ def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | N
     """Print or write the map proposed for one file."""
     from gears3d.errors import UsageError
     from gears3d.files import write_text
-    from gears3d.readers import propose
+    from gears3d.measured.readers import propose
 
     if len(records) != 1 or map_file is not None:
         raise UsageError("--guess proposes the map of one file: name one, without --map")

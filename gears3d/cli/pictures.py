@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from gears3d.errors import InputError
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
     from gears3d.views.report import Picture

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.identification.restitution.pairs import lowest_rebound
-from gears3d.measurement.zones import clearance
+from gears3d.identify.restitution.pairs import lowest_rebound
+from gears3d.measured.segmentation.zones import clearance
 
 if TYPE_CHECKING:
-    from gears3d.measurement.segments import Segments
+    from gears3d.measured.segmentation.segments import Segments
 
 Array = np.ndarray
 
@@ -54,7 +54,7 @@ def blows(cut: Segments) -> Blows:
     """Return the blows of a record; none where it shows no bounce, for then it tells nothing of what it overlooks.
 
     Args:
-        cut: of :func:`gears3d.measurement.measure`.
+        cut: of :func:`gears3d.measured.segmentation.measure`.
     """
     hits, path = cut.impacts, cut.path
     time, flank = hits["time_s"], np.asarray(hits["flank"], dtype=int)

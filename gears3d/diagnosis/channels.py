@@ -8,11 +8,11 @@ import numpy as np
 
 from gears3d.diagnosis import blows
 from gears3d.diagnosis.leaving import leaving
-from gears3d.measurement.kinks import kinks
-from gears3d.measurement.zones import clearance
+from gears3d.measured.segmentation.kinks import kinks
+from gears3d.measured.segmentation.zones import clearance
 
 if TYPE_CHECKING:
-    from gears3d.measurement.segments import Segments
+    from gears3d.measured.segmentation.segments import Segments
 
 Array = np.ndarray
 

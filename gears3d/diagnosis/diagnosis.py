@@ -40,7 +40,7 @@ from gears3d.diagnosis.verdict import (
 )
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
-from gears3d.gate import Admitted, admit_each
+from gears3d.measured.checks import Admitted, admit_each
 from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
@@ -138,7 +138,7 @@ def diagnose(
 
     Args:
         records: that passed the sensor gate, each with the rig of its own condition; or files, or maps that name them,
-            which have to pass it first (:func:`gears3d.gate.admit_all`).
+            which have to pass it first (:func:`gears3d.measured.checks.admit_all`).
         rig: scenario of the bench, or its file.
         progress: called with what is being done and the part of the whole that is done.
         bodies: whether the gain is measured in the 3D engine as well.

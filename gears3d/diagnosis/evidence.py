@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.channels import BINS, Channels, Losses, channels, nothing
-from gears3d.measurement import doubtful
+from gears3d.measured.segmentation import doubtful
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.gears import Pair
-    from gears3d.measurement import Measurement
-    from gears3d.measurement.flanks import Flanks
-    from gears3d.measurement.segments import Segments
+    from gears3d.measured.segmentation import Measurement
+    from gears3d.measured.segmentation.flanks import Flanks
+    from gears3d.measured.segmentation.segments import Segments
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -110,7 +110,7 @@ def evidence(found: Measurement, scenario: Scenario, name: str = "", spared: tup
     """Return a measured record as evidence.
 
     Args:
-        found: of :func:`gears3d.measurement.measure`.
+        found: of :func:`gears3d.measured.segmentation.measure`.
         scenario: of the bench under this record's conditions.
         name: of the record.
         spared: sensor effects that were taken out of the readings before the record was cut.
@@ -122,7 +122,7 @@ def of_cut(cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any,
     """Return a record that was cut as evidence.
 
     Args:
-        cut: of :func:`gears3d.measurement.segments_of`.
+        cut: of :func:`gears3d.measured.segmentation.segments_of`.
         scenario: as for :func:`evidence`.
         name: of the record.
         spared: as for :func:`evidence`.

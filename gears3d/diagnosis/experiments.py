@@ -162,7 +162,7 @@ def twin(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
         run: that is tried.
         effects: of the rig.
     """
-    from gears3d.measurement import measure
+    from gears3d.measured.segmentation import measure
     from gears3d.simulation import record
 
     lasts = max(TWIN, PERIODS * like.scenario.period)

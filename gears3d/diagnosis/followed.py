@@ -15,7 +15,7 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.falling import fallen
 from gears3d.diagnosis.torque import torque
 from gears3d.effects import Row
-from gears3d.measurement.parabolas import bend
+from gears3d.measured.segmentation.parabolas import bend
 
 Array = np.ndarray
 

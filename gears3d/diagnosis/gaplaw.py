@@ -21,7 +21,7 @@ from gears3d.errors import InputError
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.grounds import Note
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

@@ -14,7 +14,7 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.diagnosis.cause import Cause
     from gears3d.diagnosis.evidence import Evidence
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

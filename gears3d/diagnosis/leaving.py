@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.measurement.flights import Shafts, shafts
-from gears3d.measurement.parabolas import Parabolas, common_law, fit
+from gears3d.measured.segmentation.flights import Shafts, shafts
+from gears3d.measured.segmentation.parabolas import Parabolas, common_law, fit
 
 if TYPE_CHECKING:
-    from gears3d.measurement.segments import Segments
+    from gears3d.measured.segmentation.segments import Segments
 
 Array = np.ndarray
 CLEAR, LATEST = 4.0, 1e-3

@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.diagnosis.candidates import FREE
 from gears3d.diagnosis.cause import Cause
-from gears3d.identification import Parameter
+from gears3d.identify import Parameter
 from gears3d.units import FAMILIES, show
 
 Array = np.ndarray

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.measurement import Track, path_of
+from gears3d.measured.segmentation import Track, path_of
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
 
 LONG = 1 << 20
 """Rows from which on a path is not kept: a long record has no room for much beside it."""

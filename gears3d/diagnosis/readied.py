@@ -25,13 +25,13 @@ from gears3d.diagnosis.struck import struck
 from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
-from gears3d.measurement import alike, segments_of
-from gears3d.measurement.segments import DOUBTFUL
-from gears3d.measurement.smoothing import Shape
+from gears3d.measured.segmentation import alike, segments_of
+from gears3d.measured.segmentation.segments import DOUBTFUL
+from gears3d.measured.segmentation.smoothing import Shape
 
 if TYPE_CHECKING:
-    from gears3d.gate import Admitted
-    from gears3d.measurement.flanks import Flanks
+    from gears3d.measured.checks import Admitted
+    from gears3d.measured.segmentation.flanks import Flanks
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

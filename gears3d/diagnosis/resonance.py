@@ -15,7 +15,7 @@ from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.structure import Structure
 
 if TYPE_CHECKING:
-    from gears3d.gate import Admitted
+    from gears3d.measured.checks import Admitted
 
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 20.0, 1000.0, 1.01

@@ -26,8 +26,8 @@ from gears3d.recording import Recording
 if TYPE_CHECKING:
     from gears3d.diagnosis.diagnosis import Diagnosis
     from gears3d.diagnosis.evidence import Evidence
-    from gears3d.gate import Admitted
-    from gears3d.measurement import Track
+    from gears3d.measured.checks import Admitted
+    from gears3d.measured.segmentation import Track
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -94,7 +94,7 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
         InputError: no record tells where the loose gear is, or the rig holds what the rigid model cannot do.
         EngineError: the motion cannot go on.
     """
-    from gears3d.measurement import path_of
+    from gears3d.measured.segmentation import path_of
 
     one = _best(found, admitted)
     assert one.rig is not None

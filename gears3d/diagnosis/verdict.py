@@ -24,7 +24,7 @@ from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import counted_from
 from gears3d.effects import catalogue
-from gears3d.identification import Parameter
+from gears3d.identify import Parameter
 from gears3d.units import FAMILIES
 
 Array = np.ndarray

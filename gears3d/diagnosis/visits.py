@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from gears3d.effects import Rig
     from gears3d.gears import Pair
-    from gears3d.measurement.smoothing import Track
+    from gears3d.measured.segmentation.smoothing import Track
     from gears3d.scenario import Scenario
 
 Array = np.ndarray

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gears3d.diagnosis import Diagnosis, diagnose
-from gears3d.gate import admit
+from gears3d.measured.checks import admit
 from gears3d.scenario import Scenario, load
 from gears3d.simulation import record, simulate
 

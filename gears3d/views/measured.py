@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gears3d.measurement import Measurement, Segments
+    from gears3d.measured.segmentation import Measurement, Segments
 
 SHOWN = 20
 """Flights in the left picture."""

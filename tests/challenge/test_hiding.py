@@ -111,7 +111,7 @@ def test_a_diagnosis_is_named_by_its_file_or_its_folder(blind, tmp_path):
 
 
 def test_records_come_in_by_the_gate(blind):
-    from gears3d.gate import admit
+    from gears3d.measured.checks import admit
 
     made, folder = blind
     admitted = admit(folder / "record-1.parquet", load(folder / "rig.toml"), folder / "record.toml")

@@ -4,15 +4,16 @@ import sys
 
 import pytest
 
-from gears3d import cli, gate, measurement, recording, simulation
+from gears3d import cli, recording, simulation
+from gears3d.measured import checks, segmentation
 
 FILE = "scenarios/rigaud-2020/fig5-20rpm.toml"
 HEAVY = (
     (simulation, "simulate"),
     (simulation, "record"),
     (simulation, "stream"),
-    (measurement, "measure"),
-    (gate, "admit_each"),
+    (segmentation, "measure"),
+    (checks, "admit_each"),
     (recording, "read"),
 )
 """What the verbs below would do for seconds or minutes."""

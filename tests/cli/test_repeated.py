@@ -7,7 +7,7 @@ import pytest
 
 from gears3d import cli
 from gears3d.diagnosis.candidates import candidates
-from gears3d.gate import admit
+from gears3d.measured.checks import admit
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import record

@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 
 from gears3d.cli import app
 from gears3d.recording import Recording
-from tests.gate import faults
-from tests.gate.clean import RIGAUD, rattling
+from tests.measured.checks import faults
+from tests.measured.checks.clean import RIGAUD, rattling
 
 
 @pytest.fixture

@@ -20,8 +20,8 @@ from gears3d.challenge.protocol import bench, excite
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import Seen
 from gears3d.errors import InputError
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
 
 FINE, NOISY = 0.003, 0.015

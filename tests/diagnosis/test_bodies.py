@@ -8,7 +8,7 @@ from gears3d.diagnosis.bodies import began, extended, in_bodies, predicted, stre
 from gears3d.diagnosis.evidence import evidence
 from gears3d.diagnosis.verdict import heldout
 from gears3d.effects import catalogue
-from gears3d.measurement import measure
+from gears3d.measured.segmentation import measure
 from gears3d.scenario import load
 from gears3d.simulation import record
 

@@ -9,8 +9,8 @@ from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.deviation import influence
 from gears3d.diagnosis.readied import whole_teeth
 from gears3d.diagnosis.struck import SIDES
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 
 OUT = {"active": 0.1, "reverse": -0.1}

@@ -9,9 +9,9 @@ import pytest
 from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import accepted
-from gears3d.gate import admit
-from gears3d.measurement import path_of
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
+from gears3d.measured.segmentation import path_of
 from gears3d.scenario import load
 from gears3d.views.report.diagnosed import render
 

@@ -12,8 +12,8 @@ import pytest
 from gears3d import cli
 from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import diagnose
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 from tests.diagnosis.blind import Case, play
 

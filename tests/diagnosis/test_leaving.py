@@ -12,7 +12,7 @@ from gears3d.diagnosis.paths import _read_in_time
 from gears3d.diagnosis.readied import delay_of
 from gears3d.diagnosis.sifting import off_teeth, without_rolling, without_strays
 from gears3d.effects import catalogue
-from gears3d.measurement import measure
+from gears3d.measured.segmentation import measure
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import record

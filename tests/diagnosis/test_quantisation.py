@@ -8,8 +8,8 @@ import pytest
 from gears3d.challenge import hide
 from gears3d.diagnosis import BINS, Structure, diagnose, uncut
 from gears3d.diagnosis.quantisation import COARSE, alone, of_counts, quantum_of, shared
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 from tests.diagnosis.blind import FINE, NOISY, PARTS, Case, cases
 

@@ -7,8 +7,8 @@ from gears3d.challenge import hide, plan
 from gears3d.diagnosis import CHANNELS, ready, residuals
 from gears3d.diagnosis.heldout import splits
 from gears3d.diagnosis.prediction import rms_of, sigmas
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 
 

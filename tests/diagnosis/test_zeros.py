@@ -14,8 +14,8 @@ from gears3d.diagnosis.library import library
 from gears3d.diagnosis.tooth_zeros import tooth
 from gears3d.diagnosis.zeros import gear_of, moved, turn
 from gears3d.effects import catalogue
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 
 BY_ANGLE = {

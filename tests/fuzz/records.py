@@ -12,8 +12,8 @@ import numpy as np
 
 from gears3d import recording
 from gears3d.errors import GearsError
-from gears3d.gate import examine
-from gears3d.readers import Channels, propose, read
+from gears3d.measured.checks import examine
+from gears3d.measured.readers import Channels, propose, read
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.units import parse

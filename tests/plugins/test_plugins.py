@@ -12,8 +12,8 @@ import pytest
 
 from gears3d.effects import base, catalogue
 from gears3d.extras import missing, pip_line
+from gears3d.measured.readers import plugged
 from gears3d.plugins import PluginWarning
-from gears3d.readers import plugged
 from gears3d.recording.files import read
 
 HERE = Path(__file__).parent
@@ -191,7 +191,9 @@ def test_an_import_of_a_clashing_package_cannot_take_a_kind_either(tmp_path):
 
 
 def test_two_readers_of_one_format_are_a_clash(tmp_path):
-    code = "from gears3d.readers import Reader\nX = Reader('{}', lambda p, h: h[:2] == b'!!', lambda p: 1 / 0)\n"
+    code = (
+        "from gears3d.measured.readers import Reader\nX = Reader('{}', lambda p, h: h[:2] == b'!!', lambda p: 1 / 0)\n"
+    )
     for name, form in (("a-reader", "ABC"), ("b-reader", "abc"), ("c-reader", "Parquet")):
         fake(tmp_path / "site", name, "gears3d.readers", f"{name[0]}_module:X", code.format(form))
     (tmp_path / "x.dat").write_bytes(b"!!")
@@ -207,7 +209,7 @@ def test_a_reader_that_fails_to_recognise_is_warned_of_and_passed_over(tmp_path,
     bad = plugged.Reader("BAD", lambda path, head: head.no_such_name, lambda path: None)
     monkeypatch.setattr(plugged, "readers", lambda held={"BAD": (bad, "bad-reader")}: held)
     (tmp_path / "a.csv").write_text("time_s,theta_drive_rad,theta_loose_rad\n0,0,0\n1,1,1\n2,2,2\n", encoding="utf-8")
-    from gears3d.readers import open_source
+    from gears3d.measured.readers import open_source
 
     with pytest.warns(PluginWarning, match="of the package bad-reader is excluded: AttributeError"):
         assert open_source(tmp_path / "a.csv").form == "CSV"

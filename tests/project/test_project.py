@@ -1,6 +1,7 @@
 """Rules of the code base: light import, limits on files and functions, public names, caught exceptions."""
 
 import ast
+import importlib
 import subprocess
 import sys
 import tomllib
@@ -38,6 +39,21 @@ def test_public_names_resolve():
         assert getattr(gears3d, name) is not None
     with pytest.raises(AttributeError, match="simulate"):
         _ = gears3d.simulat
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "name"),
+    [
+        ("gears3d.readers", "gears3d.measured.readers", "Reader"),
+        ("gears3d.gate", "gears3d.measured.checks", "examine"),
+        ("gears3d.measurement", "gears3d.measured.segmentation", "measure"),
+        ("gears3d.identification", "gears3d.identify", "identify_rundown"),
+    ],
+)
+def test_old_names_of_packages_load_the_new_ones_and_warn(old, new, name):
+    with pytest.warns(DeprecationWarning, match=new):
+        found = getattr(importlib.import_module(old), name)
+    assert found is getattr(importlib.import_module(new), name)
 
 
 def test_records_are_taken_from_their_files(tmp_path):

@@ -8,8 +8,8 @@ import pytest
 from gears3d.challenge import hide, plan
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import candidates
-from gears3d.gate import admit
-from gears3d.readers import files_of
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 
 ARGS = ["--headless", "--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"]

@@ -11,7 +11,7 @@ import shapely
 from gears3d import load, simulate
 from gears3d.cli import main
 from gears3d.errors import InputError, MissingExtraError, UsageError
-from gears3d.measurement import measure
+from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
 from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
 from gears3d.views.camera.panel import _gear, colour_of

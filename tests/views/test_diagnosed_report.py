@@ -24,8 +24,8 @@ from gears3d.diagnosis.named import table
 from gears3d.diagnosis.search import blind
 from gears3d.diagnosis.verdict import judged
 from gears3d.effects import catalogue
-from gears3d.gate import Finding
-from gears3d.identification import Parameter
+from gears3d.identify import Parameter
+from gears3d.measured.checks import Finding
 from gears3d.scenario import load
 from gears3d.views.mesh.colours import FLANKS
 from gears3d.views.report.diagnosed import render, story, write

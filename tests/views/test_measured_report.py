@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gears3d import measurement
-from gears3d.gate import Finding
+from gears3d.measured import segmentation
+from gears3d.measured.checks import Finding
 from gears3d.scenario import load
 from gears3d.simulation import record
 from gears3d.views.camera import camera
@@ -30,7 +30,7 @@ PLOTS = ("displacement", "close", "speed", "section", "rebound", "height", "dece
 
 def measured(changes, findings=()):
     rig = load(SCENARIO, changes)
-    found = measurement.measure(record(rig), rig, "bench.parquet")
+    found = segmentation.measure(record(rig), rig, "bench.parquet")
     found.summary["quality"]["findings"] = [one.to_dict() for one in findings]
     found.summary.update(file="bench.parquet", durations=durations(found), contact_orders=orders_told(found))
     return found

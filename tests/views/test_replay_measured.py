@@ -7,7 +7,7 @@ import pytest
 
 from gears3d import load
 from gears3d.cli import main
-from gears3d.measurement import measure
+from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
 from gears3d.views.mesh.motion import Motion, as_measured, frames, is_measured
 from gears3d.views.mesh.teeth import Section

@@ -25,7 +25,7 @@ def rundown(
     """
     from gears3d.bench import rundown as run
     from gears3d.cli.progress import bars
-    from gears3d.identification import rundown_picture
+    from gears3d.identify import rundown_picture
     from gears3d.runs.folder import refuse_foreign
     from gears3d.scenario import load
 

@@ -17,6 +17,6 @@ def backlash(
 
     Example: gears3d identify backlash slow.parquet --rig rigaud-2020/fig2 --out backlash.png
     """
-    from gears3d.identification import identify_backlash, orders_picture
+    from gears3d.identify import identify_backlash, orders_picture
 
     answer(identify_backlash(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)

@@ -17,8 +17,8 @@ def restitution(
 
     Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --out e.png
     """
-    from gears3d.identification import identify_restitution, restitution_picture
-    from gears3d.measurement import measure
+    from gears3d.identify import identify_restitution, restitution_picture
+    from gears3d.measured.segmentation import measure
 
     records = admitted(files, rig, map_file, correct)
     found = [measure(one.recording, one.rig, one.file) for one in records]

@@ -13,8 +13,8 @@ from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, an
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gears3d.identification import Identified, Inertia
-    from gears3d.identification.track import Track
+    from gears3d.identify import Identified, Inertia
+    from gears3d.identify.track import Track
 
 
 def rundown(
@@ -43,7 +43,7 @@ def rundown(
 
     Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
     """
-    from gears3d import identification as ident
+    from gears3d import identify as ident
     from gears3d.errors import UsageError
 
     if [file for file in files if file.suffix == ".toml"]:
@@ -64,7 +64,7 @@ def rundown(
 def _tracks(files: Sequence[Path], gear: str, map_file: Path | None, correct: list[str] | None) -> list[Track]:
     """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
     from gears3d.cli.findings import show_findings, show_repeated
-    from gears3d.identification import read_tracks
+    from gears3d.identify import read_tracks
 
     tracks = read_tracks(files, gear, map_file, correct or (), show_repeated)
     for track in tracks:
@@ -79,7 +79,7 @@ def _mesh(
     rig: Path | None,
     read: Callable[[Sequence[Path], str], list[Track]],
 ) -> Identified:
-    from gears3d import identification as ident
+    from gears3d import identify as ident
     from gears3d.errors import Fault, InputError, UsageError
     from gears3d.scenario import load
 

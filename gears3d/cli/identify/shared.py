@@ -17,8 +17,8 @@ from gears3d.cli.options import to_picture
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gears3d.gate import Admitted
-    from gears3d.identification import Identified
+    from gears3d.identify import Identified
+    from gears3d.measured.checks import Admitted
 
 Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
 Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)]
@@ -45,7 +45,7 @@ def admitted(
         InputError: a file cannot be used.
     """
     from gears3d.cli.findings import show_findings, show_repeated
-    from gears3d.gate import admit_each
+    from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
     admission = admit_each(files, load(rig), map_file, correct or (), needs=needs)

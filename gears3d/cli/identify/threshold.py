@@ -19,7 +19,7 @@ def threshold(
 
     Example: gears3d identify threshold sweep.parquet --rig rigaud-2020/fig5-20rpm --out threshold.png
     """
-    from gears3d import identification as ident
+    from gears3d import identify as ident
 
     sweeps = []
     for record in admitted(files, rig, map_file, correct):

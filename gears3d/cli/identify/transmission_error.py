@@ -17,6 +17,6 @@ def transmission_error(
 
     Example: gears3d identify transmission-error slow.parquet --rig rigaud-2020/fig2 --out ste.png
     """
-    from gears3d.identification import identify_transmission_error, orders_picture
+    from gears3d.identify import identify_transmission_error, orders_picture
 
     answer(identify_transmission_error(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from gears3d.gears import Pair
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 

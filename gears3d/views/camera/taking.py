@@ -17,7 +17,7 @@ from gears3d.views.camera.subject import Subject, measured, subject
 from gears3d.views.camera.vector import strip_svg
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
     from gears3d.scenario import Scenario
 
 RESOLUTION = 110
@@ -98,7 +98,7 @@ def camera(
     """Take pictures of the teeth in mesh, as a high-speed camera would.
 
     Args:
-        seen: a recording of a run, or a measured record (:func:`gears3d.measurement.measure`).
+        seen: a recording of a run, or a measured record (:func:`gears3d.measured.segmentation.measure`).
         scenario: what was simulated, or the bench.
         frames: pictures, first and last included.
         over: ``"period"``, ``"mesh"``, ``"revolution"``, a number of these, or a time ("20 ms", or a number in s).

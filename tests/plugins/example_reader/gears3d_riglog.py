@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.readers import Reader, Signal, Source
+from gears3d.measured.readers import Reader, Signal, Source
 
 MAGIC = b"RIGLOG 1\n"
 

@@ -12,7 +12,7 @@ from gears3d.views.report.measured.spectrum import spectra
 from gears3d.views.report.traces import MOST_POINTS, TICK, knots
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement, Segments
+    from gears3d.measured.segmentation import Measurement, Segments
 
 IMPACTS = {
     **QUANTA,

@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.views.report.figures import figure
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
 
 SAMPLES = 4.0
 """Duration of impacts, in samples, below which a limit is stated."""

@@ -12,7 +12,7 @@ from gears3d.views.report.measured.limits import limits
 from gears3d.views.report.page import as_json, asset, environment
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
     from gears3d.views.report.page import Picture
 
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.measurement import contact_orders
-from gears3d.measurement.orders import GEARS, resolved
-from gears3d.measurement.touching import ROWS, within
+from gears3d.measured.segmentation import contact_orders
+from gears3d.measured.segmentation.orders import GEARS, resolved
+from gears3d.measured.segmentation.touching import ROWS, within
 from gears3d.recording import FLANKS
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
 
 HIGHEST = 400
 """Order up to which the noise floor is drawn."""

@@ -12,7 +12,7 @@ from gears3d.views.report.outcome import REGIMES, Tile
 from gears3d.views.report.trust import Claim
 
 if TYPE_CHECKING:
-    from gears3d.measurement import Measurement
+    from gears3d.measured.segmentation import Measurement
 
 
 def tiles(summary: dict[str, Any]) -> list[Tile]:

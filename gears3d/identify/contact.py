@@ -1,0 +1,259 @@
+"""Where the flanks touch in measured records: slow turns forth and back, or what rattle leaves, in bins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import pi
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.identify.counting import off_by_counting, shift_by_counting, whole_count
+from gears3d.signals.edges import quantum
+
+if TYPE_CHECKING:
+    from gears3d.measured.checks import Admitted
+
+PER_TOOTH = 12
+"""Bins a tooth of the drive; and so many a turn at least:"""
+LEAST_BINS = 512
+HARMONICS = 3
+"""Orders are looked at up to so many times the tooth number."""
+SHORTEST = 0.95
+"""Turns of the drive that a way has at least."""
+AFTER_TURNING = 0.05
+"""Turns that are left out where the drive has changed its direction and the gears change flanks."""
+
+
+class Contact(NamedTuple):
+    """Contact with one flank, averaged in bins of the drive's angle.
+
+    Args:
+        drive: mean angle of each bin [rad], (n,).
+        loose: of the loose gear [rad], (n,).
+        place: mean displacement [m], (n,).
+        weight: samples in it, mean 1, (n,).
+        file: number of the record, (n,).
+        turn: number of the drive's turn, different in different records, (n,).
+        counted: place that the drive's own counting makes, as far as its smooth motion tells [m], (n,).
+        width: of the bins [rad of the drive].
+        samples: in a bin, on average.
+        count: of both encoders in the displacement of slow turns [m]; a bin that is off by less is not off the flank.
+    """
+
+    drive: np.ndarray
+    loose: np.ndarray
+    place: np.ndarray
+    weight: np.ndarray
+    file: np.ndarray
+    turn: np.ndarray
+    counted: np.ndarray
+    width: float
+    samples: float
+    count: float = 0.0
+
+    @property
+    def turns(self) -> float:
+        """Turns of the drive that the bins cover."""
+        return len(self.drive) * self.width / (2.0 * pi)
+
+
+class Contacts(NamedTuple):
+    """What is known of the contact of a pair from its records.
+
+    Args:
+        flanks: contact with the active and with the reverse flank; ``None`` where there is none.
+        radii: base radii of drive and loose gear [m].
+        teeth: of both.
+        pressure_angle: working, transverse [rad].
+        quanta: of the coarser reading of each gear [rad], 0 for a smooth one.
+        speed: of the drive, mean of its size [rad/s].
+        source: ``"slow turns"`` or ``"rattle"``.
+        shifts: what counting in step with the turning may put each flank's mean place off by, an entry a record [m].
+    """
+
+    flanks: tuple[Contact | None, Contact | None]
+    radii: tuple[float, float]
+    teeth: tuple[int, int]
+    pressure_angle: float
+    quanta: tuple[float, float]
+    speed: float
+    source: str
+    shifts: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+
+
+def read_contacts(records: Sequence[Admitted]) -> Contacts:
+    """Return the contacts of records: whole ways of slow turns, or what rattle leaves in contact.
+
+    Args:
+        records: each with its rig.
+
+    Raises:
+        InputError: no rig, or no contact.
+    """
+    if not records or any(record.rig is None for record in records):
+        file = records[0].file if records else ""
+        raise InputError(Fault("--rig", "is missing", "give the scenario of the bench: base radii and teeth", file))
+    rig = records[0].rig.rig()  # type: ignore[union-attr]
+    radii, teeth = (rig.base_radius_drive, rig.base_radius_loose), (rig.teeth_drive, rig.teeth_loose)
+    quanta = [0.0, 0.0]
+    parts: tuple[list[Contact], list[Contact]] = ([], [])
+    shifts: tuple[list[float], list[float]] = ([], [])
+    rattle, speeds = False, []
+    for number, record in enumerate(records):
+        drive, loose = (record.recording.signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
+        for place, angle in enumerate((drive, loose)):
+            quanta[place] = max(quanta[place], quantum(angle) or 0.0)
+        time = record.recording.time
+        speeds.append(float(np.abs(np.diff(drive[:: max(len(drive) // 1000, 1)])).sum() / (time[-1] - time[0])))
+        side, slow = _sides(record, drive, loose, radii)
+        rattle = rattle or not slow
+        for flank in (0, 1):
+            if (side == flank).any():
+                off = (
+                    _off(time, drive, side == flank, _counts(record)[0])
+                    if slow
+                    else np.zeros(int((side == flank).sum()))
+                )
+                binned = _bins(drive, loose, radii, side == flank, teeth[0], number, off)
+                if slow:
+                    binned = binned._replace(count=float(np.dot(radii, _counts(record))))
+                    way = (drive[side == flank], loose[side == flank])
+                    shifts[flank].append(shift_by_counting(way, _counts(record), radii))
+                parts[flank].append(binned)
+    flanks = (_joined(parts[0]), _joined(parts[1]))
+    if not any(flanks):
+        remedy = "turn the drive slowly for a turn or more each way (`gears3d record SCENARIO --test ste`)"
+        raise InputError(Fault("theta_drive_rad", "has no whole turn in contact", remedy, records[0].file))
+    source = "rattle" if rattle else "slow turns"
+    angle = rig.working_pressure_angle
+    return Contacts(
+        flanks,
+        radii,
+        teeth,
+        angle,
+        (quanta[0], quanta[1]),
+        float(np.mean(speeds)),
+        source,
+        (tuple(shifts[0]), tuple(shifts[1])),
+    )
+
+
+def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray, count: float) -> np.ndarray:
+    """Return what the drive's readings on a flank are off its smooth motion, each way by itself [rad]."""
+    at = np.flatnonzero(chosen)
+    ways = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+    return np.concatenate([off_by_counting(time[way], drive[way], count) for way in ways])
+
+
+def _counts(record: Admitted) -> tuple[float, float]:
+    """Return the angle of a count of both encoders as far as it shows or the rig declares it, 0 without [rad]."""
+    found = []
+    for gear in ("drive", "loose"):
+        angle = record.recording.signals[f"theta_{gear}_rad"]
+        declared = getattr(record.rig.sensors, gear).counts_per_revolution if record.rig else None
+        found.append(quantum(angle) or whole_count(angle, declared))
+    return found[0], found[1]
+
+
+def _sides(
+    record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]
+) -> tuple[np.ndarray, bool]:
+    """Return for every sample the flank it touches, -1 for none, and whether the record is one of slow turns."""
+    ways = ways_of(drive)
+    side = np.full(len(drive), -1)
+    for first, last, forth in ways:
+        inner = slice(first, last)
+        if first > 0:
+            away = np.abs(drive[inner] - drive[first])
+            first += int(np.searchsorted(away, 2.0 * pi * AFTER_TURNING))
+        side[first:last] = 0 if forth else 1
+    both = bool((side == 0).any() and (side == 1).any())
+    if both or _held(record, drive, loose, radii):
+        return side, True
+    from gears3d.measured.segmentation import measure
+
+    states = measure(record.recording, record.rig, record.file).recording.signals["state"]
+    return np.where(states == 2, -1, states).astype(int), False
+
+
+def _held(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]) -> bool:
+    """Whether a record that turns one way never leaves its flank: it moves less than the gap is wide."""
+    assert record.rig is not None
+    place = radii[1] * loose - radii[0] * drive
+    count = max(quantum(drive) or 0.0, quantum(loose) or 0.0) * max(radii)
+    return float(np.ptp(place)) < 0.5 * record.rig.rig().backlash + 3.0 * count
+
+
+def ways_of(drive: np.ndarray) -> list[tuple[int, int, bool]]:
+    """Return the ways of the drive between changes of its direction that are long enough: first, last, whether forth.
+
+    Args:
+        drive: angle [rad], (n,).
+
+    >>> there = np.linspace(0.0, 7.0, 700)
+    >>> ways_of(np.concatenate([there, there[::-1]]))
+    [(0, 699, True), (699, 1400, False)]
+    """
+    every = max(len(drive) // 20_000, 1)
+    rough = drive[::every]
+    corners, extreme, up = [0], 0, None
+    swing = 2.0 * pi * 0.02
+    for place in range(1, len(rough)):
+        gone = rough[place] - rough[extreme]
+        if up is None:
+            if abs(gone) > swing:
+                up, extreme = gone > 0.0, place
+        elif (gone > 0.0) == up:
+            extreme = place
+        elif abs(gone) > swing:
+            corners.append(extreme)
+            up, extreme = not up, place
+    edges = [min(corner * every, len(drive)) for corner in corners] + [len(drive)]
+    found = []
+    for first, last in pairwise(edges):
+        gone = float(drive[last - 1] - drive[first])
+        if abs(gone) >= 2.0 * pi * SHORTEST:
+            found.append((first, last, gone > 0.0))
+    return found
+
+
+def _bins(
+    drive: np.ndarray,
+    loose: np.ndarray,
+    radii: tuple[float, float],
+    chosen: np.ndarray,
+    teeth: int,
+    file: int,
+    off: np.ndarray,
+) -> Contact:
+    """Average samples in bins of the drive's angle.
+
+    Bins are whole counts of a coarse encoder, whose rounding is then the same in each.
+    """
+    at = np.flatnonzero(chosen)
+    turn = 2.0 * pi
+    moved = float(np.abs(np.diff(drive[at])).sum()) / turn
+    per_turn = int(max(min(max(PER_TOOTH * teeth, LEAST_BINS), len(at) / max(moved, 1e-9) / 2.0), 8))
+    width = turn / per_turn
+    _, number = np.unique(np.floor(drive[at] / width + 1e-9).astype(np.int64), return_inverse=True)
+    size = np.bincount(number)
+    means = [np.bincount(number, angle[at] - angle[at[0]]) / size + angle[at[0]] for angle in (drive, loose)]
+    counted = -radii[0] * np.bincount(number, off) / size
+    whole = size >= 0.5 * np.median(size)
+    first, second = (mean[whole] for mean in means)
+    place = radii[1] * second - radii[0] * first
+    size = size[whole]
+    turns = np.floor(first / turn).astype(int) + 1_000_000 * file
+    count = np.full(len(first), file)
+    return Contact(first, second, place, size / size.mean(), count, turns, counted[whole], width, float(size.mean()))
+
+
+def _joined(parts: list[Contact]) -> Contact | None:
+    if not parts:
+        return None
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in Contact._fields[:7]}
+    means = {name: float(np.mean([getattr(part, name) for part in parts])) for name in Contact._fields[7:]}
+    return Contact(**arrays, **means)  # type: ignore[arg-type]

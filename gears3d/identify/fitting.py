@@ -1,0 +1,279 @@
+"""Least squares of run-downs: all tracks share the free numbers of their parts, each has its own start."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+
+from gears3d.identify.parts import Model
+from gears3d.identify.slowing import Law, angles
+from gears3d.identify.track import Track
+
+BINS = 400
+"""Bins of a track; within one, errors are averaged."""
+_STRETCHES = 24
+"""Parts of a run-down between which speeds are differenced for a first guess."""
+_EXPONENTS = np.linspace(0.4, 3.0, 14)
+_IMPOSSIBLE = 1e9
+"""Residual of laws that do not slow the gear down."""
+PATIENCE = 25
+"""Steps of a search among rivals; one that needs more wanders among laws that these speeds do not tell apart."""
+_BELOW = 0.8
+"""Part of a track's last speed down to which a law must hold that ends in a speed, not at rest."""
+_STEP = 1e-7
+"""Relative step of differences."""
+
+
+class Binned(NamedTuple):
+    """A track against a first model, averaged.
+
+    Args:
+        time: mean of each bin [s], (m,).
+        rest: mean of angle less first model [rad], (m,).
+        first: the first model at ``time`` [rad], (m,).
+        sigma: of ``rest`` [rad], (m,).
+        speed: of the track at its start [rad/s].
+        slowest: at its end [rad/s].
+    """
+
+    time: np.ndarray
+    rest: np.ndarray
+    first: np.ndarray
+    sigma: np.ndarray
+    speed: float
+    slowest: float
+
+
+class Fit(NamedTuple):
+    """Fitted parts.
+
+    Args:
+        model: parts and runs, with the inertias that fit best.
+        numbers: free numbers of the parts, torques in N·m, (p,).
+        covariance: of these, scaled by the residuals, with what is unsure of the inertias, (p, p).
+        starts: angle [rad] and speed [rad/s] of every track, (tracks, 2).
+        chi2: mean squared standardised residual.
+    """
+
+    model: Model
+    numbers: np.ndarray
+    covariance: np.ndarray
+    starts: np.ndarray
+    chi2: float
+
+    def law(self, run: int) -> Law:
+        """Return the deceleration of a run.
+
+        Args:
+            run: its place.
+        """
+        return self.model.law(self.numbers, run)
+
+
+def thin(track: Track) -> Binned:
+    """Return some points of a track, not averaged, for a first fit.
+
+    Args:
+        track: the run-down.
+    """
+    chosen = np.unique(np.linspace(0, len(track.time) - 1, BINS).astype(int))
+    time, sigma = track.time[chosen], track.sigma[chosen]
+    return Binned(time, track.angle[chosen], np.zeros(len(chosen)), sigma, track.speed, track.slowest)
+
+
+def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
+    """Return a track against a first model, averaged in bins: what is left is small and smooth.
+
+    Args:
+        track: the run-down.
+        law: of the first model.
+        start: its angle [rad] and speed [rad/s].
+    """
+    model = _run(law, start, track.time, track.slowest)
+    assert model is not None
+    count = min(BINS, len(track.time))
+    edge = np.linspace(0, len(track.time), count + 1).astype(int)[:-1]
+    weight = 1.0 / track.sigma**2
+    total = np.add.reduceat(weight, edge)
+    time = np.add.reduceat(track.time * weight, edge) / total
+    rest = np.add.reduceat((track.angle - model) * weight, edge) / total
+    first = _run(law, start, time, track.slowest)
+    assert first is not None
+    return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest)
+
+
+def fit(
+    tracks: list[Binned],
+    model: Model,
+    begin: np.ndarray,
+    masks: list[np.ndarray] | None = None,
+    patience: int = PATIENCE,
+) -> Fit | None:
+    """Fit parts to tracks by a trust region method.
+
+    An inertia that is not known exactly is free, too, and held by what is known of it.
+
+    Args:
+        tracks: the data.
+        model: parts, and what each track has of them.
+        begin: free numbers to begin with, (p,).
+        masks: points of each track that are used; all unless given.
+        patience: steps of the search.
+
+    Returns:
+        The fit; ``None`` when nothing of these terms runs down like that.
+
+    Source: Kadmiri et al. 2012, section 4 (trust region), here on angles.
+    """
+    from scipy.optimize import least_squares
+
+    masks = masks or [np.ones(len(track.time), bool) for track in tracks]
+    task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()), {})
+    at = task.begin(begin)
+    best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=patience)
+    points = sum(int(mask.sum()) for mask in masks)
+    dof = points - len(best.x) + task.unsure
+    if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun[:points] == _IMPOSSIBLE):
+        return None
+    chi2 = float(np.sum(best.fun[:points] ** 2)) / dof
+    best.jac[:points] /= np.sqrt(max(chi2, 1e-300))  # what is known of the inertias keeps its weight
+    _, sizes, ways = np.linalg.svd(best.jac, full_matrices=False)
+    ways = ways.T / np.maximum(sizes, 1e-15 * sizes[0])  # a variance that is hardly known is large, never negative
+    covariance = (ways @ ways.T)[: len(begin), : len(begin)] * np.outer(task.scale, task.scale)
+    found, numbers, starts = task.parted(best.x)
+    return Fit(found, numbers, covariance, starts, chi2)
+
+
+class _Task(NamedTuple):
+    """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order.
+
+    ``last`` has of every run where its residuals were last asked for, and these: slopes are wanted at the same place.
+    """
+
+    tracks: list[Binned]
+    model: Model
+    masks: list[np.ndarray]
+    scale: np.ndarray
+    last: dict[int, tuple[bytes, np.ndarray | None]]
+
+    @property
+    def unsure(self) -> int:
+        return len(self.model.unsure())
+
+    def begin(self, numbers: np.ndarray) -> np.ndarray:
+        starts = [[track.first[0] + track.rest[0], track.speed] for track in self.tracks]
+        shifts = [self.model.inertias[name].shift for name in self.model.unsure()]
+        return np.concatenate([numbers / self.scale, shifts, np.ravel(starts)])
+
+    def parted(self, x: np.ndarray) -> tuple[Model, np.ndarray, np.ndarray]:
+        free, after = len(self.scale), len(self.scale) + self.unsure
+        return self.model.shifted(x[free:after]), x[:free] * self.scale, x[after:].reshape(-1, 2)
+
+    def one(self, x: np.ndarray, run: int) -> np.ndarray | None:
+        """Return the residuals of one run."""
+        model, numbers, starts = self.parted(x)
+        found = standardised(self.tracks[run], model.law(numbers, run), starts[run])
+        return None if found is None else found[self.masks[run]]
+
+    def noted(self, x: np.ndarray, run: int) -> np.ndarray | None:
+        """Return the residuals of one run, worked out once for the same place."""
+        if self.last.get(run, (b"", None))[0] != x.tobytes():
+            self.last[run] = x.tobytes(), self.one(x, run)
+        return self.last[run][1]
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Return the residuals of all runs, then the shifts of the inertias."""
+        shifts = x[len(self.scale) : len(self.scale) + self.unsure]
+        whole = [self.noted(x, run) for run in range(len(self.tracks))]
+        if any(part is None for part in whole):
+            size = sum(int(mask.sum()) for mask in self.masks)
+            return np.concatenate([np.full(size, _IMPOSSIBLE), shifts])
+        return np.concatenate([*cast(list[np.ndarray], whole), shifts])
+
+    def slopes(self, x: np.ndarray) -> np.ndarray:
+        """Return the slopes of the residuals, by differences; a run moves with its own start, parts and inertias.
+
+        The inertias' follow from those of the torques: differences of their own would blur what no run can tell.
+        """
+        names = [part for part, _ in self.model.names()]
+        linear = np.array([name != "exponent" for _, name in self.model.names()])
+        rows = np.cumsum([0, *(int(mask.sum()) for mask in self.masks)])
+        slopes = np.zeros((rows[-1] + self.unsure, len(x)))
+        first = len(names) + self.unsure
+        for run in range(len(self.tracks)):
+            here, at = slice(rows[run], rows[run + 1]), self.noted(x, run)
+            if at is None:
+                continue
+            own = {share.part for share in self.model.runs[run].shares}
+            for place in (*(k for k, part in enumerate(names) if part in own), first + 2 * run + 1):
+                moved = x.copy()
+                moved[place] += _STEP * max(abs(x[place]), 1e-3)
+                if (there := self.one(moved, run)) is not None:
+                    slopes[here, place] = (there - at) / (moved[place] - x[place])
+            all_torques = slopes[here, : len(names)] @ (x[: len(names)] * linear)  # less inertia acts like more of each
+            for place, share in enumerate(self.model.weights(run), start=len(names)):
+                slopes[here, place] = -share * all_torques
+            slopes[here, first + 2 * run] = -1.0 / self.tracks[run].sigma[self.masks[run]]
+        slopes[rows[-1] :, len(names) : first] = np.eye(self.unsure)
+        return slopes
+
+
+def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | None:
+    """Return residuals in standard deviations, (m,); ``None`` where the law does not run down.
+
+    Args:
+        track: the data.
+        law: of the model.
+        start: its angle [rad] and speed [rad/s].
+    """
+    model = _run(law, start, track.time, track.slowest)
+    return None if model is None else (track.rest - (model - track.first)) / track.sigma
+
+
+def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float) -> np.ndarray | None:
+    """Return the angle; a law with a driving part need not hold down to rest."""
+    return angles(law, start[0], start[1], since, 0.0 if law.coulomb >= 0.0 else _BELOW * last)
+
+
+def guess(tracks: list[Track], model: Model) -> np.ndarray:
+    """Return free numbers from speeds made by differencing: good enough to begin a search with.
+
+    Args:
+        tracks: the run-downs.
+        model: parts, and what each track has of them.
+    """
+    parted = [_differenced(track) for track in tracks]
+    slowing = np.concatenate([slow for _, slow in parted])
+    names = model.names()
+    powers = [place for place, (_, name) in enumerate(names) if name == "exponent"]
+    linear = [place for place in range(len(names)) if place not in powers]
+    best, least = np.zeros(len(names)), np.inf
+    grid = _EXPONENTS if len(powers) < 2 else _EXPONENTS[1::4]
+    for exponents in product(grid, repeat=min(len(powers), 2)):
+        numbers = np.zeros(len(names))
+        numbers[powers] = np.resize(exponents, len(powers)) if powers else 0.0
+        columns = np.zeros((len(slowing), len(linear)))
+        for column, place in enumerate(linear):
+            numbers[linear] = 0.0
+            numbers[place] = 1.0
+            columns[:, column] = np.concatenate(
+                [model.law(numbers, run).deceleration(speed) for run, (speed, _) in enumerate(parted)]
+            )
+        size = np.maximum(np.abs(columns).max(axis=0), 1e-300)
+        found, *_ = np.linalg.lstsq(columns / size, slowing, rcond=None)
+        error = float(np.sum((columns / size @ found - slowing) ** 2))
+        if error < least:
+            least = error
+            numbers[linear] = found / size
+            best = numbers
+    return best
+
+
+def _differenced(track: Track) -> tuple[np.ndarray, np.ndarray]:
+    """Return speeds [rad/s] and decelerations [rad/s²] of a run-down, by two rounds of differences over long ways."""
+    at = np.linspace(0, len(track.time) - 1, _STRETCHES + 1).astype(int)
+    time, angle = track.time[at], track.angle[at]
+    speed, middle = np.diff(angle) / np.diff(time), 0.5 * (time[1:] + time[:-1])
+    return 0.5 * (speed[1:] + speed[:-1]), -np.diff(speed) / np.diff(middle)

@@ -1,0 +1,193 @@
+"""The law of restitution from rattle records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.identify.law import Identified, Parameter
+from gears3d.identify.restitution.choosing import choose
+from gears3d.identify.restitution.durations import impact_durations
+from gears3d.identify.restitution.fitting import Fit, scatter_interval
+from gears3d.identify.restitution.likelihood import unseen
+from gears3d.identify.restitution.pairs import Measured, Pairs, pairs_of
+from gears3d.identify.restitution.places import blind, misplaced
+from gears3d.identify.restitution.result import curves, snippet, warnings
+from gears3d.identify.restitution.sliding import sliding_test
+from gears3d.recording import FLANKS
+
+if TYPE_CHECKING:
+    from gears3d.effects import Rig
+
+FEWEST = 12
+"""Pairs of speeds that a law needs."""
+REACH = 0.8
+"""Part of a typical coefficient at which an impact's threshold of sight may lie; weaker impacts tell little."""
+STILL = 8
+"""Impacts without any rebound that show a plastic one."""
+
+
+def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
+    """Identify the law of restitution from measured rattle records.
+
+    A rebound is seen only where the flight after it rises high enough. Rebounds below a threshold above which none is
+    overlooked are left out, and the likelihood is that of the rest; errors of both speeds, scatter beyond them and a
+    coefficient held within 0 and 1 are part of it.
+
+    Args:
+        measured: records of one bench, as ``gears3d.measured.segmentation.measure`` gives them.
+        rig: gears of the bench.
+
+    Returns:
+        ``restitution`` (at rest, where it falls with the speed), ``slope`` [s/m], ``asymmetry`` and
+        ``standard_deviation``, those that the law has.
+
+    Raises:
+        InputError: the records show too few rebounds.
+
+    Source: Kadmiri et al. 2012, eq. (3) and fig. 7; Rigaud & Perret-Liaudet 2020, eq. (16).
+    """
+    every, left_out = _believed(measured, pairs_of(measured, rig))
+    chosen = within_sight(every)
+    if (dark := blind(chosen)) is not None:
+        left_out += (f"rebounds from the {FLANKS[dark]} flank are missed: its speeds are left out",)
+        chosen = chosen.only(chosen.flank != dark)
+    pairs = chosen.only(chosen.seen)
+    if len(pairs.time) < FEWEST:
+        if (still := _plastic(every)) is not None:
+            return still
+        raise InputError(_too_few(every, pairs, left_out))
+    best, fits, scores = choose(pairs)
+    parameters = _parameters(best, pairs)
+    goodness: dict[str, Any] = {
+        "held_out": {name: -2.0 * float(score.mean()) for name, score in scores.items()},
+        "pairs": len(pairs.time),
+        "flanks": _flanks(pairs, best),
+        "approach_m_s": [float(np.min(pairs.approach)), float(np.max(pairs.approach))],
+        "unseen": _unseen(chosen, best),
+        "errors_over_stated": float(np.hypot(*best.errors)),
+        "errors_repeated": best.repeats,
+        "tested": _tested(pairs, best, fits),
+        "sliding": sliding_test(pairs, best),
+        "impact_duration": impact_durations(measured),
+    }
+    return Identified(
+        best.terms.name,
+        parameters,
+        goodness,
+        snippet(parameters),
+        curves(pairs, best),
+        left_out + warnings(parameters, goodness),
+    )
+
+
+def _believed(measured: Sequence[Measured], every: Pairs) -> tuple[Pairs, tuple[str, ...]]:
+    """Return the impacts on flanks whose place their own blows do not contradict, and what was left out."""
+    notes, good = [], np.ones(len(every.time), bool)
+    for index, one in enumerate(measured):
+        for flank, depth in misplaced(one.segments.flights).items():
+            own = (every.record == index) & (every.flank == flank)
+            good &= ~own
+            where = f" of record {index + 1}" if len(measured) > 1 else ""
+            what = f"the {FLANKS[flank]} flank{where} is misplaced by {1e6 * depth:.3g} um, as its own blows tell"
+            notes.append(f"{what}: its speeds are left out")
+    return every.only(good), tuple(notes)
+
+
+def within_sight(every: Pairs) -> Pairs:
+    """Return the impacts whose approach is fast enough for a typical rebound to be seen.
+
+    They are chosen by their approach alone, so that no rebound is preferred.
+
+    Args:
+        every: impacts.
+    """
+    cut = every.lowest / every.approach
+    seen = every.seen
+    if not seen.any():
+        return every.only(np.zeros(len(cut), bool))
+    clear = seen & (cut <= np.quantile(cut[seen], 0.3))
+    typical = float(np.median(every.rebound[clear] / every.approach[clear]))
+    return every.only(cut < REACH * typical)
+
+
+def _too_few(every: Pairs, pairs: Pairs, left_out: tuple[str, ...]) -> Fault:
+    lowest = float(np.min(every.lowest, initial=np.inf))
+    above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
+    what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
+    what = "; ".join([what, *left_out])
+    return Fault("restitution", what, "record longer, with a wider swing of the drive, or with more counts")
+
+
+def _plastic(every: Pairs) -> Identified | None:
+    """Return the law of records that show impacts but no rebounds at all."""
+    if len(every.time) < STILL or np.isfinite(every.rebound).any():
+        return None
+    bound = float(np.sort(every.lowest / every.approach)[STILL - 1])
+    if bound > 1.0:
+        return None
+    parameters = {"restitution": Parameter(0.0, "", 0.0, min(bound, 1.0))}
+    goodness = {"pairs": 0, "impacts": len(every.time)}
+    note = f"no rebound was seen: restitution is below {bound:.2g}, and nothing is known of its law"
+    return Identified("constant", parameters, goodness, snippet(parameters), {}, (note,))
+
+
+def _parameters(best: Fit, pairs: Pairs) -> dict[str, Parameter]:
+    rows = {"restitution": (np.eye(1, len(best.numbers))[0], "")}
+    place = 1
+    if best.terms.slope:
+        rows["restitution"][0][place] = -1.0
+        rows["slope"] = (np.eye(1, len(best.numbers), place)[0] / best.middle[0], "s/m")
+        place += 1
+    if best.terms.asymmetry:
+        rows["asymmetry"] = (np.eye(1, len(best.numbers), place)[0], "")
+    parameters = {}
+    for name, (row, unit) in rows.items():
+        value = float(row @ best.numbers)
+        half = best.quantile * float(np.sqrt(max(row @ best.covariance @ row, 0.0)))
+        parameters[name] = Parameter(value, unit, value - half, value + half)
+    low, high = scatter_interval(pairs, best)
+    parameters["standard_deviation"] = Parameter(best.deviation, "", low, high)
+    return parameters
+
+
+def _tested(pairs: Pairs, best: Fit, fits: dict[str, Fit]) -> dict[str, Any]:
+    """Return the terms that the law was spared, as the next richer law has them."""
+    spared = {}
+    for name in ("slope", "asymmetry"):
+        richer = fits.get(best.terms._replace(**{name: True}).name)
+        if getattr(best.terms, name) or richer is None:
+            continue
+        spared[name] = _parameters_of_term(richer, name).to_dict()
+    return spared
+
+
+def _parameters_of_term(richer: Fit, name: str) -> Parameter:
+    place = 1 if name == "slope" else 1 + int(richer.terms.slope)
+    scale, unit = (richer.middle[0], "s/m") if name == "slope" else (1.0, "")
+    value = float(richer.numbers[place]) / scale
+    half = richer.quantile * float(np.sqrt(max(richer.covariance[place, place], 0.0))) / scale
+    return Parameter(value, unit, value - half, value + half)
+
+
+def _flanks(pairs: Pairs, best: Fit) -> dict[str, Any]:
+    """Return what each flank shows by itself: pairs, median coefficient and approach."""
+    told = {}
+    for code, name in enumerate(FLANKS):
+        own = pairs.only(pairs.flank == code)
+        if len(own.time):
+            told[name] = {
+                "pairs": len(own.time),
+                "ratio_median": float(np.median(own.rebound / own.approach)),
+                "approach_median_m_s": float(np.median(own.approach)),
+                "lowest_rebound_m_s": float(np.max(own.lowest)),
+            }
+    return told
+
+
+def _unseen(chosen: Pairs, best: Fit) -> dict[str, Any]:
+    chance = unseen(chosen, best.mean(chosen), best.deviation)
+    return {"impacts": int(np.sum(~chosen.seen)), "expected": float(chance.sum()), "of": len(chosen.time)}

@@ -1,0 +1,57 @@
+"""Drag from run-downs: which law slows the gear, with which numbers, and how sure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gears3d.identify.assemblies import Run, identify_assemblies
+from gears3d.identify.choosing import choose
+from gears3d.identify.law import Identified
+from gears3d.identify.parts import ALONE, CANDIDATES, Inertia, Share, plain, terms_of
+from gears3d.identify.telling import tell
+from gears3d.identify.track import Track, read_tracks
+
+
+def identify_rundown(
+    files: Sequence[str | Path | Track], inertia: float, inertia_uncertainty: float = 0.0, law: str | None = None
+) -> Identified:
+    """Identify the drag on a gear from records of its run-down.
+
+    The angle is fitted, not a speed made by differencing: an encoder knows it exactly at the moments its count changes.
+    Among the laws, a richer one is taken only where it predicts held-out stretches of the record better.
+
+    Args:
+        files: records of the same drag, each with its own start; columns ``time_s`` and ``theta_loose_rad`` or
+            ``omega_rad_s``; or tracks.
+        inertia: of what runs down [kg·m²].
+        inertia_uncertainty: its standard deviation [kg·m²]; a run-down knows the ratio of drag and inertia only.
+        law: such as ``"coulomb+viscous"``, fitted whether it is the best or not.
+
+    Returns:
+        ``coulomb`` [N·m], ``viscous`` [N·m·s/rad], ``coefficient`` [N·m at 1 rad/s] and ``exponent`` of the law found.
+        Records at several temperatures have numbers at each, ``drag@40.coulomb``, and a trend.
+
+    Raises:
+        InputError: a record cannot be used, or no law fits.
+        UsageError: there is no such law.
+
+    Source: Kadmiri et al. 2012, eqs (4)-(7); Rigaud & Perret-Liaudet 2020, section 3; Ottewill et al. 2010, (14)-(16).
+
+    >>> import numpy as np
+    >>> from gears3d.identify.track import make_track
+    >>> t = np.linspace(0.0, 0.9, 9001)
+    >>> found = identify_rundown([make_track(t, 3.0 * t - 1.5 * t**2)], inertia=0.0695)
+    >>> found.law, round(found.parameters["coulomb"].value, 6)
+    ('coulomb', 0.2085)
+    """
+    tracks = [file for file in files if isinstance(file, Track)]
+    tracks += read_tracks([file for file in files if not isinstance(file, Track)])
+    warm = [None if track.temperature is None else round(track.temperature) for track in tracks]
+    if None not in warm and len(set(warm)) > 1:
+        made = (Share(ALONE),), (("inertia", 1.0),)
+        runs = [Run(track, *made, temperature=at) for track, at in zip(tracks, warm, strict=True)]
+        known = {"inertia": Inertia(inertia, inertia_uncertainty)}
+        return identify_assemblies(runs, known, None if law is None else {ALONE: law})
+    laws = CANDIDATES if law is None else (terms_of(law),)
+    return tell(choose(tracks, [plain(terms, inertia, len(tracks), inertia_uncertainty) for terms in laws]), tracks)

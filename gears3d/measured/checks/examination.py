@@ -1,0 +1,165 @@
+"""All checks in order, and all corrections that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.measured.checks import (
+    clock,
+    columns,
+    copies,
+    counting,
+    decoded,
+    drifting,
+    events,
+    holding,
+    jumps,
+    mesh,
+    pace,
+    skew,
+    speeds,
+    time_unit,
+    turning_over,
+    waves,
+)
+from gears3d.measured.checks.columns import empty
+from gears3d.measured.checks.declared import MESH, declared
+from gears3d.measured.checks.finding import Finding
+from gears3d.measured.checks.view import View
+from gears3d.measured.readers import Channels
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+Columns = dict[str, np.ndarray]
+
+
+class Check(NamedTuple):
+    """One thing that is looked at.
+
+    Args:
+        examine: what finds it.
+        correct: what undoes it, by kind; those kinds can be named on the command line.
+        kinds: that can be corrected, in the order in which they must be.
+    """
+
+    examine: Callable[[View], list[Finding]]
+    correct: Callable[[Columns, list[Finding]], Columns] | None = None
+    kinds: tuple[str, ...] = ()
+
+
+CHECKS = (
+    Check(columns.examine, columns.correct, ("not-finite",)),
+    Check(clock.examine, clock.correct, ("duplicates", "time-wrap", "time-order", "time-stamps")),
+    Check(time_unit.examine, time_unit.correct, ("time-unit",)),
+    Check(pace.examine),
+    Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
+    Check(holding.examine),
+    Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
+    Check(jumps.examine, jumps.correct, ("lost-counts",)),
+    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
+    Check(speeds.examine, speeds.correct, ("speed-unit",)),
+    Check(counting.examine),
+    Check(skew.examine, skew.correct, ("skew",)),
+    Check(drifting.examine),
+    Check(waves.examine, waves.correct, ("encoder-wave",)),
+)
+"""In order: each check may trust what those before it found in order, or could correct."""
+CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")
+
+
+def examine(
+    channels: Channels,
+    rig: Scenario | None = None,
+    others: Iterable[Channels] = (),
+    needs: Sequence[str | Sequence[str]] = MESH,
+) -> tuple[Finding, ...]:
+    """Return what is wrong with the sensors and the clock of a record.
+
+    What can be corrected is corrected for the checks that come after, so that one pass tells of everything; the record
+    itself stays as it is. Behind a fault that nothing corrects, no further check is made.
+
+    Args:
+        channels: the record, unchecked.
+        rig: scenario of the bench in this record's condition; without it, and without base radii in the metadata, the
+            angles are not held against each other.
+        others: records given before, to find the same one given twice.
+        needs: columns that must be there besides time; alternatives as a tuple. Only with both angles the gears count
+            as meshing.
+
+    Returns:
+        The findings, in the order of the checks.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> twice = np.sort(np.append(time, time[500]))
+    >>> rows = Channels({"time_s": twice, "theta_drive_rad": twice, "theta_loose_rad": twice})
+    >>> [(one.kind, one.size) for one in examine(rows)]
+    [('duplicates', 1.0)]
+    """
+    about = declared(rig, channels.meta, needs)
+    columns, found = dict(channels.columns), decoded.examine(channels.meta)
+    view = View(columns, about)
+    for check in CHECKS:
+        new = check.examine(view)
+        found += new
+        if any(finding.fatal and not finding.correctable for finding in new):
+            break
+        if any(finding.correctable for finding in new):
+            columns = _corrected(columns, check, new, check.kinds)
+            view = View(columns, about)
+            if short := empty(view):
+                found += short
+                break
+    else:
+        found += copies.examine(channels, others)
+    return tuple(found)
+
+
+def correct(channels: Channels, findings: Sequence[Finding], kinds: Sequence[str]) -> Channels:
+    """Return the record with some kinds of findings undone.
+
+    Args:
+        channels: the record that was examined.
+        findings: of it.
+        kinds: to correct.
+
+    Raises:
+        UsageError: a kind cannot be corrected.
+
+    >>> time = np.array([0.0, 1.0, 1.0, 2.0, 3.0])
+    >>> rows = Channels({"time_s": time, "theta_drive_rad": time, "theta_loose_rad": time})
+    >>> correct(rows, examine(rows), ["duplicates"]).columns["time_s"].tolist()
+    [0.0, 1.0, 2.0, 3.0]
+    """
+    refuse_unknown(kinds)
+    columns = dict(channels.columns)
+    for check in CHECKS:
+        columns = _corrected(columns, check, findings, [kind for kind in check.kinds if kind in kinds])
+    return replace(channels, columns=columns)
+
+
+def refuse_unknown(kinds: Iterable[str]) -> None:
+    """Refuse kinds that cannot be corrected.
+
+    Args:
+        kinds: as the user named them.
+
+    Raises:
+        UsageError: one is not known.
+    """
+    for kind in kinds:
+        if kind not in CORRECTABLE:
+            raise UsageError(f"{kind!r} cannot be corrected; {did_you_mean(kind, list(CORRECTABLE))}")
+
+
+def _corrected(columns: Columns, check: Check, findings: Sequence[Finding], kinds: Sequence[str]) -> Columns:
+    for kind in kinds:
+        mine = [finding for finding in findings if finding.kind == kind and finding.correctable]
+        if mine and check.correct is not None:
+            columns = check.correct(columns, mine)
+    return columns

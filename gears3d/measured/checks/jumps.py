@@ -1,0 +1,204 @@
+"""Changes within one row that no gear makes: counts lost or won, single readings that are off, rows left out."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.checks.finding import Finding
+from gears3d.measured.checks.view import View
+
+SURE = 7.0
+"""Standard deviations of a change, from which it is looked at."""
+WIDE = 1.5
+"""A change must stand out of those around it by so many times what these differ among themselves."""
+REACH = 6
+"""Rows to either side, without the next ones, that tell what is usual."""
+TOLD = 20
+"""Jumps that are listed, and can be corrected, one by one."""
+TORN = 0.1
+"""Part of the backlash from which on a jump spoils what is found of flights."""
+FITTED = 40
+"""Rows to either side by which a jump is measured."""
+MOST = 50_000
+AT_ONCE = 1 << 18
+"""Rows that are looked at at a time."""
+
+
+class Jumps(NamedTuple):
+    """Jumps of one channel.
+
+    Args:
+        row: the first row after the jump, (k,).
+        size: by how much the channel is off from then on [rad], (k,).
+        usual: change in a row around it [rad], (k,).
+        peak: how far it was off in between [rad], (k,).
+        wide: rows that it took, (k,).
+    """
+
+    row: np.ndarray
+    size: np.ndarray
+    usual: np.ndarray
+    peak: np.ndarray
+    wide: np.ndarray
+
+
+def examine(view: View) -> list[Finding]:
+    """Find lost or extra counts, single readings that are off, and rows left out of both channels at once.
+
+    Args:
+        view: the record; its time rises, its angles do not wrap.
+    """
+    jumps = {name: find(view, name) for name in view.angles}
+    out = _left_out(view, jumps)
+    skipped = {row for finding in out for row in finding.rows}
+    found = list(out)
+    for name, jump in jumps.items():
+        some = np.array([row not in skipped for row in jump.row], bool)
+        found += _of_channel(view, name, Jumps(*(column[some] for column in jump)))
+    return found
+
+
+def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
+    """Give lost counts back from the row on in which they were lost.
+
+    Args:
+        columns: each (n,).
+        findings: of this check, of kind ``"lost-counts"``.
+    """
+    mended = dict(columns)
+    for finding in findings:
+        angle = mended[finding.channel].copy()
+        angle[finding.rows[0] :] -= finding.size
+        mended[finding.channel] = angle
+    return mended
+
+
+def find(view: View, name: str) -> Jumps:
+    """Return where a channel jumps.
+
+    A change is held against the changes of some rows before and after it, the next ones left out; an impact changes
+    the speed, and with it what these differ by, so it is no jump.
+
+    Args:
+        view: the record.
+        name: of the channel.
+    """
+    angle, count = view.angles[name], len(view.time) - 1
+    least = SURE * np.sqrt(2.0) * view.noise[name]
+    bent = np.zeros(count + 1, bool)
+    for first in range(0, count - 1, AT_ONCE):
+        bend = np.diff(angle[first : first + AT_ONCE + 2], 2)
+        bent[first + 1 : first + 1 + len(bend)] = np.abs(bend) > 0.7 * least
+    at = np.flatnonzero(bent[1:] | bent[:-1])
+    at = at[(at >= REACH + 2) & (at < count - REACH - 2)]
+    around = np.concatenate([np.arange(-REACH - 1, -1), np.arange(2, REACH + 2)])
+    rows, excess, usual = [], [], []
+    for some in np.array_split(at, max(len(at) // MOST, 1)):
+        near = angle[some[:, None] + around + 1] - angle[some[:, None] + around]
+        low, high = near.min(axis=1), near.max(axis=1)
+        middle = 0.5 * (np.median(near[:, :REACH], axis=1) + np.median(near[:, REACH:], axis=1))
+        off = angle[some + 1] - angle[some] - middle
+        gap = view.time[some + 1] - view.time[some] > 1.6 * view.spacing
+        sure = (np.abs(off) > np.maximum(least, WIDE * (high - low))) & ~gap
+        rows.append(some[sure])
+        excess.append(off[sure])
+        usual.append(middle[sure])
+    return _joined(*(np.concatenate(parts) for parts in (rows, excess, usual)))
+
+
+def _joined(rows: np.ndarray, excess: np.ndarray, usual: np.ndarray) -> Jumps:
+    """Return jumps with what happens in neighbouring rows added up."""
+    if not rows.size:
+        return Jumps(rows, excess, usual, excess, rows)
+    first = np.flatnonzero(np.diff(rows, prepend=-10) > 2)
+    size = np.add.reduceat(excess, first)
+    peak = np.maximum.reduceat(np.abs(excess), first)
+    last = np.append(first[1:], len(rows)) - 1
+    return Jumps(rows[first] + 1, size, usual[first], peak, rows[last] - rows[first] + 1)
+
+
+def _left_out(view: View, jumps: dict[str, Jumps]) -> list[Finding]:
+    """Find rows that were left out while time went on evenly: all angles jump by the same number of rows."""
+    if len(jumps) < 2:
+        return []
+    one, other = jumps.values()
+    _, mine, its = np.intersect1d(one.row, other.row, return_indices=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rows, same = one.size[mine] / one.usual[mine], other.size[its] / other.usual[its]
+    slack = [  # what is usual is known to a count only, and is taken so many times
+        (SURE * np.sqrt(2.0) * view.noise[name] + np.abs(rows) * max(view.noise[name], view.quanta[name] or 0.0))
+        / np.maximum(np.abs(jump.usual[some]), 1e-300)
+        for (name, jump), some in zip(jumps.items(), (mine, its), strict=True)
+    ]
+    both = (rows > 0.5) & (np.abs(rows - same) < 0.2 + slack[0] + slack[1])
+    if not both.any():
+        return []
+    lost = np.round(rows[both])
+    at = one.row[mine][both]
+    told = f"{lost.sum():.0f} rows are missing at {len(at)} places although the time base is even, "
+    told += f"at most {lost.max():.0f} at once, first before row {at[0]} (t = {view.time[at[0]]:.6g} s)"
+    remedy = "speeds across these places are wrong: repair the time base or split the record"
+    return [Finding("left-out", "", float(lost.max()) * view.spacing, "s", told, remedy, rows=tuple(map(int, at)))]
+
+
+def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
+    found = []
+    spike = np.abs(jumps.size) < 0.3 * jumps.peak
+    if spike.any():
+        rows, worst = jumps.row[spike], float(jumps.peak[spike].max())
+        told = f"{len(rows)} outliers of one or two rows, up to {worst:.4g} rad ({_counts(view, name, worst)})"
+        told += f", first in row {rows[0]} (t = {view.time[rows[0]]:.6g} s)"
+        some = tuple(map(int, rows[:TOLD]))
+        found.append(
+            Finding("spikes", name, worst, "rad", told, "check for poor electrical contact or interference", rows=some)
+        )
+    rows, sizes = jumps.row[~spike], jumps.size[~spike]
+    if len(rows) > TOLD:
+        worst = float(sizes[np.argmax(np.abs(sizes))])
+        told = f"jumps {len(rows)} times, by up to {_counts(view, name, worst)}, first in row {rows[0]}"
+        some = tuple(map(int, rows[:TOLD]))
+        return [*found, Finding("jumps", name, worst, "rad", told, "do not use this encoder", True, rows=some)]
+    for row, size, usual in zip(rows, sizes, jumps.usual[~spike], strict=True):
+        found.append(_one(view, name, int(row), *_measured(view, name, int(row), float(size)), float(usual)))
+    return found
+
+
+def _measured(view: View, name: str, row: int, size: float) -> tuple[float, float]:
+    """Return a jump and its sigma [rad]: a step on a parabola through the rows around, if that is what they make."""
+    noise = view.noise[name]
+    some = np.arange(max(row - FITTED, 0), min(row + FITTED, len(view.time)))
+    some = some[np.abs(some - row + 0.5) > 1.0]
+    time = (view.time[some] - view.time[row]) / (FITTED * view.spacing)
+    table = np.column_stack([np.ones_like(time), time, time**2, some >= row])
+    angle = view.angles[name][some] - view.angles[name][row]
+    fit = np.linalg.lstsq(table, angle, rcond=None)[0]
+    left = float(np.std(angle - table @ fit))
+    if left > 1.3 * noise:
+        return size, np.sqrt(3.0) * noise
+    return float(fit[-1]), noise * float(np.sqrt(np.linalg.inv(table.T @ table)[-1, -1]))
+
+
+def _one(view: View, name: str, row: int, size: float, sigma: float, usual: float) -> Finding:
+    way = "extra" if size * usual > 0.0 else "lost"
+    size = _whole(size, view.quanta[name], sigma)
+    told = f"jumps by {size:.6g} rad (± {sigma:.2g}, {_counts(view, name, size)} {way}) in row {row}, "
+    told += f"t = {view.time[row]:.6g} s"
+    fatal = False
+    declared = view.declared
+    if declared.meshed and declared.radii is not None and declared.backlash is not None:
+        moved = abs(size) * declared.radii[0 if "drive" in name else 1]
+        fatal = moved > TORN * declared.backlash
+        told += f": permanent shift of the backlash by {1e6 * moved:.3g} um"
+    return Finding("lost-counts", name, size, "rad", told, "", fatal, True, rows=(row,))
+
+
+def _whole(size: float, count: float | None, sigma: float) -> float:
+    """Return whole counts where there are counts; near enough they are the right ones."""
+    return size if count is None or sigma > 100.0 * count else float(np.round(size / count)) * count
+
+
+def _counts(view: View, name: str, size: float) -> str:
+    count = view.quanta[name]
+    return f"{abs(size) / count:.0f} counts" if count else "no counts visible"

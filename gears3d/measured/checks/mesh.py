@@ -1,0 +1,206 @@
+"""Do both angles turn as the teeth say: units, senses, channels that changed places, wrong ratios.
+
+Gears in mesh never part by more than the backlash, so over a way along the line of action that is long against it
+the ratio of both angles is that of the base radii, whatever rattles.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.checks.finding import Finding
+from gears3d.measured.checks.time_unit import off_by
+from gears3d.measured.checks.view import MESH, View
+
+BANDS = 3.0
+"""Width of the band, in declared backlashes, within which the gears may part: the declared one may be wrong."""
+CLOSE = 0.003
+"""How near a factor must be to that of a mistake."""
+NEAR = 0.02
+"""How near a mean speed must be to a mistake's, which no teeth tie down."""
+FAR = 10.0
+"""Ratio of the drive's speed to the declared one that no test has."""
+POINTS = 20_000
+TURN = 2 * np.pi
+FACTORS = {
+    "degrees": 360.0 / TURN,
+    "revolutions": 1.0 / TURN,
+    "gon": 400.0 / TURN,
+    "twice the angle": 2.0,
+    "four times the angle": 4.0,
+    "half the angle": 0.5,
+    "25 % of the angle": 0.25,
+}
+
+
+class Ratio(NamedTuple):
+    """How far the loose gear goes for the drive's way along the line of action.
+
+    Args:
+        value: 1 when it is what the teeth say.
+        slack: by how much rattle within the band may put it off.
+    """
+
+    value: float
+    slack: float
+
+
+def examine(view: View) -> list[Finding]:
+    """Find a ratio of both angles, or a speed of both, that is not what the rig declares.
+
+    Args:
+        view: the record; its time rises, its angles do not wrap.
+    """
+    ratio = ratio_of(view)
+    if ratio is None:
+        return []
+    found = _swapped(view, ratio) or _unit(view, ratio)
+    if found:
+        return found
+    found = _sense(view, ratio)
+    if abs(abs(ratio.value) - 1.0) <= ratio.slack:
+        return found or _both(view)
+    return [*found, _wrong(view, ratio)]
+
+
+def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
+    """Undo a wrong unit, turn a sense round, or change the channels' places.
+
+    Args:
+        columns: each (n,).
+        findings: of this check, of one kind.
+    """
+    drive, loose = (columns[name] for name in MESH)
+    if findings[0].kind == "swapped":
+        return {**columns, MESH[0]: loose, MESH[1]: drive}
+    mended = dict(columns)
+    for finding in findings:
+        by = -1.0 if finding.kind == "sense" else finding.size
+        for name in [finding.channel] if finding.channel else MESH:
+            mended[name] = mended[name] / by
+    return mended
+
+
+def ratio_of(view: View) -> Ratio | None:
+    """Return the ratio, ``None`` when the drive does not go far enough to tell one.
+
+    Args:
+        view: the record.
+    """
+    declared = view.declared
+    if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
+        return None
+    some = slice(None, None, max(len(view.time) // POINTS, 1))
+    drive, loose = (view.angles[name][some] * radius for name, radius in zip(MESH, declared.radii, strict=True))
+    way = float(np.ptp(drive))
+    own, far = (view.noise[name] * radius for name, radius in zip(MESH, declared.radii, strict=True))
+    noise = float(np.hypot(own, far))
+    band = BANDS * declared.backlash + 6.0 * noise
+    drive = drive - drive.mean()
+    if way <= 3.0 * band or float(np.ptp(loose)) <= 3.0 * band / 100.0:
+        return None
+    return Ratio(float(drive @ (loose - loose.mean()) / (drive @ drive)), 1.5 * band / way)
+
+
+def speed_of(view: View) -> float | None:
+    """Return the drive's mean speed over the declared one, ``None`` when that is not declared or tells nothing.
+
+    Args:
+        view: the record.
+    """
+    mean = view.declared.mean_speed
+    if mean is None or abs(mean) <= 0.2 * view.declared.swing or mean == 0.0:
+        return None
+    angle = view.angles[MESH[0]]
+    return float(angle[-1] - angle[0]) / float(view.time[-1] - view.time[0]) / mean
+
+
+def _swapped(view: View, ratio: Ratio) -> list[Finding]:
+    """Find channels whose names changed places: the ratio is that of the teeth upside down."""
+    one, other = view.declared.radii or (1.0, 1.0)
+    upside = (other / one) ** 2
+    speed = speed_of(view)
+    if abs(upside - 1.0) < 2.0 * ratio.slack + CLOSE or not _is(ratio, upside):
+        return []
+    if speed is not None and abs(abs(speed) / (one / other) - 1.0) > 0.2 and abs(abs(speed) - 1.0) < 0.2:
+        return []
+    told = f"the speed of the loose gear is {ratio.value:.5g} times the value from the teeth, their inverse ratio "
+    told += f"({upside:.5g})"
+    return [Finding("swapped", "", ratio.value, "1", told + ": the channels are interchanged", "", True, True)]
+
+
+def _unit(view: View, ratio: Ratio) -> list[Finding]:
+    """Find one channel in a unit of its own."""
+    counts = {f"counts of {one:.0f}": one / TURN for one in set(view.declared.counts.values())}
+    speed = speed_of(view)
+    for what, factor in {**FACTORS, **counts}.items():
+        for name, expected in ((MESH[1], factor), (MESH[0], 1.0 / factor)):
+            if not _is(ratio, expected) or abs(expected - 1.0) < 3.0 * ratio.slack + CLOSE:
+                continue
+            own = factor if name == MESH[0] else 1.0
+            if speed is not None and not 0.6 < abs(speed) / own < 1.6:
+                continue
+            told = f"the speed of the loose gear is {ratio.value:.6g} times the value from the teeth, "
+            told += f"as if {name} were {what}"
+            return [Finding("angle-unit", name, factor, "1", told, "or give the unit in record.toml", True, True)]
+    return []
+
+
+def _sense(view: View, ratio: Ratio) -> list[Finding]:
+    if ratio.value > 0.0:
+        return []
+    speed = speed_of(view)
+    name = MESH[0] if speed is not None and speed < 0.0 else MESH[1]
+    told = f"the gears have opposite signs (speed ratio {ratio.value:.5g} times that of the teeth): each angle must be "
+    told += "positive in the direction of rotation of its own gear"
+    return [Finding("sense", name, ratio.value, "1", told, "or give the sign in record.toml", True, True)]
+
+
+def _both(view: View) -> list[Finding]:
+    """Find both channels in a wrong unit or sense: their ratio is right, their speed is not."""
+    speed = speed_of(view)
+    if speed is None:
+        return []
+    mean = view.declared.mean_speed or 0.0
+    counts = {f"counts of {one:.0f}": one / TURN for one in set(view.declared.counts.values())}
+    seen = f"mean speed of the drive is {speed * mean:.5g} rad/s, the rig declares {mean:.5g} rad/s"
+    aside = "or give the true speed as motion.mean under [condition]"
+    for what, factor in {**FACTORS, **counts}.items():
+        if "angle" not in what and abs(abs(speed) / factor - 1.0) < NEAR:
+            return [Finding("angle-unit", "", factor, "1", f"{seen}: both angles are in {what}", aside, True, True)]
+    ratio = off_by(view)
+    if ratio is not None and not 1.0 / FAR < ratio < FAR:
+        told = f"{seen}: neither the unit of the time nor that of the angles can be right"
+        return [Finding("time-unit", "time_s", 1.0 / ratio, "1", told, f"give them in record.toml, {aside}", True)]
+    if abs(speed + 1.0) < 0.2:
+        told = f"{seen}: both signs are inverted, which exchanges active and reverse flank"
+        return [Finding("sense", "", speed, "1", told, aside, False, True)]
+    return []
+
+
+def _wrong(view: View, ratio: Ratio) -> Finding:
+    """Return the finding of a ratio that is no known mistake, with the teeth that would fit it."""
+    off = abs(ratio.value) - 1.0
+    way = float(np.ptp(view.angles[MESH[0]])) * (view.declared.radii or (0.0, 0.0))[0]
+    told = (
+        f"the speed of the loose gear is {abs(ratio.value):.6g} times the value from the teeth (± {ratio.slack:.2g}): "
+    )
+    told += f"both gears deviate by {1e3 * abs(off) * way:.4g} mm, the declared backlash is "
+    told += f"{1e3 * (view.declared.backlash or 0.0):.3g} mm"
+    if (teeth := view.declared.teeth) is not None:
+        near = [
+            (abs(teeth[0] + i) / (teeth[1] + j) / (teeth[0] / teeth[1]), teeth[0] + i, teeth[1] + j)
+            for i in range(-3, 4)
+            for j in range(-3, 4)
+        ]
+        near.sort(key=lambda one: abs(one[1] - teeth[0]) + abs(one[2] - teeth[1]))
+        fits = [f"{i}:{j}" for value, i, j in near if abs(value / abs(ratio.value) - 1.0) < ratio.slack]
+        told += f"; {', '.join(fits[:3])} teeth would match, {teeth[0]}:{teeth[1]} are declared" if fits else ""
+    remedy = "correct gears.*.teeth or the counts per revolution, or check for continuously lost counts"
+    return Finding("ratio", "", off, "1", told, remedy, True)
+
+
+def _is(ratio: Ratio, expected: float) -> bool:
+    return abs(abs(ratio.value) / expected - 1.0) < ratio.slack + CLOSE

@@ -1,0 +1,90 @@
+"""Which format a file is of, by its content and not by the ending of its name; other packages read further ones."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from gears3d.errors import Fault, InputError
+from gears3d.inputs import is_folder, refuse_special
+from gears3d.measured.readers.plugged import open_plugged
+from gears3d.measured.readers.source import Source
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+HEAD = 4096
+"""Bytes by which a format is known."""
+READABLE = "Parquet, CSV, MATLAB, HDF5, TDMS, MDF and UFF 58 are read"
+_OTHERS = {
+    b"PK\x03\x04": ("is a ZIP archive or a spreadsheet", "unpack it, or export the sheet as CSV"),
+    b"\x1f\x8b": ("is compressed by gzip", "unpack it: gunzip FILE"),
+    b"\xd0\xcf\x11\xe0": ("is an old spreadsheet", "export the sheet as CSV"),
+    b"7z\xbc\xaf": ("is a 7z archive", "unpack it"),
+    b"%PDF": ("is a PDF", "export the numbers as CSV"),
+}
+
+
+def open_source(path: str | Path) -> Source:
+    """Open a measured file of whatever format.
+
+    Args:
+        path: a file, or the folder of a recording.
+
+    Returns:
+        The opened file; its samples are not read yet.
+
+    Raises:
+        InputError: it is not there, empty, damaged, or of no format that is read.
+    """
+    path = Path(path)
+    folder = is_folder(path)
+    file = path / "signals.parquet" if folder else path
+    refuse_special(file)
+    try:
+        with file.open("rb") as opened:
+            head = opened.read(HEAD)
+    except FileNotFoundError as error:
+        what = "has no signals.parquet" if folder else "is not there"
+        raise InputError(Fault("", what, "name a measured file or a folder of a recording", str(path))) from error
+    except (OSError, ValueError) as error:
+        raise InputError(Fault("", f"cannot be read: {error}", "name a measured file", str(path))) from error
+    if not head.strip() and len(head) < HEAD:
+        raise InputError(Fault("", "is empty", "record it again", str(path)))
+    return _open(file, head)
+
+
+def _open(path: Path, head: bytes) -> Source:
+    if head.startswith(b"PAR1"):
+        from gears3d.measured.readers.parquet import open_parquet
+
+        return open_parquet(path)
+    if head.startswith(b"TDSm"):
+        from gears3d.measured.readers.tdms import open_tdms
+
+        return open_tdms(path)
+    if head.startswith((b"MDF     ", b"UnFinMF ")):
+        from gears3d.measured.readers.mdf import open_mdf
+
+        return open_mdf(path)
+    if any(head[at : at + 8] == HDF5 for at in (0, 512, 1024, 2048)):
+        from gears3d.measured.readers.hdf5 import open_hdf5
+
+        return open_hdf5(path, "MATLAB v7.3" if head.startswith(b"MATLAB") else "HDF5")
+    if head.startswith(b"MATLAB 5.0 MAT-file") or (path.suffix.lower() == ".mat" and head[:1] in (b"\x00", b"\x01")):
+        from gears3d.measured.readers.matlab import open_matlab
+
+        return open_matlab(path)
+    if re.match(rb" {4}-1[ \t]*\r?\n *[0-9]{1,6}[bB]?\s", head):
+        from gears3d.measured.readers.uff import open_uff
+
+        return open_uff(path)
+    if (plugged := open_plugged(path, head)) is not None:
+        return plugged
+    for mark, (what, remedy) in _OTHERS.items():
+        if head.startswith(mark):
+            raise InputError(Fault("", what, remedy, str(path)))
+    if path.suffix.lower() in (".parquet", ".mat", ".tdms", ".mf4", ".mdf", ".h5", ".hdf5"):
+        what = f"does not begin as a {path.suffix.lower()} file does"
+        raise InputError(Fault("", what, f"it is damaged, or something else: {READABLE}", str(path)))
+    from gears3d.measured.readers.text import open_csv
+
+    return open_csv(path)

@@ -1,0 +1,109 @@
+"""Which signal is the time, in which unit, or at which rate the file was sampled."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.readers.guess.clues import Clue
+from gears3d.measured.readers.source import Source
+from gears3d.measured.readers.unit import to_si
+
+LONGEST = 2000
+"""Characters of a note that are looked at."""
+SLOWEST, FASTEST = 200.0, 2e6
+"""Rates at which rattle is recorded [Hz]."""
+_RATE = re.compile(
+    r"(?:sampl\w*|abtast\w*|scan|acq\w*|logging)[\s_-]*(?:rate|freq\w*|rate\w*)?|\bfs\b|\brate\b", re.IGNORECASE
+)
+_NUMBER = re.compile(r"[=:;, ]\s?([\d.]+(?:[eE][+-]?\d+)?)\s*([kM]?Hz|S/s|kS/s)?")
+
+
+class Clock(NamedTuple):
+    """Where the time comes from.
+
+    Args:
+        clue: its signal, or nothing.
+        unit: of the signal.
+        rate: of the samples [Hz], where there is no signal.
+        step: between two samples [s].
+        whys: reasons, one sentence each.
+    """
+
+    clue: Clue | None
+    unit: str
+    rate: float | None
+    step: float
+    whys: tuple[str, ...]
+
+
+def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
+    """Return the time of a file.
+
+    Args:
+        source: the opened file.
+        found: what its signals show.
+        rate: of the rig's sensors [Hz], where it is known.
+
+    Raises:
+        InputError: nothing tells it.
+    """
+    rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
+    named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
+    alone = [each for each in rising if each.step is not None and not each.says("angle") and not each.says("drive")]
+    noted = _noted(source.notes)
+    for each in named + [one for one in alone if not one.says("loose")]:
+        taken = _of_signal(each, noted or rate, named)
+        if taken is not None:
+            return taken
+    own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
+    if own is not None and own.clock is not None:
+        return Clock(None, "", None, own.clock[1], (f"declared by the file: a sample every {own.clock[1]:g} s",))
+    for value, why in ((noted, "the file's own words tell the rate"), (rate, "rate of the rig's sensors")):
+        if value:
+            return Clock(None, "", value, 1.0 / value, (f"no signal is a time; {why}",))
+    remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
+    raise InputError(
+        Fault("time", "is not to be guessed: no signal rises evenly, no rate is told", remedy, source.file)
+    )
+
+
+def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | None:
+    """Return a signal as the time with its unit; nothing where it makes no time."""
+    step = clue.step or float(clue.values[-1] - clue.values[0]) / (len(clue.values) - 1)
+    how = "rises evenly" if clue.step is not None else "rises"
+    first = f"{clue.signal.bare!r} " + ("is called a time and " if clue in named else "") + how
+    if clue.family == "time":
+        seconds = step * to_si(clue.unit, ("time",))[0]
+        return Clock(clue, clue.unit, None, seconds, (first, f"{clue.unit}: {clue.told_by}"))
+    numbers = clue.family == "samples" or (step == 1.0 and clue.whole)
+    if numbers:
+        return Clock(clue, "samples", rate, 1.0 / rate, (first + ", one a sample",)) if rate else None
+    sizes = {unit: step * to_si(unit, ("time",))[0] for unit in ("s", "ms", "us", "ns")}
+    if rate:
+        unit = min(sizes, key=lambda each: abs(sizes[each] * rate - 1.0))
+        if abs(sizes[unit] * rate - 1.0) < 0.05:
+            return Clock(clue, unit, None, sizes[unit], (first, f"{unit} makes {1 / sizes[unit]:g} Hz, as told"))
+    able = [unit for unit, size in sizes.items() if size > 0.0 and SLOWEST <= 1.0 / size <= FASTEST]
+    if not able:
+        return None
+    told = ", ".join(f"{1.0 / sizes[unit]:g} Hz if in {unit}" for unit in able)
+    sure = f"{able[0]} makes {1 / sizes[able[0]]:g} Hz" if len(able) == 1 else f"NOT SURE of the unit: {told}"
+    return Clock(clue, able[0], None, sizes[able[0]], (first, sure))
+
+
+def _noted(notes: tuple[str, ...]) -> float | None:
+    """Return the rate that people wrote above the numbers or into the properties [Hz]."""
+    for note in (" ".join(each[:LONGEST].split()) for each in notes):
+        match = _RATE.search(note)
+        number = _NUMBER.search(note, match.end() if match else 0)
+        if match and number:
+            scale = {"k": 1e3, "M": 1e6}.get((number[2] or " ")[0], 1.0)
+            try:
+                value = float(number[1]) * scale
+            except ValueError:
+                continue
+            if SLOWEST <= value <= FASTEST:
+                return value
+    return None

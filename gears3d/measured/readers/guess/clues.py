@@ -1,0 +1,156 @@
+"""What a signal shows of itself: its name, its unit, how its values go."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.errors import InputError
+from gears3d.measured.readers.source import Signal, Source
+from gears3d.measured.readers.unit import SAMPLES, is_counts, to_si
+from gears3d.recording.columns import unit_of
+
+VALUES = 8_000_000
+"""So many values of all signals together are looked at."""
+ROWS = 200_000
+"""So many rows of each are looked at."""
+RISING = 0.98
+"""Share of steps that go up in a time; a few may be damaged."""
+STEADY = 0.5
+"""Part of all its ways by which an angle moves on; a speed comes back."""
+_WORDS = {
+    "time": r"^(t|time|zeit|timestamp|sec|seconds|sekunden|temps|tiempo|x)$|time|zeit|(^|_)t(_|$)",
+    "loose": r"loose|driven|output|abtrieb|losrad|idle|wheel|slave|secondary|ausgang|(^|[_ .-])(out|ab|sek)($|[_ .-])"
+    r"|(?<![0-9.])2(?![0-9])",
+    "drive": r"drive|driving|input|antrieb|pinion|ritzel|motor|master|primary|eingang|(^|[_ .-])(in|an|prim)($|[_ .-])"
+    r"|(?<![0-9.])1(?![0-9])",
+    "angle": r"theta|phi|angle|winkel|angular|pos|encoder|count|θ|φ|ϕ|drehwinkel|rotation",
+    "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
+}
+
+
+class Clue(NamedTuple):
+    """What is seen of a signal.
+
+    Args:
+        signal: as the file has it.
+        values: the first ones, (n,).
+        unit: as told, empty where it is not.
+        told_by: where the unit is from.
+        family: ``time``, ``angle``, ``speed``, ``counts``, ``samples``, ``other``, or empty where nothing tells.
+        rising: whether nearly all steps go up.
+        step: of an even rise, else ``None``.
+        moves: whether it goes on like an angle rather than staying like a speed.
+        period: after which it begins anew, in its own unit, else ``None``.
+    """
+
+    signal: Signal
+    values: np.ndarray
+    unit: str
+    told_by: str
+    family: str
+    rising: bool
+    step: float | None
+    moves: bool
+    period: float | None
+
+    def says(self, word: str) -> bool:
+        """Return whether its name speaks of a word: ``time``, ``drive``, ``loose``, ``angle``, ``speed``."""
+        name = self.signal.bare.lower()
+        if re.fullmatch(r"(.* )?column \d+", name):
+            return False
+        if word == "drive" and re.search(_WORDS["loose"], name):
+            return False
+        return re.search(_WORDS[word], name) is not None
+
+    @property
+    def whole(self) -> bool:
+        """Whether all values are whole numbers."""
+        return bool(np.array_equal(self.values, np.round(self.values)))
+
+    @property
+    def travel(self) -> float:
+        """How far it goes from the first value to the last, steps back to the start of a period taken out."""
+        steps = np.diff(self.values)
+        if self.period is not None:
+            steps = steps - self.period * np.round(steps / self.period)
+        return float(np.sum(steps))
+
+
+def clues(source: Source) -> list[Clue]:
+    """Return what is seen of every signal that has numbers that change.
+
+    Args:
+        source: the opened file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    numeric = [each for each in source.signals if each.numeric and (each.rows is None or each.rows > 1)]
+    if not numeric:
+        return []
+    most = min(ROWS, max(VALUES // len(numeric), 1000))
+    loaded = source.load([each.name for each in numeric], most)
+    found = (_clue(each, loaded[each.name]) for each in numeric)
+    return [each for each in found if each is not None]
+
+
+def _clue(signal: Signal, values: np.ndarray) -> Clue | None:
+    values = values[np.isfinite(values)]
+    steps = np.diff(values)
+    if len(values) < 3 or not np.any(steps):
+        return None
+    unit, told_by = _unit(signal)
+    rising = float(np.mean(steps > 0.0)) > RISING
+    middle = float(np.median(steps))
+    even = rising and float(np.mean(np.abs(steps - middle) < 0.01 * middle)) > RISING
+    period = _period(values, steps)
+    way = np.abs(steps if period is None else steps - period * np.round(steps / period))
+    total = float(np.sum(steps if period is None else steps - period * np.round(steps / period)))
+    moves = abs(total) > STEADY * float(np.sum(way)) and abs(total) > 2.0 * float(np.std(steps)) * len(steps) ** 0.5
+    return Clue(signal, values, unit, told_by, _family(unit), rising, middle if even else None, moves, period)
+
+
+def _unit(signal: Signal) -> tuple[str, str]:
+    """Return the unit of a signal and where it is told."""
+    if signal.unit:
+        return signal.unit, "unit told by the file"
+    if signal.told_unit:
+        return signal.told_unit, "unit behind the name"
+    if unit_of(signal.label):
+        return unit_of(signal.label), "unit at the end of the name"
+    return "", ""
+
+
+def _family(unit: str) -> str:
+    if not unit:
+        return ""
+    if is_counts(unit):
+        return "counts"
+    if unit.lower() in SAMPLES:
+        return "samples"
+    try:
+        return to_si(unit, ("time", "angle", "speed"))[1]
+    except InputError:
+        return "other"
+
+
+def _period(values: np.ndarray, steps: np.ndarray) -> float | None:
+    """Return after which period a sawtooth begins anew: the likeliest of those that angles and counters have."""
+    spread = float(np.ptp(values))
+    jumps = np.abs(steps) > 0.5 * spread
+    usual = float(np.median(steps))
+    if not jumps.any() or np.mean(jumps) > 0.4 or (usual == 0.0 and np.mean(steps == 0.0) < 0.5):
+        return None
+    away = steps[jumps]
+    if ((away > 0.0).any() and (away < 0.0).any()) or spread == 0.0:
+        return None
+    known = [360.0, 2 * pi, 1.0, *(2.0**bits for bits in range(2, 33))]
+    near = [period for period in known if spread * (1 - 1e-9) <= period <= spread * 1.05 + 1.0e-9]
+    if near:
+        return near[0]
+    moved = float(np.median(np.abs(steps[~jumps]))) if (~jumps).any() else 0.0
+    return float(np.round(spread + moved)) if np.array_equal(values, np.round(values)) else None

@@ -1,0 +1,245 @@
+"""Which signals are the two gears, in which unit, and which way they turn."""
+
+from __future__ import annotations
+
+from math import inf, log, pi
+from typing import TYPE_CHECKING, NamedTuple
+
+from gears3d.measured.readers.guess.clues import Clue
+from gears3d.measured.readers.unit import to_si
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+FITS = 0.02
+"""Part by which two travels may differ and still be those of two gears in mesh."""
+RATIO = 12.0
+"""Ratio of a pair beyond which a unit is not believed."""
+LIKE = 0.25
+"""Part by which a speed may be off that of the rig and still be meant by it."""
+_ANGLES = ("rad", "deg", "rev")
+_SPEEDS = ("rpm", "rad/s", "deg/s")
+
+
+class Choice(NamedTuple):
+    """A signal taken for a gear.
+
+    Args:
+        clue: the signal.
+        unit: it is taken to be in.
+        counts: of its encoder a revolution, where the unit is counts.
+        turned: by the gear over the rows that were looked at, with its sign [rad].
+        whys: reasons, one sentence each.
+    """
+
+    clue: Clue
+    unit: str
+    counts: float | None
+    turned: float
+    whys: tuple[str, ...]
+
+
+class Bench(NamedTuple):
+    """What is known of the rig: teeth, mean speed [rad/s] and counts of both gears; all may be missing."""
+
+    teeth: tuple[int, int] | None = None
+    mean: float | None = None
+    counts: tuple[float | None, float | None] = (None, None)
+    sample_rate: float | None = None
+
+
+def bench_of(rig: Scenario | None) -> Bench:
+    """Return what a scenario says of the bench.
+
+    Args:
+        rig: of the bench, or nothing.
+
+    >>> bench_of(None).teeth is None
+    True
+    """
+    if rig is None:
+        return Bench()
+    counts = (rig.sensors.drive.counts_per_revolution, rig.sensors.loose.counts_per_revolution)
+    mean = rig.motion.mean if rig.motion.record is None else None
+    return Bench((rig.gears.drive.teeth, rig.gears.loose.teeth), mean, counts, rig.sensors.sample_rate)
+
+
+def candidates(found: list[Clue], clock: Clue | None) -> list[Clue]:
+    """Return the signals that may be the angle or speed of a gear.
+
+    Args:
+        found: of the file.
+        clock: its time.
+    """
+    rows = None if clock is None else clock.signal.rows
+    return [
+        each
+        for each in found
+        if each is not clock
+        and each.family in ("angle", "speed", "counts", "")
+        and (each.signal.rows == rows or rows is None or each.signal.rows is None)
+        and (
+            each.family
+            or each.says("angle")
+            or each.says("speed")
+            or each.says("drive")
+            or each.says("loose")
+            or each.moves
+        )
+    ]
+
+
+def pick(able: list[Clue], bench: Bench, lasts: float) -> dict[str, Choice]:
+    """Return the signals of the gears: the pair with the most that speaks for it.
+
+    Args:
+        able: that may be one.
+        bench: what is known of the rig.
+        lasts: time over which the signals were looked at [s].
+    """
+    if not able:
+        return {}
+    if len(able) == 1:
+        gear = "drive" if able[0].says("drive") else "loose"
+        return {gear: resolve(able[0], gear, bench, lasts, None)}
+    pairs = [
+        (_score(one, other, at, to), at, to)
+        for at, one in enumerate(able)
+        for to, other in enumerate(able)
+        if at != to and one.signal.rows == other.signal.rows
+    ]
+    if not pairs:
+        return {"loose": resolve(able[0], "loose", bench, lasts, None)}
+    _, at, to = max(pairs, key=lambda each: (each[0], -each[1], -each[2]))
+    one, other = able[at], able[to]
+    first = resolve(one, "drive", bench, lasts, None)
+    second = resolve(other, "loose", bench, lasts, first)
+    if not one.unit and other.unit:
+        first = resolve(one, "drive", bench, lasts, second)
+    return {"drive": first, "loose": second}
+
+
+def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | None) -> Choice:
+    """Return a signal with its unit: told, or the one that fits what else is known.
+
+    Args:
+        clue: the signal.
+        gear: it is taken for.
+        bench: what is known of the rig.
+        lasts: time over which it was looked at [s].
+        mate: the other gear, where it is known already.
+    """
+    which = 0 if gear == "drive" else 1
+    counts, why = _counts(clue, bench.counts[which])
+    if clue.unit:
+        return _choice(clue, clue.unit, counts, lasts, (f"{clue.unit}: {clue.told_by}", *why))
+    if clue.whole and abs(clue.travel) > 100.0 and not clue.says("speed"):
+        return _choice(clue, "counts", counts, lasts, ("whole numbers that go on: counts of an encoder", *why))
+    angle = clue.moves and not (clue.says("speed") and not clue.says("angle"))
+    units = _ANGLES if angle else _SPEEDS
+    goes = "it goes on and on: an angle" if angle else "it stays about one value: a speed"
+    if clue.period is not None:
+        unit = {360.0: "deg", 1.0: "rev"}.get(clue.period, "rad")
+        return _choice(clue, unit, None, lasts, (f"begins anew every {clue.period:.6g}: {unit}",))
+    wanted, source = _expected(which, bench, lasts, mate)
+    sizes = {unit: _choice(clue, unit, None, lasts, ()).turned for unit in units}
+    if wanted:
+        near = min(units, key=lambda unit: abs(abs(sizes[unit]) / wanted - 1.0))
+        if abs(abs(sizes[near]) / wanted - 1.0) < LIKE:
+            why = f"{near} fits {source}: {show(abs(sizes[near]) / lasts, 'speed', 4)} against "
+            return _choice(clue, near, None, lasts, (goes, why + show(wanted / lasts, "speed", 4)))
+        if mate is not None and bench.teeth is None:
+            near = min(units, key=lambda unit: abs(log(abs(sizes[unit]) / wanted)) if sizes[unit] else inf)
+            parts = {unit: abs(size) / wanted for unit, size in sizes.items()}
+            parts = {unit: part for unit, part in parts.items() if RATIO > part > 1.0 / RATIO}
+            if near in parts:
+                why = ", ".join(f"{part:.4g} times the other gear's if in {unit}" for unit, part in parts.items())
+                sure = "its travel is " if len(parts) == 1 else "NOT SURE of the unit, its travel is "
+                return _choice(clue, near, None, lasts, (goes, sure + why))
+    told = ", ".join(f"{show(abs(size) / lasts, 'speed', 3)} if in {unit}" for unit, size in sizes.items())
+    unsure = f"NOT SURE of the unit, nothing tells it: {told}"
+    return _choice(clue, units[0], None, lasts, (goes, unsure))
+
+
+def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
+    """Return one sentence that holds the travels of both gears against the teeth.
+
+    Args:
+        chosen: signals of the gears.
+        bench: what is known of the rig.
+    """
+    if len(chosen) < 2 or not chosen["drive"].turned:
+        return ""
+    turns = [abs(each.turned) / (2 * pi) for each in (chosen["drive"], chosen["loose"])]
+    text = f"the gears turn by {turns[0]:.6g} and {turns[1]:.6g} revolutions"
+    if bench.teeth is None:
+        return f"{text}; give --rig to hold that against the teeth"
+    drive, loose = bench.teeth
+    part = turns[1] * loose / (turns[0] * drive)
+    if abs(part - 1.0) < FITS:
+        return f"{text}, as {drive} and {loose} teeth in mesh do"
+    return (
+        f"{text}: NOT as {drive} and {loose} teeth in mesh do, {part:.4g} times as much of the loose gear; look at "
+        "units, counts_per_revolution (edges: four times the lines), whether an encoder sits on another shaft (ratio)"
+    )
+
+
+def fit(chosen: dict[str, Choice], bench: Bench) -> dict[str, Choice]:
+    """Change the gears' places where only that fits the teeth.
+
+    Args:
+        chosen: signals of the gears.
+        bench: what is known of the rig.
+    """
+    if len(chosen) < 2 or bench.teeth is None or bench.teeth[0] == bench.teeth[1]:
+        return chosen
+    one, other = chosen["drive"], chosen["loose"]
+    if not one.turned or not other.turned:
+        return chosen
+    part = abs(other.turned / one.turned)
+    drive, loose = bench.teeth
+    if abs(part * loose / drive - 1.0) < FITS or abs(part * drive / loose - 1.0) >= FITS:
+        return chosen
+    why = f"taken for the other gear, because only so it fits {drive} and {loose} teeth"
+    return {"drive": other._replace(whys=(*other.whys, why)), "loose": one._replace(whys=(*one.whys, why))}
+
+
+def _score(one: Clue, other: Clue, at: int, to: int) -> float:
+    """Return what speaks for a pair as drive and loose gear."""
+    score = 4.0 * one.says("drive") + 4.0 * other.says("loose")
+    score -= 4.0 * one.says("loose") + 4.0 * other.says("drive")
+    for each in (one, other):
+        score += 3.0 * (each.family in ("angle", "counts") or (not each.family and each.moves))
+        score += 1.0 * bool(each.family) + 1.0 * (each.says("angle") or each.says("speed"))
+    return score + 2.0 * (one.family == other.family) + 1.0 * (at < to)
+
+
+def _counts(clue: Clue, told: float | None) -> tuple[float | None, tuple[str, ...]]:
+    if clue.family not in ("counts", ""):
+        return None, ()
+    if told:
+        return told, (f"{told:g} counts a revolution: of the rig",)
+    if clue.period is not None:
+        return clue.period, (f"it begins anew every {clue.period:g} counts: taken for a revolution",)
+    return None, ()
+
+
+def _expected(which: int, bench: Bench, lasts: float, mate: Choice | None) -> tuple[float, str]:
+    """Return by how much a gear should turn [rad], and what says so."""
+    other = 1 - which
+    if mate is not None and mate.turned:
+        ratio = 1.0 if bench.teeth is None else bench.teeth[other] / bench.teeth[which]
+        return abs(mate.turned) * ratio, "the other gear" + ("" if bench.teeth is None else " and the teeth")
+    if bench.mean:
+        ratio = 1.0 if which == 0 or bench.teeth is None else bench.teeth[0] / bench.teeth[1]
+        return abs(bench.mean) * lasts * ratio, "the mean speed of the rig"
+    return 0.0, ""
+
+
+def _choice(clue: Clue, unit: str, counts: float | None, lasts: float, whys: tuple[str, ...]) -> Choice:
+    if counts is None and unit == "counts":
+        return Choice(clue, unit, None, 0.0, whys)
+    factor, family = to_si(unit, ("angle", "speed"), counts)
+    size = float(clue.values.mean()) * lasts if family == "speed" else clue.travel
+    return Choice(clue, unit, counts, factor * size, whys)

@@ -1,0 +1,131 @@
+"""The proposed map as TOML, with comments that say why."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.readers.formats import open_source
+from gears3d.measured.readers.guess.clock import Clock, find_clock
+from gears3d.measured.readers.guess.clues import Clue, clues
+from gears3d.measured.readers.guess.gears import Bench, Choice, bench_of, candidates, fit, mesh_note, pick
+from gears3d.measured.readers.map_model import RecordMap
+from gears3d.measured.readers.mapping import Mapper
+from gears3d.measured.readers.source import Source
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+
+def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | None = None) -> str:
+    """Propose a map for a measured file.
+
+    Args:
+        path: the file.
+        rig: scenario of the bench: its teeth, mean speed, counts and rate decide what the file leaves open.
+        beside: folder in which the map will lie; the working folder when not given.
+
+    Returns:
+        ``record.toml`` with a comment for every choice; it reads the file.
+
+    Raises:
+        InputError: the file cannot be read, or time, gears or counts are not to be guessed.
+    """
+    source = open_source(path)
+    found = clues(source)
+    bench = bench_of(rig)
+    clock = find_clock(source, found, bench.sample_rate)
+    rows = max((len(each.values) for each in found), default=0)
+    able = candidates(found, clock.clue)
+    chosen = fit(pick(able, bench, clock.step * rows), bench)
+    if not chosen:
+        remedy = "raw channels need decode = { kind = ... } in a record.toml; " + source.listing()
+        raise InputError(Fault("drive", "no signal looks like the angle or speed of a gear", remedy, source.file))
+    for gear, choice in chosen.items():
+        if choice.unit == "counts" and choice.counts is None:
+            remedy = f"give --rig with sensors.{gear}.counts_per_revolution"
+            what = f"{choice.clue.signal.name} is in counts, and how many are a revolution is not to be guessed"
+            raise InputError(Fault(f"{gear}.counts_per_revolution", what, remedy, source.file))
+    text = _written(source, path, beside, clock, chosen, bench, found)
+    Mapper(source, RecordMap.model_validate(tomllib.loads(text)), "the proposed map").columns()
+    return text
+
+
+def _written(
+    source: Source,
+    path: str | Path,
+    beside: str | Path | None,
+    clock: Clock,
+    chosen: dict[str, Choice],
+    bench: Bench,
+    found: list[Clue],
+) -> str:
+    lines = [f"# Proposed from {_quiet(Path(path).name)} ({source.form}); check what is said here before trusting it."]
+    lines += ["format = 1", f"file = {_text(os.path.relpath(path, beside or '.'))}", ""]
+    lines += [*_comments(clock.whys), *_clock_lines(clock, chosen)]
+    for gear, choice in chosen.items():
+        lines += ["", *_gear_lines(gear, choice)]
+    note = mesh_note(chosen, bench)
+    lines += ["", f"# {note}"] if note else []
+    lines += _condition(chosen, bench, clock)
+    used = {choice.clue.signal.name for choice in chosen.values()}
+    used |= {clock.clue.signal.name} if clock.clue else set()
+    left = [each.signal.name for each in found if each.signal.name not in used]
+    lines += ["", f"# left out: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
+    return "\n".join(lines) + "\n"
+
+
+def _clock_lines(clock: Clock, chosen: dict[str, Choice]) -> list[str]:
+    if clock.clue is not None:
+        lines = ["[time]", f"channel = {_text(clock.clue.signal.name)}", f"unit = {_text(clock.unit)}"]
+        return lines + ([f'sample_rate = "{clock.rate:.12g} Hz"'] if clock.rate else [])
+    if clock.rate is not None:
+        return ["[time]", f'sample_rate = "{clock.rate:.12g} Hz"']
+    return []
+
+
+def _gear_lines(gear: str, choice: Choice) -> list[str]:
+    clue = choice.clue
+    name = clue.signal.bare
+    whys = [f"{name!r} speaks of the {gear} gear" if clue.says(gear) else "taken in the order of the file"]
+    lines = [f"[{gear}]", f"channel = {_text(clue.signal.name)}", f"unit = {_text(choice.unit)}"]
+    if choice.counts is not None:
+        lines.append(f"counts_per_revolution = {choice.counts:.12g}")
+    if clue.period is not None:
+        unit = "rev" if choice.unit == "rad" else choice.unit
+        lines.append(f'wraps_at = "{1.0 if choice.unit == "rad" else clue.period:.12g} {unit}"')
+        whys.append(f"it begins anew every {clue.period:.6g}")
+    if choice.turned < 0.0:
+        lines.append("sign = -1")
+        whys.append("it runs backwards, and angles are positive in the gear's own sense of rotation")
+    return [*_comments((*whys, *choice.whys)), *lines]
+
+
+def _condition(chosen: dict[str, Choice], bench: Bench, clock: Clock) -> list[str]:
+    """Return the mean speed as a condition, where it is not the rig's."""
+    drive = chosen.get("drive")
+    if drive is None or not bench.mean:
+        return []
+    speed = abs(drive.turned) / (clock.step * len(drive.clue.values))
+    if abs(speed / bench.mean - 1.0) < 0.02:
+        return []
+    why = f"# the drive turns at {show(speed, 'speed', 4)} and not at the rig's {show(bench.mean, 'speed', 4)}"
+    return ["", why, "[condition]", f'motion.mean = "{show(speed, "speed", 4)}"']
+
+
+def _comments(whys: tuple[str, ...] | list[str]) -> list[str]:
+    return [f"# {_quiet(why)}" for why in whys]
+
+
+def _text(value: str) -> str:
+    """Return a TOML string."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _quiet(text: str) -> str:
+    return "".join(sign if sign.isprintable() else " " for sign in text)

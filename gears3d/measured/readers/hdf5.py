@@ -1,0 +1,157 @@
+"""HDF5, and MATLAB v7.3, which is HDF5, by h5py."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.readers.foreign import library, reading
+from gears3d.measured.readers.source import Signal, Source, refuse_large
+
+BLOCK = 1 << 18
+"""Samples read at a time."""
+UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
+LONGEST = 1 << 16
+"""Bytes of an attribute."""
+COLUMNS = 256
+"""So many columns a matrix may have."""
+
+
+class _Place(NamedTuple):
+    """Where the samples of a signal lie: a dataset, a field of it, and a column or row of it."""
+
+    dataset: str
+    field: str
+    at: int | None
+    along: int
+
+
+def open_hdf5(path: Path, form: str = "HDF5") -> Source:
+    """Open an HDF5 file; a matrix gives its columns, a table its fields.
+
+    Args:
+        path: the file.
+        form: how it is called in faults.
+
+    Raises:
+        InputError: it is damaged, or h5py is not installed.
+    """
+    h5py = library("h5py", path)
+    places: dict[str, _Place] = {}
+    signals: list[Signal] = []
+    notes: list[str] = []
+    away: list[InputError] = []
+
+    def visit(name: str, node: Any) -> None:
+        if name.startswith("#") or "/#" in name:
+            return
+        notes.extend(_notes(name, node))
+        if isinstance(node, h5py.Dataset):
+            for signal, place in _signals(name, node):
+                places[signal.name] = place
+                signals.append(signal)
+
+    def follow(name: str, link: Any) -> None:
+        if isinstance(link, h5py.ExternalLink):
+            away.append(_elsewhere(path, name, link.filename))
+
+    with reading(path, form), h5py.File(path, "r") as file:
+        file.visititems_links(follow)
+        if away:
+            raise away[0]
+        notes.extend(_notes("", file))
+        file.visititems(visit)
+
+    def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
+        with reading(path, form), h5py.File(path, "r") as file:
+            found = [(file[place.dataset], place) for place in map(places.__getitem__, names)]
+            rows = [each.shape[place.along] for each, place in found]
+            more = max((_at_once(each, path) for each, _ in found), default=0)
+            refuse_large(path, rows if most is None else [min(row, most) for row in rows], more)
+            return {name: _values(file[places[name].dataset], places[name], most) for name in names}
+
+    return Source(str(path), form, tuple(signals), load, {}, tuple(notes))
+
+
+def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
+    """Yield the signals of a dataset."""
+    kind, shape = dataset.dtype, dataset.shape
+    if not shape or max(shape) < 2 or len(shape) > 2 or _class(dataset) in (b"char", b"cell"):
+        return
+    told = {key: _text(value) for key, value in _attributes(dataset)}
+    unit = next((told[key] for key in UNIT_KEYS if key in told), "")
+    if kind.names and len(shape) == 1:
+        for field in kind.names:
+            if kind[field].kind in "biuf" and not kind[field].shape:
+                yield Signal(f"{name}/{field}", unit, shape[0]), _Place(name, field, None, 0)
+        return
+    if kind.kind not in "biuf":
+        yield Signal(name, unit, shape[0], numeric=False), _Place(name, "", None, 0)
+        return
+    along = int(np.argmax(shape))
+    if len(shape) == 1:
+        yield Signal(name, unit, shape[0]), _Place(name, "", None, 0)
+    elif min(shape) == 1:
+        yield Signal(name, unit, shape[along]), _Place(name, "", 0, along)
+    elif min(shape) <= COLUMNS:
+        for k in range(min(shape)):
+            yield Signal(f"{name} column {k + 1}", unit, shape[along]), _Place(name, "", k, along)
+
+
+def _elsewhere(path: Path, name: str, file: str) -> InputError:
+    what = f"has its samples in another file: {file!r}"
+    return InputError(Fault(name, what, "copy them into one file: h5repack, or export it again", str(path)))
+
+
+def _at_once(dataset: Any, path: Path) -> int:
+    """Return the bytes of what is unpacked at once: a chunk, or a row.
+
+    Raises:
+        InputError: its samples lie in another file.
+    """
+    if dataset.external or dataset.is_virtual:
+        files = dataset.external or dataset.virtual_sources()
+        raise _elsewhere(path, dataset.name, str(files[0][0] if dataset.external else files[0].file_name))
+    return 2 * math.prod(dataset.chunks or (1,)) * dataset.dtype.itemsize
+
+
+def _values(dataset: Any, place: _Place, most: int | None) -> np.ndarray:
+    count = dataset.shape[place.along] if most is None else min(dataset.shape[place.along], most)
+    values = np.zeros(count)
+    for start in range(0, count, BLOCK):
+        part = slice(start, min(start + BLOCK, count))
+        if place.at is None:
+            values[part] = dataset.fields(place.field)[part] if place.field else dataset[part]
+        else:
+            values[part] = dataset[part, place.at] if place.along == 0 else dataset[place.at, part]
+    return values
+
+
+def _notes(name: str, node: Any) -> Iterator[str]:
+    for key, value in _attributes(node):
+        if not key.startswith("MATLAB"):
+            yield f"{name}.{key} = {_text(value)}".lstrip(".")
+
+
+def _attributes(node: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the attributes that hold one value; others may be of any size."""
+    for key in node.attrs:
+        about = node.attrs.get_id(key)
+        if math.prod(about.shape) == 1 and about.get_type().get_size() <= LONGEST:
+            yield key, node.attrs[key]
+
+
+def _class(dataset: Any) -> Any:
+    """Return the class that MATLAB gave a dataset."""
+    return next((value for key, value in _attributes(dataset) if key == "MATLAB_class"), b"")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

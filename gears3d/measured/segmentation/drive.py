@@ -1,0 +1,144 @@
+"""The drive's motion as a smooth curve: it is imposed, so it bends slowly, and its counts must not pass for speeds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.measured.segmentation.readings import usual
+from gears3d.signals import some_steps
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
+    from gears3d.measured.segmentation.readings import Reading
+
+SHORTEST = 0.4e-3
+"""Time over which the angle is averaged before it is smoothed [s]."""
+AT_ONCE = 1 << 14
+"""Means that are worked out at a time."""
+KNOT = 4
+"""Means between the knots of the finest curve."""
+RUNGS = 14
+"""Curves that are tried at most, each with half the knots of the one before."""
+AT_LEAST = 8
+"""Spans between knots of the coarsest curve."""
+
+
+class Steady(NamedTuple):
+    """The drive's angle over time.
+
+    Args:
+        curve: angle [rad] over time [s].
+        sigma: standard deviation of the angle [rad].
+        speed_sigma: of its rate [rad/s].
+        rest: standard deviation of the means about the curve over what their noise accounts for; 1 when the curve
+            tells everything.
+    """
+
+    curve: BSpline
+    sigma: float
+    speed_sigma: float
+    rest: float
+
+
+def steady(reading: Reading) -> Steady:
+    """Return the motion through an encoder's readings, as stiff as the readings allow.
+
+    Splines with ever fewer knots are drawn. Counting errors keep step with the motion for a while and are no white
+    noise, so no chi-square says how stiff the curve may be; but from one spline to the next the speed differs by noise,
+    less the fewer knots, until the motion itself is missed. The pair that differs least gives the curve, and its
+    difference the uncertainty.
+
+    Args:
+        reading: of the drive's encoder.
+
+    >>> from gears3d.measured.segmentation.readings import read_encoder
+    >>> time = np.arange(0.0, 2.0, 2e-5)
+    >>> motion = steady(read_encoder(time, np.floor((3.0 * time + 0.01 * np.sin(20.0 * time)) / 1e-4) * 1e-4))
+    >>> off = motion.curve.derivative()(time) - 3.0 - 0.2 * np.cos(20.0 * time)
+    >>> bool(np.std(off) < 1e-3), bool(0.3 < motion.speed_sigma / np.std(off) < 3.0)
+    (True, True)
+    """
+    time, angle, within, size = _means(reading)
+    tried, between = KNOT, []
+    curves = []
+    while len(time) // tried >= AT_LEAST and len(curves) < RUNGS:
+        curves.append(_spline(time, angle, tried))
+        if len(curves) > 1:
+            between.append(_apart(curves[-2], curves[-1], time))
+        if len(between) > 2 and between[-1][1] > 30.0 * min(speed for _, speed in between):
+            break
+        tried *= 2
+    if not between:
+        curve = curves[0] if curves else _spline(time, angle, max(len(time) // 4, 1))
+        return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0)
+    best = int(np.argmin([speed for _, speed in between]))
+    sigma, speed = between[best]
+    angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
+    curve = _spline(time, angle, KNOT * 2**best)
+    off = float(np.std(angle - curve(time)))
+    expected = usual(reading.sigma) / np.sqrt(size)
+    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0))
+
+
+def redrawn(reading: Reading, before: Steady) -> BSpline:
+    """Return the curve through other readings of the same motion, as stiff as it was before.
+
+    Args:
+        reading: of the drive's encoder.
+        before: the curve through the readings that there were.
+
+    >>> from gears3d.measured.segmentation.readings import read_encoder
+    >>> time = np.arange(0.0, 2.0, 1e-4)
+    >>> one, other = (read_encoder(time, np.floor(3.0 * time / 1e-4 + more) * 1e-4) for more in (0.0, 0.4))
+    >>> bool(abs(redrawn(other, steady(one))(1.0) - steady(other).curve(1.0)) < 1e-5)
+    True
+    """
+    time, angle, within, _ = _means(reading)
+    step = len(time) / max(len(before.curve.t) - 7, 1)
+    step = KNOT * 2 ** max(int(np.round(np.log2(step / KNOT))), 0)
+    return _spline(time, angle - 0.5 * within * before.curve(time, 2), step)
+
+
+def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Return means over times short enough for any motion, the variance of time in each [s²], and their readings."""
+    spacing = float(np.median(some_steps(reading.time)))
+    size = max(int(SHORTEST / spacing), 1)
+    count = len(reading.time) // size
+    time, angle, within = np.zeros(count), np.zeros(count), np.zeros(count)
+    for first in range(0, count, AT_ONCE):
+        last = min(first + AT_ONCE, count)
+        rows = reading.time[first * size : last * size].reshape(last - first, size)
+        time[first:last], within[first:last] = rows.mean(axis=1), rows.var(axis=1)
+        angle[first:last] = reading.shown[first * size : last * size].reshape(last - first, size).mean(axis=1)
+    if count * size < len(reading.time):
+        time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.shown[-1])
+        within = np.append(within, 0.0)
+    time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.shown[0])
+    within = np.insert(within, 0, 0.0)
+    rises = np.append(True, np.diff(time) > 0.0)
+    return time[rises], angle[rises] + reading.lift, within[rises], size
+
+
+def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:
+    """Return the cubic spline by least squares with a knot at every so manieth mean."""
+    from scipy.interpolate import BSpline, LSQUnivariateSpline
+
+    # make_lsq_spline looks through all knots for every mean, which is quadratic
+    inner = time[step : len(time) - max(step // 2, 1) : step]
+    knots = np.concatenate([np.repeat(time[0], 4), inner, np.repeat(time[-1], 4)])
+    base = np.polynomial.Polynomial.fit(time, angle, 1)
+    fitted = LSQUnivariateSpline(time, angle - base(time), inner, check_finite=False).get_coeffs()
+    line = base((knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3.0)  # a straight line's own coefficients
+    return BSpline(knots, fitted + line, 3)
+
+
+def _apart(fine: BSpline, coarse: BSpline, time: np.ndarray) -> tuple[float, float]:
+    """Return by how much two curves differ: root mean squares of the angle [rad] and of the speed [rad/s]."""
+    some = time[:: max(len(time) // 20_000, 1)]
+    inner = some[len(some) // 50 : len(some) - len(some) // 50]
+    place = fine(inner) - coarse(inner)
+    speed = fine(inner, 1) - coarse(inner, 1)
+    return float(np.sqrt(np.mean(place**2))), float(np.sqrt(np.mean(speed**2)))

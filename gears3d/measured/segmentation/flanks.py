@@ -1,0 +1,181 @@
+"""Both flanks of a record over angles and time: active flank and dead band, fitted to places on them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.segmentation.terms import SHAPED, Terms
+
+NARROWEST = 0.4
+"""Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
+SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
+"""Parts of the expected sizes that are tried."""
+NONE = 1e-3
+"""Part of its expected size that a shape may have on the flank that it is not on."""
+EVIDENCE = 300
+"""Places that speak for a size at most."""
+
+
+class Flanks(NamedTuple):
+    """Both flanks of a record.
+
+    Args:
+        terms: of both.
+        active: coefficients of the active flank's place [m], (p,).
+        gap: coefficients of the dead band [m], (p,); ``None`` when the reverse flank was never struck.
+        covariance: of (active, gap) [m²], (2p, 2p) or (p, p).
+        rough: standard deviation of blocks in contact about their flank [m].
+        contact: share of the blocks that were taken for contact.
+    """
+
+    terms: Terms
+    active: np.ndarray
+    gap: np.ndarray | None
+    covariance: np.ndarray
+    rough: float
+    contact: float
+
+    def places(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacement of the active and of the reverse flank [m], infinity where there is none, each (n,).
+
+        Args:
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        if self.gap is None:
+            low = self.terms.sums(self.active[None], time, drive, loose)[0]
+            return low, np.full_like(low, np.inf)
+        low, width = self.terms.sums(np.stack([self.active, self.gap]), time, drive, loose)
+        return low, low + np.maximum(width, NARROWEST * self.gap[0])
+
+    def lifted(self, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return by how much shapes besides orders move a flank [m], (n,).
+
+        Args:
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        gap = np.zeros_like(self.active) if self.gap is None else self.gap
+        low, width = self.terms.shaped(np.stack([self.active, gap]), drive, loose)
+        return low + width * (np.asarray(flank) == 1)
+
+    def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return how well the place of a flank is known [m], (n,).
+
+        Args:
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        return self._slack(self.terms.columns(time, drive, loose), flank)
+
+    def rate_sigma(self, times: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return how well the speed of a flank is known [m/s], (n,): orders that nothing touches have a speed, too.
+
+        Args:
+            times: shortly before and shortly after [s], (2, n).
+            drive: then [rad], (2, n).
+            loose: then [rad], (2, n).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        before, after = (self.terms.columns(*at) for at in zip(times, drive, loose, strict=True))
+        return self._slack((after - before) / (times[1] - times[0])[:, None], flank)
+
+    def _slack(self, columns: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return the standard deviation of sums of the terms' columns, with those of the gap on the reverse flank."""
+        if self.gap is not None:
+            columns = np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
+        return np.sqrt(np.maximum(np.einsum("na,ab,nb->n", columns, self.covariance, columns), 0.0))
+
+    @property
+    def backlash(self) -> tuple[float, float] | None:
+        """Mean dead band and its standard deviation [m]; ``None`` when the reverse flank was never struck."""
+        if self.gap is None:
+            return None
+        return float(self.gap[0]), float(np.sqrt(self.covariance[len(self.gap), len(self.gap)]))
+
+
+def through(
+    terms: Terms,
+    columns: np.ndarray,
+    side: np.ndarray,
+    place: np.ndarray,
+    scale: float,
+    gap: float,
+    both: bool,
+    robust: bool = True,
+    weight: np.ndarray | None = None,
+) -> Flanks:
+    """Return the flanks through places on them: least squares with expected sizes, Tukey's weights against strays.
+
+    Args:
+        terms: of both flanks.
+        columns: of the terms at the places, (n, p).
+        side: 0 active, 1 reverse, (n,).
+        place: displacement [m], (n,).
+        scale: standard deviation of a place [m].
+        gap: about the width of the dead band [m].
+        both: whether there is a reverse flank.
+        robust: whether strays lose their weight.
+        weight: of the places, (n,); all alike without.
+    """
+    count = columns.shape[1]
+    owner = terms.flank
+    low, high = np.where(owner < 1, terms.expected, 0.0), np.where(owner == 1, terms.expected, 0.0)
+    behind = side[:, None].astype(float)
+    whole = columns * np.where(owner == 0, 1.0 - behind, owner < 1)  # a shape of one flank is none of the other
+    whole = np.hstack([whole, columns * (owner != 0) * behind]) if both else whole
+    idle = np.concatenate([owner == 1, owner == 0])
+    prior = (np.concatenate([terms.prior, 0.5 * terms.prior]) * gap * np.where(idle, NONE, 1.0))[: whole.shape[1]]
+    if both:
+        prior[count] = 0.3 * gap
+        place = place - gap * (side == 1)
+    prior[0] = prior[0] if both or not len(place) else 1e3 * max(gap, float(np.abs(place).max()))
+    expected = np.concatenate([low, high])[: whole.shape[1]]
+    place = place - whole @ expected
+    middle = float(np.median(place))
+    weight = np.ones(len(place)) if weight is None else weight
+    shares, numbers, strict = weight, np.zeros(whole.shape[1]), prior
+    for _ in range(6 if robust else 1):
+        strict = _sized(whole, place - middle, shares / scale**2, prior, terms)
+        normal = (whole * shares[:, None]).T @ whole / scale**2 + np.diag(strict**-2)
+        numbers = np.linalg.solve(normal, whole.T @ (shares * (place - middle)) / scale**2)
+        if robust:
+            off = (place - middle - whole @ numbers) / (6.0 * scale)
+            shares = weight * np.square(np.clip(1.0 - off**2, 0.0, None))
+    normal = (whole * shares[:, None]).T @ whole / scale**2 + np.diag(strict**-2)
+    numbers += expected
+    numbers[0] += middle
+    if both:
+        numbers[count] += gap
+    covariance = np.linalg.inv(normal)
+    if both:
+        apart = np.eye(2 * count)
+        apart[count:, :count] = -np.diag(1.0 * (owner == 0))  # where the flank is higher, the dead band is narrower
+        numbers, covariance = apart @ numbers, apart @ covariance @ apart.T
+    return Flanks(terms, numbers[:count], numbers[count:] if both else None, covariance, scale, 0.0)
+
+
+def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, terms: Terms) -> np.ndarray:
+    """Return expected sizes, shrunk to what the places ask for: angles without any contact are not extrapolated wildly.
+
+    The size with the greatest evidence is taken, for some hundred places: neighbours are not
+    independent of what the terms leave out.
+    """
+    some = slice(None, None, max(len(place) // EVIDENCE, 1))
+    rows, values, strength = whole[some], place[some], weight[some]
+    square = (rows * strength[:, None]).T @ rows
+    right = rows.T @ (strength * values)
+    count = len(terms.prior)
+    within = np.arange(len(prior)) % count
+    free = (within == 0) | (within >= count - 2 * terms.grown)
+    free |= (within >= SHAPED) & (within < SHAPED + len(terms.shapes))
+    tried = np.where(free, prior, np.array(SIZES)[:, None] * prior)
+    normal = square + (tried**-2)[:, :, None] * np.eye(len(prior))
+    gains = np.linalg.solve(normal, np.broadcast_to(right[:, None], (len(SIZES), len(right), 1)))[..., 0] @ right
+    return tried[np.argmin(np.linalg.slogdet(normal)[1] + 2.0 * np.log(tried).sum(axis=1) - gains)]

@@ -1,0 +1,104 @@
+"""Kinks of a path: where its speed jumps, and by how much. An impact is one; the loss of contact is none."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.segmentation.smoothing import Blocks
+
+SCALES = (3, 6, 12, 24, 48)
+"""Blocks to either side."""
+USUAL = 4
+"""How many of these are looked with at first: longer ones see weaker kinks and run neighbours together."""
+SURE = 7.0
+"""Standard deviations that a kink stands out by before flanks are looked for beneath it."""
+SHARP = 0.6
+"""Part of its jump that a kink keeps at half the reach; a smooth bend keeps an eighth."""
+
+
+class Kinks(NamedTuple):
+    """Sure kinks of a path.
+
+    Args:
+        at: index of the block, (k,).
+        jump: of the speed, above 0 when pushed off the active flank [m/s], (k,).
+        place: of the path there [m], (k,).
+    """
+
+    at: np.ndarray
+    jump: np.ndarray
+    place: np.ndarray
+
+
+def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights that tell the jump of slope and the place at the middle of 2·reach + 1 points.
+
+    The model is a cubic with a kink in the middle, so that a smooth bend does not count.
+
+    Args:
+        reach: points to either side.
+
+    >>> jump, place = templates(4)
+    >>> at = np.arange(-4.0, 5.0)
+    >>> round(float(jump @ (3.0 * np.abs(at) + at**2)), 9), round(float(place @ (7.0 + np.abs(at))), 9)
+    (6.0, 7.0)
+    """
+    at = np.arange(-reach, reach + 1) / reach
+    even = np.column_stack([np.ones_like(at), at**2, np.abs(at)])
+    inverse = np.linalg.pinv(even)
+    return 2.0 * inverse[2] / reach, inverse[0]
+
+
+def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
+    """Return the kinks that stand out of the noise and are sharp, one within two reaches of it at most.
+
+    Args:
+        path: displacement in blocks.
+        scales: how many of the scales are looked with, from the shortest on.
+    """
+    count = len(path.time)
+    best, jumps, places = np.zeros(count), np.zeros(count), np.zeros(count)
+    reaches = np.zeros(count, int)
+    finer: np.ndarray | None = None
+    width = np.gradient(path.time) if count > 1 else np.ones(count)
+    for reach in SCALES[:scales]:
+        if 4 * reach >= count:
+            break
+        slope, level = templates(reach)
+        jump = np.convolve(path.place, slope[::-1], "same")
+        standard = np.abs(jump) / (path.noise * np.linalg.norm(slope))
+        standard[:reach] = standard[-reach:] = 0.0
+        standard[np.abs(jump) < 2.0 * path.slack * np.abs(slope).max()] = 0.0  # one block may be read amiss so far
+        sharp = np.ones(count, bool) if finer is None else finer * np.sign(jump) > SHARP * np.abs(jump)
+        better = (standard > best) & sharp
+        best[better], jumps[better], reaches[better] = standard[better], jump[better], reach
+        places[better] = np.convolve(path.place, level[::-1], "same")[better]
+        finer = jump
+    found = _peaks(best, jumps / width, places, reaches)
+    return Kinks(*(column[_turns_away(path, found, reaches[found.at])] for column in found))
+
+
+def _turns_away(path: Blocks, found: Kinks, reach: np.ndarray) -> np.ndarray:
+    """Return whether the path stays, before and after each kink, on the side to which its speed jumps, (k,)."""
+    good = np.ones(len(found.at), bool)
+    for part in (reach, reach // 2):
+        sides = [path.place[np.clip(found.at + way, 0, len(path.place) - 1)] - found.place for way in (-part, part)]
+        away = np.stack(sides) * np.sign(found.jump)
+        good &= away.min(axis=0) > -5.0 * path.noise - 0.2 * np.maximum(away.max(axis=0), 0.0)
+    return good
+
+
+def _peaks(standard: np.ndarray, jump: np.ndarray, place: np.ndarray, reach: np.ndarray) -> Kinks:
+    """Keep what nothing stronger of either sign stands beside."""
+    sure = np.flatnonzero(standard > SURE)
+    order = sure[np.argsort(-standard[sure])]
+    taken = np.zeros(len(standard), bool)
+    kept = []
+    for k in order:
+        if not taken[k]:
+            kept.append(k)
+            taken[max(k - 2 * reach[k], 0) : k + 2 * reach[k] + 1] = True
+    at = np.sort(np.array(kept, int))
+    return Kinks(at, jump[at], place[at])

@@ -1,0 +1,351 @@
+"""A measured record as a recording with impacts, and what is to be said of its quality."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.checks import admit
+from gears3d.measured.segmentation.readings import usual
+from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment
+from gears3d.measured.segmentation.smoothing import Shape, Track, track
+from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.zones import clearance
+from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
+from gears3d.recording.derived import Derived, part_of
+from gears3d.scenario import Scenario, load
+from gears3d.signals import changes, some_steps
+
+LONG = 1 << 20
+"""Rows from which on columns of the recording are worked out when they are asked for."""
+MOVES = 0.1
+"""Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a record came to.
+
+    Args:
+        recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``
+            take it.
+        segments: flights, contacts and impacts with their uncertainties.
+        summary: what JSON can hold.
+    """
+
+    recording: Recording
+    segments: Segments
+    summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"Measurement({self.recording!r})"
+
+    def _repr_html_(self) -> str:
+        return self.recording._repr_html_()
+
+
+def measure(
+    record: Recording | str | Path,
+    rig: Scenario | str | Path | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
+) -> Measurement:
+    """Cut a measured record into flights and contacts and say how well everything is known.
+
+    Args:
+        record: time and both angles, zeros of the angles may be anywhere; or the file of one, which has to pass the
+            sensor gate (:func:`gears3d.measured.checks.admit`).
+        rig: scenario of the bench, or its file: base radii and teeth, inertia and period; what the record itself shows
+            is not taken from it. A record of a model carries its own base radii.
+        file: named in faults.
+        progress: called now and then with the part that is done, 0 to 1; what it raises ends the work.
+        shapes: that flanks are known to have besides orders, such as a single tooth's, of unit size over the record's
+            angles of drive and loose gear; their sizes are fitted.
+
+    Returns:
+        The measurement.
+
+    Raises:
+        InputError: base radii are not known, or the record does not tell flights from contact.
+
+    >>> from gears3d.scenario import load
+    >>> from gears3d.simulation import record
+    >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})
+    >>> found = measure(record(bench), bench)
+    >>> len(found.recording.impacts["time_s"]), found.summary["regime"]
+    (18, 'double_sided')
+    >>> round(1e6 * found.summary["flanks"]["backlash_m"]["value"])
+    250
+    """
+    if isinstance(rig, str | Path):
+        rig = load(rig)
+    if isinstance(record, str | Path):
+        admitted = admit(record, rig)
+        record, rig, file = admitted.recording, admitted.rig, admitted.file
+    about = _about(record, rig, file)
+    cut = segments_of(path_of(record, rig, file), rig, file, progress, shapes)
+    made = _recording(record, cut, about, _teeth(rig))
+    return Measurement(made, cut, _summary(record, made, cut))
+
+
+def segments_of(
+    known: Track,
+    rig: Scenario | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
+) -> Segments:
+    """Cut the path of a measured record, for those who need neither a recording nor a summary of it.
+
+    Args:
+        known: of :func:`path_of`.
+        rig: as for :func:`measure`.
+        file: named in faults.
+        progress: as for :func:`measure`.
+        shapes: as for :func:`measure`.
+
+    Raises:
+        InputError: the record does not tell flights from contact.
+    """
+    try:
+        cut = segment(known, _teeth(rig), file, progress, shapes)
+    except (np.linalg.LinAlgError, OverflowError, FloatingPointError) as error:
+        what = f"the displacement has a range of {np.ptp(known.place):.3g} m; flanks cannot be fitted: {error}"
+        raise InputError(Fault("", what, "check the units of the angles", file)) from error
+    if rig is not None and not len(cut.flights["start_s"]):
+        _refuse_blind(cut, rig.rig().backlash, file)
+    return cut
+
+
+def _teeth(rig: Scenario | None) -> tuple[int, int] | None:
+    return (rig.gears.drive.teeth, rig.gears.loose.teeth) if rig else None
+
+
+def path_of(record: Recording, rig: Scenario | None = None, file: str = "") -> Track:
+    """Return displacement and angles of a measured record, uncut.
+
+    Args:
+        record: as for :func:`measure`.
+        rig: as for :func:`measure`.
+        file: named in faults.
+
+    Raises:
+        InputError: base radii are not known, there are too few readings, or a gear stands still.
+    """
+    about = _about(record, rig, file)
+    radii = (about["base_radius_drive_m"], about["base_radius_loose_m"])
+    angles = (record.signals["theta_drive_rad"], record.signals["theta_loose_rad"])
+    _refuse_parted(angles, radii, file)
+    return track(record.time, *angles, radii, file)
+
+
+def _refuse_parted(angles: tuple[Any, Any], radii: tuple[float, float], file: str) -> None:
+    """Refuse a gear that stands still while the other turns: nothing is in mesh."""
+    way = [float(np.ptp(angle)) * radius for angle, radius in zip(angles, radii, strict=True) if len(angle)]
+    for name, own in zip(("theta_drive_rad", "theta_loose_rad"), way, strict=False):
+        if own == 0.0 and max(way) > 0.0:
+            remedy = "a run-down is for `gears3d identify rundown`; in mesh both gears turn"
+            raise InputError(Fault(name, "stands still while the other gear turns", remedy, file))
+
+
+def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
+    """Refuse to call a record one of contact that moves, or whose noise hides, what may be a crossing of the gap."""
+    seen = clearance(cut.path, cut.flanks)
+    if cut.flanks.rough > max(MOVES * backlash, 3.0 * cut.path.noise):
+        what = f"moves by {1e6 * cut.flanks.rough:.3g} um about a flank of low orders, but shows no impact"
+        raise InputError(Fault("theta_loose_rad", what, "record faster, or with less noise", file))
+    if 3.0 * seen > backlash:
+        sizes = f"less than {1e6 * seen:.3g} um, in a backlash of {1e6 * backlash:.3g} um"
+        what = f"shows no flight, but would show none of {sizes}"
+        raise InputError(Fault("theta_loose_rad", what, "record with less noise, or with more counts", file))
+
+
+def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]:
+    """Return what is known of the rig, as ``meta`` of a recording has it."""
+    keys = ("base_radius_drive_m", "base_radius_loose_m", "inertia_kg_m2", "period_s", "title")
+    about = {key: record.meta[key] for key in keys if key in record.meta}
+    if rig is not None:
+        values = rig.rig()
+        about |= {
+            "base_radius_drive_m": values.base_radius_drive,
+            "base_radius_loose_m": values.base_radius_loose,
+            "inertia_kg_m2": values.inertia,
+            "drag_torque_N_m": values.drag_torque,
+            "title": rig.title,
+            "source": rig.source,
+        }
+        if rig.motion.harmonics:
+            about["period_s"] = rig.period
+    if not {"base_radius_drive_m", "base_radius_loose_m"} <= about.keys():
+        remedy = "give --rig SCENARIO: angles alone have no displacement"
+        raise InputError(Fault("--rig", "is missing, and the record does not tell its base radii", remedy, file))
+    return about | {"model": "measured"}
+
+
+def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: tuple[int, int] | None) -> Recording:
+    """Return the record with displacement from the mean active flank, state and impacts."""
+    known = cut.track
+    radii, shift = known.radii, float(cut.flanks.active[0])
+    drive, loose = record.signals["theta_drive_rad"], record.signals["theta_loose_rad"]
+    index = "index" in record.meta.get("zero", {}).get("drive", "")
+    begin = 0.0 if index else float(drive[0])
+    zero = known.origin[1] + (shift - radii[0] * (known.origin[0] - begin)) / radii[1]
+    same = len(known.time) == len(record.time) and np.array_equal(known.time, record.time)
+    slope = np.gradient(cut.path.place, cut.path.time)
+
+    def place(rows: slice) -> np.ndarray:
+        return (known.part(rows)[2] if same else np.interp(record.time[rows], known.time, known.place)) - shift
+
+    shown: dict[str, Callable[[slice], np.ndarray]] = {
+        "theta_drive_rad": lambda rows: drive[rows] - begin,
+        "theta_loose_rad": lambda rows: loose[rows] - zero,
+        "displacement_m": place,
+        "velocity_m_s": lambda rows: np.interp(record.time[rows], cut.path.time, slope),
+        "state": lambda rows: cut.states(record.time[rows]).astype(float),
+    }
+    impacts = dict(cut.impacts)
+    mass = about["inertia_kg_m2"] / radii[1] ** 2 if "inertia_kg_m2" in about else np.nan
+    impacts["impulse_N_s"] = mass * (impacts["rebound_m_s"] - impacts["velocity_m_s"])
+    impacts["phase_rad"] = _phase(record, about.get("period_s"), impacts["time_s"])
+    if teeth is not None:
+        turned = known.steady.curve(impacts["time_s"]) - begin
+        follows = known.angles(impacts["time_s"])[1] - zero
+        impacts |= {"tooth_drive": _tooth(turned, teeth[0]), "tooth_loose": _tooth(follows, teeth[1])}
+    contacts = np.column_stack([cut.contacts[name] for name in ("flank", "start_s", "end_s")])
+    meta = {**about, "contacts": contacts.tolist(), "duration_s": float(record.time[-1] - record.time[0])}
+    meta["zero_rad"] = {"drive": begin, "loose": float(zero)}
+    meta["teeth_from"] = "index" if index else "record"
+    if (found := cut.flanks.backlash) is not None:
+        meta["backlash_m"] = found[0]
+    order = [*(name for name in SIGNAL_UNITS if name in {*record.signals, *shown})]
+    order += [name for name in {**record.signals, **shown} if name not in order]
+    signals = Derived(record.signals, shown, order)
+    if len(record.time) <= LONG:
+        signals = {name: signals[name] for name in order}
+    return Recording(signals, _in_order(impacts), meta)
+
+
+def _thinned(made: Recording) -> Recording:
+    """Return a record with some of its rows where it is long: to say how a motion repeats, these do."""
+    if len(made.time) <= LONG:
+        return made
+    rows = slice(None, None, -(-len(made.time) // (LONG // 2)))
+    return Recording({name: part_of(made.signals, name, rows) for name in made.signals}, made.impacts, made.meta)
+
+
+def _tooth(angle: np.ndarray, teeth: int) -> np.ndarray:
+    """Return the number of the tooth in mesh, counted in order of meshing from 1 at angle 0."""
+    return (1 + np.mod(np.round(angle * teeth / (2 * pi)), teeth)).astype(np.int32)
+
+
+def _in_order(impacts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    order = np.argsort(impacts["time_s"], kind="stable")
+    return {name: values[order] for name, values in impacts.items()}
+
+
+def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.ndarray:
+    """Return the phase of the drive's fluctuation at some times [rad], NaN where there is none."""
+    if not period or record.time[-1] - record.time[0] < period:
+        return np.full(len(times), np.nan)
+    some = slice(None, None, max(len(record.time) // 20_000, 1))
+    time, angle = record.time[some], record.signals["theta_drive_rad"][some]
+    turn = 2 * pi / period * time
+    basis = np.column_stack([np.ones_like(time), time - time[0], np.cos(turn), np.sin(turn)])
+    fit = np.linalg.lstsq(basis, angle - angle.mean(), rcond=None)[0]
+    return np.mod(2 * pi / period * times + np.arctan2(fit[3], -fit[2]), 2 * pi)
+
+
+def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any]:
+    flights, contacts = cut.flights, cut.contacts
+    sane = flights["testifies"] == 1
+    told = describe(_thinned(made))
+    slowing = flights["deceleration_rad_s2"][sane]
+    return {
+        "format": 1,
+        "status": "complete",
+        "warnings": _warnings(cut),
+        "flight_height_min_m": clearance(cut.path, cut.flanks),
+        "quality": _quality(record, cut),
+        "flanks": _flanks(cut),
+        "cut": {
+            "whole_flights": len(sane),
+            "testifying": int(sane.sum()),
+            "chi2_median": float(np.median(flights["chi2"])) if len(sane) else None,
+            "deceleration_median_rad_s2": float(np.median(slowing)) if len(slowing) else None,
+            "slope_1_s": {"value": cut.slope[0], "sigma": cut.slope[1]} if np.isfinite(cut.slope[1]) else None,
+            "durations_resolved": int(np.count_nonzero(np.isfinite(cut.impacts["duration_s"]))),
+            "duration_max_median_s": _median(cut.impacts["duration_max_s"]),
+            "dropped": cut.dropped,
+            "unexplained": doubtful(cut),
+        },
+        "contacts_seen": {name: int(np.sum(contacts["flank"] == code)) for code, name in enumerate(FLANKS)},
+        **told,
+    }
+
+
+def _warnings(cut: Segments) -> list[str]:
+    """Return what is to be said before anybody believes the cut."""
+    told = []
+    if (part := doubtful(cut)) > DOUBTFUL:
+        what = "is neither flight nor contact as the flanks have it: look at the picture, or record with more counts"
+        told.append(f"{part:.1%} of the time {what}")
+    return told
+
+
+def _median(values: np.ndarray) -> float | None:
+    known = values[np.isfinite(values)]
+    return float(np.median(known)) if len(known) else None
+
+
+def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
+    spacing = float(np.median(some_steps(record.time)))
+    steps = [step for _, change in changes(record.time) for step in (float(change.min()), float(change.max()))]
+    encoders = {}
+    for gear, reading in zip(("drive", "loose"), cut.track.readings, strict=True):
+        encoders[gear] = {
+            "read_as": reading.kind,
+            "counts_per_revolution": 2 * pi / reading.quantum if reading.quantum else None,
+            "sigma_rad": usual(reading.sigma),
+        }
+    return {
+        "samples": len(record.time),
+        "duration_s": float(record.time[-1] - record.time[0]),
+        "sample_rate_Hz": 1.0 / spacing,
+        "jitter": float(max(max(steps) - spacing, spacing - min(steps)) / spacing),
+        "encoders": encoders,
+        "noise_m": cut.track.noise,
+        "noise_in_contact_m": cut.flanks.rough,
+        "averaged_over_s": cut.path.width,
+        "flight_height_min_m": clearance(cut.path, cut.flanks),
+    }
+
+
+def _flanks(cut: Segments) -> dict[str, Any]:
+    found, flanks = cut.flanks.backlash, cut.flanks
+    terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
+    if flanks.gap is not None:
+        terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)
+    value = (
+        None if found is None else {"value": found[0], "ci95": [found[0] - 1.96 * found[1], found[0] + 1.96 * found[1]]}
+    )
+    return {"backlash_m": value, "orders": terms}
+
+
+def _orders(kinds: tuple[tuple[str, int], ...], numbers: np.ndarray) -> list[dict[str, Any]]:
+    """Return the amplitudes of a flank's orders."""
+    found, at = [], 0
+    for kind, order in kinds:
+        wide = 2 if kind in ("drive", "loose") else 1
+        if wide == 2:
+            amplitude = float(np.hypot(*numbers[at : at + 2]))
+            phase = float(np.arctan2(-numbers[at + 1], numbers[at]))
+            found.append({"gear": kind, "order": order, "amplitude_m": amplitude, "phase_rad": phase})
+        at += wide
+    return found

@@ -1,0 +1,254 @@
+"""Flights one by one: the loose gear's angle under a drag that hardly changes, and what all flights have in common."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.segmentation.kernels import paths
+from gears3d.measured.segmentation.kernels.paths import SLIGHT
+from gears3d.measured.segmentation.smoothing import Track
+
+FEWEST = 5
+"""Readings that a flight needs."""
+LOOSE = 0.2
+"""Part by which the deceleration of a short flight may always differ from that of the others."""
+SURE = 4.0
+"""Deviations by which a change of the drag within flights must be known to be taken."""
+MOST = 2000
+"""Readings of a flight beyond which neighbours are averaged before its third power is looked for."""
+
+
+class Law(NamedTuple):
+    """What the decelerations of all flights have in common.
+
+    Args:
+        deceleration: of the loose gear at ``speed`` [rad/s²].
+        slope: change with its speed, between flights [1/s].
+        speed: of the loose gear [rad/s].
+        varies: how much a flight may differ [rad/s²].
+        seen: least and greatest speed of the flights that told it [rad/s]; beyond them it is not extrapolated.
+    """
+
+    deceleration: float
+    slope: float
+    speed: float
+    varies: float
+    seen: tuple[float, float]
+
+    def at(self, speed: np.ndarray) -> np.ndarray:
+        """Return the deceleration expected at speeds [rad/s²]."""
+        return self.deceleration + self.slope * (np.clip(speed, *self.seen) - self.speed)
+
+
+class Parabolas(NamedTuple):
+    """Paths of flights, over x = (t − middle)/half: 1, x and :func:`bend`, which without ``slope`` is x².
+
+    Args:
+        middle: [s], (k,).
+        half: [s], (k,).
+        numbers: of the three [rad], (k, 3).
+        covariance: of these [rad²], (k, 3, 3).
+        chi2: per degree of freedom, NaN without any, (k,).
+        readings: (k,).
+        slope: change of the deceleration with the loose gear's speed within each flight [1/s], (k,).
+        base: angle from which those of each flight are summed [rad], (k,).
+        sums: of its readings, which all that is fitted to them begins with, (k, 9).
+    """
+
+    middle: np.ndarray
+    half: np.ndarray
+    numbers: np.ndarray
+    covariance: np.ndarray
+    chi2: np.ndarray
+    readings: np.ndarray
+    slope: np.ndarray
+    base: np.ndarray
+    sums: np.ndarray
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """Return the angles at times (k, g) [rad]."""
+        x = (time - self.middle[:, None]) / self.half[:, None]
+        bent, _ = bend(x, (self.slope * self.half)[:, None])
+        return self.numbers[:, :1] + x * self.numbers[:, 1:2] + bent * self.numbers[:, 2:]
+
+    def spread(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the standard deviations of angle [rad] and speed [rad/s] at times (k, g)."""
+        x = (time - self.middle[:, None]) / self.half[:, None]
+        angle, turning = np.zeros_like(x), np.zeros_like(x)
+        paths.spread(x, self.half, self.slope, np.ascontiguousarray(self.covariance), angle, turning)
+        return angle, turning
+
+    @property
+    def deceleration(self) -> tuple[np.ndarray, np.ndarray]:
+        """The deceleration at half time and its standard deviation [rad/s²], each (k,)."""
+        factor = 2.0 / self.half**2
+        return -factor * self.numbers[:, 2], factor * np.sqrt(self.covariance[:, 2, 2])
+
+    def some(self, which: np.ndarray) -> Parabolas:
+        """Return those of an index or mask."""
+        return Parabolas(*(column[which] for column in self))
+
+
+def bend(x: np.ndarray, change: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """Return how a deceleration of 2 about x = 0, proportional to speed apart from that, bends a path, and its rate.
+
+    The path solves y'' = 2 − κ·y', y(0) = y'(0) = 0: y = 2·(κx − 1 + exp(−κx))/κ².
+
+    Args:
+        x: time in half flights, any shape.
+        change: κ, the slope of the deceleration over speed times half the flight, of a shape that fits.
+
+    >>> x = np.linspace(-1.0, 1.0, 5)
+    >>> bool(np.allclose(bend(x, 0.0)[0], x**2)), bool(np.allclose(bend(x, 1e-3)[0], x**2 - 1e-3 * x**3 / 3, atol=1e-6))
+    (True, True)
+    """
+    small = np.abs(change) < SLIGHT
+    if np.all(small):
+        return x * x * (1.0 - change * x / 3.0), x * (2.0 - change * x)
+    safe = np.where(small, 1.0, change)
+    power = -np.expm1(-safe * x)
+    bent = np.where(small, x * x * (1.0 - change * x / 3.0), 2.0 * (safe * x - power) / safe**2)
+    return bent, np.where(small, x * (2.0 - change * x), 2.0 * power / safe)
+
+
+def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, law: Law | None = None) -> Parabolas:
+    """Fit each flight by weighted least squares.
+
+    Each has a deceleration of its own; constant is what dry friction comes to. With ``slope`` it changes with the speed
+    within the flight, as under viscous drag.
+
+    Args:
+        known: readings of the loose gear.
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        slope: change of the deceleration with the loose gear's speed [1/s].
+        law: what is expected of the deceleration; short flights do not tell their own.
+
+    Source: Rigaud & Perret-Liaudet 2020, eq. (13); Ottewill et al. 2010, eq. (4).
+    """
+    count = len(first)
+    middle, half, base, sums = np.zeros(count), np.ones(count), np.zeros(count), np.zeros((count, 9))
+    numbers, covariance = np.zeros((count, 3)), np.zeros((count, 3, 3))
+    chi2, readings = np.full(count, np.nan), (last - first + 1).astype(float)
+    given = (known.time, known.shown, known.sigma_loose, first, last, slope, middle, half, base)
+    paths.sum_each(*given, sums)
+    paths.solve_each(base, sums, *_expected(known, first, last, law), numbers, covariance)
+    paths.judge_each(*given, numbers, chi2)
+    numbers[:, 0] += known.lift
+    return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope), base, sums)
+
+
+def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
+    """Return flights as :func:`fit` has them with what is expected of their deceleration; their chi-square stays.
+
+    Args:
+        known: readings of the loose gear.
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        free: fitted without.
+        law: what is expected.
+    """
+    numbers, covariance = np.zeros_like(free.numbers), np.zeros_like(free.covariance)
+    paths.solve_each(free.base, free.sums, *_expected(known, first, last, law), numbers, covariance)
+    numbers[:, 0] += known.lift
+    return free._replace(numbers=numbers, covariance=covariance)
+
+
+def _expected(known: Track, first: np.ndarray, last: np.ndarray, law: Law | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return weight [1/rad²] and size [rad] of what is expected of each flight's third number, each (k,)."""
+    if law is None:
+        return np.zeros(len(first)), np.zeros(len(first))
+    lasted, turned = (column[last] - column[first] for column in (known.time, known.shown))
+    return (0.125 * lasted**2 * law.varies) ** -2, -0.125 * lasted**2 * law.at(turned / lasted)
+
+
+def slope_within(
+    known: Track, first: np.ndarray, last: np.ndarray, straight: Parabolas | None = None
+) -> tuple[float, float]:
+    """Return how the deceleration changes with speed within flights, and its standard deviation [1/s].
+
+    Under viscous drag a flight is no parabola; the third power of time in it tells the slope, the same for all flights.
+    What all tell together is their weighted median: a flight that is none does not count for more than another.
+
+    Args:
+        known: readings of the loose gear.
+        first: index of each flight's first reading, (k,).
+        last: index of its last one, (k,).
+        straight: the flights fitted without a slope, where they are.
+    """
+    slope, sigma = 0.0, np.inf
+    long = last - first >= 4 * FEWEST
+    if np.count_nonzero(long) < 3:
+        return slope, sigma
+    first, last = first[long], last[long]
+    made = fit(known, first, last) if straight is None else straight.some(long)
+    for turn in range(4):
+        made = made if turn == 0 else fit(known, first, last, slope)
+        own, slack = _third_powers(known, first, last, slope, made)
+        told = np.isfinite(own) & (slack > 0.0)
+        if np.count_nonzero(told) < 3:
+            return 0.0, np.inf
+        step = _weighted_median(own[told], 1.0 / slack[told])
+        pulls = 1.4826 * float(np.median(np.abs(own[told] - step) / slack[told]))
+        sigma = 1.2533 * max(pulls, 1.0) / float(np.sqrt(np.sum(slack[told] ** -2.0)))
+        slope += step
+        if abs(step) < 0.1 * sigma:
+            break
+    return slope, sigma
+
+
+def _third_powers(
+    known: Track, first: np.ndarray, last: np.ndarray, slope: float, made: Parabolas
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much each flight asks for another slope, and the standard deviation of that [1/s], each (k,)."""
+    own, slack = np.full(len(first), np.nan), np.full(len(first), np.nan)
+    numbers = made.numbers - np.array([known.lift, 0.0, 0.0])
+    given = (known.time, known.shown, known.sigma_loose, first, last, slope, made.middle, made.half, numbers)
+    paths.third_powers(*given, MOST, own, slack)
+    return own, slack
+
+
+def _weighted_median(values: np.ndarray, weight: np.ndarray) -> float:
+    order = np.argsort(values)
+    share = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
+
+
+def common_law(flights: Parabolas) -> Law | None:
+    """Return the deceleration that flights have in common; ``None`` without any.
+
+    Args:
+        flights: of all flights; the better known half that pass for parabolas are asked.
+    """
+    slowing, slack = flights.deceleration
+    sane = np.flatnonzero(flights.chi2 < 3.0)
+    if not len(sane):
+        return None
+    best = sane[np.argsort(slack[sane])][: max(len(sane) // 2, 1)]
+    speed = (flights.numbers[:, 1] / flights.half)[best]
+    middle, centre = float(np.median(slowing[best])), float(np.median(speed))
+    slope = _between(speed - centre, slowing[best] - middle)
+    rest = slowing[best] - middle - slope * (speed - centre)
+    varies = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    varies = 2.0 * varies + LOOSE * abs(middle) + 2.0 * float(np.median(slack[best]))
+    seen = (float(speed.min()), float(speed.max()))
+    return Law(middle + float(np.median(rest)), slope, centre, varies, seen)
+
+
+def _between(speed: np.ndarray, slowing: np.ndarray) -> float:
+    """Return the slope of decelerations over speeds when it is sure, 0 when not [1/s]."""
+    if len(speed) < 12 or np.ptp(speed) == 0.0:
+        return 0.0
+    weight = np.ones(len(speed))
+    slope = offset = spread = 0.0
+    for _ in range(5):
+        rows = np.stack([np.ones_like(speed), speed])
+        offset, slope = np.linalg.lstsq((rows * weight).T, slowing * weight, rcond=None)[0]
+        rest = slowing - offset - slope * speed
+        spread = 1.4826 * float(np.median(np.abs(rest)))
+        weight = np.clip(1.0 - (rest / max(6.0 * spread, 1e-300)) ** 2, 0.0, None)
+    off = speed - np.average(speed, weights=weight + 1e-12)
+    sigma = spread / float(np.sqrt(np.sum(weight * off**2)))
+    return float(slope) if abs(slope) > SURE * sigma else 0.0

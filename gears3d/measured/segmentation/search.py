@@ -1,0 +1,309 @@
+"""Where the flanks are, from the path alone: through sure kinks first, then through all that dwells beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
+from gears3d.measured.segmentation.kinks import Kinks
+from gears3d.measured.segmentation.orders import Contact, resolved, strongest
+from gears3d.measured.segmentation.smoothing import Blocks
+from gears3d.measured.segmentation.terms import Terms, make_terms
+
+ROUNDS = 8
+GROWS = (0, 2, 4)
+"""Rounds before which orders are looked for that stand out."""
+MOST_ORDERS = 16
+"""Orders that a record may ask for."""
+QUIET = 1.5
+"""Times its noise that contact may scatter without being asked for orders: the tips of bounces lie in it."""
+SMOOTH = 1.5
+"""Times its noise that a path may be off its flank without being asked for orders."""
+WIDEST = 0.05
+"""Part of the dead band that blocks of contact may be off their flank at first."""
+REACH = 4.0
+"""Deviations from the flank that still make a dwelling block one of contact."""
+STILL = 6.0
+"""Deviations by which a dwelling block may move against the flank while its neighbours pass."""
+ASTRAY = 10.0
+"""Usual distances from the flank at which what passes for contact has no say in where the flank is."""
+FEWEST = 10
+"""Bounces off a flank that tell how far it may be from where it was drawn."""
+LOOKED_AT, TOGETHER = 100_000, 50
+"""Blocks that are looked at at most for contact, and how many neighbours of these stay together."""
+MOST = 5_000
+"""Blocks of contact that are fitted at most; every so manieth is taken."""
+
+
+def find_flanks(
+    path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True, grow: bool = True
+) -> Flanks:
+    """Return the flanks of a record.
+
+    Sure kinks say where the path bounced and on which side; the flanks through them are then drawn through all blocks
+    that stay beside them without moving, round by round, closer each time.
+
+    Args:
+        path: displacement in blocks.
+        found: its sure kinks; without any the whole record is contact with the active flank.
+        teeth: of drive and loose gear where known, for mesh orders.
+        both: whether the reverse flank is looked for too.
+        grow: whether orders are looked for that contact asks for.
+    """
+    terms = make_terms(path, teeth)
+    looked = _looked_at(len(path.time))
+    columns = _columns(path, terms, looked)
+    up = found.jump > 0.0
+    if len(found.at) < 2 or not (both or np.count_nonzero(up) >= 2):
+        return one_flank(path, teeth)
+    at, side = found.at, (~up).astype(int)
+    place = found.place
+    both = both and int(np.count_nonzero(side)) >= 2
+    if not both:
+        at, side, place = at[up], side[up], place[up]
+    gap = _first_gap(place, side, path)
+    flanks, scale = _through_seeds(path, terms, (at, side, place), gap, both)
+    for turn in range(ROUNDS):
+        if grow and turn in GROWS:
+            near, sides, _ = dwelling(path, looked, columns, flanks, scale, gap)
+            more = grown(path, flanks, near, sides)
+            if more:
+                size = 2.0 * scale / gap
+                terms = terms.with_orders(more, size)
+                flanks = flanks._replace(terms=terms)
+                columns = _columns(path, terms, looked)
+                flanks = _padded(flanks, 2 * len(more))
+        before = scale
+        flanks, scale = _closer(path, (looked, columns), flanks, (at, side, place), scale, gap)
+        if turn >= GROWS[-1] and scale == before:  # the same blocks again
+            break
+    return flanks
+
+
+def _looked_at(count: int) -> np.ndarray:
+    """Return the blocks that are looked at: all, or of many blocks runs of neighbours spread evenly."""
+    if count <= LOOKED_AT:
+        return np.arange(count)
+    first = np.linspace(0, count - TOGETHER, LOOKED_AT // TOGETHER).astype(np.intp)
+    return (first[:, None] + np.arange(TOGETHER)).ravel()
+
+
+def _columns(path: Blocks, terms: Terms, at: np.ndarray) -> np.ndarray:
+    """Return the columns of the terms at some blocks, (k, p)."""
+    return terms.columns(path.time[at], path.drive[at], path.loose[at])
+
+
+def _padded(flanks: Flanks, more: int) -> Flanks:
+    """Return flanks with further columns, nothing in them yet."""
+    active = np.append(flanks.active, np.zeros(more))
+    gap = None if flanks.gap is None else np.append(flanks.gap, np.zeros(more))
+    return flanks._replace(active=active, gap=gap)
+
+
+def grown(path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, goal: float = 0.0) -> list[tuple[str, int]]:
+    """Return orders that stand out of the contact beside both flanks.
+
+    Args:
+        path: displacement in blocks.
+        flanks: so far.
+        near: blocks in contact, (k,).
+        side: flank of each, (k,).
+        goal: what may be left, as a standard deviation [m]: orders that cannot come to it are not gone through.
+    """
+    room = MOST_ORDERS - flanks.terms.grown
+    touched = []
+    for flank in (0, 1) if flanks.gap is not None else (0,):
+        mine = near[side == flank]
+        mine = mine[:: max(len(mine) // MOST, 1)]
+        if len(mine) > 20 * len(flanks.active):
+            columns = _columns(path, flanks.terms, mine)
+            line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
+            rest = path.place[mine] - columns @ line
+            touched.append(Contact(columns, np.stack([path.drive[mine], path.loose[mine]]), rest, path.noise))
+    if not touched or room < 1:
+        return []
+    highest = resolved(path.drive, path.loose)
+    known = tuple((kind, order) for kind, order in flanks.terms.kinds if kind in ("drive", "loose"))
+    return strongest(touched, highest, room, known, QUIET, goal)[0]
+
+
+def _through_seeds(
+    path: Blocks,
+    terms: Terms,
+    seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
+    gap: float,
+    both: bool,
+) -> tuple[Flanks, float]:
+    """Return the flanks through the kinks alone, and how far half of these are off."""
+    at, side, place = seeds
+    weight, scale, columns = np.ones(len(at)), 0.2 * gap, _columns(path, terms, at)
+    flanks = through(terms, columns, side, place, scale, gap, both)
+    for _ in range(4):
+        low, high = flanks.places(path.time[at], path.drive[at], path.loose[at])
+        off = np.abs(place - np.where(side == 1, high, low))
+        scale = float(np.clip(1.4826 * np.median(off), max(0.01 * gap, path.noise), 0.2 * gap))
+        weight = np.square(np.clip(1.0 - (off / (6.0 * scale)) ** 2, 0.0, None))
+        flanks = through(terms, columns, side, place, scale, gap, both, robust=False, weight=weight)
+    return flanks, max(min(scale, WIDEST * gap), path.noise)
+
+
+def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
+    """Return the size of the dead band, or of what the path swings through when there is one flank only."""
+    if side.any() and not side.all():
+        return max(float(np.median(place[side == 1]) - np.median(place[side == 0])), 10.0 * path.noise)
+    return max(float(np.ptp(path.place)), 10.0 * path.noise)
+
+
+def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False, goal: float = 0.0) -> Flanks:
+    """Return the active flank of a record that never leaves it.
+
+    Args:
+        path: displacement in blocks.
+        teeth: of drive and loose gear where known, for mesh orders.
+        grow: whether orders that stand out are looked for; of a rattling gear they are those of its swing.
+        goal: how far the path may be off [m]: where no orders can come to that, none are gone through.
+    """
+    terms = make_terms(path, teeth)
+    size = max(float(np.ptp(path.place)), path.noise)
+    some = np.arange(0, len(path.time), max(len(path.time) // MOST, 1))
+    side = np.zeros(len(some), int)
+    flanks = None
+    for _ in range(2):
+        columns = _columns(path, terms, some)
+        flanks = through(terms, columns, side, path.place[some], path.noise, size, False, robust=False)
+        rough = float(np.std(path.place - flanks.places(path.time, path.drive, path.loose)[0]))
+        flanks = flanks._replace(rough=max(rough, path.noise), contact=1.0)
+        more = grown(path, flanks, some, side, goal) if grow and rough > SMOOTH * path.noise else []
+        if not more:
+            break
+        terms = terms.with_orders(more, 1.0)
+    assert flanks is not None
+    return flanks
+
+
+def _closer(
+    path: Blocks,
+    looked: tuple[np.ndarray, np.ndarray],
+    flanks: Flanks,
+    seeds: tuple[np.ndarray, np.ndarray, np.ndarray],
+    scale: float,
+    gap: float,
+) -> tuple[Flanks, float]:
+    """Return the flanks through all blocks that dwell beside them, and how far these are off."""
+    near, side, off = dwelling(path, *looked, flanks, scale, gap)
+    terms, columns = flanks.terms, looked[1]
+    both = flanks.gap is not None
+    rough = scale
+    if len(near) >= 3 * columns.shape[1]:
+        rough = 1.4826 * float(np.median(np.abs(off - np.median(off))))
+    scale = max(min(rough, 0.7 * scale), path.noise)
+    some = slice(None, None, max(len(near) // MOST, 1))
+    at = np.concatenate([near[some], seeds[0]])
+    sides = np.concatenate([side[some], seeds[1]])
+    places = np.concatenate([path.place[near[some]], seeds[2]])
+    weight = np.concatenate([np.ones(len(near[some])), np.full(len(seeds[0]), 0.01)])
+    made = through(terms, _columns(path, terms, at), sides, places, scale, gap, both, weight=weight)
+    return made._replace(rough=scale, contact=len(near) / len(columns)), scale
+
+
+def moved(path: Blocks, like: Flanks, found: Kinks) -> Flanks | None:
+    """Return the flanks of another record of the same gears where a record has them; ``None`` without sure kinks.
+
+    Args:
+        path: displacement in blocks.
+        like: flanks of the other record; its slow drift stays with it.
+        found: sure kinks of this one.
+    """
+    if len(found.at) < 2:
+        return None
+    drifts = np.array([kind == "drift" for kind, _ in like.terms.kinds])  # one column each, before all orders
+    still = np.append(np.where(drifts, 0.0, 1.0), np.ones(len(like.active) - len(drifts)))
+    terms = like.terms._replace(begin=float(path.time[0]), span=float(path.time[-1] - path.time[0]))
+    active, gap = like.active * still, None if like.gap is None else like.gap * still
+    flanks = like._replace(terms=terms, active=active, gap=gap, rough=path.noise)
+    low, high = flanks.places(path.time[found.at], path.drive[found.at], path.loose[found.at])
+    side = found.jump < 0.0
+    off = np.where(side, high, low) - found.place
+    flanks.active[0] -= np.median(off[np.isfinite(off)])
+    return flanks
+
+
+def refined(
+    path: Blocks, flanks: Flanks, still: tuple[np.ndarray, np.ndarray], touches: tuple[np.ndarray, ...]
+) -> Flanks:
+    """Return the flanks through what is known to be contact and through the moments at which bounces touch.
+
+    Blocks that dwell include the rounded tips of bounces, which lie inside the dead band; these do not.
+
+    Args:
+        path: displacement in blocks.
+        flanks: so far.
+        still: indices of blocks in contact, and their flanks, each (k,).
+        touches: time [s], angles of drive and loose gear [rad], flank, displacement and its deviation [m], each (i,).
+    """
+    near, side = still
+    some = slice(None, None, max(len(near) // MOST, 1))
+    near, side = near[some], side[some]
+    time, drive, loose, struck, place, sigma = touches
+    both = flanks.gap is not None
+    if len(near) + len(time) < 3 * len(flanks.active):
+        return flanks
+    columns = flanks.terms.columns(
+        np.append(path.time[near], time), np.append(path.drive[near], drive), np.append(path.loose[near], loose)
+    )
+    sides = np.append(side, struck).astype(int)
+    places = np.append(path.place[near], place)
+    weight = np.append(np.ones(len(near)), (flanks.rough / np.maximum(sigma, 0.3 * flanks.rough)) ** 2)
+    off = places - columns @ flanks.active - (0.0 if flanks.gap is None else (columns @ flanks.gap) * sides)
+    weight *= _beside(off, sides, len(near), flanks.rough)
+    gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
+    made = through(flanks.terms, columns, sides, places, flanks.rough, gap, both, weight=weight)
+    return made._replace(rough=flanks.rough, contact=flanks.contact)
+
+
+def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.ndarray:
+    """Return Tukey's weights of places by how far they are off their flank, against what is usual where bounces touch.
+
+    What lies between two flights counts as contact, also where a flight was overlooked; a bounce touches its flank.
+
+    Args:
+        off: distances from the flanks [m], (n,).
+        side: flank of each, (n,).
+        still: how many of them, the first ones, are blocks in contact.
+        rough: what contact scatters at least [m].
+    """
+    usual = np.full(len(off), np.inf)
+    for flank in (0, 1):
+        touched = np.abs(off[still:][side[still:] == flank])
+        if len(touched) >= FEWEST:
+            usual[side == flank] = max(1.4826 * float(np.median(touched)), rough)
+    return np.square(np.clip(1.0 - (off / (ASTRAY * usual)) ** 2, 0.0, None))
+
+
+def dwelling(
+    path: Blocks, looked: np.ndarray, columns: np.ndarray, flanks: Flanks, scale: float, gap: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the blocks that stay beside a flank: index, flank, and distance from it [m], each (k,).
+
+    Args:
+        path: displacement in blocks.
+        looked: blocks that are looked at, runs of neighbours, (l,).
+        columns: of the flanks' terms at these, (l, p).
+        flanks: so far.
+        scale: standard deviation of blocks about their flank [m].
+        gap: width of the dead band as the kinks have it [m].
+    """
+    above = path.place[looked] - columns @ flanks.active
+    width = np.full(len(above), np.inf) if flanks.gap is None else columns @ flanks.gap
+    moved = np.zeros(len(above))
+    moved[1:-1] = np.where(looked[2:] - looked[:-2] == 2, above[2:] - above[:-2], np.inf)  # ends of runs do not tell
+    moved = np.minimum(np.abs(moved), np.abs(moved - np.gradient(width) * 2.0) if flanks.gap is not None else np.inf)
+    still = moved < STILL * path.noise
+    low, high = np.abs(above) < REACH * scale, np.abs(above - width) < REACH * scale
+    if flanks.gap is not None:
+        high &= width > NARROWEST * gap
+    low &= ~high | (np.abs(above) < np.abs(above - width))
+    high &= ~low
+    near = np.flatnonzero(still & (low | high))
+    side = high[near].astype(int)
+    return looked[near], side, np.where(side == 1, above[near] - width[near], above[near])

@@ -1,0 +1,252 @@
+"""A record cut into flights and contacts: flanks are tried until flights pass their own test of noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.segmentation.cutting import DROPPED, WRONG, Cut, cut_along
+from gears3d.measured.segmentation.flanks import Flanks
+from gears3d.measured.segmentation.flights import Touches, crossings
+from gears3d.measured.segmentation.kinks import Kinks, kinks
+from gears3d.measured.segmentation.parabolas import Parabolas
+from gears3d.measured.segmentation.search import MOST, QUIET, find_flanks, moved, one_flank, refined
+from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track
+from gears3d.measured.segmentation.tables import Columns, Segments, contacts_between, flight_table, impacts_of
+from gears3d.measured.segmentation.touching import within
+from gears3d.measured.segmentation.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
+
+TOO_FEW = 0.2
+"""Part of the flights that must pass their own test, for the flanks to be believed."""
+SCALES_TRIED = (4, 3, 5)
+"""How many scales of kinks are looked with, until flights pass their own test."""
+PLAIN = 0.005
+"""Part of a record that may stay unexplained before other kinks are tried, too."""
+DOUBTFUL = 0.05
+"""Part of a record that stays unexplained, from which on its cut is told with a warning."""
+CALM_FEWEST = 50
+"""Blocks in contact with a flank without which nothing is said of how calm it is."""
+AGAIN = 2
+"""Times that the flanks are drawn anew through what turned out to be contact, at most."""
+SETTLED = 0.25
+"""Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
+other places in contact would have moved them."""
+
+
+def segment(
+    known: Track,
+    teeth: tuple[int, int] | None = None,
+    file: str = "",
+    progress: Callable[[float], None] | None = None,
+    shapes: tuple[Shape, ...] = (),
+) -> Segments:
+    """Cut a record into flights and contacts by the position in the gap.
+
+    Args:
+        known: displacement and angles.
+        teeth: of drive and loose gear where known, for mesh orders of the flanks.
+        file: named in faults.
+        progress: called now and then with the part that is done, 0 to 1.
+        shapes: that flanks may have besides orders.
+
+    Raises:
+        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+    """
+    tell = progress or _quiet
+    path = known.blocks._replace(shapes=shapes)
+    tell(0.1)
+    seeds = kinks(path, SCALES_TRIED[0])
+    single, still = _resting(path, teeth)
+    faults: list[Fault] = []
+    tell(0.2)
+    best, least, drawn = None, np.inf, single
+    for scales in SCALES_TRIED:
+        seeds = seeds if scales == SCALES_TRIED[0] else kinks(path, scales)
+        if still and (len(seeds.at) < 2 or single.terms.grown):
+            break
+        sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
+        for both in sides:
+            flanks = find_flanks(path, seeds, teeth, both)
+            if best is not None and not _moved(path, drawn, flanks):
+                return best  # other kinks tell the same flanks
+            try:
+                found = _between_flanks(known, path, flanks, seeds, teeth, both, file, tell)
+            except InputError as error:
+                faults += error.faults
+                continue
+            if found is not None and (doubt := doubtful(found)) < least:
+                best, least, drawn = found, doubt, flanks
+            if best is not None:
+                break
+        if least < PLAIN:
+            break
+    if best is not None:
+        return best
+    if still or not faults:
+        return _no_rattle(known, path, single)
+    raise InputError(faults[:1])
+
+
+def alike(known: Track, like: Flanks, file: str = "") -> Segments:
+    """Cut a record along the flanks that another record of the same gears has shown, wherever its zero is.
+
+    A gear that never rests tells little of where its flanks are; what it bounces off are the same flanks.
+
+    Args:
+        known: displacement and angles, with the same zeros of both.
+        like: flanks of the other record.
+        file: named in faults.
+
+    Raises:
+        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+    """
+    path = known.blocks._replace(shapes=like.terms.shapes)
+    seeds = kinks(path, SCALES_TRIED[0])
+    flanks = moved(path, like, seeds)
+    cut = None if flanks is None else _cut_between(known, path, flanks, seeds, like.gap is not None, file, _quiet)
+    if cut is None:
+        raise InputError(Fault("theta_loose_rad", "bounces off nothing that is sure to be a flank", "", file))
+    return cut
+
+
+def doubtful(cut: Segments) -> float:
+    """Return the part of a record that the cut does not explain.
+
+    That is the time of flights that do not testify, and of contacts further from their flank than a flight must be.
+
+    Args:
+        cut: the record.
+    """
+    path, flights = cut.path, cut.flights
+    state = cut.states(path.time)
+    low, high = cut.flanks.places(path.time, path.drive, path.loose)
+    off = np.where(state == REVERSE, high - path.place, path.place - low)
+    astray = float(np.mean((state != FLIGHT) & (np.abs(off) > clearance(path, cut.flanks))))
+    strange = float(np.sum((flights["end_s"] - flights["start_s"])[flights["testifies"] == 0]))
+    return astray + strange / float(path.time[-1] - path.time[0])
+
+
+def _resting(path: Blocks, teeth: tuple[int, int] | None) -> tuple[Flanks, bool]:
+    """Return the flank of a record of contact alone, and whether the path never leaves it.
+
+    A rattle in step with the revolution has orders, too, but none that round its impacts off.
+    """
+    plain = one_flank(path, teeth)
+    least = max(3.0 * path.noise, path.slack)
+    if plain.rough < least:
+        return plain, True
+    wavy = one_flank(path, teeth, True, least)
+    if wavy.rough < least:
+        off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
+        if len(kinks(path._replace(place=off), SCALES_TRIED[0]).at) < 2:
+            return wavy, True
+    return plain, False
+
+
+def _quiet(part: float) -> None:
+    """Tell nobody."""
+
+
+def _between_flanks(
+    known: Track,
+    path: Blocks,
+    flanks: Flanks,
+    seeds: Kinks,
+    teeth: tuple[int, int] | None,
+    both: bool,
+    file: str,
+    tell: Callable[[float], None],
+) -> Segments | None:
+    """Return the record cut along flanks, drawn anew; ``None`` where two flanks are one.
+
+    Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
+    flank that is seldom touched ask for orders, too.
+
+    Raises:
+        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+    """
+    found = _cut_between(known, path, flanks, seeds, both, file, tell)
+    if found is None or not found.flanks.terms.grown:
+        return found
+    try:
+        plain = _cut_between(known, path, find_flanks(path, seeds, teeth, both, grow=False), seeds, both, file, _quiet)
+    except InputError:
+        return found
+    if plain is None or not _calm(path, plain) or doubtful(plain) > doubtful(found) + PLAIN:
+        return found
+    return plain
+
+
+def _calm(path: Blocks, cut: Segments) -> bool:
+    """Whether contact is no further off its flanks than noise makes it."""
+    flanks = cut.flanks.places(path.time, path.drive, path.loose)
+    for flank in (ACTIVE, REVERSE):
+        near = within(path.time, cut.contacts, path.width, flank)
+        off = np.abs(path.place[near] - flanks[flank][near])
+        if len(near) >= CALM_FEWEST and 1.4826 * float(np.median(off)) > QUIET * path.noise:
+            return False
+    return True
+
+
+def _cut_between(
+    known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, both: bool, file: str, tell: Callable[[float], None]
+) -> Segments | None:
+    """Return the record cut along flanks, drawn anew as long as cutting moves them."""
+    if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
+        return None
+    tell(0.4)
+    cut = cut_along(known, path, flanks, seeds, file)
+    for turn in range(AGAIN):
+        tell(0.6 + 0.4 * turn / AGAIN)
+        before, flanks = flanks, refined(path, flanks, *_evidence(path, cut))
+        if turn and not _moved(path, before, flanks):
+            break
+        cut = cut_along(known, path, flanks, seeds, file)
+    chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
+    if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
+        return cut.segments
+    what = "leaves what looks like a flank, but never strikes it"
+    if len(chi2):
+        what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
+    raise InputError(Fault("theta_loose_rad", what, "the counts are too coarse, or the flanks too wavy", file))
+
+
+def _moved(path: Blocks, before: Flanks, now: Flanks) -> bool:
+    """Whether flanks are elsewhere than they were, by more than what the choice of places on them does."""
+    some = slice(None, None, max(len(path.time) // MOST, 1))
+    angles = path.time[some], path.drive[some], path.loose[some]
+    one, other = (flanks.places(*angles) for flanks in (before, now))
+    with np.errstate(invalid="ignore"):
+        moved = [float(np.sqrt(np.mean(np.square(a - b)))) for a, b in zip(one, other, strict=True)]
+    return any(each > SETTLED * path.noise for each in moved)
+
+
+def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:
+    """Return a record that is one contact with the active flank."""
+    return Segments(known, path, flanks, *_rest(known), dict.fromkeys(DROPPED, 0))
+
+
+def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
+    """Return the tables of a record that does not rattle: one contact with the active flank."""
+    nothing = np.zeros(0)
+    whole = nothing.astype(int)
+    none = Runs(whole, whole, whole, whole, nothing)
+    empty = Parabolas(
+        nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing, nothing, np.zeros((0, 9))
+    )
+    never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
+    flights = flight_table(none, empty, never, never, nothing.astype(bool))
+    edges = (float(known.time[0]), float(known.time[-1]), ACTIVE)
+    return flights, contacts_between(flights, edges), impacts_of(flights, nothing.astype(bool))
+
+
+def _evidence(path: Blocks, cut: Cut) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
+    """Return what tells where the flanks are: blocks within contacts, and crossings of flights."""
+    contacts, flights = cut.segments.contacts, cut.segments.flights
+    near = [within(path.time, contacts, path.width, flank) for flank in (ACTIVE, REVERSE)]
+    side = np.repeat([ACTIVE, REVERSE], [len(one) for one in near])
+    of = np.flatnonzero(flights["blow"]) - 1
+    time, drive, loose, place, sigma = crossings(cut.paths, cut.where, of, flights["end_s"][of])
+    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma)

@@ -1,0 +1,265 @@
+"""Displacement of the loose gear, and how well it is known, from two encoders that count and tremble."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.segmentation.drive import Steady, steady
+from gears3d.measured.segmentation.readings import FEWEST, Reading, read_encoder, stuck, usual
+from gears3d.signals import noise_of, some_steps
+
+LONGEST = 1e-3
+"""Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
+FOLLOWS = 2.0
+"""Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
+AT_ONCE = 1 << 18
+"""Readings that are worked out at a time."""
+KEPT = 1 << 20
+"""Readings up to which the drive's angle is worked out once and kept."""
+STRETCHES, STRETCH = 16, 1 << 16
+"""Stretches of a long record that tell how lively it is, and the readings in each."""
+CORNER = 16.0
+"""Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Both gears at the readings of the loose gear: :meth:`part` works out what a stretch of a long record needs.
+
+    Args:
+        time: [s], rising, (n,).
+        shown: angle of the loose gear as its encoder shows it [rad], (n,).
+        steady: the drive's motion as a curve.
+        follows: whether that curve stands for the drive; else its readings do.
+        sigma_loose: standard deviation of the loose gear's angle [rad], (n,).
+        noise: standard deviation of one reading of ``place`` [m].
+        slack: what counting may put ``place`` off by for many readings in a row [m]; 0 where noise dithers the counts.
+        radii: base radii of drive and loose gear [m].
+        readings: of the drive's and the loose gear's encoder.
+        step: median distance of the record's samples [s].
+    """
+
+    time: np.ndarray
+    shown: np.ndarray
+    steady: Steady
+    follows: bool
+    sigma_loose: np.ndarray
+    noise: float
+    slack: float
+    radii: tuple[float, float]
+    readings: tuple[Reading, Reading]
+    step: float
+
+    @cached_property
+    def drive(self) -> np.ndarray:
+        """Angle of the drive gear [rad], (n,)."""
+        return self._driven(slice(None))
+
+    @cached_property
+    def loose(self) -> np.ndarray:
+        """Angle of the loose gear [rad], (n,)."""
+        return self.shown + self.lift if self.lift else self.shown
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """Displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,)."""
+        return self.part(slice(None))[2]
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """Means over blocks, as :func:`blocks` has them."""
+        return blocks(self)
+
+    @cached_property
+    def spacing(self) -> float:
+        """Median distance of the readings [s]."""
+        return float(np.median(some_steps(self.time)))
+
+    @cached_property
+    def origin(self) -> tuple[float, float]:
+        """Angles of drive and loose gear at the first reading [rad]."""
+        return float(self.driven(slice(0, 1))[0]), float(self.shown[0]) + self.lift
+
+    @property
+    def lift(self) -> float:
+        """What the loose gear's angle is above what its encoder shows [rad]."""
+        return self.readings[1].lift
+
+    def driven(self, rows: slice | np.ndarray) -> np.ndarray:
+        """Return the angle of the drive gear at some readings [rad].
+
+        Args:
+            rows: which.
+        """
+        return self.drive[rows] if len(self.time) <= KEPT else self._driven(rows)
+
+    def _driven(self, rows: slice | np.ndarray) -> np.ndarray:
+        at, one = self.time[rows], self.readings[0]
+        return self.steady.curve(at) if self.follows else np.interp(at, one.time, one.shown) + one.lift
+
+    def part(self, rows: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the angles of drive and loose gear [rad] and the displacement [m] at some readings.
+
+        Args:
+            rows: which.
+        """
+        driven, loose = self.driven(rows), self.shown[rows] + self.lift
+        place = self.radii[1] * (loose - self.origin[1])
+        place -= self.radii[0] * (driven - self.origin[0])
+        return driven, loose, place
+
+    def angles(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the angles of drive and loose gear at times, straight lines between the readings [rad], each (k,).
+
+        Args:
+            time: [s], (k,).
+        """
+        after = np.clip(np.searchsorted(self.time, time), 1, len(self.time) - 1)
+        begin, length = self.time[after - 1], self.time[after] - self.time[after - 1]
+        share = np.clip((time - begin) / length, 0.0, 1.0)
+        (drive, loose, _), (driven, turned, _) = self.part(after - 1), self.part(after)
+        return drive + share * (driven - drive), loose + share * (turned - loose)
+
+
+class Shape(NamedTuple):
+    """A form that a flank may have besides orders.
+
+    Args:
+        over: displacement of unit size over the angles of drive and loose gear [rad], each (n,).
+        flank: 0 active, 1 reverse.
+        size: that is expected [m].
+        known: whether it is known to a few hundredths already.
+    """
+
+    over: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    flank: int
+    size: float = 0.0
+    known: bool = False
+
+
+class Blocks(NamedTuple):
+    """Means over a few readings each: short enough for a bounce, long enough to quieten the noise.
+
+    Args:
+        time: [s], (m,).
+        drive: [rad], (m,).
+        loose: [rad], (m,).
+        place: [m], (m,).
+        noise: standard deviation of ``place`` [m], measured on the blocks themselves.
+        slack: of the track [m].
+        size: readings in each.
+        width: duration of a typical block [s].
+        shapes: that flanks may have besides orders, of unit size, over the angles of drive and loose gear.
+    """
+
+    time: np.ndarray
+    drive: np.ndarray
+    loose: np.ndarray
+    place: np.ndarray
+    noise: float
+    slack: float
+    size: int
+    width: float
+    shapes: tuple[Shape, ...] = ()
+
+
+def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], file: str = "") -> Track:
+    """Return displacement and angles at the readings of the loose gear.
+
+    Args:
+        time: of the samples [s], rising, (n,).
+        drive: angle of the drive gear, zero anywhere [rad], (n,).
+        loose: angle of the loose gear, zero anywhere [rad], (n,).
+        radii: base radii of drive and loose gear [m].
+        file: named in faults.
+
+    Raises:
+        InputError: there are too few readings.
+
+    >>> time = np.linspace(0.0, 1.0, 1001)
+    >>> float(np.ptp(track(time, 3.0 * time, 3.0 * time + 1e-4, (0.1, 0.1)).place).round(9))
+    0.0
+    """
+    one, other = read_encoder(time, drive), read_encoder(time, loose)
+    for name, reading in (("theta_drive_rad", one), ("theta_loose_rad", other)):
+        if len(reading.time) < FEWEST:
+            what = f"is read {len(reading.time)} times only"
+            raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
+    inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
+    if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
+        inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
+    at, shown, sigma = other.time[inside], other.shown[inside], other.sigma[inside]
+    curve = steady(one)
+    follows = curve.rest < FOLLOWS
+    theirs = curve.sigma if follows else usual(one.sigma)
+    noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
+    slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
+    return Track(
+        at, shown, curve, follows, sigma, noise, slack, radii, (one, other), float(np.median(some_steps(time)))
+    )
+
+
+def blocks(known: Track) -> Blocks:
+    """Return means over blocks, as long as a corner of the path allows.
+
+    A mean over a time W quietens the noise by the root of its readings and rounds a corner of speed v off by v·W/8; W
+    keeps that a little below the noise.
+
+    Args:
+        known: the displacement.
+    """
+    spacing = known.spacing
+    longest = max(int(LONGEST / float(np.quantile(some_steps(known.time), 0.9))), 1)
+    floor = max(known.noise, 1e-12)
+    speed = _speed(known, floor)
+    size = int(np.cbrt(CORNER * floor**2 / (spacing**2 * speed**2))) if speed > 0.0 else longest
+    size = int(np.clip(size, 1, longest))
+    time, drive, loose, place = _means(known, size)
+    quiet = max(noise_of(time, place, clip=4.0), 0.2 * floor / np.sqrt(size), 1e-12)
+    return Blocks(time, drive, loose, place, quiet, known.slack, size, size * spacing)
+
+
+def _speed(known: Track, noise: float) -> float:
+    """Return how fast the displacement changes at its liveliest tenth [m/s], between the shortest means to show it."""
+    means = np.concatenate([known.part(rows)[2] for rows in _stretches(len(known.time))])
+    for size in 2 ** np.arange(0, 16):
+        if len(means) < 16:
+            break
+        longer = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
+        moved = np.subtract(means[1:], means[:-1], out=means[:-1])  # in place: a long record has no room for two
+        high = float(np.quantile(np.abs(moved, out=moved), 0.9, overwrite_input=True))
+        means = longer
+        if high > 4.0 * noise * np.sqrt(2.0 / size):
+            return high / (size * known.spacing)
+    return 0.0
+
+
+def _means(known: Track, size: int, wanted: tuple[int, ...] = (0, 1, 2, 3)) -> tuple[np.ndarray, ...]:
+    """Return time [s], angles of drive and loose gear [rad] and displacement [m], means over so many readings each."""
+    count = len(known.time) // size
+    made = tuple(np.zeros(count) for _ in wanted)
+    for first, last in _pieces(count, max(AT_ONCE // size, 1)):
+        rows = slice(first * size, last * size)
+        columns = (known.time[rows], *known.part(rows))
+        for column, values in zip(made, (columns[one] for one in wanted), strict=True):
+            column[first:last] = values.reshape(last - first, size).mean(axis=1) if size > 1 else values
+    return made
+
+
+def _stretches(count: int) -> list[slice]:
+    """Return stretches of a record that stand for it, evenly spread; the whole where it is short."""
+    if count <= STRETCHES * STRETCH:
+        return [slice(0, count)]
+    first = np.linspace(0, count - STRETCH, STRETCHES).astype(int)
+    return [slice(one, one + STRETCH) for one in first.tolist()]
+
+
+def _pieces(count: int, most: int) -> Iterator[tuple[int, int]]:
+    for first in range(0, count, most):
+        yield first, min(first + most, count)

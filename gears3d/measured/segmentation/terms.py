@@ -1,0 +1,152 @@
+"""What the place of a flank is made of: constant, slow drift, and orders of both gears."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.measured.segmentation.kernels import orders
+from gears3d.measured.segmentation.smoothing import Blocks, Shape
+
+SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE,
+         "shape": orders.OFFSET}  # fmt: skip
+"""Numbers that the kernels have for the kinds of terms; of shapes they know nothing."""
+SHAPED = 3
+"""Columns before those of shapes."""
+
+LOW_ORDERS = (1, 2, 3)
+"""Of either gear, once per revolution and its multiples, that flanks may have."""
+MESH_ORDERS = (1, 2)
+"""Multiples of the tooth number."""
+PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
+"""Expected size of a term in gaps: what the record does not tell stays small."""
+
+
+class Terms(NamedTuple):
+    """What a flank's place is made of.
+
+    Args:
+        kinds: ``"offset"``, ``"drift"``, ``"shape"``, ``"drive"``, ``"loose"`` each with its number, degree or order,
+            in columns.
+        prior: expected size of each column in gaps, (p,).
+        begin: of the record [s].
+        span: of the record [s].
+        grown: orders, the last ones, that the record itself asked for.
+        shapes: that flanks may have besides orders.
+    """
+
+    kinds: tuple[tuple[str, int], ...]
+    prior: np.ndarray
+    begin: float
+    span: float
+    grown: int = 0
+    shapes: tuple[Shape, ...] = ()
+
+    def with_orders(self, taken: list[tuple[str, int]], size: float) -> Terms:
+        """Return the terms with further orders.
+
+        Args:
+            taken: gear and order of each.
+            size: expected of them, in gaps.
+        """
+        prior = np.append(self.prior, np.full(2 * len(taken), size))
+        return self._replace(kinds=(*self.kinds, *taken), prior=prior, grown=self.grown + len(taken))
+
+    def columns(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return the columns at times and angles, (n, p).
+
+        Args:
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(time), len(self.prior)))
+        orders.columns(*self._coded(), *self._at(time, drive, loose), made)
+        for number, shape in enumerate(self.shapes):
+            made[:, SHAPED + number] = shape.over(drive, loose)
+        return made
+
+    def sums(self, numbers: np.ndarray, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return sums of the columns, without making these, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            time: [s], (n,).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(time)))
+        known = numbers.copy()
+        known[:, SHAPED : SHAPED + len(self.shapes)] = 0.0
+        orders.sums(*self._coded(), *self._at(time, drive, loose), known, made)
+        return made + self.shaped(numbers, drive, loose)
+
+    @property
+    def flank(self) -> np.ndarray:
+        """Flank that each column belongs to, 0 active, 1 reverse, -1 both, (p,)."""
+        owner = np.full(len(self.prior), -1)
+        owner[SHAPED : SHAPED + len(self.shapes)] = [shape.flank for shape in self.shapes]
+        return owner
+
+    @property
+    def expected(self) -> np.ndarray:
+        """Numbers that the columns are expected to have beforehand, each on its flank [m], (p,)."""
+        numbers = np.zeros(len(self.prior))
+        numbers[SHAPED : SHAPED + len(self.shapes)] = [shape.size for shape in self.shapes]
+        return numbers
+
+    def shaped(self, numbers: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
+        """Return what the shapes alone add to sums of the columns, (s, n).
+
+        Args:
+            numbers: of each sum, (s, p).
+            drive: [rad], (n,).
+            loose: [rad], (n,).
+        """
+        made = np.zeros((len(numbers), len(drive)))
+        for number, shape in enumerate(self.shapes):
+            made += numbers[:, SHAPED + number, None] * shape.over(drive, loose)
+        return made
+
+    def _coded(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return sort and order of the terms as numbers."""
+        return np.array([SORTS[kind] for kind, _ in self.kinds]), np.array([order for _, order in self.kinds])
+
+    def _at(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return time from -1 to 1 over the record, and the angles, as the kernels take them."""
+        x = 2.0 * (time - self.begin) / self.span - 1.0
+        return x, np.ascontiguousarray(drive), np.ascontiguousarray(loose)
+
+
+def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
+    """Return the terms that a record can tell apart.
+
+    Orders of both gears are one where the gears have turned almost alike; mesh orders need blocks short enough and a
+    record of some meshes.
+
+    Args:
+        path: displacement in blocks.
+        teeth: of drive and loose gear where known.
+    """
+    span = float(path.time[-1] - path.time[0])
+    turns = [abs(float(angle[-1] - angle[0])) / (2 * np.pi) for angle in (path.drive, path.loose)]
+    kinds, prior = [("offset", 0)], [PRIOR["offset"]]
+    for degree in (1, 2):
+        kinds.append(("drift", degree))
+        prior.append(PRIOR["drift"])
+    for number, shape in enumerate(path.shapes):
+        kinds.append(("shape", number))
+        prior.append(PRIOR["known" if shape.known else "shape"])
+    apart = abs(turns[0] - turns[1])
+    for gear in ("drive", "loose") if apart > 0.5 else ("drive",):
+        for order in LOW_ORDERS:
+            kinds.append((gear, order))
+            prior += 2 * [PRIOR["low"] / order]
+    per_turn = len(path.time) / max(turns[0], 1e-9)
+    for multiple in MESH_ORDERS if teeth else ():
+        order = multiple * (teeth or (0, 0))[0]
+        if order * turns[0] > 10.0 and per_turn > 8.0 * order:
+            kinds.append(("drive", order))
+            prior += 2 * [PRIOR["mesh"]]
+    return Terms(tuple(kinds), np.array(prior), float(path.time[0]), span, shapes=path.shapes)

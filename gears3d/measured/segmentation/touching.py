@@ -1,0 +1,108 @@
+"""Orders of both gears while they touch: what a measured record tells of one flank."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.measured.segmentation.orders import GEARS, MOST, STRAY, Contact, columns_of, resolved, spread_of, strongest
+
+if TYPE_CHECKING:
+    from gears3d.measured.segmentation.measured import Measurement
+
+ROWS = 20_000
+"""Places that are asked at most."""
+
+
+def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
+    """Return the orders of both gears in the displacement while the gears touch, strongest first.
+
+    An order is taken when noise alone would hardly be as strong, and when it foretells the revolutions
+    from which it was not fitted. Phases count from the zero of the record's own angles.
+
+    Args:
+        measurement: of a record.
+        flank: 0 active, 1 reverse.
+        most: orders that are taken at most.
+
+    Returns:
+        ``gear`` (0 drive, 1 loose; the drive's only where both have turned alike), ``order``, ``amplitude_m``,
+        ``sigma_m`` and ``phase_rad`` of amplitude·cos(order·θ + phase), and ``share``, the part of the variance that
+        no other order of these explains, each (k,).
+
+    >>> from gears3d.measured.segmentation import measure
+    >>> from gears3d.scenario import load
+    >>> from gears3d.simulation import record
+    >>> wave = [{"kind": "transmission_error", "order": 5, "amplitude": "9 um", "phase": "30 deg"}]
+    >>> bench = load("scenarios/rigaud-2020/fig5-20rpm.toml", {"motion.harmonics": [], "effect": wave})
+    >>> bench = bench.with_({"sensors.loose.noise": "2e-6 rad"})
+    >>> found = contact_orders(measure(record(bench), bench))
+    >>> found["order"].tolist(), found["amplitude_m"].round(7).tolist()
+    ([5], [9e-06])
+    """
+    cut = measurement.segments
+    path, contacts = cut.path, cut.contacts
+    near = within(path.time, contacts, path.width, flank)
+    some = near[:: max(len(near) // ROWS, 1)]
+    x = (path.time[some] - path.time[0]) / max(float(path.time[-1] - path.time[0]), 1e-300)
+    base = np.stack([np.ones_like(x), x - 0.5, (x - 0.5) ** 2], axis=1)
+    floor = max(path.noise, path.slack / np.sqrt(3.0))
+    touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
+    highest = resolved(path.drive, path.loose)
+    taken, numbers, covariance = strongest([touched], highest, most)
+    pairs = numbers[0, base.shape[1] :].reshape(-1, 2)
+    spread = np.diag(covariance[0])[base.shape[1] :].reshape(-1, 2)
+    amplitude = np.hypot(pairs[:, 0], pairs[:, 1])
+    rank = np.argsort(-amplitude, kind="stable")
+    found = {
+        "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
+        "order": np.array([order for _, order in taken], int),
+        "amplitude_m": amplitude,
+        "sigma_m": np.sqrt(spread.mean(axis=1)) if len(pairs) else amplitude,
+        "phase_rad": np.arctan2(-pairs[:, 1], pairs[:, 0]),
+        "share": shares(touched, taken, numbers[0]),
+    }
+    return {name: column[rank] for name, column in found.items()}
+
+
+def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flank: int | None = None) -> np.ndarray:
+    """Return the indices of blocks that lie well within contacts.
+
+    Args:
+        time: of the blocks [s], (m,).
+        contacts: ``flank``, ``start_s``, ``end_s``.
+        width: of a block [s].
+        flank: 0 active, 1 reverse; ``None`` for both.
+    """
+    mine = np.ones(len(contacts["flank"]), bool) if flank is None else contacts["flank"] == flank
+    start, end = contacts["start_s"][mine], contacts["end_s"][mine]
+    lasts = end - start
+    spare = np.minimum(np.maximum(0.15 * lasts, 2.0 * width), 0.4 * lasts)
+    spare = np.minimum(spare, np.maximum(20.0 * width, 5e-3))
+    first, stop = np.searchsorted(time, start + spare), np.searchsorted(time, end - spare)
+    spans = [np.arange(a, b) for a, b in zip(first, stop, strict=True)]
+    return np.concatenate([*spans, np.zeros(0, int)])
+
+
+def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> np.ndarray:
+    """Return by how much more is left over without each order, as a part of what is left without any, (k,).
+
+    Where gears touch at some angles only, two orders may nearly cancel: their amplitudes tell no share.
+
+    Args:
+        one: places in contact.
+        taken: gear and order of each.
+        numbers: that were fitted, (p,).
+    """
+    columns = columns_of(one, taken)
+    rest = one.place - columns @ numbers
+    keep = np.abs(rest) <= STRAY * max(spread_of(rest), one.noise)
+    rows, place = columns[keep], one.place[keep]
+    base = rows[:, : one.base.shape[1]]
+    total = place - base @ np.linalg.lstsq(base, place, rcond=None)[0]
+    inverse = np.linalg.pinv(rows.T @ rows, hermitian=True)
+    found, first = inverse @ (rows.T @ place), base.shape[1]
+    pairs = [slice(at, at + 2) for at in range(first, len(found), 2)]
+    more = np.array([found[pair] @ np.linalg.pinv(inverse[pair, pair]) @ found[pair] for pair in pairs])
+    return np.clip(more / max(float(total @ total), 1e-300), 0.0, 1.0)

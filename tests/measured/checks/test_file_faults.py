@@ -1,0 +1,235 @@
+"""Faults of the file: each found with its size, and undone where that is asked for."""
+
+import numpy as np
+import pytest
+
+from gears3d.errors import InputError, UsageError
+from gears3d.measured.checks import CORRECTABLE, admit, admit_all, correct, examine
+from gears3d.measured.readers import Channels
+from gears3d.recording import Recording
+from tests.measured.checks import faults
+from tests.measured.checks.clean import channels, rattling, turning
+
+LOOSE, DRIVE = faults.LOOSE, faults.DRIVE
+
+
+@pytest.fixture(scope="module", params=["rattle", "contact"])
+def record(request):
+    return rattling() if request.param == "rattle" else turning()
+
+
+def found(record, columns, **options):
+    return examine(channels(columns), record[0], **options)
+
+
+def the_one(record, columns):
+    findings = found(record, columns)
+    assert len(findings) == 1, [(one.kind, one.evidence) for one in findings]
+    return findings[0]
+
+
+def undone(record, columns, *kinds):
+    """Columns after correction, which the gate finds nothing wrong with."""
+    findings = found(record, columns)
+    mended = correct(channels(columns), findings, kinds)
+    assert examine(mended, record[0]) == ()
+    return mended.columns
+
+
+def test_nothing_is_found_in_a_clean_record(record):
+    assert found(*[record, record[1]]) == ()
+
+
+def test_rows_with_nan_are_told_and_left_out(record):
+    _, columns = record
+    bad = faults.holes(columns, LOOSE, [5, 7000], np.inf)
+    one = found(record, bad)[0]
+    assert (one.kind, one.channel, one.size, one.rows, one.fatal) == ("not-finite", LOOSE, 2.0, (5, 7000), True)
+    mended = correct(channels(bad), [one], ["not-finite"]).columns
+    assert np.array_equal(mended["time_s"], np.delete(columns["time_s"], [5, 7000]))
+
+
+def test_a_channel_that_is_nan_throughout_is_not_corrected(record):
+    one = the_one(record, faults.holes(record[1], DRIVE, slice(None)))
+    assert (one.kind, one.correctable) == ("not-finite", False)
+
+
+def test_missing_and_empty_and_uneven_columns(record):
+    _, columns = record
+    assert the_one(record, {name: columns[name] for name in ("time_s", DRIVE)}).kind == "missing"
+    assert the_one(record, {name: values[:1] for name, values in columns.items()}).kind == "empty"
+    assert the_one(record, {**columns, LOOSE: columns[LOOSE][:-1]}).kind == "lengths"
+    assert the_one(record, {**columns, LOOSE: columns[LOOSE].astype(str)}).kind == "not-numbers"
+
+
+def test_repeated_rows(record):
+    _, columns = record
+    bad = faults.twice(faults.twice(columns, 900), 400)
+    one = the_one(record, bad)
+    assert (one.kind, one.size, one.rows) == ("duplicates", 2.0, (401, 902))
+    mended = undone(record, bad, "duplicates")
+    assert all(np.array_equal(mended[name], columns[name]) for name in columns)
+
+
+@pytest.mark.parametrize(("tick", "bits"), [(1e-6, 20), (20e-6, 16), (1e-9, 30)])
+def test_a_clock_that_wraps(record, tick, bits):
+    _, columns = record
+    bad = faults.clock_wrap(columns, tick, bits)
+    one = the_one(record, bad)
+    assert (one.kind, one.size) == ("time-wrap", pytest.approx(tick * 2**bits, rel=1e-10))
+    mended = undone(record, bad, "time-wrap")
+    assert np.allclose(mended["time_s"], columns["time_s"], rtol=0.0, atol=1e-9)
+
+
+def test_rows_out_of_order(record):
+    _, columns = record
+    bad = faults.shuffled(columns, 3000, 64)
+    assert the_one(record, bad).kind == "time-order"
+    mended = undone(record, bad, "time-order")
+    assert all(np.array_equal(mended[name], columns[name]) for name in columns)
+
+
+def test_two_records_in_one_file_are_not_corrected(record):
+    _, columns = record
+    both = {name: np.tile(values[:20_000], 2) for name, values in columns.items()}
+    one = the_one(record, both)
+    assert (one.kind, one.rows, one.correctable) == ("time-not-rising", (20_000,), False)
+
+
+def test_stamps_with_too_few_digits(record):
+    _, columns = record
+    bad = {**columns, "time_s": np.round(columns["time_s"], 4)}
+    one = the_one(record, bad)
+    assert (one.kind, one.size) == ("time-stamps", pytest.approx(1e-4, rel=1e-6))
+    assert np.allclose(undone(record, bad, "time-stamps")["time_s"], columns["time_s"], rtol=0.0, atol=2e-5)
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e6, 50_000.0])
+def test_time_in_another_unit(record, factor):
+    bad = faults.scaled(record[1], time_s=factor)
+    one = the_one(record, bad)
+    assert (one.kind, one.size) == ("time-unit", pytest.approx(factor))
+    assert np.allclose(undone(record, bad, "time-unit")["time_s"], record[1]["time_s"])
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e6, 1e9, 1.0 / 60.0])
+@pytest.mark.parametrize("every", [1, 5, 7])
+def test_time_in_another_unit_shows_in_the_motion(factor, every):
+    """The rate is not that of the rig, so that the sampling interval tells nothing."""
+    record = rattling()
+    thinned = {name: values[::every] for name, values in record[1].items()}
+    bad = faults.scaled(thinned, time_s=factor)
+    one = examine(channels(bad), record[0])[0]
+    assert (one.kind, one.size, one.fatal) == ("time-unit", pytest.approx(factor), True)
+    mended = correct(channels(bad), [one], ["time-unit"]).columns["time_s"]
+    assert np.allclose(mended, thinned["time_s"], rtol=1e-14)
+
+
+def test_a_speed_that_no_unit_explains_is_an_error():
+    record = rattling()
+    one = examine(channels(faults.scaled(record[1], time_s=37.0)), record[0])[-1]
+    assert (one.kind, one.fatal, one.correctable) == ("time-unit", True, False)
+    assert "neither the unit of the time nor that of the angles" in one.evidence
+
+
+def test_an_angle_that_wraps_is_no_slow_drive():
+    record = rattling()
+    bad = {name: values if name == "time_s" else np.mod(values, 2.0 * np.pi) for name, values in record[1].items()}
+    assert {one.kind for one in examine(channels(bad), record[0])} == {"angle-wrap"}
+
+
+@pytest.mark.parametrize("rows", [1, 30])
+def test_gaps_in_the_time_base(record, rows):
+    one = the_one(record, faults.without_rows(record[1], np.arange(4000, 4000 + rows)))
+    assert (one.kind, one.fatal) == ("gaps", False)
+    assert one.size == pytest.approx((rows + 1) * 2e-5)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15, 0.3])
+def test_jitter_has_its_size(record, share):
+    findings = found(record, faults.jitter(record[1], share * 2e-5, seed=5))
+    assert findings[0].kind == ("jitter" if share < 0.2 else "time-stamps")
+    assert findings[0].size == pytest.approx(share * 2e-5, rel=0.03)
+
+
+@pytest.mark.parametrize("width", [2 * np.pi / 40, 2 * np.pi])
+def test_an_angle_that_wraps(record, width):
+    scenario, columns = record
+    if width < 6.0:  # 2^n counts of the declared encoder
+        width = 2**15 * 2 * np.pi / scenario.sensors.loose.counts_per_revolution
+    bad = faults.angle_wrap(columns, LOOSE, width)
+    if np.ptp(columns[LOOSE]) < width:
+        pytest.skip("does not turn far enough")
+    one = the_one(record, bad)
+    assert (one.kind, one.channel, one.size) == ("angle-wrap", LOOSE, pytest.approx(width, rel=1e-9))
+    mended = undone(record, bad, "angle-wrap")[LOOSE]
+    assert np.allclose(mended - mended[0], columns[LOOSE] - columns[LOOSE][0])
+
+
+def test_saturation_and_freezing(record):
+    _, columns = record
+    one = the_one(record, faults.clipped(columns, LOOSE, 0.8))
+    assert (one.kind, one.channel) == ("saturated", LOOSE)
+    assert one.size == pytest.approx(0.2 * (columns["time_s"][-1] - columns["time_s"][0]), rel=0.2)
+    still = {**columns, DRIVE: np.full(len(columns[DRIVE]), 1.5)}
+    assert the_one(record, still).kind == "frozen"
+
+
+def test_samples_that_are_held_and_rows_that_are_left_out():
+    record = turning(noise=0.0, counts=16_000_000)
+    one = found(record, faults.held(record[1], 7000, 3))[0]
+    assert (one.kind, one.size) == ("repeated", 3.0)
+    assert one.rows == (7001, 7002, 7003)
+    one = found(record, faults.left_out(record[1], 9000, 5))[0]
+    assert (one.kind, one.rows) == ("left-out", (9000,))
+    assert one.size == pytest.approx(5 * 2e-5)
+
+
+def test_the_same_file_twice(record, tmp_path):
+    scenario, columns = record
+    late = {**columns, "time_s": columns["time_s"] + 3.25, LOOSE: columns[LOOSE] + 0.5}
+    part = {name: values[5000:60_000] for name, values in late.items()}
+    for copy in (columns, late, part):
+        one = examine(channels(copy), scenario, [channels(columns, "first.csv")])
+        assert [finding.kind for finding in one] == ["duplicated-file"]
+        assert one[0].size == len(copy["time_s"])
+        assert "first.csv" in one[0].evidence
+    other = rattling(seed=2)[1]
+    assert examine(channels(other), scenario, [channels(columns)]) == ()
+    for name in ("a.parquet", "b.parquet"):
+        Recording(columns).write(tmp_path / name)
+    with pytest.raises(InputError, match=r"b\.parquet.*duplicated-file"):
+        admit_all([tmp_path / "a.parquet", tmp_path / "b.parquet"], scenario)
+    kept = admit_all([tmp_path / "a.parquet", tmp_path / "b.parquet"], scenario, correct=["duplicated-file"])
+    assert len(kept) == 1
+
+
+def test_admit_tells_all_fatal_findings_and_takes_what_is_to_be_corrected(record, tmp_path):
+    scenario, columns = record
+    bad = faults.scaled(faults.shuffled(columns, 3000, 64), **{LOOSE: -1.0})
+    import pyarrow
+    import pyarrow.parquet
+
+    pyarrow.parquet.write_table(pyarrow.table(bad), tmp_path / "bad.parquet")
+    with pytest.raises(InputError, match="--correct time-order") as refused:
+        admit(tmp_path / "bad.parquet", scenario)
+    assert "--correct sense" in str(refused.value)
+    taken = admit(tmp_path / "bad.parquet", scenario, correct=["time-order,sense"])
+    assert [(one.kind, one.corrected) for one in taken.findings] == [("time-order", True), ("sense", True)]
+    assert np.array_equal(taken.recording.signals[LOOSE], columns[LOOSE])
+    with pytest.raises(UsageError, match="did you mean 'sense'"):
+        admit(tmp_path / "bad.parquet", scenario, correct=["sens"])
+    assert "duplicated-file" in CORRECTABLE
+
+
+def test_one_angle_is_enough_where_nothing_meshes(tmp_path):
+    time = np.linspace(0.0, 4.0, 4001)
+    columns = {"time_s": time, LOOSE: 8.0 * time - time**2, DRIVE: 0.0 * time}
+    assert examine(Channels({k: columns[k] for k in ("time_s", LOOSE)}), None, needs=(LOOSE,)) == ()
+    assert examine(Channels(columns), rattling()[0], needs=(LOOSE,)) == ()
+    assert examine(Channels({"time_s": time, "omega_rad_s": time}), None, needs=((LOOSE, "omega_rad_s"),)) == ()
+    assert [one.kind for one in examine(Channels({"time_s": time}), None, needs=((LOOSE, "omega_rad_s"),))] == [
+        "missing"
+    ]
+    Recording(columns).write(tmp_path / "down.csv")
+    assert "theta_loose_rad" in admit(tmp_path / "down.csv", needs=(LOOSE,)).channels.columns
