@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.identify import read_contacts, roll, transmission_error
-from gears3d.identify.backlash import backlash
+from gears3d.identify.transmission import backlash
 from gears3d.measured.checks import Admitted
 from gears3d.measured.readers import Channels
 from gears3d.scenario import load
