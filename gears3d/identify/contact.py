@@ -38,15 +38,15 @@ def whole_count(angle: np.ndarray, declared: float | None) -> float:
     return count if len(off) and np.mean(off < 1e-3 + 1e-13 * np.abs(angle).max() / count) > 0.99 else 0.0
 
 
-def tremble(counts: np.ndarray) -> float:
-    """Return the noise of an angle before it was counted, in counts; that of rounding is none.
+def count_noise(counts: np.ndarray) -> float:
+    """Return the noise of an angle before it was counted, in counts; rounding does not count as noise.
 
-    Readings so far apart that the gear has turned by whole counts are alike but for noise: they differ by a count in
+    Readings so far apart that the gear has turned by whole counts are equal except for noise: they differ by a count in
     2σ/√π of all cases while the noise σ is small.
 
     >>> place = 444.4444 * np.arange(20_000)
     >>> noise = np.random.default_rng(1).normal(size=len(place))
-    >>> [round(float(tremble(np.floor(place + sigma * noise))), 2) for sigma in (0.0, 0.1, 0.5)]
+    >>> [round(float(count_noise(np.floor(place + sigma * noise))), 2) for sigma in (0.0, 0.1, 0.5)]
     [0.0, 0.1, 0.5]
     """
     if len(counts) < 2 * LAGS:
@@ -77,7 +77,7 @@ def shift_by_counting(
         row = np.arange(len(counts)) - 0.5 * (len(counts) - 1)
         step = float(row @ counts) / float(row @ row)  # of all readings: the first and the last are rounded
         still = np.abs(order * step - np.round(order * step)) * len(counts) < NEAR
-        size = radius * count / (np.pi * order) * np.exp(-2.0 * (np.pi * order * tremble(counts)) ** 2)
+        size = radius * count / (np.pi * order) * np.exp(-2.0 * (np.pi * order * count_noise(counts)) ** 2)
         variance += 0.5 * float(np.sum(size[still] ** 2))
     return float(np.sqrt(variance))
 
@@ -89,7 +89,7 @@ def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.n
 
     off = np.zeros(len(time))
     inner = np.flatnonzero(np.minimum(np.abs(angle - angle[0]), np.abs(angle - angle[-1])) > TURNING)
-    if len(inner) >= FEWEST and quantum > 0.0 and tremble(np.rint(angle[inner] / quantum)) < DITHERED:
+    if len(inner) >= FEWEST and quantum > 0.0 and count_noise(np.rint(angle[inner] / quantum)) < DITHERED:
         rows = slice(int(inner[0]), int(inner[-1]) + 1)
         off[rows] = angle[rows] - steady(read_encoder(time[rows], angle[rows])).curve(time[rows])
     return off
@@ -126,7 +126,7 @@ class Contact(NamedTuple):
 class Contacts(NamedTuple):
     """What is known of the contact of a pair from its records."""
 
-    # contact with the active and with the reverse flank; ``None`` where there is none
+    # contact with the active and with the reverse flank; ``None`` without contact
     flanks: tuple[Contact | None, Contact | None]
     radii: tuple[float, float]  # base radii of drive and loose gear [m]
     teeth: tuple[int, int]  # of both

@@ -9,13 +9,13 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 
 BINS = 192  # Bins of a period
-_STEPS = 128  # Means that a period of the drive's angle is taken in before its swing is fitted
+_STEPS = 128  # Means of the drive's angle in a period before the fluctuation is fitted
 _WINDOW = 2  # Periods in which one amplitude is fitted
 _SMOOTH = 5  # Amplitudes, half a period apart, that a straight line runs through
 FEWEST = 6  # Periods that a record must have
 
 
-class Swing(NamedTuple):
+class Fluctuation(NamedTuple):
     """The drive's acceleration about its mean motion as the real part of level·exp(i·omega·t), slowly changing."""
 
     omega: float  # [rad/s]
@@ -42,16 +42,16 @@ class Periods(NamedTuple):
     middle: np.ndarray  # time in the middle of each period [s], (k,)
     level: np.ndarray  # amplitude of the drive's acceleration in each period [rad/s²], (k,)
     rise: np.ndarray  # its change from period to period [rad/s²], (k,)
-    rate: np.ndarray  # of the phase, which a swing that grows shifts [rad/s], (k,)
-    omega: float  # of the swing [rad/s]
+    rate: np.ndarray  # of the phase, which a growing amplitude shifts [rad/s], (k,)
+    omega: float  # of the fluctuation [rad/s]
 
 
-def find_swing(time: np.ndarray, angle: np.ndarray, frequency: float, file: str = "") -> Swing:
-    """Return amplitude and phase of the drive's swing over time.
+def find_fluctuation(time: np.ndarray, angle: np.ndarray, frequency: float, file: str = "") -> Fluctuation:
+    """Return amplitude and phase of the drive's speed fluctuation over time.
 
     >>> time = np.linspace(0.0, 4.0, 8001)
-    >>> swing = find_swing(time, 3.0 * time + (0.1 + 0.02 * time) * np.cos(6 * np.pi * time), 3.0)
-    >>> (swing.amplitude(np.array([1.0, 2.0, 3.0])) / (6 * np.pi) ** 2).round(4).tolist()
+    >>> fluctuation = find_fluctuation(time, 3.0 * time + (0.1 + 0.02 * time) * np.cos(6 * np.pi * time), 3.0)
+    >>> (fluctuation.amplitude(np.array([1.0, 2.0, 3.0])) / (6 * np.pi) ** 2).round(4).tolist()
     [0.12, 0.14, 0.16]
     """
     span = float(time[-1] - time[0])
@@ -80,7 +80,7 @@ def find_swing(time: np.ndarray, angle: np.ndarray, frequency: float, file: str 
     smooth = _smooth(levels)
     if len(smooth) < 2:
         raise InputError(Fault("time_s", "holds too few periods", f"record {FEWEST} periods or more", file))
-    return Swing(omega, middles, 2j * omega * np.gradient(smooth, middles) - omega**2 * smooth)
+    return Fluctuation(omega, middles, 2j * omega * np.gradient(smooth, middles) - omega**2 * smooth)
 
 
 def _smooth(levels: np.ndarray) -> np.ndarray:
@@ -93,11 +93,13 @@ def _smooth(levels: np.ndarray) -> np.ndarray:
     return real + 1j * imaginary
 
 
-def periods(swing: Swing, time: np.ndarray, place: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> Periods:
-    """Return a record laid out by the periods of its swing, whole ones only."""
-    inside = (time >= swing.time[0]) & (time <= swing.time[-1])
+def periods(
+    fluctuation: Fluctuation, time: np.ndarray, place: np.ndarray, drive: np.ndarray, loose: np.ndarray
+) -> Periods:
+    """Return a record divided into the periods of its fluctuation, whole ones only."""
+    inside = (time >= fluctuation.time[0]) & (time <= fluctuation.time[-1])
     time, place, drive, loose = time[inside], place[inside], drive[inside], loose[inside]
-    phase = swing.phase(time) / (2.0 * np.pi)
+    phase = fluctuation.phase(time) / (2.0 * np.pi)
     first, last = int(np.ceil(phase[0])), int(np.floor(phase[-1]))
     bins = np.floor((phase - first) * BINS).astype(int)
     kept = (bins >= 0) & (bins < (last - first) * BINS)
@@ -110,10 +112,10 @@ def periods(swing: Swing, time: np.ndarray, place: np.ndarray, drive: np.ndarray
 
     moments = np.interp(first + np.arange(last - first) + 0.5, phase, time)
     rate = 2.0 * np.pi / np.diff(np.interp(first + np.arange(last - first + 1), phase, time))
-    level = swing.amplitude(moments)
+    level = fluctuation.amplitude(moments)
     turn = 2.0 * np.pi * (mean(phase - first) - np.arange(last - first)[:, None])
     laid = (mean(place), mean(drive), mean(loose), mean(time), turn)
-    return Periods(*laid, moments, level, np.gradient(level), rate, swing.omega)
+    return Periods(*laid, moments, level, np.gradient(level), rate, fluctuation.omega)
 
 
 # Phases of the drive's acceleration in which the gear lies on the active flank, flights and bounces over [rad]
@@ -130,7 +132,7 @@ def phases() -> np.ndarray:
 
 
 def pressed() -> np.ndarray:
-    """Return which bins lie on the active flank whatever happens later in the period, (BINS,)."""
+    """Return which bins lie on the active flank in every regime, (BINS,)."""
     phase = phases()
     return (phase > PRESSED[0]) & (phase < PRESSED[1])
 
@@ -138,9 +140,9 @@ def pressed() -> np.ndarray:
 def flattened(found: Periods, teeth: tuple[int, int], file: str = "", quiet: np.ndarray | None = None) -> Periods:
     """Return periods with the flanks' waves, a slow drift and a delay between the encoders taken off.
 
-    They are fitted to the phases in which the drive speeds up: there is contact, whatever flies later. What counting
-    does in these few phases, the same in every period, would pass for a delay, which goes on into the flights: where
-    quiet periods are known, all their phases count.
+    They are fitted to the phases in which the drive speeds up: the gears are in contact there in every regime.
+    What counting does in these few phases, the same in every period, would pass for a delay, which continues
+    into the flights: where quiet periods are known, all their phases count.
     """
     shape = found.place.shape
     delay = np.cumsum(np.cos(np.tile(phases(), shape[0]))) * found.level.repeat(BINS) / found.level.max()

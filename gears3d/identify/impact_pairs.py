@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig
     from gears3d.recording import Recording
 
-ABOVE = 2.0  # Heights of the lowest flight seen that a rebound must reach to be taken: so high, none is overlooked
+ABOVE = 2.0  # Heights of the lowest flight seen that a rebound must reach to be taken: above this none is missed
 BLOCKS = 6.0  # Blocks of averaged readings that its flight must last
 SLOPES = 1e-3  # Time about an impact over which the drive's speed is taken [s]
 
@@ -48,7 +48,7 @@ class Pairs(NamedTuple):
     rebound: np.ndarray  # after, above 0; NaN where no rebound was seen [m/s], (n,)
     approach_sigma: np.ndarray  # [m/s], (n,)
     rebound_sigma: np.ndarray  # [m/s], NaN without rebound, (n,)
-    lowest: np.ndarray  # rebound above which none is overlooked [m/s], (n,)
+    lowest: np.ndarray  # rebound above which none is missed [m/s], (n,)
     sliding: np.ndarray  # typical sliding speed of the teeth [m/s], (n,)
     # of the motion: 2 where the approach came across the gap, plus 1 where the rebound goes there, (n,)
     kind: np.ndarray
@@ -85,7 +85,7 @@ def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
     if len(flights["blow"]) == len(time) > 1:
         track = one.segments.track
         more = speeds_set_right(flights, lambda at: track.steady.curve(at, 2), track.radii)
-        short = ~np.isfinite(hits["duration_s"])  # blows that last have no one moment
+        short = ~np.isfinite(hits["duration_s"])  # impacts that last have no single moment
         approach, rebound = (
             speed + np.where(short, add, 0.0) for speed, add in zip((approach, rebound), more, strict=True)
         )
@@ -93,7 +93,7 @@ def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
     most = greatest_fall(recording, float(summary["cut"]["deceleration_median_rad_s2"] or 0.0), rig)
     lowest = lowest_rebound(time, flank, approach, rebound, height, width, most)
     sane = hits["testifies"] == 1
-    after = np.append(sane[1:], False)  # the flight that the rebound begins is told by the impact that ends it
+    after = np.append(sane[1:], False)  # the impact at its end identifies the flight after a rebound
     good = sane & (after | np.isnan(rebound)) & (approach > 0.0) & (hits["velocity_sigma_m_s"] > 0.0)
     good[-1:] = False  # what follows the last impact is cut off
     sliding = sliding_speed(recording, time, rig)
@@ -177,18 +177,18 @@ def sliding_speed(recording: Recording, time: np.ndarray, rig: Rig) -> np.ndarra
 
 
 DOUBT = 1.5  # Median of depth over its standard deviation from which a flank is not believed; 0.67 where all is right
-STRAY = 4.0  # Deviations from the median from which on a blow does not tell where its flank is
+STRAY = 4.0  # Deviations from the median from which on an impact is not used for the place of its flank
 SURE = 0.2  # Relative deviation up to which a flight tells its own deceleration; that of others has the record's median
-FEWEST = 4  # Blows on a flank that tell its place
+FEWEST = 4  # Impacts on a flank, at least, for an estimate of its place
 # Parts of the fast impacts whose rebound is missed on one flank, while the other shows all but so many
 BLIND, CLEAR = 0.25, 0.1
 
 
 def depths(flights: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return how much deeper than the flank each blow happened, its standard deviation [m], and the flank, each (k,).
+    """Return the depth of each impact behind the flank, its standard deviation [m], and the flank, each (k,).
 
-    The path before a blow reaches the assumed flank at one moment, the path after it leaves it at another. Both paths
-    meet deeper by the time between, over 1/v + 1/w.
+    The path before an impact reaches the assumed flank at one moment, the path after it leaves it at another.
+    Both paths meet deeper by the time between, over 1/v + 1/w.
 
     >>> two = {"struck": np.array([0, 0]), "blow": np.array([0, 1]), "end_s": np.array([1.0, 2.0])}
     >>> two |= {"start_s": np.array([0.0, 1.003]), "end_sigma_s": np.ones(2), "start_sigma_s": np.ones(2)}
@@ -208,7 +208,7 @@ def depths(flights: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, n
 
 
 def misplaced(flights: Mapping[str, np.ndarray]) -> dict[int, float]:
-    """Return the flanks whose blows contradict their place, with the typical depth [m]."""
+    """Return the flanks whose impacts contradict their place, with the typical depth [m]."""
     depth, sigma, flank = depths(flights)
     found = {}
     for code in range(len(FLANKS)):
@@ -219,7 +219,7 @@ def misplaced(flights: Mapping[str, np.ndarray]) -> dict[int, float]:
 
 
 def mean_depths(flights: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return how much deeper than assumed each flank lies in the mean of its blows [m], (2,).
+    """Return how much deeper than assumed each flank lies in the mean of its impacts [m], (2,).
 
     A mean that its own standard error may explain is shrunk towards 0. Flanks that are misplaced beyond belief have 0.
     """
@@ -242,7 +242,7 @@ def mean_depths(flights: Mapping[str, np.ndarray]) -> np.ndarray:
 def speeds_set_right(
     flights: Mapping[str, np.ndarray], drive: Callable[[np.ndarray], np.ndarray], radii: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is to be added to each blow's speeds of approach and rebound [m/s], as paths meet there, each (k,).
+    """Return what is to be added to each impact's speeds of approach and rebound [m/s], as paths meet there, each (k,).
 
     Where a flank lies deeper by d, the approach lasts d/v longer and the rebound begins d/w earlier, both under the
     acceleration of the free gear: 0.1 um is 0.5 % of a rebound of 25 mm/s under 40 m/s².
@@ -272,7 +272,7 @@ def blind(chosen: Pairs) -> int | None:
     return None
 
 
-FEWEST_DURATIONS = 5  # So few durations give no standard deviation worth telling
+FEWEST_DURATIONS = 5  # Durations, at least, for a standard deviation
 
 
 def impact_durations(measured: Sequence[Measured]) -> dict[str, Any]:

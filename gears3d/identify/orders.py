@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.identify.contact import HARMONICS, Contact
 
 GEARS = ("drive", "loose")
-APART = 0.7  # Cycles over the record by which orders of both gears differ at least to be told apart
+APART = 0.7  # Cycles over the record by which orders of both gears differ at least to be distinguished
 
 
 class Line(NamedTuple):
@@ -32,7 +32,7 @@ class Line(NamedTuple):
 class Lines(NamedTuple):
     """The orders that are looked at."""
 
-    all: tuple[Line, ...]  # those that can be told apart; one of each set of those that cannot, the drive's
+    all: tuple[Line, ...]  # distinguishable ones; of a set of indistinguishable ones the drive's
     frequency: np.ndarray  # of each, cycles a turn of the drive, (m,)
     alike: dict[Line, Line]  # to each of the drive's, the loose gear's that it cannot be told from
 
@@ -55,7 +55,7 @@ def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
     return Lines(tuple(line for line, k in zip(chosen, keep, strict=True) if k), frequency[keep], alike)
 
 
-NEIGHBOURS = 24  # Orders beside one, of no significance, whose mean size is its noise
+NEIGHBOURS = 24  # Insignificant neighbouring orders whose mean size is the noise of one
 TURNS = 6  # So many turns make a scatter
 
 
@@ -145,7 +145,7 @@ class Fit(NamedTuple):
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
-    """Return the orders of a flank that stand out of its noise.
+    """Return the orders of a flank that exceed its noise.
 
     The largest come first; each round looks at what the orders so far leave over.
     """

@@ -105,7 +105,7 @@ def threshold_picture(found: Identified) -> Figure:
             continue
         marker = "^" if way == "up" else "v"
         level, opening = scale * curve["level_rad_s2"], 1e6 * curve["opening_m"]
-        axes.plot(level, opening, marker, color=colour, markersize=4, label=f"swing {way}")
+        axes.plot(level, opening, marker, color=colour, markersize=4, label=f"amplitude {way}")
         if "law_level_rad_s2" in curve:
             label = f"law of the first flight, {way}, as if there were no other flank"
             law = scale * curve["law_level_rad_s2"], 1e6 * curve["law_opening_m"]

@@ -24,7 +24,7 @@ NARROWEST = 0.05  # Range of sliding speeds over their mean, below which nothing
 
 
 def sliding_test(pairs: Pairs, best: Fit) -> dict[str, Any]:
-    """Return the slope of restitution with the sliding speed, beside the law that was taken.
+    """Return the slope of restitution with the sliding speed, in addition to the selected law.
 
     The law keeps its other terms, so that what is due to the approach or the flank is not taken for sliding.
 
@@ -55,7 +55,7 @@ POINTS = 60  # Of the curves
 
 
 def snippet(parameters: dict[str, Parameter]) -> str:
-    """Return the law as TOML of a scenario; a scatter that may be none is left out."""
+    """Return the law as TOML of a scenario; a scatter that may be zero is omitted."""
     base = parameters["restitution"].value
     lines = ["[impact]", f"restitution = {min(max(base, 0.0), 1.0):.6g}"]
     effects = [("restitution_offset", "offset", "", base - min(max(base, 0.0), 1.0))]
@@ -93,7 +93,7 @@ def warnings(parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tupl
     if fast < NARROW * slow:
         found.append(
             f"speeds of approach lie between {1e3 * slow:.3g} and {1e3 * fast:.3g} mm/s only:"
-            " the law says nothing of others, record with other swings of the drive too"
+            " the law says nothing of others, record other fluctuation amplitudes as well"
         )
     if len(goodness["flanks"]) == 1:
         found.append(f"only the {next(iter(goodness['flanks']))} flank tells its law: an asymmetry would not show")
@@ -137,7 +137,7 @@ def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
     """Identify the law of restitution from measured rattle records.
 
     A rebound is seen only where the flight after it rises high enough. Rebounds below a threshold above which none is
-    overlooked are left out, and the likelihood is that of the rest; errors of both speeds, scatter beyond them and a
+    overlooked are excluded, and the likelihood is that of the rest; errors of both speeds, scatter beyond them and a
     coefficient held within 0 and 1 are part of it.
 
     Args:
@@ -156,7 +156,7 @@ def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
     every, left_out = _believed(measured, pairs_of(measured, rig))
     chosen = within_sight(every)
     if (dark := blind(chosen)) is not None:
-        left_out += (f"rebounds from the {FLANKS[dark]} flank are missed: its speeds are left out",)
+        left_out += (f"rebounds from the {FLANKS[dark]} flank are missed: its speeds are excluded",)
         chosen = chosen.only(chosen.flank != dark)
     pairs = chosen.only(chosen.seen)
     if len(pairs.time) < FEWEST:
@@ -188,15 +188,15 @@ def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
 
 
 def _believed(measured: Sequence[Measured], every: Pairs) -> tuple[Pairs, tuple[str, ...]]:
-    """Return the impacts on flanks whose place their own blows do not contradict, and what was left out."""
+    """Return the impacts on flanks whose place is consistent with them, and what was excluded."""
     notes, good = [], np.ones(len(every.time), bool)
     for index, one in enumerate(measured):
         for flank, depth in misplaced(one.segments.flights).items():
             own = (every.record == index) & (every.flank == flank)
             good &= ~own
             where = f" of record {index + 1}" if len(measured) > 1 else ""
-            what = f"the {FLANKS[flank]} flank{where} is misplaced by {1e6 * depth:.3g} um, as its own blows tell"
-            notes.append(f"{what}: its speeds are left out")
+            what = f"the {FLANKS[flank]} flank{where} is misplaced by {1e6 * depth:.3g} um, according to its impacts"
+            notes.append(f"{what}: its speeds are excluded")
     return every.only(good), tuple(notes)
 
 
@@ -219,7 +219,7 @@ def _too_few(every: Pairs, pairs: Pairs, left_out: tuple[str, ...]) -> Fault:
     above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
     what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
     what = "; ".join([what, *left_out])
-    return Fault("restitution", what, "record longer, with a wider swing of the drive, or with more counts")
+    return Fault("restitution", what, "record longer, with a larger fluctuation amplitude, or with more counts")
 
 
 def _plastic(every: Pairs) -> Identified | None:

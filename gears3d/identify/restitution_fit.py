@@ -46,7 +46,7 @@ def _normal(off: np.ndarray, wide: np.ndarray) -> np.ndarray:
     return np.exp(-0.5 * (off / wide) ** 2) / (sqrt(2.0 * pi) * wide)
 
 
-STRAY = 0.002  # Part of the pairs that may be anything: blows that were run together or told wrongly
+STRAY = 0.002  # Part of the pairs that may be anything: impacts that were merged or misclassified
 # Relative error of a rebound that may always be: what drag and drive do within a flight is known no better
 FLOOR = 1e-3
 TRUST = 0.5  # Standard deviation of the logarithm of the factor by which stated errors may be off
@@ -61,7 +61,7 @@ class Errors(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Which terms a law has beside its coefficient."""
+    """Which terms a law has in addition to its coefficient."""
 
     slope: bool = False  # with the speed of approach
     asymmetry: bool = False  # between the flanks
@@ -167,7 +167,7 @@ def bend(cost: Callable[[np.ndarray], float], at: np.ndarray, step: np.ndarray, 
 # Share of the errors that repeats: its typical size, and the standard deviation of its logarithm between records
 EXPECTED, BETWEEN = 0.2, 0.7
 SHARES = np.geomspace(0.02, 6.0, 60)  # Shares that are weighed
-CUT = 3.0  # Deviations at which what is left of a pair is cut
+CUT = 3.0  # Deviations at which the residual of a pair is clipped
 
 
 def groups(pairs: Pairs) -> np.ndarray:
@@ -213,7 +213,7 @@ def repeated(
     return square * moved @ moved.T, float(np.sqrt(square))
 
 
-ROUNDS = 3  # Times that variances are told the law anew
+ROUNDS = 3  # Iterations of variances and law
 
 
 class Fit(NamedTuple):
@@ -348,7 +348,9 @@ CANDIDATES = (Terms(), Terms(slope=True), Terms(asymmetry=True), Terms(slope=Tru
 FOLDS = 12  # Stretches or groups of records that are held out in turn
 # Relative difference between impacts below which none is claimed: errors that a periodic motion repeats look so
 LEAST = 2.0 * FLOOR
-LEVEL = 0.01  # A richer law is taken when its better prediction would come by chance this rarely, its numbers, too
+LEVEL = (
+    0.01  # A richer law is taken when its better prediction has a smaller p-value than this, and so have its parameters
+)
 
 
 def folds_of(pairs: Pairs) -> np.ndarray:
@@ -405,7 +407,7 @@ def _beats(richer: Fit, simpler: Fit, pairs: Pairs, scores: dict[str, np.ndarray
 
 
 def rarely_by_chance(gain: np.ndarray, sizes: np.ndarray) -> bool:
-    """Return whether so much better a prediction would come by chance less than once in a hundred times.
+    """Return whether so much better a prediction has a p-value below 1 %.
 
     Either most groups are foretold better, or all together so much better that the simpler law would hardly let it
     happen: a ratio of likelihoods exceeds 1/p with a chance of p at most. Groups of a few impacts at the middle of the
@@ -424,7 +426,7 @@ def rarely_by_chance(gain: np.ndarray, sizes: np.ndarray) -> bool:
 
 
 def _known(law: Fit, place: int) -> bool:
-    """Return whether a number is told from 0 although impacts of one kind share their errors."""
+    """Return whether a number differs from 0 although impacts of one kind share their errors."""
     from scipy.stats import t
 
     limit = float(t.ppf(1.0 - 0.5 * LEVEL, max(law.count - len(law.numbers) - 1, 1)))

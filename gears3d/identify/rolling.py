@@ -71,7 +71,7 @@ def eccentric_axes(rolled: Rolled) -> list[Axis]:
     return found
 
 
-STRONGEST = 21  # Orders that are told, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)
+STRONGEST = 21  # Orders that are reported, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)
 # Chi-square that the loose gear must explain more than the drive to be named for an order that either may have
 CLEARLY = 10.0
 COUNTED = 0.5  # Part of an order that counting must leave of it, for it to be one of the flank
@@ -79,7 +79,7 @@ ALIKE = 9.0  # Chi-square below which an order of both flanks is the same
 
 
 class Rolled(NamedTuple):
-    """What contact tells of the flanks."""
+    """Flanks as contact shows them."""
 
     contacts: Contacts  # the data
     lines: Lines  # the orders looked at
@@ -124,7 +124,7 @@ def _sides(seen: list[Contact], lines: Lines, chosen: list[Line], ratio: float) 
     """Give orders that either gear may have to the loose one where that leaves clearly less over.
 
     The angles of both gears differ by the displacement itself, which tells large orders apart, but not small ones: on
-    one flank by its own waves, from flank to flank by the backlash. What on the loose gear moves both flanks alike
+    one flank by its own waves, from flank to flank by the backlash. What on the loose gear moves both flanks equally
     would be a variation of the backlash on the drive.
     """
     fits = [fit(contact, lines, chosen, ratio) for contact in seen]
@@ -212,12 +212,12 @@ def reach_of(deviation: float, half: float) -> float:
 
 
 def strongest(rolled: Rolled, sizes: np.ndarray, real: np.ndarray) -> list[int]:
-    """Return the places of the orders that are told, the strongest first."""
+    """Return the places of the orders that are reported, the strongest first."""
     return [int(place) for place in np.argsort(-sizes) if real[place]][:STRONGEST]
 
 
 def counted(fitted: Fit) -> np.ndarray:
-    """Return which of the fitted orders the drive's counting makes, size and phase alike, (p,)."""
+    """Return which of the fitted orders the drive's counting makes, in size and phase, (p,)."""
     return np.abs(fitted.phasors - fitted.counted) < COUNTED * np.abs(fitted.phasors)
 
 
@@ -266,7 +266,7 @@ def warnings(rolled: Rolled) -> list[str]:
     ]
     if either:
         more = "" if turns >= mesh else f"; {mesh} turns tell more of them apart"
-        told.append(f"orders of both gears that come out alike: {', '.join(either)}{more}")
+        told.append(f"orders of both gears that cannot be distinguished: {', '.join(either)}{more}")
     if contacts.source == "rattle":
         told.append("from what rattle leaves in contact, whose ends are uncertain: slow turns both ways are surer")
     for name, fitted in zip(("active", "reverse"), rolled.fits, strict=True):

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.fluctuation import BINS, PRESSED, Periods, Swing, find_swing, flattened, periods, phases, pressed
+from gears3d.identify.fluctuation import (
+    BINS,
+    PRESSED,
+    Fluctuation,
+    Periods,
+    find_fluctuation,
+    flattened,
+    periods,
+    phases,
+    pressed,
+)
 from gears3d.identify.law import Identified, Parameter
 from gears3d.measured.segmentation.drive import redrawn
 from gears3d.measured.segmentation.readings import read_encoder
@@ -69,7 +79,7 @@ def landed(phase: np.ndarray, excitation: np.ndarray, ramp: np.ndarray | float =
 
 # Excitation, over the threshold, up to which flights count: they are back on the flank before the period ends
 MOST = 1.6
-LEAST = 0.6  # Excitation from which on periods count as quiet ones that testify
+LEAST = 0.6  # Excitation from which on periods count as quiet ones that are used
 HIGHEST = 0.6  # Part of the backlash that a flight may rise to and count
 _SMOOTH = 9  # Bins over which an opening is averaged
 _READ = 5  # Bins in sure contact that a period must have been read in
@@ -77,7 +87,7 @@ _STEP = 1e-4  # Relative step of differences
 
 
 class Flown(NamedTuple):
-    """Periods of one direction in order of the swing, all records together."""
+    """Periods of one direction in order of the fluctuation amplitude, all records together."""
 
     place: np.ndarray  # displacement in each bin without its mean in contact [m], NaN where nothing was read, (k, BINS)
     phase: np.ndarray  # mean phase of the readings in each bin [rad], (k, BINS)
@@ -121,7 +131,7 @@ class Flown(NamedTuple):
 
 
 def gathered(laid: list[Periods], chosen: list[np.ndarray], radius: float) -> Flown:
-    """Return chosen periods of several records in order of their swing."""
+    """Return chosen periods of several records in order of their fluctuation amplitude."""
     from scipy.ndimage import uniform_filter1d
 
     def together(one_of: list[np.ndarray]) -> np.ndarray:
@@ -150,11 +160,11 @@ def gathered(laid: list[Periods], chosen: list[np.ndarray], radius: float) -> Fl
 DIRECTIONS = ("up", "down")
 LIVELY = 6.0  # Deviations of quiet periods above which one is lively
 STEP = 3.0  # How far lively periods must open more than quiet ones
-CERTAIN, WIDE = 30.0, 0.05  # What opens more than these, in noise of the contact and in backlashes, is no noise
+CERTAIN, WIDE = 30.0, 0.05  # An opening above these, in noise of the contact and in backlashes, is not noise
 EARLY = 0.97  # Part of a threshold below which lively periods contradict it
 ILL = 4.0  # Mean squared error of the flights from which on they are not those of rigid teeth
 ROUGH = 0.01  # Error of the heights of rigid flights that nobody minds, over the heights
-TELLS = 1e-3  # Part of the information of the best period from which on a period tells of the threshold
+TELLS = 1e-3  # Part of the information of the best period from which on a period is used
 _AT_LEAST = 4  # Quiet periods in a sweep
 _AROUND = 0.3  # How far about a first guess the threshold is looked for
 _TRIES = 61
@@ -217,7 +227,7 @@ def onset(laid: list[Periods], chosen: list[np.ndarray], radius: float, backlash
 
 
 def _step(opening: np.ndarray) -> int | None:
-    """Return where openings, in order of the swing, step up from noise to flights; ``None`` where they do not."""
+    """Return where openings, in order of the amplitude, step up from noise to flights; ``None`` without a step."""
     if len(opening) < 2 * _AT_LEAST:
         return None  # too few to tell
     logs = np.log(np.maximum(opening, 1e-12))
@@ -296,7 +306,7 @@ def _law(data: Flown, value: float) -> dict[str, np.ndarray]:
 
 READINGS = 12  # How often a motion is read again
 UNEXPLAINED = 1.3  # Mean squared misfit of the flights over that of counting from which on there is more than counting
-SIGNS: dict[str, int] = dict(zip(DIRECTIONS, (1, -1), strict=True))  # Of the change of the swing
+SIGNS: dict[str, int] = dict(zip(DIRECTIONS, (1, -1), strict=True))  # Sign of the change of the fluctuation amplitude
 _FINE = 768  # Points of a period at which a flight is drawn
 
 
@@ -305,12 +315,12 @@ class Laid(NamedTuple):
 
     periods: Periods  # waves of the flanks taken off
     raw: Periods  # as they were read
-    swing: Swing  # of the drive
+    fluctuation: Fluctuation  # of the drive
     known: Track  # both gears at the readings
     time: np.ndarray  # of the samples [s], (n,)
     # angle of a count of drive and loose gear [rad], ``None`` for smooth ones
     quanta: tuple[float | None, float | None]
-    frequency: float  # of the swing [Hz]
+    frequency: float  # of the fluctuation [Hz]
     quiet: np.ndarray  # periods that are contact from end to end, (k,)
 
 
@@ -319,7 +329,7 @@ def recounted(
 ) -> dict[str, Onset]:
     """Return thresholds by flights with intervals that know what counting does, by reading the same motion again.
 
-    Counting errors keep step with the swing for many periods, so that no scatter of the periods shows them; but they
+    Counting errors keep step with the fluctuation for many periods, so no scatter of the periods shows them; but they
     follow from the motion and from where within a count each encoder began. What else there is (noise, waves that were
     not taken off) differs from period to period and shows there; few periods tell that badly, so it is added only
     where flights fit worse than counting explains.
@@ -389,13 +399,13 @@ class _Motion(NamedTuple):
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
         time, loose = other.time[inside], other.angle[inside]
         drive = redrawn(one, known.steady)(time) if known.follows else np.interp(time, one.time, one.angle)
-        swing = find_swing(one.time, one.angle, self.laid.frequency)
-        read = periods(swing, time, radii[1] * loose - radii[0] * drive, drive, loose)
+        fluctuation = find_fluctuation(one.time, one.angle, self.laid.frequency)
+        read = periods(fluctuation, time, radii[1] * loose - radii[0] * drive, drive, loose)
         near = self.nearest(read)
         return flattened(read, teeth, quiet=np.where(near < 0, False, self.laid.quiet[near]))
 
     def nearest(self, read: Periods) -> np.ndarray:
-        """Return which period of the record each one is, -1 where it is none, (k,)."""
+        """Return which period of the record each one is, -1 where none corresponds, (k,)."""
         apart = np.abs(read.middle[:, None] - self.laid.raw.middle[None, :])
         return np.where(apart.min(axis=1) < 0.3 / self.laid.frequency, apart.argmin(axis=1), -1)
 
@@ -406,17 +416,17 @@ class _Motion(NamedTuple):
 
 
 def _motion(laid: Laid, way: np.ndarray, values: dict[int, float]) -> _Motion:
-    turns = laid.swing.phase(laid.time) / (2.0 * np.pi)
+    turns = laid.fluctuation.phase(laid.time) / (2.0 * np.pi)
     first = int(np.floor(turns[0]))
     begun = first + np.arange(int(np.ceil(turns[-1])) - first)
     middle = np.interp(begun + 0.5, turns, laid.time)
-    level = laid.swing.amplitude(middle)
+    level = laid.fluctuation.amplitude(middle)
     ramp = np.gradient(level) / (2.0 * np.pi * level)
     rising = np.interp(middle, laid.raw.middle, way) > 0.0
     value = np.where(rising, values.get(1, np.inf), values.get(-1, np.inf))
     fine = (np.arange(_FINE) + 0.5) / _FINE
     radii = laid.known.radii
-    height = (radii[0] / laid.swing.omega**2 * level)[:, None] * lifted(2.0 * np.pi * fine, level / value, ramp)
+    height = (radii[0] / laid.fluctuation.omega**2 * level)[:, None] * lifted(2.0 * np.pi * fine, level / value, ramp)
     place = np.interp(turns, (begun[:, None] + fine).ravel(), height.ravel())
     drive = laid.known.steady.curve(laid.time)
     return _Motion(laid, drive, (place + radii[0] * drive) / radii[1], way)
@@ -441,11 +451,12 @@ def identify_threshold(sweeps: Sequence[Sweep]) -> Identified:
 
     Above the threshold the first flight of each period has a known shape; its height over the excitation tells the
     threshold far better than the moment at which a flight can be seen. Where flights are not those of rigid teeth that
-    lie on the flank before (bounces that outlast a period, flanks that throw), the last quiet and the first lively
-    period bracket it.
+    lie on the flank before (bounces that outlast a period, flanks that separate the gears), the last quiet and the
+    first lively period bracket it.
 
     Args:
-        sweeps: records with a swing that grows, falls, or both; or one swing each, in the order of recording.
+        sweeps: records with a fluctuation amplitude that grows, falls, or both; or one amplitude each, in the order of
+            recording.
 
     Returns:
         For ``up`` and ``down``, as far as recorded: ``acceleration_up`` (amplitude of the drive's acceleration
@@ -484,25 +495,25 @@ def _laid(sweep: Sweep) -> Laid:
     """Return a record by periods, its flanks' waves taken off."""
     rig, file = sweep.rig.rig(), sweep.file
     if not sweep.rig.motion.harmonics:
-        remedy = "give the swing's frequency in motion.harmonics of the rig or of the record's [condition]"
+        remedy = "give the fluctuation's frequency in motion.harmonics of the rig or of the record's [condition]"
         raise InputError(Fault("motion.harmonics", "is empty: no frequency is known", remedy, file))
     radii = (rig.base_radius_drive, rig.base_radius_loose)
     angles = (sweep.record.signals["theta_drive_rad"], sweep.record.signals["theta_loose_rad"])
     known = track(sweep.record.time, *angles, radii, file)
     driven = known.readings[0]
     frequency = sweep.rig.motion.harmonics[0].frequency
-    swing = find_swing(driven.time, driven.angle, frequency, file)
-    raw = periods(swing, known.time, known.place, known.drive, known.loose)
+    fluctuation = find_fluctuation(driven.time, driven.angle, frequency, file)
+    raw = periods(fluctuation, known.time, known.place, known.drive, known.loose)
     flat = flattened(raw, (rig.teeth_drive, rig.teeth_loose), file)
     quanta = (count_of(angles[0]), count_of(angles[1]))
-    return Laid(flat, raw, swing, known, sweep.record.time, quanta, frequency, np.zeros(len(raw.level), bool))
+    return Laid(flat, raw, fluctuation, known, sweep.record.time, quanta, frequency, np.zeros(len(raw.level), bool))
 
 
 CALM = 0.95  # Part of a threshold below which periods are contact from end to end
 
 
 def _again(laid: Laid, way: np.ndarray, found: dict[str, Onset], sweep: Sweep) -> Laid:
-    """Return the record with the delay between its encoders told by the periods in which contact lasts."""
+    """Return the record with the delay between its encoders fitted to the periods in which contact lasts."""
     quiet = np.zeros(len(way), bool)
     for name, sign in SIGNS.items():
         if name in found and found[name].value is not None:
@@ -512,11 +523,11 @@ def _again(laid: Laid, way: np.ndarray, found: dict[str, Onset], sweep: Sweep) -
     return laid._replace(periods=flat, quiet=quiet)
 
 
-STEADY = 2e-3  # Relative change of the swing in a period below which it does not move
+STEADY = 2e-3  # Relative change of the amplitude in a period below which it is steady
 
 
 def _direction(here: Periods, before: Periods | None) -> np.ndarray:
-    """Return 1 where the swing grows, -1 where it falls; a steady one is told by the record before."""
+    """Return 1 where the amplitude grows, -1 where it falls; for a steady one compare with the record before."""
     moving = np.abs(here.rise) > STEADY * here.level
     if np.mean(moving) > 0.5:
         return np.sign(here.rise).astype(int)
@@ -529,7 +540,7 @@ def _never(found: dict[str, Onset], laid: list[Laid], sweeps: Sequence[Sweep]) -
     lost = all(one.lively for one in found.values())
     what = "is lost in every period" if lost else "is never lost"
     span = f"between amplitudes of {level.min():.4g} and {level.max():.4g} rad/s^2 of the drive's acceleration"
-    remedy = "sweep from a smaller swing on" if lost else "sweep to a larger swing"
+    remedy = "start the sweep at a smaller fluctuation amplitude" if lost else "sweep to a larger fluctuation amplitude"
     return InputError(Fault("theta_loose_rad", f"contact {what} {span}", remedy, sweeps[0].file))
 
 

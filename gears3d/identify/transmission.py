@@ -33,7 +33,7 @@ FLANKS = ("active", "reverse")
 def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
     """Identify the transmission error of active and reverse flank over the orders of both gears.
 
-    Orders are sought on the angles of both gears at once; the 21 strongest of those that noise does not make are told.
+    Orders are sought on the angles of both gears at once; the 21 strongest of the significant ones are reported.
 
     Args:
         records: slow turns, best both ways, or rattle, each with its rig; several share the zeros of their angles.
@@ -103,12 +103,12 @@ def transmission_error(rolled: Rolled) -> Identified:
     notes = warnings(rolled)
     if left_out:
         names = ", ".join(f"{one['flank']} {one['gear']}_{one['order']}" for one in left_out)
-        why = "counts read in step with the turning make such lines: read out of step, or let the drive wander"
-        notes.append(f"left out: {names} ({1e9 * max(one['amplitude_m'] for one in left_out):.2g} nm at most): {why}")
+        why = "a count rate commensurate with the sampling rate makes such lines: change the sampling rate or the speed"
+        notes.append(f"excluded: {names} ({1e9 * max(one['amplitude_m'] for one in left_out):.2g} nm at most): {why}")
     if not parameters:
-        notes.append("no order stands out of the noise")
+        notes.append("no order exceeds the noise")
     if rolled.fits[1] is None and parameters:
-        notes.append('the snippet moves both flanks alike (flank = "both"): an assumption')
+        notes.append('the snippet moves both flanks equally (flank = "both"): an assumption')
     if _differs(rolled):
         notes.append("the reverse flank differs from the active one: add what `identify backlash` prints")
     snippet = _snippet(rolled) + "".join(axis.comment() for axis in axes)
@@ -160,7 +160,7 @@ def identify_backlash(records: Sequence[Admitted]) -> Identified:
     """Identify the mean backlash and its variation, the distance of the reverse from the active flank.
 
     Args:
-        records: slow turns both ways, or rattle that strikes both flanks, each with its rig.
+        records: slow turns both ways, or rattle with impacts on both flanks, each with its rig.
 
     Returns:
         ``backlash`` [m], ``<gear>_<order>_amplitude`` [m] and ``..._phase`` [rad] of its orders.
@@ -190,7 +190,7 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
     active, reverse = rolled.fits
     both = sorted(set(active.offsets) & set(reverse.offsets)) if active and reverse else []
     if active is None or reverse is None or not both:
-        remedy = "turn the drive slowly forth and back in one record, or record rattle that strikes both flanks"
+        remedy = "turn the drive slowly forth and back in one record, or record rattle with impacts on both flanks"
         raise InputError(Fault("theta_drive_rad", "shows one flank only: no backlash follows", remedy, file))
     widths = [reverse.offsets[file] - active.offsets[file] for file in both]
     mean = float(np.mean(widths))
