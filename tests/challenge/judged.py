@@ -1,4 +1,8 @@
-"""How a measurement compares with the truth of a record of the operating space: right, silent, wrong, and why."""
+"""How a measurement compares with the truth of a record of the operating space: right, silent, wrong, and why.
+
+A row's ``verdict`` is ``right``, ``silent`` (refused), ``warned`` (wrong, with a warning in the summary) or ``wrong``. A
+law is ``right`` when its 95 % interval holds the truth, ``narrow`` when it does not but the error is no gross one.
+"""
 
 import re
 import tempfile
@@ -9,11 +13,13 @@ import numpy as np
 from gears3d.errors import InputError
 
 FOUND, INVENTED, FLANKS = 0.8, 0.05, 0.95
-"""Wrong are: less of the visible impacts found, more of the reported ones invented, fewer on the right flank."""
+"""Wrong are: less of the clear impacts found, more of the reported ones invented, fewer on the right flank."""
+CLEAR = 2.0
+"""Stated heights from which on a flight is clear; from one on it is visible."""
 GROSS = 3.0
 """Interval widths from which on an error is gross."""
-MATTERS = 0.01, 0.05
-"""Error of the backlash over the backlash, and of the restitution, below which a gross one makes no record wrong."""
+MATTERS = {"backlash": 0.01, "restitution": 0.05, "order": 0.005}
+"""Errors of backlash and orders over the backlash, and of restitution, below which a gross one is not wrong."""
 NEAR = 1.5
 """A regime may rest on flights up to so many times the stated height: the height is known no better."""
 SPEED = 0.1, 3.0
@@ -57,14 +63,17 @@ def compared(truth, found):
     regimes = {truth.regime(h) for h in (0.0, 0.05e-6, 0.5 * height, height, NEAR * height)}
     row = {"regime": summary["regime"], "true_regime": truth.regime(), "seen_regime": truth.regime(height)}
     row |= {"height_min": height / truth.backlash, "warned": bool(summary["warnings"])}
-    row["orders"] = len(summary["flanks"]["orders"]["active"])
+    orders = [one for side in summary["flanks"]["orders"].values() for one in side]
+    row["wave"] = max((one["amplitude_m"] for one in orders), default=0.0) / truth.backlash  # of flanks that have none
+    row["chi2"], row["unexplained"] = summary["cut"]["chi2_median"], summary["cut"]["unexplained"]
+    row["noise_m"] = summary["quality"]["noise_m"] / truth.backlash
     row |= _matched(truth, told, height) | _backlash(truth, summary["flanks"]["backlash_m"])
     wrong = []
     if row["regime"] not in regimes:
         wrong.append(f"regime {row['regime']} for {row['true_regime']}")
-    if row.get("backlash_gross") and abs(row["backlash_error"]) > MATTERS[0]:
+    if row.get("backlash_gross") and abs(row["backlash_error"]) > MATTERS["backlash"]:
         wrong.append("backlash")
-    if row["visible"] >= 5 and row["found"] < FOUND * row["visible"]:
+    if row["clear"] >= 5 and row["found_clear"] < FOUND * row["clear"]:
         wrong.append("missed impacts")
     if row["invented"] > max(INVENTED * row["told"], 2):
         wrong.append("invented impacts")
@@ -80,8 +89,9 @@ def compared(truth, found):
 def _matched(truth, told, height):
     """Impacts matched one to one by time: found, on the right flank, invented; errors of time and speed."""
     hits = truth.impacts
-    visible = hits["flight_height_m"] > height
+    visible, clear = (hits["flight_height_m"] > times * height for times in (1.0, CLEAR))
     row = {"impacts": len(hits["time_s"]), "visible": int(visible.sum()), "told": len(told["time_s"])}
+    row |= {"clear": int(clear.sum()), "found_clear": 0}
     row |= {"found": 0, "flank": 0, "invented": row["told"], "speed_error": 0.0, "speed_pull": 0.0}
     if not row["told"] or not row["impacts"]:
         return row
@@ -94,7 +104,7 @@ def _matched(truth, told, height):
     error = told["time_sigma_s"]
     own = np.maximum(slack[back], 5.0 * np.nan_to_num(error))
     row["invented"] = int(np.sum(np.abs(time[back] - mine) > own))
-    row["found"] = int(found.sum())
+    row["found"], row["found_clear"] = int(found.sum()), int((found & clear).sum())
     right = told["flank"][nearest] == hits["flank"]
     row["flank"] = int((found & right).sum())
     good = found & right & np.isfinite(told["velocity_m_s"][nearest])
@@ -126,8 +136,9 @@ def _interval(name, value, low, high, true, scale):
     """Return whether an interval holds, and its relative error and width."""
     error = value - true
     told = {f"{name}_error": error / scale, f"{name}_width": (high - low) / scale}
-    told[name] = "right" if low <= true <= high else "wrong"
     told[f"{name}_gross"] = bool(abs(error) > GROSS * (high - low))
+    matters = told[f"{name}_gross"] and abs(error) / scale > MATTERS[name]
+    told[name] = "right" if low <= true <= high else "wrong" if matters else "narrow"
     return told
 
 
@@ -142,10 +153,10 @@ def _restitution(truth, found, rig):
     one = law.parameters["restitution"]
     row = _interval("restitution", one.value, one.low, one.high, truth.restitution, 1.0)
     row["pairs"] = law.goodness["pairs"]
-    if extra:  # a dependence that is not there
-        return row | {"restitution": "wrong", "why": f"false {extra[0]}"}
-    if row["restitution"] == "wrong":
-        row["why"] = "gross" if row["restitution_gross"] and abs(row["restitution_error"]) > MATTERS[1] else "interval"
+    if extra:  # a dependence that is not there; its 95 % interval may be wide
+        return row | {"restitution": "wrong" if row["restitution"] == "wrong" else "narrow", "why": f"false {extra[0]}"}
+    if row["restitution"] != "right":
+        row["why"] = "gross" if row["restitution"] == "wrong" else "interval"
     return row
 
 
@@ -162,14 +173,15 @@ def _contact(truth, one):
     try:
         wide = backlash(rolled).parameters["backlash"]
         row = _interval("backlash", wide.value, wide.low, wide.high, truth.backlash, truth.backlash)
-        if row["backlash"] == "wrong":
-            row["why"] = "gross" if row["backlash_gross"] and abs(row["backlash_error"]) > MATTERS[0] else "interval"
+        if row["backlash"] != "right":
+            row["why"] = "gross" if row["backlash"] == "wrong" else "interval"
         told["backlash"] = row
     except InputError as error:
         told["backlash"] = {"backlash": "silent", "why": _kind(error)}
     orders = [part.value for name, part in transmission_error(rolled).parameters.items() if name.endswith("amplitude")]
     size = max(orders, default=0.0) / truth.backlash
-    told["transmission_error"] = {"transmission_error": "wrong" if orders else "right", "size": size}
+    verdict = "right" if not orders else "wrong" if size > MATTERS["order"] else "narrow"
+    told["transmission_error"] = {"transmission_error": verdict, "size": size}
     if orders:
         told["transmission_error"]["why"] = "false order"
     return told
