@@ -90,14 +90,12 @@ def coloured(n: int, random: np.random.Generator) -> np.ndarray:
     >>> round(float(noise.std()), 6), round(float(noise.mean()), 6) == 0.0
     (1.0, True)
     """
-    from scipy.fft import irfft, next_fast_len
-
-    size = next_fast_len(n, real=True)
+    size = 1 << (n - 1).bit_length()
     bins = np.arange(size // 2 + 1)
     power = np.zeros(len(bins))
     power[1:] = 1.0 / np.sqrt(bins[1:])
     parts = power * (random.standard_normal(len(bins)) + 1j * random.standard_normal(len(bins)))
-    noise = irfft(parts, size)[:n]
+    noise = np.fft.irfft(parts, size)[:n]
     noise = noise - noise.mean()
     return noise / noise.std()
 

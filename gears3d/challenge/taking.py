@@ -24,7 +24,7 @@ BEFORE = 5
 """Periods before the record begins: a rig has run for a while."""
 PER_FALL, PER_PERIOD = 150.0, 150.0
 """Steps of integration in a fall across the backlash and in a period: Runge and Kutta's parabolas are exact."""
-ALONG = 33
+ALONG = 129
 """Moments of a flight at which its height is looked for."""
 SHARE = 0.1
 """A flank counts as struck when it is struck in more than this part of the periods, as the contract has it."""
@@ -45,6 +45,7 @@ class Truth:
         period: of the fluctuation, s.
         duration: of the record, s.
         step: between samples, s.
+        begin: of the record, after a start on the active flank, in the motion's own time, s.
         dirt: its sizes by kind.
     """
 
@@ -56,6 +57,7 @@ class Truth:
     period: float
     duration: float
     step: float
+    begin: float
     dirt: dict[str, float]
 
     def regime(self, height: float = 0.0) -> str:
@@ -135,7 +137,9 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
     contacts[:, 1:] = np.clip(scale * (contacts[:, 1:] - begin), 0.0, scale * end)
     contacts = contacts[contacts[:, 2] > contacts[:, 1]]
     period, lasts = scale / now.frequency, scale * end
-    truth = Truth(rig.backlash, rig.restitution, impacts, flights, contacts, period, lasts, scale / rig.rate, sizes)
+    truth = Truth(
+        rig.backlash, rig.restitution, impacts, flights, contacts, period, lasts, scale / rig.rate, begin, sizes
+    )
     about = {"sample_rate_Hz": rig.rate}
     return Taken(Recording(columns, meta=about), scenario, truth)
 

@@ -1,7 +1,7 @@
 """How a measurement compares with the truth of a record of the operating space: right, silent, wrong, and why.
 
-A row's ``verdict`` is ``right``, ``silent`` (refused), ``warned`` (wrong, with a warning in the summary) or ``wrong``. A
-law is ``right`` when its 95 % interval holds the truth, ``narrow`` when it does not but the error is no gross one.
+A row's ``verdict`` is ``right``, ``silent`` (refused), ``warned`` (wrong, with a warning in the summary) or ``wrong``.
+A law is ``right`` when its 95 % interval holds the truth, ``narrow`` when it does not but the error is no gross one.
 """
 
 import re
