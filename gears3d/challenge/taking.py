@@ -125,7 +125,7 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
     angles = (motion.signals["theta_drive_rad"][skipped:], motion.signals["theta_loose_rad"][skipped:])
     columns, sizes = sense(rig, time, angles, random, dirt)
     impacts, flights, contacts = _events(rig, now.mean, sines, motion)
-    scale = 1.0 + sizes.get("clock", 0.0)  # the truth is told in the record's own time
+    scale = 1.0 + sizes.get("clock", 0.0)  # the truth is in the record's own time
     end = float(time[-1])
     inside = (impacts["time_s"] >= begin) & (impacts["time_s"] <= begin + end)
     impacts = {name: values[inside] for name, values in impacts.items()}

@@ -58,7 +58,7 @@ def judge(taken, laws=True):
 
 def compared(truth, found):
     """Return verdict and numbers of a measurement."""
-    summary, told = found.summary, found.segments.impacts
+    summary, reported = found.summary, found.segments.impacts
     height = summary["flight_height_min_m"]
     regimes = {truth.regime(h) for h in (0.0, 0.05e-6, 0.5 * height, height, NEAR * height)}
     row = {"regime": summary["regime"], "true_regime": truth.regime(), "seen_regime": truth.regime(height)}
@@ -67,7 +67,7 @@ def compared(truth, found):
     row["wave"] = max((one["amplitude_m"] for one in orders), default=0.0) / truth.backlash  # of flanks that have none
     row["chi2"], row["unexplained"] = summary["cut"]["chi2_median"], summary["cut"]["unexplained"]
     row["noise_m"] = summary["quality"]["noise_m"] / truth.backlash
-    row |= _matched(truth, told, height) | _backlash(truth, summary["flanks"]["backlash_m"])
+    row |= _matched(truth, reported, height) | _backlash(truth, summary["flanks"]["backlash_m"])
     wrong = []
     if row["regime"] not in regimes:
         wrong.append(f"regime {row['regime']} for {row['true_regime']}")
@@ -75,7 +75,7 @@ def compared(truth, found):
         wrong.append("backlash")
     if row["clear"] >= 5 and row["found_clear"] < FOUND * row["clear"]:
         wrong.append("missed impacts")
-    if row["invented"] > max(INVENTED * row["told"], 2):
+    if row["invented"] > max(INVENTED * row["reported"], 2):
         wrong.append("invented impacts")
     if row["found"] >= 5 and row["flank"] < FLANKS * row["found"]:
         wrong.append("flanks")
@@ -86,32 +86,31 @@ def compared(truth, found):
     return row
 
 
-def _matched(truth, told, height):
+def _matched(truth, reported, height):
     """Impacts matched one to one by time: found, on the right flank, invented; errors of time and speed."""
     hits = truth.impacts
     visible, clear = (hits["flight_height_m"] > times * height for times in (1.0, CLEAR))
-    row = {"impacts": len(hits["time_s"]), "visible": int(visible.sum()), "told": len(told["time_s"])}
+    row = {"impacts": len(hits["time_s"]), "visible": int(visible.sum()), "reported": len(reported["time_s"])}
     row |= {"clear": int(clear.sum()), "found_clear": 0}
-    row |= {"found": 0, "flank": 0, "invented": row["told"], "speed_error": 0.0, "speed_pull": 0.0}
-    if not row["told"] or not row["impacts"]:
+    row |= {"found": 0, "flank": 0, "invented": row["reported"], "speed_error": 0.0, "speed_pull": 0.0}
+    if not row["reported"] or not row["impacts"]:
         return row
-    mine, time = told["time_s"], hits["time_s"]
+    mine, time = reported["time_s"], hits["time_s"]
     slack = np.maximum(5.0 * truth.step, 0.2 * hits["flight_s"])
     nearest = _nearest(mine, time)
     late = np.abs(mine[nearest] - time)
     found = visible & (late <= slack)
     back = _nearest(time, mine)
-    error = told["time_sigma_s"]
-    own = np.maximum(slack[back], 5.0 * np.nan_to_num(error))
+    own = np.maximum(slack[back], 5.0 * np.nan_to_num(reported["time_sigma_s"]))
     row["invented"] = int(np.sum(np.abs(time[back] - mine) > own))
     row["found"], row["found_clear"] = int(found.sum()), int((found & clear).sum())
-    right = told["flank"][nearest] == hits["flank"]
+    right = reported["flank"][nearest] == hits["flank"]
     row["flank"] = int((found & right).sum())
-    good = found & right & np.isfinite(told["velocity_m_s"][nearest])
+    good = found & right & np.isfinite(reported["velocity_m_s"][nearest])
     if good.any():
-        off = (told["velocity_m_s"][nearest] - hits["velocity_m_s"])[good]
-        pulls = np.abs(off) / told["velocity_sigma_m_s"][nearest][good]
-        row["speed_error"] = float(np.median(np.abs(off / hits["velocity_m_s"][good])))
+        error = (reported["velocity_m_s"][nearest] - hits["velocity_m_s"])[good]
+        pulls = np.abs(error) / reported["velocity_sigma_m_s"][nearest][good]
+        row["speed_error"] = float(np.median(np.abs(error / hits["velocity_m_s"][good])))
         row["speed_pull"] = float(np.median(pulls)) / 0.6745
         row["speed_far"] = float(np.mean(pulls > 3.0))
     return row
@@ -135,11 +134,11 @@ def _backlash(truth, value):
 def _interval(name, value, low, high, true, scale):
     """Return whether an interval holds, and its relative error and width."""
     error = value - true
-    told = {f"{name}_error": error / scale, f"{name}_width": (high - low) / scale}
-    told[f"{name}_gross"] = bool(abs(error) > GROSS * (high - low))
-    matters = told[f"{name}_gross"] and abs(error) / scale > MATTERS[name]
-    told[name] = "right" if low <= true <= high else "wrong" if matters else "narrow"
-    return told
+    row = {f"{name}_error": error / scale, f"{name}_width": (high - low) / scale}
+    row[f"{name}_gross"] = bool(abs(error) > GROSS * (high - low))
+    matters = row[f"{name}_gross"] and abs(error) / scale > MATTERS[name]
+    row[name] = "right" if low <= true <= high else "wrong" if matters else "narrow"
+    return row
 
 
 def _restitution(truth, found, rig):
@@ -169,22 +168,22 @@ def _contact(truth, one):
         rolled = roll(read_contacts([one]))
     except InputError as error:
         return {name: {name: "silent", "why": _kind(error)} for name in ("backlash", "transmission_error")}
-    told = {}
+    laws = {}
     try:
         wide = backlash(rolled).parameters["backlash"]
         row = _interval("backlash", wide.value, wide.low, wide.high, truth.backlash, truth.backlash)
         if row["backlash"] != "right":
             row["why"] = "gross" if row["backlash"] == "wrong" else "interval"
-        told["backlash"] = row
+        laws["backlash"] = row
     except InputError as error:
-        told["backlash"] = {"backlash": "silent", "why": _kind(error)}
+        laws["backlash"] = {"backlash": "silent", "why": _kind(error)}
     orders = [part.value for name, part in transmission_error(rolled).parameters.items() if name.endswith("amplitude")]
     size = max(orders, default=0.0) / truth.backlash
     verdict = "right" if not orders else "wrong" if size > MATTERS["order"] else "narrow"
-    told["transmission_error"] = {"transmission_error": verdict, "size": size}
+    laws["transmission_error"] = {"transmission_error": verdict, "size": size}
     if orders:
-        told["transmission_error"]["why"] = "false order"
-    return told
+        laws["transmission_error"]["why"] = "false order"
+    return laws
 
 
 def _kind(error):

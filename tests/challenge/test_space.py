@@ -158,8 +158,8 @@ def sensed(kinds, rate=20e3, n=40_000, turning=12.3, counts=4_000_000, noise=1e-
 
 
 def error_of(column, angle):
-    off = column - angle
-    return off - off.mean()
+    error = column - angle
+    return error - error.mean()
 
 
 def test_clean_readings_are_counts_of_noisy_angles():
@@ -174,20 +174,20 @@ def test_clean_readings_are_counts_of_noisy_angles():
 
 def test_coloured_noise_has_its_rms_and_falls_with_the_frequency():
     rig, columns, sizes, angle = sensed(("one_over_f",))
-    offs = [error_of(columns[f"theta_{gear}_rad"], angle) for gear in ("drive", "loose")]
-    offs = [off * radius for off, radius in zip(offs, rig.base_radius, strict=True)]
+    errors = [error_of(columns[f"theta_{gear}_rad"], angle) for gear in ("drive", "loose")]
+    errors = [error * radius for error, radius in zip(errors, rig.base_radius, strict=True)]
     assert 1e-3 < sizes["one_over_f"] < 2e-2
-    assert np.hypot(*(off.std() for off in offs)) == pytest.approx(sizes["one_over_f"] * rig.backlash, rel=0.02)
-    power = np.abs(np.fft.rfft(offs[1])) ** 2
+    assert np.hypot(*(error.std() for error in errors)) == pytest.approx(sizes["one_over_f"] * rig.backlash, rel=0.02)
+    power = np.abs(np.fft.rfft(errors[1])) ** 2
     low, high = power[10:100].mean(), power[1000:1900].mean()
     assert low / high == pytest.approx(1450 / 39.1, rel=0.6)  # means of 1/f over the two bands
 
 
 def test_interpolation_errs_once_and_twice_a_line():
     _, columns, sizes, angle = sensed(("interpolation",))
-    off = error_of(columns["theta_loose_rad"], angle)
+    error = error_of(columns["theta_loose_rad"], angle)
     line = 2 * np.pi / sizes["lines"]
-    parts = [2.0 * abs(np.mean(off * np.exp(-2j * np.pi * n * angle / line))) / line for n in (1, 2, 3)]
+    parts = [2.0 * abs(np.mean(error * np.exp(-2j * np.pi * n * angle / line))) / line for n in (1, 2, 3)]
     assert parts[0] == pytest.approx(sizes["interpolation"], rel=0.05)
     assert parts[1] == pytest.approx(0.5 * sizes["interpolation"], rel=0.05)
     assert parts[2] < 0.05 * sizes["interpolation"]
@@ -195,9 +195,9 @@ def test_interpolation_errs_once_and_twice_a_line():
 
 def test_jitter_and_clock_act_on_time():
     _, columns, sizes, angle = sensed(("jitter",))
-    off = error_of(columns["theta_drive_rad"], angle)
-    assert (off / 12.3 * 20e3).std() == pytest.approx(sizes["jitter"], rel=0.1)
-    np.testing.assert_allclose(error_of(columns["theta_loose_rad"], angle), off, atol=4e-6)  # one clock latches both
+    error = error_of(columns["theta_drive_rad"], angle)
+    assert (error / 12.3 * 20e3).std() == pytest.approx(sizes["jitter"], rel=0.1)
+    np.testing.assert_allclose(error_of(columns["theta_loose_rad"], angle), error, atol=4e-6)  # one clock latches both
     _, columns, sizes, _ = sensed(("clock",))
     assert abs(sizes["clock"]) == 30e-6
     assert columns["time_s"][-1] == pytest.approx(39_999 / 20e3 * (1 + sizes["clock"]), rel=1e-12)
