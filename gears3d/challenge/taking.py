@@ -42,6 +42,8 @@ class Truth:
             after), ``flight_height_m`` and ``flight_s`` (of the flight that it ends), (k,) each.
         flights: ``start_s``, ``end_s``, ``left``, ``struck``, ``height_m``, (f,) each; whole ones.
         contacts: flank, begin, end [s], (c, 3).
+        mean: speed of the drive, rad/s.
+        sines: of the drive's speed: amplitude, rad/s, circular frequency, rad/s, and phase at the record's begin.
         period: of the fluctuation, s.
         duration: of the record, s.
         step: between samples, s.
@@ -54,11 +56,21 @@ class Truth:
     impacts: dict[str, np.ndarray]
     flights: dict[str, np.ndarray]
     contacts: np.ndarray
+    mean: float
+    sines: tuple[tuple[float, float, float], ...]
     period: float
     duration: float
     step: float
     begin: float
     dirt: dict[str, float]
+
+    def drive_speed(self, time: np.ndarray) -> np.ndarray:
+        """Return the speed of the drive at times of the record [rad/s], (n,).
+
+        Args:
+            time: [s], (n,).
+        """
+        return self.mean + sum((a * np.sin(w * time + phase) for a, w, phase in self.sines), np.zeros_like(time))
 
     def regime(self, height: float = 0.0) -> str:
         """Return the regime: ``contact``, ``single_sided`` or ``double_sided``.
@@ -137,9 +149,10 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
     contacts[:, 1:] = np.clip(scale * (contacts[:, 1:] - begin), 0.0, scale * end)
     contacts = contacts[contacts[:, 2] > contacts[:, 1]]
     period, lasts = scale / now.frequency, scale * end
-    truth = Truth(
-        rig.backlash, rig.restitution, impacts, flights, contacts, period, lasts, scale / rig.rate, begin, sizes
-    )
+    waves = [(size, 2.0 * pi * f) for size, f, _ in sines]
+    turned = tuple((a / scale, w / scale, w * begin + sine[2]) for (a, w), sine in zip(waves, sines, strict=True))
+    known = (rig.backlash, rig.restitution, impacts, flights, contacts, now.mean / scale, turned)
+    truth = Truth(*known, period, lasts, scale / rig.rate, begin, sizes)
     about = {"sample_rate_Hz": rig.rate}
     return Taken(Recording(columns, meta=about), scenario, truth)
 

@@ -66,6 +66,7 @@ def compared(truth, found):
     orders = [one for side in summary["flanks"]["orders"].values() for one in side]
     row["wave"] = max((one["amplitude_m"] for one in orders), default=0.0) / truth.backlash  # of flanks that have none
     row["chi2"], row["unexplained"] = summary["cut"]["chi2_median"], summary["cut"]["unexplained"]
+    row["drive_error"] = _drive_error(truth, found.segments.track)
     row["noise_m"] = summary["quality"]["noise_m"] / truth.backlash
     row |= _matched(truth, reported, height) | _backlash(truth, summary["flanks"]["backlash_m"])
     wrong = []
@@ -84,6 +85,13 @@ def compared(truth, found):
     row["verdict"] = ("warned" if row["warned"] else "wrong") if wrong else "right"
     row["why"] = ", ".join(wrong)
     return row
+
+
+def _drive_error(truth, track):
+    """Error of the drive's speed as measure has it, over its fluctuation: 1 when the fluctuation is lost."""
+    time = np.linspace(track.time[0], track.time[-1], 20_001)[400:-400]
+    true = truth.drive_speed(time)
+    return float(np.std(track.steady.curve(time, 1) - true) / np.std(true))
 
 
 def _matched(truth, reported, height):
@@ -162,7 +170,7 @@ def _restitution(truth, found, rig):
 def _contact(truth, one):
     """Backlash from contact, and orders of flanks that are perfect."""
     from gears3d.identify import read_contacts, roll, transmission_error
-    from gears3d.identify.backlash import backlash
+    from gears3d.identify.transmission import backlash
 
     try:
         rolled = roll(read_contacts([one]))

@@ -8,7 +8,7 @@ import pytest
 from gears3d.challenge.space import draw
 from gears3d.challenge.taking import take
 from gears3d.measured.segmentation import measure
-from tests.challenge.judged import compared
+from tests.challenge.judged import compared, judge
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,14 @@ def test_other_speeds_and_flanks_are_wrong(measured):
     assert "flanks" in compared(replace(truth, impacts=swapped), found)["why"]
 
 
+def test_a_drive_that_is_followed_has_a_small_error(measured):
+    truth, found = measured
+    assert compared(truth, found)["drive_error"] < 0.05
+    (size, w, phase), *more = truth.sines
+    late = ((size, w, phase + 1.0), *more)
+    assert compared(replace(truth, sines=late), found)["drive_error"] > 0.5
+
+
 def test_another_regime_is_wrong(measured):
     truth, found = measured
     one = truth.impacts["flank"] == 0
@@ -56,3 +64,11 @@ def test_another_regime_is_wrong(measured):
     assert (
         row["invented"] > np.sum(~one & (truth.impacts["flight_height_m"] > found.summary["flight_height_min_m"])) / 2
     )
+
+
+def test_a_record_is_judged_from_its_file_to_its_laws():
+    row = judge(take(draw(114, 1)[113], dirt=False, samples=20_000))
+    assert (row["stage"], row["regime"]) == ("measured", row["true_regime"])
+    verdicts = {name: law[name] for name, law in row["laws"].items()}
+    assert set(verdicts) == {"restitution", "backlash", "transmission_error"}
+    assert set(verdicts.values()) <= {"right", "silent", "narrow", "wrong"}

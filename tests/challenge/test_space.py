@@ -222,3 +222,7 @@ def test_the_harmonics_of_a_drive_are_in_the_record_and_not_in_the_rig():
     fit = np.linalg.lstsq(basis, angle, rcond=None)[0][1:].reshape(3, 2)
     speeds = np.hypot(*fit.T) * 2 * np.pi * now.frequency * np.array([1, 2, 3])
     np.testing.assert_allclose(speeds / now.amplitude, [1.0, 0.05, 0.05], rtol=0.05)
+    moved = taken.truth.drive_speed(time)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (moved[1:] + moved[:-1]) * np.diff(time))])
+    read = taken.record.signals["theta_drive_rad"]
+    assert np.abs(read - read[0] - turned).max() < 1e-3 * now.amplitude / now.frequency + 4e-6
