@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil, pi
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -24,11 +24,32 @@ BEFORE = 5
 """Periods before the record begins: a rig has run for a while."""
 PER_FALL, PER_PERIOD = 150.0, 150.0
 """Steps of integration in a fall across the backlash and in a period: Runge and Kutta's parabolas are exact."""
+GRID = 720
+"""Moments in a period of the fastest wave at which contact may be left."""
 ALONG = 129
 """Moments of a flight at which its height is looked for."""
 SHARE = 0.1
 """A flank counts as struck when it is struck in more than this part of the periods, as the contract has it."""
 ACTIVE, REVERSE = 0, 1
+RUNOUT, MESH = (0.01, 0.15), (0.001, 0.01)
+"""Amplitudes of flanks that are not perfect over the backlash: order 1 of the drive (order 2 has a third of it) and its
+mesh order; runout and transmission error of quality grades 6 to 9."""
+GENTLE = 0.1
+"""Acceleration of a wave over the deceleration of the loose gear at most: the drive makes the rattle, not the waves."""
+
+
+class Wave(NamedTuple):
+    """An order of both flanks over the drive's angle from its zero in the motion: amplitude·cos(order·θ + phase).
+
+    Args:
+        order: per revolution of the drive.
+        amplitude: m.
+        phase: rad.
+    """
+
+    order: int
+    amplitude: float
+    phase: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +63,7 @@ class Truth:
             after), ``flight_height_m`` and ``flight_s`` (of the flight that it ends), (k,) each.
         flights: ``start_s``, ``end_s``, ``left``, ``struck``, ``height_m``, (f,) each; whole ones.
         contacts: flank, begin, end [s], (c, 3).
+        waves: of both flanks.
         mean: speed of the drive, rad/s.
         sines: of the drive's speed: amplitude, rad/s, circular frequency, rad/s, and phase at the record's begin.
         period: of the fluctuation, s.
@@ -56,6 +78,7 @@ class Truth:
     impacts: dict[str, np.ndarray]
     flights: dict[str, np.ndarray]
     contacts: np.ndarray
+    waves: tuple[Wave, ...]
     mean: float
     sines: tuple[tuple[float, float, float], ...]
     period: float
@@ -103,7 +126,7 @@ class Taken:
     truth: Truth
 
 
-def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES) -> Taken:
+def take(rig: Rig, number: int = 0, *, dirt: bool = True, waves: bool = False, samples: int = SAMPLES) -> Taken:
     """Return a record of a rig with its truth.
 
     The record has ``samples`` at most: its duration is shortened, to no less than 30 periods. It begins amid the
@@ -113,6 +136,7 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
         rig: of :func:`gears3d.challenge.space.draw`.
         number: of the record, from 0.
         dirt: whether the rig's kinds of dirt act; noise and counts always do.
+        waves: whether flanks have runout and a mesh order; perfect ones otherwise.
         samples: at most.
 
     >>> from gears3d.challenge.space import draw
@@ -129,14 +153,19 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
         sines += [(UNSTATED * now.amplitude, n * now.frequency, float(random.uniform(0.0, 2.0 * pi))) for n in (2, 3)]
     lasts = duration + skipped / rig.rate
     harmonics = [{"amplitude": f"{a!r} rad/s", "frequency": f"{f!r} Hz", "phase": f"{p!r} rad"} for a, f, p in sines]
-    true = scenario.with_({"run.duration": f"{lasts!r} s", "motion.harmonics": harmonics})
+    orders = _waves(rig, now.mean, np.random.default_rng([rig.seed, rig.index, number, 23])) if waves else ()
+    effects = [
+        {"kind": "transmission_error", "order": n, "amplitude": f"{size!r} m", "phase": f"{phase!r} rad"}
+        for n, size, phase in orders
+    ]
+    true = scenario.with_({"run.duration": f"{lasts!r} s", "motion.harmonics": harmonics, "effect": effects})
     step = min(rig.fall / PER_FALL, 1.0 / (PER_PERIOD * now.frequency * len(sines)))
     motion = happen(true, step=step)
     begin = float(motion.time[skipped])
     time = motion.time[skipped:] - begin
     angles = (motion.signals["theta_drive_rad"][skipped:], motion.signals["theta_loose_rad"][skipped:])
     columns, sizes = sense(rig, time, angles, random, dirt)
-    impacts, flights, contacts = _events(rig, now.mean, sines, motion)
+    impacts, flights, contacts = _events(rig, _Drive(rig.base_radius[0], now.mean, sines, orders), motion)
     scale = 1.0 + sizes.get("clock", 0.0)  # the truth is in the record's own time
     end = float(time[-1])
     inside = (impacts["time_s"] >= begin) & (impacts["time_s"] <= begin + end)
@@ -149,16 +178,58 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
     contacts[:, 1:] = np.clip(scale * (contacts[:, 1:] - begin), 0.0, scale * end)
     contacts = contacts[contacts[:, 2] > contacts[:, 1]]
     period, lasts = scale / now.frequency, scale * end
-    waves = [(size, 2.0 * pi * f) for size, f, _ in sines]
-    turned = tuple((a / scale, w / scale, w * begin + sine[2]) for (a, w), sine in zip(waves, sines, strict=True))
-    known = (rig.backlash, rig.restitution, impacts, flights, contacts, now.mean / scale, turned)
+    turn = 2.0 * pi * begin
+    turned = tuple((a / scale, 2.0 * pi * f / scale, f * turn + phase) for a, f, phase in sines)
+    known = (rig.backlash, rig.restitution, impacts, flights, contacts, orders, now.mean / scale, turned)
     truth = Truth(*known, period, lasts, scale / rig.rate, begin, sizes)
     about = {"sample_rate_Hz": rig.rate}
     return Taken(Recording(columns, meta=about), scenario, truth)
 
 
+def _waves(rig: Rig, mean: float, random: np.random.Generator) -> tuple[Wave, ...]:
+    """Return runout, its second order and the mesh order of the flanks."""
+    first, mesh = (rig.backlash * float(np.exp(random.uniform(*np.log(span)))) for span in (RUNOUT, MESH))
+    made = []
+    for order, size in ((1, first), (2, 0.3 * first), (rig.teeth[0], mesh)):
+        gentle = GENTLE * rig.deceleration / (order * mean) ** 2
+        made.append(Wave(order, min(size, gentle), float(random.uniform(0.0, 2.0 * pi))))
+    return tuple(made)
+
+
+class _Drive(NamedTuple):
+    """The active flank along the line of action over time.
+
+    Args:
+        radius: base radius of the drive, m.
+        mean: speed, rad/s.
+        sines: of the speed: amplitude, rad/s, frequency, Hz, phase.
+        waves: of both flanks over the drive's angle.
+    """
+
+    radius: float
+    mean: float
+    sines: list[tuple[float, float, float]]
+    waves: tuple[Wave, ...]
+
+    def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return place [m], speed [m/s] and acceleration [m/s²] of the flank."""
+        angle, speed, gain = self.mean * time, np.full_like(time, self.mean), np.zeros_like(time)
+        for amplitude, frequency, phase in self.sines:
+            w = 2.0 * pi * frequency
+            angle = angle + amplitude / w * (np.cos(phase) - np.cos(w * time + phase))
+            speed = speed + amplitude * np.sin(w * time + phase)
+            gain = gain + amplitude * w * np.cos(w * time + phase)
+        place, slope, bend = self.radius * angle, np.full_like(time, self.radius), np.zeros_like(time)
+        for wave in self.waves:
+            x = wave.order * angle + wave.phase
+            place = place + wave.amplitude * np.cos(x)
+            slope = slope - wave.amplitude * wave.order * np.sin(x)
+            bend = bend - wave.amplitude * wave.order**2 * np.cos(x)
+        return place, slope * speed, slope * gain + bend * speed**2
+
+
 def _events(
-    rig: Rig, mean: float, sines: list[tuple[float, float, float]], motion: Recording
+    rig: Rig, drive: _Drive, motion: Recording
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray], np.ndarray]:
     """Return impacts, flights and contacts of a motion that begins on the active flank.
 
@@ -169,7 +240,7 @@ def _events(
     stays = hits["rebound_m_s"] == 0.0
     times = np.concatenate([[0.0], hits["time_s"][stays]])
     sides = np.concatenate([[ACTIVE], hits["flank"][stays].astype(int)])
-    left = np.minimum(_leaves(rig, sines, times, sides, float(motion.time[-1])), np.inf)
+    left = _leaves(rig, drive, times, sides, float(motion.time[-1]))
     following = np.append(hits["time_s"], np.inf)[np.searchsorted(hits["time_s"], times, "right")]
     ends = np.minimum(np.minimum(left, following), motion.time[-1])
     contacts = np.column_stack([sides, times, ends]).astype(float)
@@ -182,7 +253,7 @@ def _events(
     side = np.where(held, sides[place], hits["flank"][before]).astype(int)
     departs = np.where(held, 0.0, hits["rebound_m_s"][before])
     struck = hits["flank"].astype(int)
-    height = _heights(rig, mean, sines, (start, hits["time_s"]), side, departs)
+    height = _heights(rig, drive, (start, hits["time_s"]), side, departs)
     height = np.where(struck == side, height, rig.backlash)
     names = ("time_s", "velocity_m_s", "rebound_m_s")
     impacts = {name: hits[name] for name in names}
@@ -191,69 +262,42 @@ def _events(
     return impacts, flights, contacts
 
 
-def _acceleration(rig: Rig, sines: list[tuple[float, float, float]], time: np.ndarray) -> np.ndarray:
-    """Return the acceleration of the drive's flank along the line of action [m/s²]."""
-    total = np.zeros_like(time)
-    for amplitude, frequency, phase in sines:
-        w = 2.0 * pi * frequency
-        total += rig.base_radius[0] * amplitude * w * np.cos(w * time + phase)
-    return total
+def _leaves(rig: Rig, drive: _Drive, times: np.ndarray, sides: np.ndarray, end: float) -> np.ndarray:
+    """Return when contacts that begin at some times on some sides are left, never: infinity [s]."""
+    fastest = max([f for _, f, _ in drive.sines] + [wave.order * drive.mean / (2.0 * pi) for wave in drive.waves])
+    grid = np.linspace(0.0, end, ceil(GRID * fastest * end) + 2)
 
+    def presses(time: np.ndarray) -> np.ndarray:  # on the active flank
+        return drive.at(time)[2] + rig.deceleration > 0.0
 
-def _leaves(
-    rig: Rig, sines: list[tuple[float, float, float]], times: np.ndarray, sides: np.ndarray, end: float
-) -> np.ndarray:
-    """Return when contacts that begin at some times on some sides are left [s]."""
-    from scipy.optimize import brentq
-
-    period = 1.0 / sines[0][1]
-    grid = np.linspace(0.0, period, 721)
-    press = _acceleration(rig, sines, grid) + rig.deceleration  # > 0 presses on the active flank
-
-    def pressing(t: float) -> float:
-        return float(_acceleration(rig, sines, np.array([t]))[0] + rig.deceleration)
-
-    changes = np.flatnonzero(np.diff(np.sign(press)) != 0)
-    roots = np.array([brentq(pressing, grid[i], grid[i + 1], xtol=1e-15) for i in changes])
-    falling = press[changes] > 0.0
+    on_active = presses(grid)
     found = np.full(len(times), np.inf)
-    for flank, own in ((ACTIVE, roots[falling]), (REVERSE, roots[~falling])):
-        chosen = sides == flank
-        phase = np.mod(times[chosen], period)
-        now = _acceleration(rig, sines, times[chosen]) + rig.deceleration
-        holds = now > 0.0 if flank == ACTIVE else now < 0.0
-        if len(own):
-            later = np.append(own, own[0] + period)[np.searchsorted(own, phase, "right")]
-            found[chosen] = np.where(holds, times[chosen] + later - phase, times[chosen])
-        else:
-            found[chosen] = np.where(holds, np.inf, times[chosen])
-    return np.where(found > end, np.inf, found)
+    for flank in (ACTIVE, REVERSE):
+        chosen = np.flatnonzero(sides == flank)
+        lets_go = np.flatnonzero((on_active[:-1] != on_active[1:]) & (on_active[:-1] == (flank == ACTIVE)))
+        begin = times[chosen]
+        holds = presses(begin) == (flank == ACTIVE)
+        later = np.searchsorted(grid[lets_go + 1], begin, "right")
+        some = later < len(lets_go)
+        step = lets_go[np.minimum(later, max(len(lets_go) - 1, 0))] if len(lets_go) else np.zeros(len(begin), int)
+        low, high = np.maximum(grid[step], begin), grid[step + 1]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            still = presses(middle) == (flank == ACTIVE)
+            low, high = np.where(still, middle, low), np.where(still, high, middle)
+        found[chosen] = np.where(holds, np.where(some, high, np.inf), begin)
+    return found
 
 
 def _heights(
-    rig: Rig,
-    mean: float,
-    sines: list[tuple[float, float, float]],
-    span: tuple[np.ndarray, np.ndarray],
-    side: np.ndarray,
-    departs: np.ndarray,
+    rig: Rig, drive: _Drive, span: tuple[np.ndarray, np.ndarray], side: np.ndarray, departs: np.ndarray
 ) -> np.ndarray:
-    """Return how far flights go from the flank that they leave [m].
-
-    The loose gear is slowed evenly until it stands; the drive's sines are integrated.
-    """
+    """Return how far flights go from the flank that they leave [m]; the loose gear is slowed evenly until it stands."""
     start, end = span
-    lasts = (end - start)[:, None]
-    later = lasts * np.linspace(0.0, 1.0, ALONG)
-    radius = rig.base_radius[0]
-    first = np.full(len(start), radius * mean)
-    way = radius * mean * later
-    for amplitude, frequency, phase in sines:
-        w = 2.0 * pi * frequency
-        first += radius * amplitude * np.sin(w * start + phase)
-        turned = np.cos(w * start + phase)[:, None] - np.cos(w * (start[:, None] + later) + phase)
-        way += radius * amplitude / w * turned
-    speed = (first + departs)[:, None]  # of the loose gear
+    later = (end - start)[:, None] * np.linspace(0.0, 1.0, ALONG)
+    place, speed, _ = drive.at(start)
+    way = drive.at(start[:, None] + later)[0] - place[:, None]
+    speed = (speed + departs)[:, None]  # of the loose gear
     moving = np.minimum(later, np.abs(speed) / rig.deceleration)
     own = speed * moving - 0.5 * np.sign(speed) * rig.deceleration * moving**2
     apart = np.where(side == ACTIVE, 1.0, -1.0)[:, None] * (own - way)

@@ -64,7 +64,8 @@ def compared(truth, found):
     row = {"regime": summary["regime"], "true_regime": truth.regime(), "seen_regime": truth.regime(height)}
     row |= {"height_min": height / truth.backlash, "warned": bool(summary["warnings"])}
     orders = [one for side in summary["flanks"]["orders"].values() for one in side]
-    row["wave"] = max((one["amplitude_m"] for one in orders), default=0.0) / truth.backlash  # of flanks that have none
+    known = {wave.order for wave in truth.waves}
+    row["wave"] = max((one["amplitude_m"] for one in orders if one["order"] not in known), default=0.0) / truth.backlash
     row["chi2"], row["unexplained"] = summary["cut"]["chi2_median"], summary["cut"]["unexplained"]
     row["drive_error"] = _drive_error(truth, found.segments.track)
     row["noise_m"] = summary["quality"]["noise_m"] / truth.backlash
@@ -168,7 +169,7 @@ def _restitution(truth, found, rig):
 
 
 def _contact(truth, one):
-    """Backlash from contact, and orders of flanks that are perfect."""
+    """Backlash from contact, and orders that the flanks do not have."""
     from gears3d.identify import read_contacts, roll, transmission_error
     from gears3d.identify.transmission import backlash
 
@@ -185,7 +186,9 @@ def _contact(truth, one):
         laws["backlash"] = row
     except InputError as error:
         laws["backlash"] = {"backlash": "silent", "why": _kind(error)}
-    orders = [part.value for name, part in transmission_error(rolled).parameters.items() if name.endswith("amplitude")]
+    known = tuple(f"_{wave.order}_amplitude" for wave in truth.waves)
+    found = transmission_error(rolled).parameters.items()
+    orders = [part.value for name, part in found if name.endswith("amplitude") and not name.endswith(known)]
     size = max(orders, default=0.0) / truth.backlash
     verdict = "right" if not orders else "wrong" if size > MATTERS["order"] else "narrow"
     laws["transmission_error"] = {"transmission_error": verdict, "size": size}

@@ -104,15 +104,22 @@ def test_a_seed_and_an_index_repeat_a_rig():
     assert draw(1, 3) != draw(1, 4)
 
 
-@pytest.mark.parametrize("index", [1, 2, 3, 4, 6, 9, 15, 17, 27, 42])
-def test_the_truth_is_the_twins(index):
+@pytest.mark.parametrize(
+    ("index", "waves"), [*((each, False) for each in (1, 2, 3, 4, 6, 9, 15, 17, 27, 42)), (9, True), (42, True)]
+)
+def test_the_truth_is_the_twins(index, waves):
     """Rattle that rests on both flanks or one, that only strikes, and that bounces for long: none is chaotic."""
     rig = draw(64, 2)[index]
-    taken = take(rig, dirt=False, samples=20_000)
+    taken = take(rig, dirt=False, waves=waves, samples=20_000)
     truth = taken.truth
     begin, fall, fast = truth.begin, rig.fall, np.sqrt(2.0 * rig.backlash * rig.deceleration)
     lasts = {"run.duration": f"{begin + truth.duration!r} s", "run.output_rate": f"{20 / fall!r} Hz"}
-    twin = simulate(taken.scenario.with_(lasts), "rigid")
+    effects = [
+        {"kind": "transmission_error", "order": n, "amplitude": f"{size!r} m", "phase": f"{phase!r} rad"}
+        for n, size, phase in truth.waves
+    ]
+    assert len(effects) == 3 * waves
+    twin = simulate(taken.scenario.with_({**lasts, "effect": effects}), "rigid")
     hard = (twin.impacts["time_s"] >= begin) & (np.abs(twin.impacts["velocity_m_s"]) > 1e-2 * fast)
     theirs = {name: values[hard] for name, values in twin.impacts.items()}
     hard = np.abs(truth.impacts["velocity_m_s"]) > 1e-2 * fast
