@@ -31,6 +31,8 @@ STICK = 1e-3
 TEETH, PRESSURE = (15, 120), radians(20.0)
 RATES, COUNTS, DURATIONS = (2e3, 5e5), (1000, 4_000_000), (2.0, 60.0)
 """What data acquisition and encoders on the market do: sample rate [Hz], counts per revolution; durations [s]."""
+FEW, SHIFT = 20, 0.3
+"""Gears of fewer teeth have this profile shift, as practice has it against undercut."""
 FACTORS = 20
 """Dimensions of the Sobol sequence; one is kept free."""
 
@@ -133,6 +135,7 @@ class Rig:
     def _document(self, number: int) -> dict[str, object]:
         """Return the scenario as a mapping."""
         now = self.conditions[number]
+        shifts = [SHIFT if count < FEW else 0.0 for count in self.teeth]
         stick = STICK * sqrt(2.0 * self.deceleration * self.backlash)
         sine = {"amplitude": f"{now.amplitude!r} rad/s", "frequency": f"{now.frequency!r} Hz"}
         return {
@@ -142,8 +145,8 @@ class Rig:
                 "module": f"{self.module!r} m",
                 "helix_angle": f"{self.helix!r} rad",
                 "face_width": f"{WIDTH * self.module!r} m",
-                "drive": {"teeth": self.teeth[0]},
-                "loose": {"teeth": self.teeth[1], "inertia": f"{self.inertia!r} kg m^2"},
+                "drive": {"teeth": self.teeth[0], "profile_shift": shifts[0]},
+                "loose": {"teeth": self.teeth[1], "profile_shift": shifts[1], "inertia": f"{self.inertia!r} kg m^2"},
             },
             "mount": {"backlash": f"{self.backlash!r} m"},
             "motion": {"mean": f"{now.mean!r} rad/s", "harmonics": [sine]},
