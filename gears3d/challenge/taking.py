@@ -44,6 +44,7 @@ class Truth:
         contacts: flank, begin, end [s], (c, 3).
         period: of the fluctuation, s.
         duration: of the record, s.
+        step: between samples, s.
         dirt: its sizes by kind.
     """
 
@@ -54,6 +55,7 @@ class Truth:
     contacts: np.ndarray
     period: float
     duration: float
+    step: float
     dirt: dict[str, float]
 
     def regime(self, height: float = 0.0) -> str:
@@ -133,7 +135,7 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, samples: int = SAMPLES
     contacts[:, 1:] = np.clip(scale * (contacts[:, 1:] - begin), 0.0, scale * end)
     contacts = contacts[contacts[:, 2] > contacts[:, 1]]
     period, lasts = scale / now.frequency, scale * end
-    truth = Truth(rig.backlash, rig.restitution, impacts, flights, contacts, period, lasts, sizes)
+    truth = Truth(rig.backlash, rig.restitution, impacts, flights, contacts, period, lasts, scale / rig.rate, sizes)
     about = {"sample_rate_Hz": rig.rate}
     return Taken(Recording(columns, meta=about), scenario, truth)
 
