@@ -18,7 +18,7 @@ SHORTEST = 0.4e-3
 """Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it."""
 FINER = 4
 """Times by which that time is shortened as long as the finest curve is further from the means than their noise."""
-MISSED = 1.5
+MISSED = 1.2
 """Times their noise that means may be off the curve before finer ones are tried: motion that was averaged away."""
 AT_ONCE = 1 << 14
 """Means that are worked out at a time."""
@@ -100,7 +100,8 @@ def _through(reading: Reading, size: int) -> Steady:
         curve = curves[0] if curves else _spline(time, angle, max(len(time) // 4, 1))
         return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0, size)
     best = int(np.argmin([speed for _, speed in between]))
-    sigma, speed = between[best]
+    speed = between[best][1]
+    sigma = min(one for one, _ in between[max(best - 1, 0) : best + 1])  # the coarser curve may miss a part
     angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
