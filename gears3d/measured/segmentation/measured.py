@@ -271,7 +271,7 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
         "format": 1,
         "status": "complete",
         "warnings": _warnings(cut),
-        "flight_height_min_m": clearance(cut.path, cut.flanks),
+        "flight_height_min_m": cut.lowest,
         "quality": _quality(record, cut),
         "flanks": _flanks(cut),
         "cut": {
@@ -323,7 +323,7 @@ def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
         "noise_m": cut.track.noise,
         "noise_in_contact_m": cut.flanks.rough,
         "averaged_over_s": cut.path.width,
-        "flight_height_min_m": clearance(cut.path, cut.flanks),
+        "flight_height_min_m": cut.lowest,
     }
 
 

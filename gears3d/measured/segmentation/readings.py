@@ -72,7 +72,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
         found = passages(time, angle, count)
         if found is not None and len(found.time) >= FEWEST:
             return found
-    floor = max(noise_of(time, angle, clip=4.0), 0.2 * count)
+    floor = max(noise_of(time, angle, clip=4.0), count / np.sqrt(12.0))  # of rounding
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
 
 
