@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.identify.restitution.pairs import lowest_rebound
+from gears3d.identify.impact_pairs import lowest_rebound
 from gears3d.measured.segmentation.zones import clearance
 
 if TYPE_CHECKING:

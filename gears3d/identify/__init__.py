@@ -12,28 +12,28 @@ if TYPE_CHECKING:
     from gears3d.identify.assemblies import Run as Run
     from gears3d.identify.assemblies import identify_assemblies as identify_assemblies
     from gears3d.identify.assemblies import identify_mesh_drag as identify_mesh_drag
-    from gears3d.identify.backlash import identify_backlash as identify_backlash
     from gears3d.identify.campaign import Campaign as Campaign
     from gears3d.identify.campaign import read_campaign as read_campaign
     from gears3d.identify.contact import read_contacts as read_contacts
-    from gears3d.identify.drawing import rundown_picture as rundown_picture
     from gears3d.identify.law import Identified as Identified
     from gears3d.identify.law import Parameter as Parameter
-    from gears3d.identify.order_drawing import orders_picture as orders_picture
-    from gears3d.identify.order_lines import Line as Line
+    from gears3d.identify.orders import Line as Line
     from gears3d.identify.parts import Inertia as Inertia
     from gears3d.identify.parts import Share as Share
+    from gears3d.identify.pictures import orders_picture as orders_picture
+    from gears3d.identify.pictures import restitution_picture as restitution_picture
+    from gears3d.identify.pictures import rundown_picture as rundown_picture
+    from gears3d.identify.pictures import threshold_picture as threshold_picture
     from gears3d.identify.restitution import identify_restitution as identify_restitution
-    from gears3d.identify.restitution import restitution_picture as restitution_picture
     from gears3d.identify.rolling import roll as roll
     from gears3d.identify.rundown import identify_rundown as identify_rundown
     from gears3d.identify.threshold import Sweep as Sweep
     from gears3d.identify.threshold import identify_threshold as identify_threshold
-    from gears3d.identify.threshold_drawing import threshold_picture as threshold_picture
     from gears3d.identify.track import Track as Track
     from gears3d.identify.track import make_track as make_track
     from gears3d.identify.track import read_track as read_track
     from gears3d.identify.track import read_tracks as read_tracks
+    from gears3d.identify.transmission import identify_backlash as identify_backlash
     from gears3d.identify.transmission import identify_transmission_error as identify_transmission_error
     from gears3d.identify.transmission import transmission_error as transmission_error
     from gears3d.identify.trend import Oil as Oil
@@ -42,7 +42,7 @@ _HOME = {
     "Campaign": "campaign",
     "Identified": "law",
     "Inertia": "parts",
-    "Line": "order_lines",
+    "Line": "orders",
     "Oil": "trend",
     "Parameter": "law",
     "Run": "assemblies",
@@ -50,22 +50,22 @@ _HOME = {
     "Sweep": "threshold",
     "Track": "track",
     "identify_assemblies": "assemblies",
-    "identify_backlash": "backlash",
+    "identify_backlash": "transmission",
     "identify_mesh_drag": "assemblies",
     "identify_restitution": "restitution",
     "identify_rundown": "rundown",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
     "make_track": "track",
-    "orders_picture": "order_drawing",
+    "orders_picture": "pictures",
     "read_campaign": "campaign",
     "read_contacts": "contact",
     "read_track": "track",
     "read_tracks": "track",
-    "restitution_picture": "restitution",
+    "restitution_picture": "pictures",
     "roll": "rolling",
-    "rundown_picture": "drawing",
-    "threshold_picture": "threshold_drawing",
+    "rundown_picture": "pictures",
+    "threshold_picture": "pictures",
     "transmission_error": "transmission",
 }
 

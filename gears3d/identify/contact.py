@@ -10,48 +10,111 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.counting import off_by_counting, shift_by_counting, whole_count
 from gears3d.signals.edges import quantum
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
 
-PER_TOOTH = 12
-"""Bins a tooth of the drive; and so many a turn at least:"""
+TURNING = 0.3  # Way at both ends on which the drive may not move smoothly [rad]
+DITHERED = 0.3  # Noise in counts from which on counting makes no lines
+FEWEST = 1000  # Readings of a way, at least, that tell its motion
+SAWTOOTH = 400  # Harmonics of the sawtooth, at most
+LAGS = 400  # Samples apart, at most, over which a gear is sought to turn by whole counts
+WHOLE = 0.02  # Part of a count by which it may miss them
+NEAR = 0.75  # Cycles over the record that a line of counting makes at most, to shift the mean place
+
+
+def whole_count(angle: np.ndarray, declared: float | None) -> float:
+    """Return the angle of a declared count where the readings keep to it, else 0 [rad].
+
+    >>> whole_count(np.array([0.0, 0.25, 1.75]) * np.pi, 8) / np.pi, whole_count(np.array([0.0, 1.0]), 8)
+    (0.25, 0.0)
+    """
+    if not declared:
+        return 0.0
+    count = 2 * np.pi / declared
+    changes = np.diff(angle[:: max(len(angle) // 1000, 1)]) / count
+    off = np.abs(changes - np.round(changes))
+    return count if len(off) and np.mean(off < 1e-3 + 1e-13 * np.abs(angle).max() / count) > 0.99 else 0.0
+
+
+def count_noise(counts: np.ndarray) -> float:
+    """Return the noise of an angle before it was counted, in counts; rounding does not count as noise.
+
+    Readings so far apart that the gear has turned by whole counts are equal except for noise: they differ by a count in
+    2σ/√π of all cases while the noise σ is small.
+
+    >>> place = 444.4444 * np.arange(20_000)
+    >>> noise = np.random.default_rng(1).normal(size=len(place))
+    >>> [round(float(count_noise(np.floor(place + sigma * noise))), 2) for sigma in (0.0, 0.1, 0.5)]
+    [0.0, 0.1, 0.5]
+    """
+    if len(counts) < 2 * LAGS:
+        return np.inf
+    step = float(counts[-1] - counts[0]) / (len(counts) - 1)
+    lag = np.arange(1, LAGS + 1)
+    off = np.abs(lag * step - np.round(lag * step))
+    best = int(lag[np.argmin(off)])
+    if off[best - 1] > WHOLE:
+        return np.inf
+    apart = counts[best:] - counts[:-best]
+    moved = float(np.var(apart - np.round(np.mean(apart))))
+    return moved * np.sqrt(np.pi) / 2.0 if moved < 0.3 else float(np.sqrt(0.5 * (moved - 1.0 / 6.0)))
+
+
+def shift_by_counting(
+    angles: tuple[np.ndarray, np.ndarray], quanta: tuple[float, float], radii: tuple[float, float]
+) -> float:
+    """Return the deviation of a flank's mean place that counting in step with the turning makes [m]."""
+    spare = len(angles[0]) // 8  # a way begins and ends at rest
+    variance = 0.0
+    for angle, count, radius in zip(angles, quanta, radii, strict=True):
+        inner = angle[spare : len(angle) - spare]
+        if count <= 0.0 or len(inner) < 2:
+            continue
+        counts = np.rint(inner / count)
+        order = np.arange(1, SAWTOOTH + 1)
+        row = np.arange(len(counts)) - 0.5 * (len(counts) - 1)
+        step = float(row @ counts) / float(row @ row)  # of all readings: the first and the last are rounded
+        still = np.abs(order * step - np.round(order * step)) * len(counts) < NEAR
+        size = radius * count / (np.pi * order) * np.exp(-2.0 * (np.pi * order * count_noise(counts)) ** 2)
+        variance += 0.5 * float(np.sum(size[still] ** 2))
+    return float(np.sqrt(variance))
+
+
+def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.ndarray:
+    """Return what readings of a gear whose motion is smooth are off that motion [rad], (n,)."""
+    from gears3d.measured.segmentation import steady
+    from gears3d.measured.segmentation.readings import read_encoder
+
+    off = np.zeros(len(time))
+    inner = np.flatnonzero(np.minimum(np.abs(angle - angle[0]), np.abs(angle - angle[-1])) > TURNING)
+    if len(inner) >= FEWEST and quantum > 0.0 and count_noise(np.rint(angle[inner] / quantum)) < DITHERED:
+        rows = slice(int(inner[0]), int(inner[-1]) + 1)
+        off[rows] = angle[rows] - steady(read_encoder(time[rows], angle[rows])).curve(time[rows])
+    return off
+
+
+PER_TOOTH = 12  # Bins a tooth of the drive; and so many a turn at least:
 LEAST_BINS = 512
-HARMONICS = 3
-"""Orders are looked at up to so many times the tooth number."""
-SHORTEST = 0.95
-"""Turns of the drive that a way has at least."""
-AFTER_TURNING = 0.05
-"""Turns that are left out where the drive has changed its direction and the gears change flanks."""
+HARMONICS = 3  # Orders are looked at up to so many times the tooth number
+SHORTEST = 0.95  # Turns of the drive that a way has at least
+AFTER_TURNING = 0.05  # Turns that are left out where the drive has changed its direction and the gears change flanks
 
 
 class Contact(NamedTuple):
-    """Contact with one flank, averaged in bins of the drive's angle.
+    """Contact with one flank, averaged in bins of the drive's angle."""
 
-    Args:
-        drive: mean angle of each bin [rad], (n,).
-        loose: of the loose gear [rad], (n,).
-        place: mean displacement [m], (n,).
-        weight: samples in it, mean 1, (n,).
-        file: number of the record, (n,).
-        turn: number of the drive's turn, different in different records, (n,).
-        counted: place that the drive's own counting makes, as far as its smooth motion tells [m], (n,).
-        width: of the bins [rad of the drive].
-        samples: in a bin, on average.
-        count: of both encoders in the displacement of slow turns [m]; a bin that is off by less is not off the flank.
-    """
-
-    drive: np.ndarray
-    loose: np.ndarray
-    place: np.ndarray
-    weight: np.ndarray
-    file: np.ndarray
-    turn: np.ndarray
-    counted: np.ndarray
-    width: float
-    samples: float
+    drive: np.ndarray  # mean angle of each bin [rad], (n,)
+    loose: np.ndarray  # of the loose gear [rad], (n,)
+    place: np.ndarray  # mean displacement [m], (n,)
+    weight: np.ndarray  # samples in it, mean 1, (n,)
+    file: np.ndarray  # number of the record, (n,)
+    turn: np.ndarray  # number of the drive's turn, different in different records, (n,)
+    counted: np.ndarray  # place that the drive's own counting makes, as far as its smooth motion tells [m], (n,)
+    width: float  # of the bins [rad of the drive]
+    samples: float  # in a bin, on average
+    # of both encoders in the displacement of slow turns [m]; a bin that is off by less is not off the flank
     count: float = 0.0
 
     @property
@@ -61,26 +124,17 @@ class Contact(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """What is known of the contact of a pair from its records.
+    """What is known of the contact of a pair from its records."""
 
-    Args:
-        flanks: contact with the active and with the reverse flank; ``None`` where there is none.
-        radii: base radii of drive and loose gear [m].
-        teeth: of both.
-        pressure_angle: working, transverse [rad].
-        quanta: of the coarser reading of each gear [rad], 0 for a smooth one.
-        speed: of the drive, mean of its size [rad/s].
-        source: ``"slow turns"`` or ``"rattle"``.
-        shifts: what counting in step with the turning may put each flank's mean place off by, an entry a record [m].
-    """
-
+    # contact with the active and with the reverse flank; ``None`` without contact
     flanks: tuple[Contact | None, Contact | None]
-    radii: tuple[float, float]
-    teeth: tuple[int, int]
-    pressure_angle: float
-    quanta: tuple[float, float]
-    speed: float
-    source: str
+    radii: tuple[float, float]  # base radii of drive and loose gear [m]
+    teeth: tuple[int, int]  # of both
+    pressure_angle: float  # working, transverse [rad]
+    quanta: tuple[float, float]  # of the coarser reading of each gear [rad], 0 for a smooth one
+    speed: float  # of the drive, mean of its size [rad/s]
+    source: str  # ``"slow turns"`` or ``"rattle"``
+    # what counting in step with the turning may put each flank's mean place off by, an entry a record [m]
     shifts: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
 
 
@@ -189,9 +243,6 @@ def _held(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
 
 def ways_of(drive: np.ndarray) -> list[tuple[int, int, bool]]:
     """Return the ways of the drive between changes of its direction that are long enough: first, last, whether forth.
-
-    Args:
-        drive: angle [rad], (n,).
 
     >>> there = np.linspace(0.0, 7.0, 700)
     >>> ways_of(np.concatenate([there, there[::-1]]))

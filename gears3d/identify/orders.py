@@ -1,4 +1,4 @@
-"""Orders of a flank's place over the angles of both gears: which are there, how large, and how sure."""
+"""Orders of a flank's place over the angles of both gears: which are present, how large, and their intervals."""
 
 from __future__ import annotations
 
@@ -6,68 +6,148 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.identify.contact import Contact
-from gears3d.identify.order_lines import Line, Lines
-from gears3d.identify.order_noise import by_turns, floor_of, left_of, near
+from gears3d.identify.contact import HARMONICS, Contact
 
-LEVEL = 0.01
-"""Chance of one false order among all that are looked at."""
-MOST = 80
-"""Orders that are fitted at most."""
-SHARE = 0.3
-"""Part of the largest power down to which orders are taken in one round."""
+GEARS = ("drive", "loose")
+APART = 0.7  # Cycles over the record by which orders of both gears differ at least to be distinguished
+
+
+class Line(NamedTuple):
+    """An order: cycles a turn of a gear.
+
+    Args:
+        gear: 0 drive, 1 loose.
+        order: cycles a turn.
+    """
+
+    gear: int
+    order: int
+
+    @property
+    def name(self) -> str:
+        """As parameters are called: ``drive_1``."""
+        return f"{GEARS[self.gear]}_{self.order}"
+
+
+class Lines(NamedTuple):
+    """The orders that are looked at."""
+
+    all: tuple[Line, ...]  # distinguishable ones; of a set of indistinguishable ones the drive's
+    frequency: np.ndarray  # of each, cycles a turn of the drive, (m,)
+    alike: dict[Line, Line]  # to each of the drive's, the loose gear's that it cannot be told from
+
+
+def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
+    """Return the orders that can be looked at in a record."""
+    turns = np.ptp(contact.turn % 1_000_000) + 1.0 if contact.turns < 1.0 else contact.turns
+    ratio = teeth[0] / teeth[1]
+    highest = min(HARMONICS * teeth[0] + 2, int(0.8 * np.pi / contact.width))
+    chosen = [Line(0, order) for order in range(1, highest + 1)]
+    alike: dict[Line, Line] = {}
+    for order in range(1, int(highest / ratio) + 1):
+        nearest = round(order * ratio)
+        if abs(order * ratio - nearest) < APART / turns and 1 <= nearest <= highest:
+            alike.setdefault(Line(0, nearest), Line(1, order))
+        else:
+            chosen.append(Line(1, order))
+    frequency = np.array([line.order * (ratio if line.gear else 1.0) for line in chosen])
+    keep = frequency * turns > APART
+    return Lines(tuple(line for line, k in zip(chosen, keep, strict=True) if k), frequency[keep], alike)
+
+
+NEIGHBOURS = 24  # Insignificant neighbouring orders whose mean size is the noise of one
+TURNS = 6  # So many turns make a scatter
+
+
+def left_of(contact: Contact, lines: Lines, values: np.ndarray) -> np.ndarray:
+    """Return the size of the sum of values·exp(-i·order·angle) at every order, (m,)."""
+    found = {}
+    for gear, angle in enumerate((contact.drive, contact.loose)):
+        wanted = [line.order for line in lines.all if line.gear == gear]
+        turn = np.exp(-1j * angle)
+        at = values.astype(complex)
+        for order in range(1, max(wanted, default=0) + 1):
+            at = at * turn
+            found[Line(gear, order)] = abs(at.sum())
+    return np.array([found[line] for line in lines.all])
+
+
+def near(lines: Lines, chosen: tuple[Line, ...], turns: float) -> np.ndarray:
+    """Whether orders are fitted ones, or too near to one to be noise, (m,)."""
+    near = np.array([line in chosen for line in lines.all])
+    for line in chosen:
+        near |= np.abs(lines.frequency - lines.frequency[lines.all.index(line)]) * turns < APART
+    return near
+
+
+def floor_of(lines: Lines, seen: np.ndarray, free: np.ndarray, robust: bool) -> tuple[np.ndarray, float]:
+    """Return the deviation of each part of a phasor from neighbouring orders without significance, and its freedom."""
+    some = np.flatnonzero(free)
+    some = some[np.argsort(lines.frequency[some], kind="stable")]
+    at, power = lines.frequency[some], seen[some] ** 2
+    count = min(NEIGHBOURS, len(some))
+    begin = np.searchsorted(at, lines.frequency) - count // 2
+    begin = np.clip(begin, 0, len(some) - count)
+    windows = power[begin[:, None] + np.arange(count)]
+    mean = windows.mean(axis=1)
+    middle = np.median(windows, axis=1) / np.log(2.0)
+    return np.sqrt(0.5 * (middle if robust else np.minimum(mean, 4.0 * middle))), 2.0 * count
+
+
+def by_turns(
+    contact: Contact, design: np.ndarray, inverse: np.ndarray, values: np.ndarray, covariance: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return factors, 1 or more, by which turns scatter more than neighbouring orders say, and the largest ratio."""
+    from scipy.stats import f as fisher
+
+    turns, number = np.unique(contact.turn, return_inverse=True)
+    ones = np.ones(len(inverse))
+    if len(turns) < TURNS:
+        return ones, 1.0
+    order = np.argsort(number, kind="stable")
+    begins = np.searchsorted(number[order], np.arange(len(turns)))
+    scores = np.add.reduceat((design * values[:, None])[order], begins, axis=0)
+    moves = scores @ inverse
+    variance = (moves**2).sum(axis=0) * len(turns) / (len(turns) - 1.0)
+    ratio = variance / np.maximum(np.diag(covariance), 1e-300)
+    head = len(np.unique(contact.file))
+    pairs = ratio.copy()
+    pairs[head:] = np.repeat(ratio[head:].reshape(-1, 2).mean(axis=1), 2)
+    limit = fisher.ppf(0.99, 2 * (len(turns) - 1), 2 * NEIGHBOURS)
+    return np.sqrt(np.where(pairs > limit, pairs, 1.0)), float(np.sqrt(pairs.max()))
+
+
+LEVEL = 0.01  # Chance of one false order among all that are looked at
+MOST = 80  # Orders that are fitted at most
+SHARE = 0.3  # Part of the largest power down to which orders are taken in one round
 ROUNDS = 40
-STRAY = 7.0
-"""Deviations from the fit at which a bin is taken to be without contact."""
-LEAST = 0.7
-"""Part of the bins that is kept at least."""
+STRAY = 7.0  # Deviations from the fit at which a bin is taken to be without contact
+LEAST = 0.7  # Part of the bins that is kept at least
 
 
 class Fit(NamedTuple):
-    """Orders of one flank.
+    """Orders of one flank."""
 
-    Args:
-        lines: that were fitted.
-        phasors: of each, amplitude·exp(i·phase) [m], (p,).
-        deviation: of each part of a phasor [m], (p,).
-        covariance: of the real and imaginary parts, one after the other [m²], (2p, 2p).
-        offsets: mean place in each record [m], by number.
-        offset_deviation: of these [m].
-        chance: that noise makes an order so large, (p,).
-        floor: deviation of each part of a phasor that noise makes at each order looked at [m], (m,).
-        seen: amplitude of what was found or left at each order looked at [m], (m,).
-        rest: of the bins [m], (n,).
-        kept: bins that are in contact, (n,).
-        freedom: degrees of freedom of the deviations.
-        scatter: largest ratio of the deviation by turns to that by neighbouring orders.
-        counted: of each, the same of what the drive's counting makes alone [m], (p,).
-    """
-
-    lines: tuple[Line, ...]
-    phasors: np.ndarray
-    deviation: np.ndarray
-    covariance: np.ndarray
-    offsets: dict[int, float]
-    offset_deviation: float
-    chance: np.ndarray
-    floor: np.ndarray
-    seen: np.ndarray
-    rest: np.ndarray
-    kept: np.ndarray
-    freedom: float
-    scatter: float
-    counted: np.ndarray
+    lines: tuple[Line, ...]  # that were fitted
+    phasors: np.ndarray  # of each, amplitude·exp(i·phase) [m], (p,)
+    deviation: np.ndarray  # of each part of a phasor [m], (p,)
+    covariance: np.ndarray  # of the real and imaginary parts, one after the other [m²], (2p, 2p)
+    offsets: dict[int, float]  # mean place in each record [m], by number
+    offset_deviation: float  # of these [m]
+    chance: np.ndarray  # that noise makes an order so large, (p,)
+    floor: np.ndarray  # deviation of each part of a phasor that noise makes at each order looked at [m], (m,)
+    seen: np.ndarray  # amplitude of what was found or left at each order looked at [m], (m,)
+    rest: np.ndarray  # of the bins [m], (n,)
+    kept: np.ndarray  # bins that are in contact, (n,)
+    freedom: float  # degrees of freedom of the deviations
+    scatter: float  # largest ratio of the deviation by turns to that by neighbouring orders
+    counted: np.ndarray  # of each, the same of what the drive's counting makes alone [m], (p,)
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
-    """Return the orders of a flank that stand out of its noise.
+    """Return the orders of a flank that exceed its noise.
 
     The largest come first; each round looks at what the orders so far leave over.
-
-    Args:
-        contact: with the flank.
-        lines: that are looked at.
-        ratio: turns of the loose gear in a turn of the drive.
     """
     found: list[Line] = []
     for _ in range(ROUNDS):
@@ -94,42 +174,22 @@ def fit(contact: Contact, lines: Lines, chosen: list[Line], ratio: float) -> Fit
 
     Noise is what stands at neighbouring orders that are not among the fitted ones: it counts what comes again every
     turn, as rounding to counts does; where turns scatter by more, their scatter is taken.
-
-    Args:
-        contact: with the flank.
-        lines: that are looked at.
-        chosen: those that are fitted.
-        ratio: turns of the loose gear in a turn of the drive.
     """
     return _judged(contact, lines, chosen, solve(contact, chosen, ratio))
 
 
 class Solved(NamedTuple):
-    """Least squares of orders.
+    """Least squares of orders."""
 
-    Args:
-        design: a column a record, then two an order, (n, q).
-        numbers: (q,).
-        inverse: of the weighted normal matrix, (q, q).
-        rest: of the bins [m], (n,).
-        kept: bins that are in contact, (n,).
-    """
-
-    design: np.ndarray
-    numbers: np.ndarray
-    inverse: np.ndarray
-    rest: np.ndarray
-    kept: np.ndarray
+    design: np.ndarray  # a column a record, then two an order, (n, q)
+    numbers: np.ndarray  # (q,)
+    inverse: np.ndarray  # of the weighted normal matrix, (q, q)
+    rest: np.ndarray  # of the bins [m], (n,)
+    kept: np.ndarray  # bins that are in contact, (n,)
 
 
 def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
-    """Solve for orders by least squares; bins far off are left out.
-
-    Args:
-        contact: with the flank.
-        chosen: the orders.
-        ratio: turns of the loose gear in a turn of the drive.
-    """
+    """Solve for orders by least squares; bins far off are left out."""
     angles = (contact.drive, contact.loose)
     columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]
     for line in chosen:

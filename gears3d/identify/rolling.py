@@ -2,37 +2,88 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import gcd, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gears3d.identify.contact import Contact, Contacts
 from gears3d.identify.law import Parameter
-from gears3d.identify.order_lines import GEARS, Line, Lines, lines_of
-from gears3d.identify.orders import LEVEL, Fit, Solved, find, fit, solve
+from gears3d.identify.orders import GEARS, LEVEL, Fit, Line, Lines, Solved, find, fit, lines_of, solve
 
-STRONGEST = 21
-"""Orders that are told, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)."""
+CLOSE = 0.02  # Part of the amplitude that the closed form, which is one of first order, may leave over
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An offset axis that explains order 1 of both flanks."""
+
+    gear: str  # whose teeth are eccentric
+    offset: float  # [m]
+    phase: float  # as the effect ``eccentricity`` has it [rad]
+    rest: float  # what it leaves over, as a part of the amplitude
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return {"gear": self.gear, "offset_m": self.offset, "phase_rad": self.phase, "rest": self.rest}
+
+    def comment(self) -> str:
+        """Return the effect as comments in TOML."""
+        what = f"in place of order 1 of the {self.gear} gear on both flanks (leaves {self.rest:.1%} over):"
+        size = f'kind = "eccentricity", gear = "{self.gear}", offset = "{1e6 * self.offset:.5g} um"'
+        return f'# {what}\n# {size}, phase = "{np.degrees(self.phase):.4g} deg"\n'
+
+
+def eccentric_axes(rolled: Rolled) -> list[Axis]:
+    """Return the gears whose eccentric teeth would explain order 1 of both flanks.
+
+    To first order, an offset e at the phase p moves the active flank by e·sin(θ + p + αw) and the reverse one by
+    e·sin(θ + p − αw), or of the loose gear by −e·sin(θ + p − αw) and −e·sin(θ + p + αw): alike in
+    amplitude and 2·αw apart in phase, in a sense that tells whose teeth they are.
+
+    Source: geometry, as the effect ``eccentricity``.
+    """
+    active, reverse = rolled.fits
+    if active is None or reverse is None:
+        return []
+    found = []
+    for gear in (0, 1):
+        line = Line(gear, 1)
+        either = rolled.lines.alike.get(line)
+        at = next((one for one in (line, either) if one is not None and one in active.lines), None)
+        at = at or next((one for one in active.lines if rolled.lines.alike.get(one) == line), None)
+        if at is None or at.order != 1:
+            continue
+        place = active.lines.index(at)
+        if max(active.chance[place], reverse.chance[place]) > rolled.level:
+            continue
+        one, other = complex(active.phasors[place]), complex(reverse.phasors[place])
+        turn = np.exp(1j * rolled.contacts.pressure_angle) * -1j
+        back = np.exp(-1j * rolled.contacts.pressure_angle) * -1j
+        shape = np.array([turn, back]) if gear == 0 else -np.array([back, turn])
+        pair = np.array([one, other])
+        offset = np.vdot(shape, pair) / 2.0
+        rest = float(np.linalg.norm(pair - offset * shape) / np.linalg.norm(pair))
+        noise = float(np.hypot(active.deviation[place], reverse.deviation[place]) / np.linalg.norm(pair))
+        if rest < max(CLOSE, 3.0 * noise):
+            found.append(Axis(GEARS[gear], float(abs(offset)), float(np.angle(offset)), rest))
+    return found
+
+
+STRONGEST = 21  # Orders that are reported, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)
+# Chi-square that the loose gear must explain more than the drive to be named for an order that either may have
 CLEARLY = 10.0
-"""Chi-square that the loose gear must explain more than the drive to be named for an order that either may have."""
-COUNTED = 0.5
-"""Part of an order that counting must leave of it, for it to be one of the flank."""
-ALIKE = 9.0
-"""Chi-square below which an order of both flanks is the same."""
+COUNTED = 0.5  # Part of an order that counting must leave of it, for it to be one of the flank
+ALIKE = 9.0  # Chi-square below which an order of both flanks is the same
 
 
 class Rolled(NamedTuple):
-    """What contact tells of the flanks.
+    """Flanks as contact shows them."""
 
-    Args:
-        contacts: the data.
-        lines: the orders looked at.
-        fits: of the active and of the reverse flank, of the same orders; ``None`` where the flank was not seen.
-    """
-
-    contacts: Contacts
-    lines: Lines
+    contacts: Contacts  # the data
+    lines: Lines  # the orders looked at
+    # of the active and of the reverse flank, of the same orders; ``None`` where the flank was not seen
     fits: tuple[Fit | None, Fit | None]
 
     @property
@@ -41,11 +92,7 @@ class Rolled(NamedTuple):
         return LEVEL / (2 * len(self.lines.all))
 
     def half_count(self, line: Line) -> float:
-        """Return how far the zero of a record's angle may be off in terms of an order's phase [rad].
-
-        Args:
-            line: the order.
-        """
+        """Return how far the zero of a record's angle may be off in terms of an order's phase [rad]."""
         return 0.5 * line.order * self.contacts.quanta[line.gear]
 
 
@@ -77,7 +124,7 @@ def _sides(seen: list[Contact], lines: Lines, chosen: list[Line], ratio: float) 
     """Give orders that either gear may have to the loose one where that leaves clearly less over.
 
     The angles of both gears differ by the displacement itself, which tells large orders apart, but not small ones: on
-    one flank by its own waves, from flank to flank by the backlash. What on the loose gear moves both flanks alike
+    one flank by its own waves, from flank to flank by the backlash. What on the loose gear moves both flanks equally
     would be a variation of the backlash on the drive.
     """
     fits = [fit(contact, lines, chosen, ratio) for contact in seen]
@@ -126,12 +173,6 @@ def amplitude_and_phase(
     Noise makes amplitudes too large on average; that is taken off. The phase counts from the zero of the record's
     angle, which counts of the encoder leave open by half of one.
 
-    Args:
-        phasor: amplitude·exp(i·phase) [m].
-        block: covariance of its parts [m²], (2, 2).
-        half_count: of the encoder in terms of the phase [rad].
-        freedom: degrees of freedom of the covariance.
-
     >>> size, phase = amplitude_and_phase(3e-6 + 4e-6j, 1e-16 * np.eye(2), 0.0, 1e9)
     >>> [round(1e6 * end, 3) for end in (size.low, size.value, size.high)], round(phase.high - phase.value, 5)
     ([4.98, 5.0, 5.02], 0.00392)
@@ -153,10 +194,6 @@ def amplitude_and_phase(
 def reach_of(deviation: float, half: float) -> float:
     """Return the half width that holds 95 % of a normal error and one that is anywhere within ± half.
 
-    Args:
-        deviation: of the normal error.
-        half: largest other error.
-
     >>> round(reach_of(1.0, 0.0), 4), round(reach_of(1e-6, 1.0), 4)
     (1.96, 0.95)
     """
@@ -175,30 +212,17 @@ def reach_of(deviation: float, half: float) -> float:
 
 
 def strongest(rolled: Rolled, sizes: np.ndarray, real: np.ndarray) -> list[int]:
-    """Return the places of the orders that are told, the strongest first.
-
-    Args:
-        rolled: the flanks.
-        sizes: amplitude of each fitted order [m].
-        real: which of them are significant.
-    """
+    """Return the places of the orders that are reported, the strongest first."""
     return [int(place) for place in np.argsort(-sizes) if real[place]][:STRONGEST]
 
 
 def counted(fitted: Fit) -> np.ndarray:
-    """Return which of the fitted orders the drive's counting makes, size and phase alike, (p,).
-
-    Args:
-        fitted: a flank.
-    """
+    """Return which of the fitted orders the drive's counting makes, in size and phase, (p,)."""
     return np.abs(fitted.phasors - fitted.counted) < COUNTED * np.abs(fitted.phasors)
 
 
 def cycle(teeth: tuple[int, int]) -> int:
     """Return the turns of the drive after which the same teeth meet again.
-
-    Args:
-        teeth: of drive and loose gear.
 
     >>> cycle((19, 37)), cycle((90, 90))
     (37, 1)
@@ -207,11 +231,7 @@ def cycle(teeth: tuple[int, int]) -> int:
 
 
 def goodness(rolled: Rolled) -> dict[str, object]:
-    """Return how well the flanks are known, as JSON can hold it.
-
-    Args:
-        rolled: the flanks.
-    """
+    """Return how well the flanks are known, as JSON can hold it."""
     made: dict[str, object] = {"source": rolled.contacts.source, "speed_rad_s": rolled.contacts.speed}
     made["orders_looked_at"] = len(rolled.lines.all)
     made["chance_of_one_false_order"] = LEVEL
@@ -237,11 +257,7 @@ def _fitted(rolled: Rolled) -> tuple[Line, ...]:
 
 
 def warnings(rolled: Rolled) -> list[str]:
-    """Return what is to be known before relying on the orders.
-
-    Args:
-        rolled: the flanks.
-    """
+    """Return what is to be known before relying on the orders."""
     contacts, told = rolled.contacts, []
     turns = min(contact.turns for contact in contacts.flanks if contact is not None)
     mesh = cycle(contacts.teeth)
@@ -250,7 +266,7 @@ def warnings(rolled: Rolled) -> list[str]:
     ]
     if either:
         more = "" if turns >= mesh else f"; {mesh} turns tell more of them apart"
-        told.append(f"orders of both gears that come out alike: {', '.join(either)}{more}")
+        told.append(f"orders of both gears that cannot be distinguished: {', '.join(either)}{more}")
     if contacts.source == "rattle":
         told.append("from what rattle leaves in contact, whose ends are uncertain: slow turns both ways are surer")
     for name, fitted in zip(("active", "reverse"), rolled.fits, strict=True):
@@ -269,13 +285,7 @@ def warnings(rolled: Rolled) -> list[str]:
 
 
 def curve(rolled: Rolled, flank: int, points: int = 2000) -> tuple[np.ndarray, np.ndarray]:
-    """Return the place of a flank over a turn of the drive by the orders found: angle [rad] and place [m].
-
-    Args:
-        rolled: the flanks.
-        flank: 0 active, 1 reverse.
-        points: of the curve.
-    """
+    """Return the place of a flank over a turn of the drive by the orders found: angle [rad] and place [m]."""
     theta = np.linspace(0.0, 2.0 * pi, points)
     fitted = rolled.fits[flank]
     assert fitted is not None
@@ -287,14 +297,7 @@ def curve(rolled: Rolled, flank: int, points: int = 2000) -> tuple[np.ndarray, n
 
 
 def effect(kind: str, line: Line, phasor: complex, extra: str = "") -> list[str]:
-    """Return an effect of one order as lines of TOML.
-
-    Args:
-        kind: of the effect.
-        line: the order.
-        phasor: amplitude·exp(i·phase) [m].
-        extra: another line.
-    """
+    """Return an effect of one order as lines of TOML."""
     size, phase = 1e6 * abs(phasor), np.degrees(np.angle(phasor))
     made = ["[[effect]]", f'kind = "{kind}"', f"order = {line.order}", f'amplitude = "{size:.6g} um"']
     made.append(f'phase = "{phase:.5g} deg"')

@@ -1,4 +1,4 @@
-"""Transmission error of both flanks from contact: orders of both gears with amplitude, phase and interval."""
+"""Transmission error of both flanks, and the backlash between them, from contact."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.errors import Fault, InputError
 from gears3d.identify.contact import read_contacts
-from gears3d.identify.eccentric import eccentric_axes
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.rolling import (
+    COUNTED,
     Rolled,
     amplitude_and_phase,
     counted,
     curve,
+    eccentric_axes,
     effect,
     goodness,
     roll,
@@ -31,7 +33,7 @@ FLANKS = ("active", "reverse")
 def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
     """Identify the transmission error of active and reverse flank over the orders of both gears.
 
-    Orders are sought on the angles of both gears at once; the 21 strongest of those that noise does not make are told.
+    Orders are sought on the angles of both gears at once; the 21 strongest of the significant ones are reported.
 
     Args:
         records: slow turns, best both ways, or rattle, each with its rig; several share the zeros of their angles.
@@ -101,12 +103,12 @@ def transmission_error(rolled: Rolled) -> Identified:
     notes = warnings(rolled)
     if left_out:
         names = ", ".join(f"{one['flank']} {one['gear']}_{one['order']}" for one in left_out)
-        why = "counts read in step with the turning make such lines: read out of step, or let the drive wander"
-        notes.append(f"left out: {names} ({1e9 * max(one['amplitude_m'] for one in left_out):.2g} nm at most): {why}")
+        why = "a count rate commensurate with the sampling rate makes such lines: change the sampling rate or the speed"
+        notes.append(f"excluded: {names} ({1e9 * max(one['amplitude_m'] for one in left_out):.2g} nm at most): {why}")
     if not parameters:
-        notes.append("no order stands out of the noise")
+        notes.append("no order exceeds the noise")
     if rolled.fits[1] is None and parameters:
-        notes.append('the snippet moves both flanks alike (flank = "both"): an assumption')
+        notes.append('the snippet moves both flanks equally (flank = "both"): an assumption')
     if _differs(rolled):
         notes.append("the reverse flank differs from the active one: add what `identify backlash` prints")
     snippet = _snippet(rolled) + "".join(axis.comment() for axis in axes)
@@ -134,11 +136,7 @@ def _snippet(rolled: Rolled) -> str:
 
 
 def curves(rolled: Rolled) -> dict[str, Any]:
-    """Return what the picture shows: of each flank its curve and its orders with noise floor.
-
-    Args:
-        rolled: both flanks.
-    """
+    """Return what the picture shows: of each flank its curve and its orders with noise floor."""
     made: dict[str, Any] = {}
     ratio = rolled.contacts.teeth[0] / rolled.contacts.teeth[1]
     for flank, (name, fitted) in enumerate(zip(FLANKS, rolled.fits, strict=True)):
@@ -156,3 +154,88 @@ def curves(rolled: Rolled) -> dict[str, Any]:
             "loose": np.array([line.gear == 1 for line in fitted.lines], bool),
         }
     return made
+
+
+def identify_backlash(records: Sequence[Admitted]) -> Identified:
+    """Identify the mean backlash and its variation, the distance of the reverse from the active flank.
+
+    Args:
+        records: slow turns both ways, or rattle with impacts on both flanks, each with its rig.
+
+    Returns:
+        ``backlash`` [m], ``<gear>_<order>_amplitude`` [m] and ``..._phase`` [rad] of its orders.
+
+    Raises:
+        InputError: no rig, or one of the flanks was not seen in any of the records.
+
+    Source: Rigaud & Perret-Liaudet 2020, section 3, fig. 2.
+
+    >>> from gears3d.measured.checks import Admitted
+    >>> from gears3d.measured.readers import Channels
+    >>> from gears3d.scenario import load
+    >>> from gears3d.simulation import record
+    >>> bench = load("scenarios/rigaud-2020/fig2.toml")
+    >>> seen = record(bench, "ste", turns=2).signals
+    >>> found = identify_backlash([Admitted(Channels(seen), bench, (), "")])
+    >>> list(found.parameters), round(1e6 * found.parameters["backlash"].value, 1)
+    (['backlash'], 250.0)
+    """
+    return backlash(roll(read_contacts(records)), records[0].file)
+
+
+def backlash(rolled: Rolled, file: str = "") -> Identified:
+    """Return the backlash between flanks that were rolled on."""
+    from scipy.stats import t as student
+
+    active, reverse = rolled.fits
+    both = sorted(set(active.offsets) & set(reverse.offsets)) if active and reverse else []
+    if active is None or reverse is None or not both:
+        remedy = "turn the drive slowly forth and back in one record, or record rattle with impacts on both flanks"
+        raise InputError(Fault("theta_drive_rad", "shows one flank only: no backlash follows", remedy, file))
+    widths = [reverse.offsets[file] - active.offsets[file] for file in both]
+    mean = float(np.mean(widths))
+    if mean <= 0.0:
+        what = f"puts the reverse flank {-1e6 * mean:.4g} um below the active one"
+        raise InputError(
+            Fault(
+                "theta_loose_rad",
+                what,
+                "check which gear drives, and its sense of rotation",
+                file,
+            )
+        )
+    freedom = min(active.freedom, reverse.freedom)
+    error = float(np.hypot(active.offset_deviation, reverse.offset_deviation) / np.sqrt(len(both)))
+    counting = float(np.sqrt(sum(one**2 for side in rolled.contacts.shifts for one in side))) / len(both)
+    reach = float(np.hypot(student.ppf(0.975, freedom) * error, student.ppf(0.975, freedom) * counting))
+    parameters = {"backlash": Parameter(mean, "m", mean - reach, mean + reach)}
+    phasors = reverse.phasors - active.phasors
+    covariance = active.covariance + reverse.covariance
+    chance = np.array([_chance(z, covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]) for i, z in enumerate(phasors)])
+    real = (chance < rolled.level) & (np.abs(phasors - reverse.counted + active.counted) >= COUNTED * np.abs(phasors))
+    told = strongest(rolled, np.abs(phasors), real)
+    snippet = ["[mount]", f'backlash = "{1e6 * mean:.6g} um"']
+    for place in told:
+        line, block = active.lines[place], covariance[2 * place : 2 * place + 2, 2 * place : 2 * place + 2]
+        size, phase = amplitude_and_phase(complex(phasors[place]), block, rolled.half_count(line), freedom)
+        parameters[f"{line.name}_amplitude"], parameters[f"{line.name}_phase"] = size, phase
+        snippet += _variation(line, complex(phasors[place]))
+    axes = eccentric_axes(rolled)
+    more: dict[str, Any] = {"eccentricity": [axis.to_dict() for axis in axes]}
+    more["counting_m"] = counting
+    more["shift_per_skew_m_s"] = 2.0 * rolled.contacts.radii[0] * rolled.contacts.speed
+    text = "\n".join(snippet) + "\n" + "".join(axis.comment() for axis in axes)
+    return Identified("backlash", parameters, goodness(rolled) | more, text, curves(rolled), tuple(warnings(rolled)))
+
+
+def _chance(phasor: complex, block: np.ndarray) -> float:
+    part = np.array([phasor.real, phasor.imag])
+    return float(np.exp(-0.5 * part @ np.linalg.solve(block, part)))
+
+
+def _variation(line: Any, phasor: complex) -> list[str]:
+    """Return effects that move the reverse flank alone; over the loose gear's angle it takes two."""
+    if line.gear == 0:
+        return effect("backlash_variation", line, phasor)
+    both = effect("transmission_error", line, phasor)
+    return [*both, *effect("transmission_error", line, -phasor, 'flank = "active"')]

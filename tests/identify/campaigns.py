@@ -5,7 +5,7 @@ from math import pi
 import numpy as np
 
 from gears3d.identify import read_contacts, roll, transmission_error
-from gears3d.identify.backlash import backlash
+from gears3d.identify.transmission import backlash
 from gears3d.measured.checks import Admitted
 from gears3d.measured.readers import Channels
 from gears3d.scenario import load

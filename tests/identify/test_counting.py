@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gears3d.identify import read_contacts, roll, transmission_error
-from gears3d.identify.backlash import backlash
+from gears3d.identify.transmission import backlash
 from gears3d.measured.checks import Admitted
 from gears3d.measured.readers import Channels
 from gears3d.scenario import load
@@ -30,7 +30,7 @@ def test_lines_of_counting_are_left_out_with_the_reason(seed):
     assert {one["order"] for one in left_out} <= {116, 181}
     assert left_out
     assert all(one["amplitude_m"] < 15e-9 for one in left_out)
-    assert any("counts read in step" in note for note in found.warnings)
+    assert any("commensurate with the sampling rate" in note for note in found.warnings)
     assert "order = 181" not in found.snippet
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from gears3d.identify.restitution.density import densities, noise
+from gears3d.identify.restitution_fit import densities, noise
 
 
 @pytest.mark.parametrize(("mean", "scatter", "cut"), [(0.6, 0.08, 0.3), (0.4, 0.05, 0.4), (0.9, 0.1, 0.2)])

@@ -127,7 +127,7 @@ def test_a_bare_flank_has_no_orders_and_the_reverse_flank_is_asked_for():
     seen = admitted(still, turns=3, seed=5)
     found = identify_transmission_error(seen)
     assert not found.parameters
-    assert "no order stands out of the noise" in found.warnings
+    assert "no order exceeds the noise" in found.warnings
     forth = seen[0].recording.signals
     half = int(np.argmax(forth["theta_drive_rad"]))
     cut = taken({name: values[:half] for name, values in forth.items()}, still)

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from gears3d.identify.restitution.pairs import Pairs
-from gears3d.identify.restitution.places import mean_depths, speeds_set_right
-from gears3d.identify.restitution.repeated import groups, repeated
+from gears3d.identify.impact_pairs import Pairs, mean_depths, speeds_set_right
+from gears3d.identify.restitution_fit import groups, repeated
 
 
 def impacts(count, records=1):

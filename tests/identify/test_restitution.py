@@ -10,10 +10,9 @@ import pytest
 from gears3d import cli, files
 from gears3d.errors import InputError
 from gears3d.identify import identify_restitution, restitution_picture
-from gears3d.identify.restitution.fitting import fit
-from gears3d.identify.restitution.identify import within_sight
-from gears3d.identify.restitution.likelihood import Terms
-from gears3d.identify.restitution.pairs import pairs_of
+from gears3d.identify.impact_pairs import pairs_of
+from gears3d.identify.restitution import within_sight
+from gears3d.identify.restitution_fit import Terms, fit
 from gears3d.scenario import load
 from tests.identify.blows import RIG, bounces
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from gears3d import cli
 from gears3d.errors import InputError
 from gears3d.identify import Sweep, identify_threshold
-from gears3d.identify.liftoff import lifted
+from gears3d.identify.threshold import lifted
 from gears3d.recording import Recording
 from gears3d.scenario import Sensor, Sensors, load
 from gears3d.simulation import encode, record
