@@ -152,7 +152,7 @@ def _restitution(truth, found, rig):
 def _contact(truth, one):
     """Backlash from contact, and orders of flanks that are perfect."""
     from gears3d.identify import read_contacts, roll, transmission_error
-    from gears3d.identify.backlash import backlash
+    from gears3d.identify.transmission import backlash
 
     try:
         rolled = roll(read_contacts([one]))

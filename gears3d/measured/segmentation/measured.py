@@ -16,6 +16,7 @@ from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment
 from gears3d.measured.segmentation.smoothing import Shape, Track, track
 from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.derived import Derived, part_of
@@ -332,9 +333,10 @@ def _flanks(cut: Segments) -> dict[str, Any]:
     terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
     if flanks.gap is not None:
         terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)
-    value = (
-        None if found is None else {"value": found[0], "ci95": [found[0] - 1.96 * found[1], found[0] + 1.96 * found[1]]}
-    )
+    value = None
+    if found is not None:
+        reach = 1.96 * float(np.hypot(found[1], np.hypot(*place_slack(cut))))
+        value = {"value": found[0], "ci95": [found[0] - reach, found[0] + reach]}
     return {"backlash_m": value, "orders": terms}
 
 
