@@ -42,6 +42,7 @@ class Steady(NamedTuple):
         rest: standard deviation of the means about the curve over what their noise accounts for; 1 when the curve
             tells everything.
         size: readings in a mean.
+        finest: whether finer curves might be closer.
     """
 
     curve: BSpline
@@ -49,6 +50,7 @@ class Steady(NamedTuple):
     speed_sigma: float
     rest: float
     size: int = 1
+    finest: bool = False
 
 
 def steady(reading: Reading) -> Steady:
@@ -72,11 +74,11 @@ def steady(reading: Reading) -> Steady:
     spacing = float(np.median(some_steps(reading.time)))
     size = max(int(SHORTEST / spacing), 1)
     found = _through(reading, size)
-    while size > 1 and found.rest > MISSED:
+    while size > 1 and (found.rest > MISSED or found.finest):
         size = max(size // FINER, 1)
         finer = _through(reading, size)
-        if finer.rest > 0.9 * found.rest:  # counting errors that keep step are no motion
-            break
+        if finer.rest > 0.9 * found.rest and finer.speed_sigma > found.speed_sigma:
+            break  # counting errors that keep step are no motion
         found = finer
     return found
 
@@ -106,7 +108,7 @@ def _through(reading: Reading, size: int) -> Steady:
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
     expected = usual(reading.sigma) / np.sqrt(size)
-    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0), size)
+    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0), size, best == 0)
 
 
 def redrawn(reading: Reading, before: Steady) -> BSpline:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
 from gears3d.measured.segmentation.kinks import Kinks
-from gears3d.measured.segmentation.orders import GEARS, Contact, resolved, spread_of, strongest
+from gears3d.measured.segmentation.orders import GEARS, Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
 from gears3d.measured.segmentation.terms import Terms, make_terms
 
@@ -20,6 +20,10 @@ STRAY, STRAYS = 12.0, 0.1
 """Noises of a block from which on a kink is on no smooth flank, and the part of such that there may be."""
 CALM = 1.3
 """Times its noise that contact scatters at most where no bounces lie in it: the median's own error is a tenth."""
+CLOSE = 1.25
+"""Times the noise of a block up to which the crossing of two flights counts: others hardly cross, or far away."""
+CHATTER = 3.0
+"""Times the scatter of contact that its mean may lie inside of the flank."""
 SURE = 3.0
 """Standard deviations by which touches must be off a flank for it to be moved to these."""
 ABSENT = 1e-3
@@ -374,14 +378,15 @@ def refined(
     made = made._replace(rough=flanks.rough, contact=flanks.contact)
     line = columns @ made.active + (0.0 if made.gap is None else (columns @ made.gap) * sides)
     rest = (places - line)[: len(near)]
-    calm = [
-        bool(np.count_nonzero(side == k) >= PLACES) and spread_of(rest[side == k]) < CALM * path.noise for k in (0, 1)
-    ]
-    return _set_on(made, columns[len(near) :], struck, place, np.maximum(sigma, 0.3 * flanks.rough), calm)
+    own = [rest[(side == k) & (np.abs(rest) < ASTRAY * path.noise)] for k in (0, 1)]
+    scatter = [float(np.std(one)) if len(one) >= PLACES else np.inf for one in own]
+    most = [0.0 if one < CALM * path.noise else CHATTER * one for one in scatter]
+    good = sigma < CLOSE * path.noise
+    return _set_on(made, columns[len(near) :][good], struck[good], place[good], sigma[good], most)
 
 
 def _set_on(
-    flanks: Flanks, columns: np.ndarray, side: np.ndarray, place: np.ndarray, sigma: np.ndarray, calm: Sequence[bool]
+    flanks: Flanks, columns: np.ndarray, side: np.ndarray, place: np.ndarray, sigma: np.ndarray, most: Sequence[float]
 ) -> Flanks:
     """Return flanks moved to where bounces touch them, where contact is not calm and has them elsewhere.
 
@@ -391,14 +396,14 @@ def _set_on(
     moved, slack = [0.0, 0.0], [0.0, 0.0]
     for flank in (0, 1) if flanks.gap is not None else (0,):
         mine = np.flatnonzero((side == flank) & np.isfinite(place))
-        if len(mine) < FEWEST or calm[flank]:
+        if len(mine) < FEWEST or not most[flank]:
             continue
         line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
         off = place[mine] - columns[mine] @ line
         middle = float(np.median(off))
         scatter = max(1.4826 * float(np.median(np.abs(off - middle))), float(np.median(sigma[mine])))
         known = 1.2533 * scatter / np.sqrt(len(mine))
-        if abs(middle) > SURE * known:
+        if SURE * known < abs(middle) < most[flank]:
             moved[flank], slack[flank] = middle, known
     if not any(moved):
         return flanks

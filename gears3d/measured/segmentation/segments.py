@@ -71,7 +71,12 @@ def segment(
     path = known.blocks._replace(shapes=shapes)
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
-    single, still = _resting(path, teeth)
+    single = one_flank(path, teeth)
+    still = single.rough < max(3.0 * path.noise, path.slack)
+    if not still:
+        if len(seeds.at) >= 2 and (found := _smooth(known, path, seeds, teeth, file, tell, PLAIN)) is not None:
+            return found  # a rattle in step with the revolution has orders, too
+        single, still = _resting(path, teeth, single)
     faults: list[Fault] = []
     tell(0.2)
     best, least, drawn = None, np.inf, single
@@ -82,7 +87,7 @@ def segment(
         if (
             best is None
             and len(seeds.at) >= 2
-            and (found := _smooth(known, path, seeds, teeth, file, tell)) is not None
+            and (found := _smooth(known, path, seeds, teeth, file, tell, DOUBTFUL)) is not None
         ):
             return found
         sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
@@ -147,15 +152,12 @@ def doubtful(cut: Segments) -> float:
     return astray + strange / float(path.time[-1] - path.time[0])
 
 
-def _resting(path: Blocks, teeth: tuple[int, int] | None) -> tuple[Flanks, bool]:
+def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tuple[Flanks, bool]:
     """Return the flank of a record of contact alone, and whether the path never leaves it.
 
     A rattle in step with the revolution has orders, too, but none that round its impacts off.
     """
-    plain = one_flank(path, teeth)
     least = max(3.0 * path.noise, path.slack)
-    if plain.rough < least:
-        return plain, True
     wavy = one_flank(path, teeth, True, least)
     if wavy.rough < least:
         off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
@@ -199,15 +201,21 @@ def _between_flanks(
 
 
 def _smooth(
-    known: Track, path: Blocks, seeds: Kinks, teeth: tuple[int, int] | None, file: str, tell: Callable[[float], None]
+    known: Track,
+    path: Blocks,
+    seeds: Kinks,
+    teeth: tuple[int, int] | None,
+    file: str,
+    tell: Callable[[float], None],
+    most: float,
 ) -> Segments | None:
-    """Return the record cut along smooth flanks where these explain it, ``None`` where orders are asked for."""
+    """Return the record cut along smooth flanks where these leave less than a part unexplained, else ``None``."""
     for both in (True, False):
         flanks = plain_flanks(path, seeds, teeth, both)
         if flanks is None:
             continue
         found = _tried(known, path, flanks, seeds, both, file, tell)
-        if found is None or doubtful(found) > DOUBTFUL or not _calm(path, found, CHATTER, inner=False):
+        if found is None or doubtful(found) > most or not _calm(path, found, CHATTER, inner=False):
             continue
         evidence = _evidence(path, cut_along(known, path, found.flanks, seeds, file))
         shown = shown_orders(path, found.flanks, *evidence, teeth)
