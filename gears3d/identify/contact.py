@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.signals import noise_of
 from gears3d.signals.edges import quantum
 
 if TYPE_CHECKING:
@@ -100,6 +101,8 @@ PER_TOOTH = 12  # Bins a tooth of the drive; and so many a turn at least:
 LEAST_BINS = 512
 HARMONICS = 3  # Orders are looked at up to so many times the tooth number
 SHORTEST = 0.95  # Turns of the drive that a way has at least
+STEADY = 0.02  # part of the mean speed; an eccentric encoder makes less than 0.001
+STRETCHES = 2000  # of a record, between which speeds are differenced
 AFTER_TURNING = 0.05  # Turns that are left out where the drive has changed its direction and the gears change flanks
 
 
@@ -233,9 +236,18 @@ def _sides(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[
             first += int(np.searchsorted(away, 2.0 * pi * AFTER_TURNING))
         side[first:last] = 0 if forth else 1
     both = bool((side == 0).any() and (side == 1).any())
-    if both or _held(record, drive, loose, radii):
+    if both or (_steady(record.recording.time, drive) and _held(record, drive, loose, radii)):
         return side
     return None
+
+
+def _steady(time: np.ndarray, drive: np.ndarray) -> bool:
+    """Whether the drive turns at one speed: where it fluctuates, a gear in contact repeats itself in step with that."""
+    at = np.linspace(0, len(time) - 1, min(len(time), STRETCHES)).astype(int)
+    step = np.diff(time[at])
+    speed = np.diff(drive[at]) / step
+    noise = 2.0 * max(noise_of(time, drive), quantum(drive) or 0.0) ** 2 / float(np.median(step)) ** 2
+    return float(np.var(speed)) - noise < (STEADY * float(np.mean(speed))) ** 2
 
 
 def _held(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]) -> bool:

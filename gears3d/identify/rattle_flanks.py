@@ -27,11 +27,9 @@ if TYPE_CHECKING:
 FEWEST = 200  # blocks in contact with a flank, below which no order of it is sought
 ROWS = 20_000  # blocks that are fitted at most
 DISTINCT = 0.2  # part of an order that the other terms must leave: a variance inflation factor of 5
-EXPLAINED = (
-    0.8  # part of the drive's fluctuation in angle that orders in step with the rotation explain, if it is locked
-)
-TRIED = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0)  # orders of combustion engines and motors
-HARMONICS = 3  # of the fluctuation, that explain it
+PERIODS = 2  # of the fluctuation after which a rattling motion often repeats
+LOCKED_PERIODS = 6  # the same where the fluctuation is locked to the rotation: all that repeats is an order then
+COMMON = 3  # power of the strongest line of the drive over that of the next, from which on it is the fluctuation
 STRAY = 4.0  # deviations beyond which a block is a bounce and not contact
 
 
@@ -42,18 +40,19 @@ def rattle_flanks(
     ratio = teeth[0] / teeth[1]
     touched = [_contact(cuts, flank) for flank in (0, 1)]
     seen = [one for one in touched if one is not None]
-    locked = [order for cut in cuts if (order := locked_order(cut.path.time, cut.path.drive)) is not None]
+    steps = [step for cut in cuts if (step := fluctuation_order(cut.path.time, cut.path.drive)) is not None]
     notes = []
     taken: list[tuple[str, int]] = []
     highest = (0, 0)
     if seen:
         tops = [resolved(cut.path.drive, cut.path.loose) for cut in cuts]
         highest = (min(top[0] for top in tops), min(top[1] for top in tops))
-        barred = _in_step(highest, locked, ratio)
-        if locked:
+        barred = _in_step(highest, steps, ratio)
+        if barred:
             notes.append(
-                f"the drive's fluctuation is locked to its rotation (order {min(locked):g}): orders in step with it "
-                "cannot be attributed to the flanks and are excluded"
+                f"{len(barred)} of {sum(highest)} orders are in step with the drive's fluctuation "
+                f"(order {steps[0][0]:.4g}) and excluded: whatever rattle does in each period repeats at them; "
+                "slow turns show all orders"
             )
         while True:
             taken = strongest(seen, highest, known=tuple(barred))[0]
@@ -83,42 +82,44 @@ def _places(one: Contact, cuts: Sequence[Segments]) -> Places:
     return Places(drive, loose, one.place, count, file, turn, 0.0 * drive, 2.0 * np.pi * turns / len(drive), 1.0)
 
 
-def locked_order(time: np.ndarray, drive: np.ndarray) -> float | None:
-    """Return the order of a drive fluctuation that is locked to the rotation, ``None`` where it is not.
+def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float] | None:
+    """Return the order of the drive's strongest fluctuation and by how much it may be off; ``None`` without one.
 
     >>> time = np.linspace(0.0, 10.0, 20_001)
-    >>> mean = 30.0 * time
-    >>> locked_order(time, mean + 0.02 * np.sin(2.0 * mean)), locked_order(time, mean + 0.02 * np.sin(41.0 * time))
-    (2.0, None)
+    >>> [round(part, 2) for part in fluctuation_order(time, 30.0 * time + 0.02 * np.sin(75.0 * time))]
+    [2.5, 0.02]
     """
-    step = max(len(time) // ROWS, 1)
-    time, drive = time[::step], drive[::step]
-    x = np.linspace(-1.0, 1.0, len(time))
+    from scipy.signal import detrend
+
     turns = float(np.ptp(drive)) / (2.0 * np.pi)
-    if turns < 4.0:  # too few revolutions for an order to differ from its neighbours
+    if turns < 1.0 or len(time) < 64:
         return None
-    slow = np.polynomial.chebyshev.chebvander(x, min(int(turns / 4.0), 12))
-    mean = slow @ np.linalg.lstsq(slow, drive, rcond=None)[0]
-    rest = drive - mean
-    power = float(rest @ rest)
-    for order in TRIED:
-        waves = [order * k * mean for k in range(1, HARMONICS + 1)]
-        columns = np.column_stack([*(of(wave) for wave in waves for of in (np.cos, np.sin))])
-        left = rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]
-        first = rest - columns[:, :2] @ np.linalg.lstsq(columns[:, :2], rest, rcond=None)[0]
-        if power - float(left @ left) > EXPLAINED * power and power - float(first @ first) > 0.3 * power:
-            return order
-    return None
+    even = np.linspace(time[0], time[-1], min(len(time), ROWS))
+    x = np.linspace(-1.0, 1.0, len(even))
+    angle = np.interp(even, time, drive)
+    slow = np.polynomial.chebyshev.chebvander(x, 3)
+    rest = detrend(angle - slow @ np.linalg.lstsq(slow, angle, rcond=None)[0])
+    size = np.abs(np.fft.rfft(rest * np.hanning(len(rest)), 8 * len(rest)))
+    size *= np.arange(len(size))  # of the speed: slow wandering of the angle is no fluctuation
+    top = int(np.argmax(size))
+    away = np.abs(np.arange(len(size)) - top) > 32  # beyond the window's own width
+    if not top or size[top] < COMMON * np.quantile(size[away], 0.99):
+        return None
+    return top / (8.0 * turns), 1.0 / turns
 
 
-def _in_step(highest: tuple[int, int], locked: list[float], ratio: float) -> list[tuple[str, int]]:
-    """Return the orders of both gears that are multiples of the fluctuation's."""
+def _in_step(highest: tuple[int, int], steps: list[tuple[float, float]], ratio: float) -> list[tuple[str, int]]:
+    """Return the orders of both gears that are multiples of a fluctuation's order or of its subharmonics."""
     barred = []
     for gear, scale in ((0, 1.0), (1, ratio)):
-        for order in range(1, highest[gear] + 1):
-            parts = [order * scale / base for base in locked]
-            if any(abs(part - round(part)) < 1e-3 for part in parts):
-                barred.append((GEARS[gear], order))
+        order = scale * np.arange(1, highest[gear] + 1)
+        near = np.zeros(len(order), bool)
+        for base, slack in steps:
+            locked = abs(2.0 * base - round(2.0 * base)) < 2.0 * slack and round(2.0 * base) > 0
+            for part in range(1, (LOCKED_PERIODS if locked else PERIODS) + 1):
+                times = order * part / base
+                near |= np.abs(times - np.round(times)) * base / part < slack
+        barred += [(GEARS[gear], int(k) + 1) for k in np.flatnonzero(near)]
     return barred
 
 
@@ -190,14 +191,12 @@ def _fit(
     for number, cut in enumerate(cuts):
         if flank == 1 and cut.flanks.gap is None:
             continue
-        offsets[number] = float(
-            cut.flanks.active[0] + (cut.flanks.gap[0] if flank and cut.flanks.gap is not None else 0.0)
-        )
-        own = float(
-            cut.flanks.covariance[0, 0]
-            if not flank
-            else cut.flanks.covariance[len(cut.flanks.active)][len(cut.flanks.active)]
-        )
+        flanks, first = cut.flanks, len(cut.flanks.active)
+        offsets[number] = float(flanks.active[0])
+        own = float(flanks.covariance[0, 0])
+        if flank == 1 and flanks.gap is not None:
+            offsets[number] += float(flanks.gap[0])
+            own = float(flanks.covariance[first, first])
         slack.append(own + place_slack(cut)[flank] ** 2)
     return Fit(
         lines=lines,

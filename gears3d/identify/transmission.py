@@ -216,7 +216,7 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
 
 
 def _width_of_turns(rolled: Rolled) -> tuple[float, float, float, float]:
-    """Return the mean distance of both flanks from slow turns, half its interval, its freedom, and the error of counting."""
+    """Return the mean distance of both flanks from slow turns, half its interval, its freedom, and counting errors."""
     from scipy.stats import t as student
 
     active, reverse = rolled.fits
