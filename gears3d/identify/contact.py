@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.signals import noise_of
 from gears3d.signals.edges import quantum
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
+    from gears3d.measured.segmentation import Segments
 
 TURNING = 0.3  # Way at both ends on which the drive may not move smoothly [rad]
 DITHERED = 0.3  # Noise in counts from which on counting makes no lines
@@ -99,6 +101,8 @@ PER_TOOTH = 12  # Bins a tooth of the drive; and so many a turn at least:
 LEAST_BINS = 512
 HARMONICS = 3  # Orders are looked at up to so many times the tooth number
 SHORTEST = 0.95  # Turns of the drive that a way has at least
+STEADY = 0.02  # part of the mean speed; an eccentric encoder makes less than 0.001
+STRETCHES = 2000  # of a record, between which speeds are differenced
 AFTER_TURNING = 0.05  # Turns that are left out where the drive has changed its direction and the gears change flanks
 
 
@@ -136,6 +140,8 @@ class Contacts(NamedTuple):
     source: str  # ``"slow turns"`` or ``"rattle"``
     # what counting in step with the turning may put each flank's mean place off by, an entry a record [m]
     shifts: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+    cuts: tuple[Segments, ...] = ()  # segmentation of records that rattle, where there are no slow turns
+    unused: int = 0  # records that rattle beside slow turns
 
 
 def read_contacts(records: Sequence[Admitted]) -> Contacts:
@@ -155,33 +161,31 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
     quanta = [0.0, 0.0]
     parts: tuple[list[Contact], list[Contact]] = ([], [])
     shifts: tuple[list[float], list[float]] = ([], [])
-    rattle, speeds = False, []
+    rattling: list[Admitted] = []
+    speeds = []
     for number, record in enumerate(records):
         drive, loose = (record.recording.signals[f"theta_{gear}_rad"] for gear in ("drive", "loose"))
         for place, angle in enumerate((drive, loose)):
             quanta[place] = max(quanta[place], quantum(angle) or 0.0)
         time = record.recording.time
         speeds.append(float(np.abs(np.diff(drive[:: max(len(drive) // 1000, 1)])).sum() / (time[-1] - time[0])))
-        side, slow = _sides(record, drive, loose, radii)
-        rattle = rattle or not slow
+        side = _sides(record, drive, loose, radii)
+        if side is None:
+            rattling.append(record)
+            continue
         for flank in (0, 1):
             if (side == flank).any():
-                off = (
-                    _off(time, drive, side == flank, _counts(record)[0])
-                    if slow
-                    else np.zeros(int((side == flank).sum()))
-                )
+                off = _off(time, drive, side == flank, _counts(record)[0])
                 binned = _bins(drive, loose, radii, side == flank, teeth[0], number, off)
-                if slow:
-                    binned = binned._replace(count=float(np.dot(radii, _counts(record))))
-                    way = (drive[side == flank], loose[side == flank])
-                    shifts[flank].append(shift_by_counting(way, _counts(record), radii))
-                parts[flank].append(binned)
+                parts[flank].append(binned._replace(count=float(np.dot(radii, _counts(record)))))
+                way = (drive[side == flank], loose[side == flank])
+                shifts[flank].append(shift_by_counting(way, _counts(record), radii))
     flanks = (_joined(parts[0]), _joined(parts[1]))
-    if not any(flanks):
+    cuts = () if any(flanks) else tuple(_segmented(record) for record in rattling)
+    if not any(flanks) and not cuts:
         remedy = "turn the drive slowly for a turn or more each way (`gears3d record SCENARIO --test ste`)"
         raise InputError(Fault("theta_drive_rad", "has no whole turn in contact", remedy, records[0].file))
-    source = "rattle" if rattle else "slow turns"
+    source = "rattle" if cuts else "slow turns"
     angle = rig.working_pressure_angle
     return Contacts(
         flanks,
@@ -192,7 +196,16 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
         float(np.mean(speeds)),
         source,
         (tuple(shifts[0]), tuple(shifts[1])),
+        cuts,
+        0 if cuts else len(rattling),
     )
+
+
+def _segmented(record: Admitted) -> Segments:
+    """Return a record that rattles as free flights and contacts."""
+    from gears3d.measured.segmentation import path_of, segments_of
+
+    return segments_of(path_of(record.recording, record.rig, record.file), record.rig, record.file)
 
 
 def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray, count: float) -> np.ndarray:
@@ -212,10 +225,8 @@ def _counts(record: Admitted) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def _sides(
-    record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]
-) -> tuple[np.ndarray, bool]:
-    """Return for every sample the flank it touches, -1 for none, and whether the record is one of slow turns."""
+def _sides(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]) -> np.ndarray | None:
+    """Return for every sample of slow turns the flank it touches, -1 for none; ``None`` for a record that rattles."""
     ways = ways_of(drive)
     side = np.full(len(drive), -1)
     for first, last, forth in ways:
@@ -225,12 +236,18 @@ def _sides(
             first += int(np.searchsorted(away, 2.0 * pi * AFTER_TURNING))
         side[first:last] = 0 if forth else 1
     both = bool((side == 0).any() and (side == 1).any())
-    if both or _held(record, drive, loose, radii):
-        return side, True
-    from gears3d.measured.segmentation import measure
+    if both or (_steady(record.recording.time, drive) and _held(record, drive, loose, radii)):
+        return side
+    return None
 
-    states = measure(record.recording, record.rig, record.file).recording.signals["state"]
-    return np.where(states == 2, -1, states).astype(int), False
+
+def _steady(time: np.ndarray, drive: np.ndarray) -> bool:
+    """Whether the drive turns at one speed: where it fluctuates, a gear in contact repeats itself in step with that."""
+    at = np.linspace(0, len(time) - 1, min(len(time), STRETCHES)).astype(int)
+    step = np.diff(time[at])
+    speed = np.diff(drive[at]) / step
+    noise = 2.0 * max(noise_of(time, drive), quantum(drive) or 0.0) ** 2 / float(np.median(step)) ** 2
+    return float(np.var(speed)) - noise < (STEADY * float(np.mean(speed))) ** 2
 
 
 def _held(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float]) -> bool:

@@ -11,7 +11,7 @@ from scipy.stats import t
 from gears3d.errors import Fault, InputError
 from gears3d.identify.impact_pairs import Measured, Pairs, blind, impact_durations, misplaced, pairs_of
 from gears3d.identify.law import Identified, Parameter
-from gears3d.identify.restitution_fit import LEAST, Fit, choose, fit, scatter_interval, unseen
+from gears3d.identify.restitution_fit import LEAST, NARROW, Fit, choose, fit, scatter_interval, unseen
 from gears3d.recording import FLANKS
 
 if TYPE_CHECKING:
@@ -50,7 +50,6 @@ def sliding_test(pairs: Pairs, best: Fit) -> dict[str, Any]:
     }
 
 
-NARROW = 1.5  # Ratio of fastest to slowest approach below which a slope does not show
 POINTS = 60  # Of the curves
 
 

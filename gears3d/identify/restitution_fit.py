@@ -383,6 +383,8 @@ def held_out(pairs: Pairs, whole: Fit, folds: np.ndarray) -> np.ndarray:
 def choose(pairs: Pairs) -> tuple[Fit, dict[str, Fit], dict[str, np.ndarray]]:
     """Return the law taken, all laws fitted, and the held-out scores of each by group."""
     laws = [terms for terms in CANDIDATES if not terms.asymmetry or min(np.bincount(pairs.flank, minlength=2)) >= 5]
+    if not wide_enough(pairs):
+        laws = [terms for terms in laws if not terms.slope]
     fits = {terms.name: fit(pairs, terms) for terms in laws}
     folds = folds_of(pairs)
     scores = {name: held_out(pairs, found, folds) for name, found in fits.items()}
@@ -395,8 +397,27 @@ def choose(pairs: Pairs) -> tuple[Fit, dict[str, Fit], dict[str, np.ndarray]]:
     return best, fits, scores
 
 
+NARROW = 1.5  # Ratio of fastest to slowest approach below which a slope does not show
+
+
+def wide_enough(pairs: Pairs) -> bool:
+    """Return whether speeds on one flank differ enough to show a slope."""
+    ends = [np.quantile(pairs.approach[pairs.flank == flank], (0.05, 0.95)) for flank in np.unique(pairs.flank)]
+    return any(high > NARROW * low for low, high in ends)
+
+
+def _impossible_at_rest(law: Fit) -> bool:
+    """Return whether a law makes energy, or takes more than there is, in the slowest impacts."""
+    row = np.zeros(len(law.numbers))
+    row[0], row[1] = 1.0, -1.0
+    value, sigma = float(row @ law.numbers), float(np.sqrt(row @ law.covariance @ row))
+    return value - 2.0 * sigma > 1.0 or value + 2.0 * sigma < 0.0
+
+
 def _beats(richer: Fit, simpler: Fit, pairs: Pairs, scores: dict[str, np.ndarray], sizes: np.ndarray) -> bool:
     if np.ptp(richer.mean(pairs) - simpler.mean(pairs)) < LEAST * np.mean(simpler.mean(pairs)):
+        return False
+    if richer.terms.slope and _impossible_at_rest(richer):
         return False
     if not set(_named(simpler.terms)) <= set(_named(richer.terms)):
         return False

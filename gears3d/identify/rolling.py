@@ -11,6 +11,7 @@ import numpy as np
 from gears3d.identify.contact import Contact, Contacts
 from gears3d.identify.law import Parameter
 from gears3d.identify.orders import GEARS, LEVEL, Fit, Line, Lines, Solved, find, fit, lines_of, solve
+from gears3d.identify.rattle_flanks import rattle_flanks
 
 CLOSE = 0.02  # Part of the amplitude that the closed form, which is one of first order, may leave over
 
@@ -85,6 +86,7 @@ class Rolled(NamedTuple):
     lines: Lines  # the orders looked at
     # of the active and of the reverse flank, of the same orders; ``None`` where the flank was not seen
     fits: tuple[Fit | None, Fit | None]
+    notes: tuple[str, ...] = ()  # what contact during rattle cannot show
 
     @property
     def level(self) -> float:
@@ -102,6 +104,9 @@ def roll(contacts: Contacts) -> Rolled:
     Args:
         contacts: of the records.
     """
+    if contacts.cuts:
+        flanks, lines, fits, notes = rattle_flanks(contacts.cuts, contacts.teeth)
+        return Rolled(contacts._replace(flanks=flanks), lines, fits, notes)
     ratio = contacts.teeth[0] / contacts.teeth[1]
     seen = [contact for contact in contacts.flanks if contact is not None]
     lines = lines_of(min(seen, key=lambda contact: contact.turns), contacts.teeth)
@@ -253,13 +258,15 @@ def goodness(rolled: Rolled) -> dict[str, object]:
 
 
 def _fitted(rolled: Rolled) -> tuple[Line, ...]:
-    return next(fitted.lines for fitted in rolled.fits if fitted is not None)
+    return next((fitted.lines for fitted in rolled.fits if fitted is not None), ())
 
 
 def warnings(rolled: Rolled) -> list[str]:
     """Return what is to be known before relying on the orders."""
-    contacts, told = rolled.contacts, []
-    turns = min(contact.turns for contact in contacts.flanks if contact is not None)
+    contacts, told = rolled.contacts, [*rolled.notes]
+    turns = min((contact.turns for contact in contacts.flanks if contact is not None), default=0.0)
+    if contacts.unused:
+        told.append(f"{contacts.unused} records with rattle are not used: slow turns determine the flanks better")
     mesh = cycle(contacts.teeth)
     either = [
         f"{line.name} may be {rolled.lines.alike[line].name}" for line in _fitted(rolled) if line in rolled.lines.alike

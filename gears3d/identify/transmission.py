@@ -95,7 +95,7 @@ def transmission_error(rolled: Rolled) -> Identified:
                 }
             )
     axes = eccentric_axes(rolled)
-    told = goodness(rolled) | {
+    told: dict[str, Any] = goodness(rolled) | {
         "orders": orders,
         "counting": left_out,
         "eccentricity": [axis.to_dict() for axis in axes],
@@ -127,8 +127,9 @@ def _snippet(rolled: Rolled) -> str:
     """Return the orders as effects; θ = 0 is the zero of the record."""
     flank = 0 if rolled.fits[0] is not None else 1
     fitted = rolled.fits[flank]
-    assert fitted is not None
     lines = ["# phases count from the zero of the record's angles"]
+    if fitted is None:
+        return lines[0] + "\n"
     real = (fitted.chance < rolled.level) & ~counted(fitted)
     for place in strongest(rolled, np.abs(fitted.phasors), real):
         lines += effect("transmission_error", fitted.lines[place], complex(fitted.phasors[place]))
@@ -184,48 +185,72 @@ def identify_backlash(records: Sequence[Admitted]) -> Identified:
 
 
 def backlash(rolled: Rolled, file: str = "") -> Identified:
-    """Return the backlash between flanks that were rolled on."""
-    from scipy.stats import t as student
-
-    active, reverse = rolled.fits
-    both = sorted(set(active.offsets) & set(reverse.offsets)) if active and reverse else []
-    if active is None or reverse is None or not both:
+    """Return the backlash between both flanks."""
+    mean, reach, freedom, counting = _width_of_rattle(rolled) if rolled.contacts.cuts else _width_of_turns(rolled)
+    if not np.isfinite(mean):
         remedy = "turn the drive slowly forth and back in one record, or record rattle with impacts on both flanks"
         raise InputError(Fault("theta_drive_rad", "shows one flank only: no backlash follows", remedy, file))
-    widths = [reverse.offsets[file] - active.offsets[file] for file in both]
-    mean = float(np.mean(widths))
     if mean <= 0.0:
         what = f"puts the reverse flank {-1e6 * mean:.4g} um below the active one"
-        raise InputError(
-            Fault(
-                "theta_loose_rad",
-                what,
-                "check which gear drives, and its sense of rotation",
-                file,
-            )
-        )
-    freedom = min(active.freedom, reverse.freedom)
-    error = float(np.hypot(active.offset_deviation, reverse.offset_deviation) / np.sqrt(len(both)))
-    counting = float(np.sqrt(sum(one**2 for side in rolled.contacts.shifts for one in side))) / len(both)
-    reach = float(np.hypot(student.ppf(0.975, freedom) * error, student.ppf(0.975, freedom) * counting))
+        raise InputError(Fault("theta_loose_rad", what, "check which gear drives, and its sense of rotation", file))
     parameters = {"backlash": Parameter(mean, "m", mean - reach, mean + reach)}
-    phasors = reverse.phasors - active.phasors
-    covariance = active.covariance + reverse.covariance
-    chance = np.array([_chance(z, covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2]) for i, z in enumerate(phasors)])
-    real = (chance < rolled.level) & (np.abs(phasors - reverse.counted + active.counted) >= COUNTED * np.abs(phasors))
-    told = strongest(rolled, np.abs(phasors), real)
     snippet = ["[mount]", f'backlash = "{1e6 * mean:.6g} um"']
-    for place in told:
-        line, block = active.lines[place], covariance[2 * place : 2 * place + 2, 2 * place : 2 * place + 2]
-        size, phase = amplitude_and_phase(complex(phasors[place]), block, rolled.half_count(line), freedom)
-        parameters[f"{line.name}_amplitude"], parameters[f"{line.name}_phase"] = size, phase
-        snippet += _variation(line, complex(phasors[place]))
+    active, reverse = rolled.fits
+    if active is not None and reverse is not None:
+        phasors = reverse.phasors - active.phasors
+        covariance = active.covariance + reverse.covariance
+        blocks = [covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(len(phasors))]
+        chance = np.array([_chance(z, block) for z, block in zip(phasors, blocks, strict=True)])
+        counted = np.abs(phasors - reverse.counted + active.counted) < COUNTED * np.abs(phasors)
+        for place in strongest(rolled, np.abs(phasors), (chance < rolled.level) & ~counted):
+            line, phasor = active.lines[place], complex(phasors[place])
+            size, phase = amplitude_and_phase(phasor, blocks[place], rolled.half_count(line), freedom)
+            parameters[f"{line.name}_amplitude"], parameters[f"{line.name}_phase"] = size, phase
+            snippet += _variation(line, phasor)
     axes = eccentric_axes(rolled)
     more: dict[str, Any] = {"eccentricity": [axis.to_dict() for axis in axes]}
     more["counting_m"] = counting
     more["shift_per_skew_m_s"] = 2.0 * rolled.contacts.radii[0] * rolled.contacts.speed
     text = "\n".join(snippet) + "\n" + "".join(axis.comment() for axis in axes)
     return Identified("backlash", parameters, goodness(rolled) | more, text, curves(rolled), tuple(warnings(rolled)))
+
+
+def _width_of_turns(rolled: Rolled) -> tuple[float, float, float, float]:
+    """Return the mean distance of both flanks from slow turns, half its interval, its freedom, and counting errors."""
+    from scipy.stats import t as student
+
+    active, reverse = rolled.fits
+    both = sorted(set(active.offsets) & set(reverse.offsets)) if active and reverse else []
+    if active is None or reverse is None or not both:
+        return np.nan, np.nan, 1.0, 0.0
+    mean = float(np.mean([reverse.offsets[file] - active.offsets[file] for file in both]))
+    freedom = min(active.freedom, reverse.freedom)
+    error = float(np.hypot(active.offset_deviation, reverse.offset_deviation) / np.sqrt(len(both)))
+    counting = float(np.sqrt(sum(one**2 for side in rolled.contacts.shifts for one in side))) / len(both)
+    wide = float(student.ppf(0.975, freedom))
+    return mean, float(np.hypot(wide * error, wide * counting)), freedom, counting
+
+
+def _width_of_rattle(rolled: Rolled) -> tuple[float, float, float, float]:
+    """Return the same from records that rattle: each has its own, and an interval holds what they disagree by."""
+    from scipy.stats import t as student
+
+    from gears3d.measured.segmentation.touching import place_slack
+
+    known = [
+        (found[0], float(np.hypot(found[1], np.hypot(*place_slack(cut)))))
+        for cut in rolled.contacts.cuts
+        if (found := cut.flanks.backlash) is not None
+    ]
+    if not known:
+        return np.nan, np.nan, 1.0, 0.0
+    value, sigma = np.array(known).T
+    weight = sigma**-2 / np.sum(sigma**-2)
+    mean, error = float(weight @ value), float(np.sum(sigma**-2) ** -0.5)
+    if len(value) == 1:
+        return mean, 1.96 * error, np.inf, 0.0
+    misfit = float(np.sum(((value - mean) / sigma) ** 2)) / (len(value) - 1)
+    return mean, float(student.ppf(0.975, len(value) - 1)) * error * max(misfit, 1.0) ** 0.5, np.inf, 0.0
 
 
 def _chance(phasor: complex, block: np.ndarray) -> float:

@@ -68,11 +68,11 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
         InputError: the noise fills the dead band.
     """
     zone, above, below = zones(path, flanks, seeds, file)
-    every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
+    every, first, last, dropped, edges, short = _candidates(known, path, zone, above, below)
     rough = fit(known, first, last)
     if len(wrong := np.flatnonzero(rough.chi2 > WRONG)):
         zone = touches_missed(zone, above, below, every, wrong, clearance(path, flanks))
-        every, first, last, dropped, edges = _candidates(known, path, zone, above, below)
+        every, first, last, dropped, edges, short = _candidates(known, path, zone, above, below)
         rough = fit(known, first, last)
     where = shafts(known, path, flanks)
     start, end = _touches(known, path, every, tied(known, first, last, rough, common_law(rough)), where)
@@ -84,24 +84,29 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
     bound = tied(known, first, last, free, common_law(free))
     start, end = _touches(known, path, every, bound, where)
     flew = _struck(start, end) | (every.height > RISEN * clearance(path, flanks))
+    low = every.height[~flew]
     every, free, bound, start, end = _only(flew, every, free, bound, start, end)
     start, end = _met_once_more(known, path, every, bound, where, start, end)
     real = _struck(start, end)
     dropped["no_blow"] = len(flew) - int(np.count_nonzero(real))
+    missed = np.concatenate([short, low, every.height[~real]])
     every, free, bound, start, end = _only(real, every, free, bound, start, end)
     same = _one_touch(known, every, start, end)
     start = _tangents(bound, where, every, start, end, same)
     start, end = start.moving(where, every.left, path.width), end.moving(where, every.struck, path.width)
     flights = flight_table(every, free, start, end, same)
     contacts, impacts = contacts_between(flights, edges), impacts_of(flights, same, known.step)
-    found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope)
+    found = Segments(known, path, flanks, flights, contacts, impacts, dropped, slope, missed)
     return Cut(found, bound, where)
 
 
 def _candidates(
     known: Track, path: Blocks, zone: np.ndarray, above: np.ndarray, below: np.ndarray
-) -> tuple[Runs, np.ndarray, np.ndarray, dict[str, int], tuple[float, float, int]]:
-    """Return runs that may be flights, their first and last readings, what was dropped, and what is known in all."""
+) -> tuple[Runs, np.ndarray, np.ndarray, dict[str, int], tuple[float, float, int], np.ndarray]:
+    """Return runs that may be flights, their first and last readings, what was dropped, and what is known in all.
+
+    Last come the heights of those that are too short.
+    """
     every = runs(zone, above, below)
     first, last = readings_of(every, path.size, len(known.time))
     enough = last - first + 1 >= FEWEST
@@ -111,7 +116,14 @@ def _candidates(
     dropped["cut_off"] = int(np.count_nonzero(~whole))
     keep = enough & whole
     edges = _ends_beyond(known, path, every, whole)
-    return Runs(*(column[keep] for column in every)), first[keep], last[keep], dropped, edges
+    return (
+        Runs(*(column[keep] for column in every)),
+        first[keep],
+        last[keep],
+        dropped,
+        edges,
+        every.height[~enough & whole],
+    )
 
 
 def _ends_beyond(known: Track, path: Blocks, every: Runs, whole: np.ndarray) -> tuple[float, float, int]:

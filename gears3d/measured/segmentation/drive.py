@@ -15,13 +15,19 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation.readings import Reading
 
 SHORTEST = 0.4e-3
-"""Time over which the angle is averaged before it is smoothed [s]."""
+"""Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it."""
+FINER = 4
+"""Times by which that time is shortened as long as the finest curve is further from the means than their noise."""
+MISSED = 1.2
+"""Times their noise that means may be off the curve before finer ones are tried: motion that was averaged away."""
 AT_ONCE = 1 << 14
 """Means that are worked out at a time."""
 KNOT = 4
 """Means between the knots of the finest curve."""
 RUNGS = 14
 """Curves that are tried at most, each with half the knots of the one before."""
+GROWN = 1.5
+"""Times by which both must grow: beyond, two curves that both miss the motion are as alike as any."""
 AT_LEAST = 8
 """Spans between knots of the coarsest curve."""
 
@@ -35,12 +41,16 @@ class Steady(NamedTuple):
         speed_sigma: of its rate [rad/s].
         rest: standard deviation of the means about the curve over what their noise accounts for; 1 when the curve
             tells everything.
+        size: readings in a mean.
+        finest: whether finer curves might be closer.
     """
 
     curve: BSpline
     sigma: float
     speed_sigma: float
     rest: float
+    size: int = 1
+    finest: bool = False
 
 
 def steady(reading: Reading) -> Steady:
@@ -61,26 +71,44 @@ def steady(reading: Reading) -> Steady:
     >>> bool(np.std(off) < 1e-3), bool(0.3 < motion.speed_sigma / np.std(off) < 3.0)
     (True, True)
     """
-    time, angle, within, size = _means(reading)
+    spacing = float(np.median(some_steps(reading.time)))
+    size = max(int(SHORTEST / spacing), 1)
+    found = _through(reading, size)
+    while size > 1 and (found.rest > MISSED or found.finest):
+        size = max(size // FINER, 1)
+        finer = _through(reading, size)
+        if finer.rest > 0.9 * found.rest and finer.speed_sigma > found.speed_sigma:
+            break  # counting errors that keep step are no motion
+        found = finer
+    return found
+
+
+def _through(reading: Reading, size: int) -> Steady:
+    """Return the motion through means over so many readings."""
+    time, angle, within = _means(reading, size)
     tried, between = KNOT, []
-    curves = []
+    curves, left = [], []
     while len(time) // tried >= AT_LEAST and len(curves) < RUNGS:
         curves.append(_spline(time, angle, tried))
+        left.append(float(np.std(angle - curves[-1](time))))
         if len(curves) > 1:
             between.append(_apart(curves[-2], curves[-1], time))
-        if len(between) > 2 and between[-1][1] > 30.0 * min(speed for _, speed in between):
-            break
+            # noise lessens from rung to rung; where the difference and what is left grow, the motion is missed
+            if between[-1][1] > GROWN * min(speed for _, speed in between) and left[-1] > GROWN * left[0]:
+                between.pop()
+                break
         tried *= 2
     if not between:
         curve = curves[0] if curves else _spline(time, angle, max(len(time) // 4, 1))
-        return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0)
+        return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0, size)
     best = int(np.argmin([speed for _, speed in between]))
-    sigma, speed = between[best]
+    speed = between[best][1]
+    sigma = min(one for one, _ in between[max(best - 1, 0) : best + 1])  # the coarser curve may miss a part
     angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
     expected = usual(reading.sigma) / np.sqrt(size)
-    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0))
+    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0), size, best == 0)
 
 
 def redrawn(reading: Reading, before: Steady) -> BSpline:
@@ -96,16 +124,14 @@ def redrawn(reading: Reading, before: Steady) -> BSpline:
     >>> bool(abs(redrawn(other, steady(one))(1.0) - steady(other).curve(1.0)) < 1e-5)
     True
     """
-    time, angle, within, _ = _means(reading)
+    time, angle, within = _means(reading, before.size)
     step = len(time) / max(len(before.curve.t) - 7, 1)
     step = KNOT * 2 ** max(int(np.round(np.log2(step / KNOT))), 0)
     return _spline(time, angle - 0.5 * within * before.curve(time, 2), step)
 
 
-def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Return means over times short enough for any motion, the variance of time in each [s²], and their readings."""
-    spacing = float(np.median(some_steps(reading.time)))
-    size = max(int(SHORTEST / spacing), 1)
+def _means(reading: Reading, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return means over so many readings, and the variance of time in each [s²]."""
     count = len(reading.time) // size
     time, angle, within = np.zeros(count), np.zeros(count), np.zeros(count)
     for first in range(0, count, AT_ONCE):
@@ -119,7 +145,7 @@ def _means(reading: Reading) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.shown[0])
     within = np.insert(within, 0, 0.0)
     rises = np.append(True, np.diff(time) > 0.0)
-    return time[rises], angle[rises] + reading.lift, within[rises], size
+    return time[rises], angle[rises] + reading.lift, within[rises]
 
 
 def _spline(time: np.ndarray, angle: np.ndarray, step: int) -> BSpline:

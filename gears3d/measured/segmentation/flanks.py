@@ -131,7 +131,7 @@ def through(
     whole = columns * np.where(owner == 0, 1.0 - behind, owner < 1)  # a shape of one flank is none of the other
     whole = np.hstack([whole, columns * (owner != 0) * behind]) if both else whole
     idle = np.concatenate([owner == 1, owner == 0])
-    prior = (np.concatenate([terms.prior, 0.5 * terms.prior]) * gap * np.where(idle, NONE, 1.0))[: whole.shape[1]]
+    prior = (terms.both * gap * np.where(idle, NONE, 1.0))[: whole.shape[1]]
     if both:
         prior[count] = 0.3 * gap
         place = place - gap * (side == 1)

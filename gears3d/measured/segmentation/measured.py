@@ -16,6 +16,7 @@ from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment
 from gears3d.measured.segmentation.smoothing import Shape, Track, track
 from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.derived import Derived, part_of
@@ -271,7 +272,7 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
         "format": 1,
         "status": "complete",
         "warnings": _warnings(cut),
-        "flight_height_min_m": clearance(cut.path, cut.flanks),
+        "flight_height_min_m": cut.lowest,
         "quality": _quality(record, cut),
         "flanks": _flanks(cut),
         "cut": {
@@ -323,7 +324,7 @@ def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
         "noise_m": cut.track.noise,
         "noise_in_contact_m": cut.flanks.rough,
         "averaged_over_s": cut.path.width,
-        "flight_height_min_m": clearance(cut.path, cut.flanks),
+        "flight_height_min_m": cut.lowest,
     }
 
 
@@ -332,9 +333,10 @@ def _flanks(cut: Segments) -> dict[str, Any]:
     terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
     if flanks.gap is not None:
         terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)
-    value = (
-        None if found is None else {"value": found[0], "ci95": [found[0] - 1.96 * found[1], found[0] + 1.96 * found[1]]}
-    )
+    value = None
+    if found is not None:
+        reach = 1.96 * float(np.hypot(found[1], np.hypot(*place_slack(cut))))
+        value = {"value": found[0], "ci95": [found[0] - reach, found[0] + reach]}
     return {"backlash_m": value, "orders": terms}
 
 

@@ -137,11 +137,11 @@ def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.nda
         limit = STRAY * max(spread_of(rest), one.noise)
         keep = np.abs(rest) <= limit
     rest = np.clip(rest, -limit, limit)
-    variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * _colour(rest)
+    variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * colour_of(rest)
     return numbers, inverse * variance, rest, variance
 
 
-def _colour(rest: np.ndarray) -> float:
+def colour_of(rest: np.ndarray) -> float:
     """Return by how much the mean of neighbours scatters more than if they were independent."""
     if len(rest) < 64:
         return 1.0

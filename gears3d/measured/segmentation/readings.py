@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.signals import changes, local_slope, noise_of, quantum, some_steps
+from gears3d.signals import changes, count_of, local_slope, noise_of, quantum, some_steps
 
 FEWEST = 200
 """So few readings tell nothing of a rattle."""
@@ -14,6 +14,8 @@ CHANGES = 0.7
 """Part of the samples at most that may show a new count, for edges to know more than samples."""
 WHITE = 0.3
 """Noise in counts from which on samples are read with white noise and edges run together."""
+SWEPT = 2.0
+"""Counts by which steps from sample to sample must vary for counts not to keep step with samples."""
 _REACH = 4
 """Edges to either side from which a speed is taken."""
 _TRIES = 200_000
@@ -61,7 +63,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
     ('edges', 'smooth')
     """
-    count = quantum(angle)
+    count = quantum(angle) or count_of(angle)  # the second where many counts pass in every sample
     if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
         floor = max(noise_of(time, angle, clip=4.0), 1e-14 * max(float(angle.max()), -float(angle.min()), 1.0))
         return Reading(time, angle, np.broadcast_to(floor, len(time)), None, "smooth")
@@ -70,7 +72,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
         found = passages(time, angle, count)
         if found is not None and len(found.time) >= FEWEST:
             return found
-    floor = max(noise_of(time, angle, clip=4.0), 0.2 * count)
+    floor = max(noise_of(time, angle, clip=4.0), count / np.sqrt(12.0))  # of rounding
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
 
 
@@ -193,7 +195,9 @@ def stuck(reading: Reading) -> float:
     sigma = usual(reading.sigma)
     if reading.kind == "edges":
         return np.sqrt(3.0) * sigma
-    return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum else 0.0
+    steps = some_steps(reading.shown) / reading.quantum
+    swept = float(np.subtract(*np.quantile(steps, (0.95, 0.05)))) > SWEPT  # no step is a whole number for long
+    return 0.5 * reading.quantum if sigma < 0.5 * reading.quantum and not swept else 0.0
 
 
 def usual(sigma: np.ndarray) -> float:

@@ -2,14 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
 from gears3d.measured.segmentation.kinks import Kinks
-from gears3d.measured.segmentation.orders import Contact, resolved, strongest
+from gears3d.measured.segmentation.orders import GEARS, Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
 from gears3d.measured.segmentation.terms import Terms, make_terms
 
+SEEN = 3
+"""Kinks on a flank without which it is not known to be smooth."""
+SCATTER = 3.0
+"""Noises of a block by which half of the kinks may scatter about a smooth flank: rounding moves them, too."""
+STRAY, STRAYS = 12.0, 0.1
+"""Noises of a block from which on a kink is on no smooth flank, and the part of such that there may be."""
+CALM = 1.3
+"""Times its noise that contact scatters at most where no bounces lie in it: the median's own error is a tenth."""
+CLOSE = 1.25
+"""Times the noise of a block up to which the crossing of two flights counts: others hardly cross, or far away."""
+CHATTER = 3.0
+"""Times the scatter of contact that its mean may lie inside of the flank."""
+SURE = 3.0
+"""Standard deviations by which touches must be off a flank for it to be moved to these."""
+ABSENT = 1e-3
+"""Noises of a block that an order is expected to have which is taken to be absent."""
+PLACES = 20
+"""Places on a flank for each column, without which they show none."""
+INFLATED = 5.0
+"""Variance inflation factor from which on a column is not told from the others: 5 to 10 are usual in regression."""
+CORNER = 0.003
+"""Part of the dead band that counts like noise of a kink's place: flights bend within the reach of a kink."""
 ROUNDS = 8
 GROWS = (0, 2, 4)
 """Rounds before which orders are looked for that stand out."""
@@ -78,6 +102,99 @@ def find_flanks(
         if turn >= GROWS[-1] and scale == before:  # the same blocks again
             break
     return flanks
+
+
+def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True) -> Flanks | None:
+    """Return flanks that kinks alone show to be smooth; ``None`` where these scatter more than their noise.
+
+    A flank that is struck only, never rested on, or touched at the same angles again and again does not show its
+    orders. Where kinks lie on flanks without any, there are none until contact shows some (:func:`shown_orders`).
+
+    Args:
+        path: displacement in blocks.
+        found: its sure kinks.
+        teeth: of drive and loose gear where known, for mesh orders.
+        both: whether the reverse flank is looked for too.
+    """
+    up = found.jump > 0.0
+    sides = (up, ~up) if both else (up,)
+    if min(int(np.count_nonzero(side)) for side in sides) < SEEN:
+        return None
+    middle = [float(np.median(found.place[side])) for side in sides]
+    off = [np.abs(found.place[side] - at) for side, at in zip(sides, middle, strict=True)]
+    wide = middle[1] - middle[0] if both else 0.0
+    allowed = max(path.noise, CORNER * wide)
+    spread = [1.4826 * float(np.median(one)) for one in off]
+    if max(spread) > SCATTER * allowed or max(float(np.mean(one > STRAY * allowed)) for one in off) > STRAYS:
+        return None
+    gap = middle[1] - middle[0] if both else max(float(np.ptp(path.place)), 10.0 * path.noise)
+    if gap < 10.0 * path.noise:
+        return None
+    terms = make_terms(path, teeth)
+    terms = terms._replace(prior=np.where(terms.fixed, terms.prior, ABSENT * path.noise / gap))
+    used = np.concatenate([np.flatnonzero(side) for side in sides])
+    side = np.repeat(np.arange(len(sides)), [np.count_nonzero(one) for one in sides])
+    near = np.abs(found.place[used] - np.array(middle)[side]) < STRAY * allowed
+    used, side = used[near], side[near]
+    scale = max(*spread, path.noise)
+    columns = _columns(path, terms, found.at[used])
+    made = through(terms, columns, side, found.place[used], scale, gap, both, robust=False)
+    return made._replace(rough=path.noise, contact=0.0)
+
+
+def shown_orders(
+    path: Blocks,
+    flanks: Flanks,
+    still: tuple[np.ndarray, np.ndarray],
+    touches: tuple[np.ndarray, ...],
+    teeth: tuple[int, int] | None,
+) -> Flanks | None:
+    """Return smooth flanks with the orders that their contact can show, ``None`` where it can show none.
+
+    An order is shown where it is told from all others at the angles that are touched (variance inflation factor).
+
+    Args:
+        path: displacement in blocks.
+        flanks: of :func:`plain_flanks`.
+        still: as for :func:`refined`.
+        touches: as for :func:`refined`.
+        teeth: of drive and loose gear where known.
+    """
+    usual = make_terms(path, teeth).prior
+    near, side = still
+    time, drive, loose, struck = touches[:4]
+    made = []
+    for flank, factor in ((0, 1.0), (1, 0.5)):
+        blocks = near[side == flank]
+        blocks = blocks[:: max(len(blocks) // MOST, 1)]
+        hits = struck == flank
+        columns = flanks.terms.columns(
+            *(np.append(ours[blocks], theirs[hits])
+              for ours, theirs in ((path.time, time), (path.drive, drive), (path.loose, loose)))
+        )  # fmt: skip
+        made.append(np.where(_told_apart(columns, flanks.terms), factor * usual, factor * flanks.terms.prior))
+    if np.array_equal(made[0], flanks.terms.prior):
+        return None
+    fixed = flanks.terms.fixed
+    prior = np.where(fixed, flanks.terms.prior, made[0])
+    gap = np.where(fixed, 0.5 * flanks.terms.prior, np.minimum(made[1], 0.5 * prior))
+    return flanks._replace(terms=flanks.terms._replace(prior=prior, gap=gap))
+
+
+def _told_apart(columns: np.ndarray, terms: Terms) -> np.ndarray:
+    """Return whether places show each column, cosine and sine of an order together, (p,)."""
+    shown = np.zeros(columns.shape[1], bool)
+    if len(columns) < PLACES * columns.shape[1]:
+        return shown
+    normal = columns.T @ columns
+    inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    first = 0
+    for kind, _ in terms.kinds:
+        own = slice(first, first + (2 if kind in GEARS else 1))
+        inflated = np.linalg.eigvals(normal[own, own] @ inverse[own, own]).real.max()  # whatever the zero of the angle
+        shown[own] = inflated < INFLATED
+        first = own.stop
+    return shown
 
 
 def _looked_at(count: int) -> np.ndarray:
@@ -258,7 +375,46 @@ def refined(
     weight *= _beside(off, sides, len(near), flanks.rough)
     gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
     made = through(flanks.terms, columns, sides, places, flanks.rough, gap, both, weight=weight)
-    return made._replace(rough=flanks.rough, contact=flanks.contact)
+    made = made._replace(rough=flanks.rough, contact=flanks.contact)
+    line = columns @ made.active + (0.0 if made.gap is None else (columns @ made.gap) * sides)
+    rest = (places - line)[: len(near)]
+    own = [rest[(side == k) & (np.abs(rest) < ASTRAY * path.noise)] for k in (0, 1)]
+    scatter = [float(np.std(one)) if len(one) >= PLACES else np.inf for one in own]
+    most = [0.0 if one < CALM * path.noise else CHATTER * one for one in scatter]
+    good = sigma < CLOSE * path.noise
+    return _set_on(made, columns[len(near) :][good], struck[good], place[good], sigma[good], most)
+
+
+def _set_on(
+    flanks: Flanks, columns: np.ndarray, side: np.ndarray, place: np.ndarray, sigma: np.ndarray, most: Sequence[float]
+) -> Flanks:
+    """Return flanks moved to where bounces touch them, where contact is not calm and has them elsewhere.
+
+    Bounces that are too low to be seen lie in contact, all on its inner side; the crossings of flights know no flank.
+    Where contact is calm it is right: yielding teeth are where they are loaded, and flights cross beyond.
+    """
+    moved, slack = [0.0, 0.0], [0.0, 0.0]
+    for flank in (0, 1) if flanks.gap is not None else (0,):
+        mine = np.flatnonzero((side == flank) & np.isfinite(place))
+        if len(mine) < FEWEST or not most[flank]:
+            continue
+        line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
+        off = place[mine] - columns[mine] @ line
+        middle = float(np.median(off))
+        scatter = max(1.4826 * float(np.median(np.abs(off - middle))), float(np.median(sigma[mine])))
+        known = 1.2533 * scatter / np.sqrt(len(mine))
+        if SURE * known < abs(middle) < most[flank]:
+            moved[flank], slack[flank] = middle, known
+    if not any(moved):
+        return flanks
+    active, gap, covariance = flanks.active.copy(), flanks.gap, flanks.covariance.copy()
+    active[0] += moved[0]
+    covariance[0, 0] += slack[0] ** 2
+    if gap is not None:
+        gap = gap.copy()
+        gap[0] += moved[1] - moved[0]
+        covariance[len(active), len(active)] += slack[0] ** 2 + slack[1] ** 2
+    return flanks._replace(active=active, gap=gap, covariance=covariance)
 
 
 def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.ndarray:

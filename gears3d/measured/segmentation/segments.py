@@ -12,7 +12,16 @@ from gears3d.measured.segmentation.flanks import Flanks
 from gears3d.measured.segmentation.flights import Touches, crossings
 from gears3d.measured.segmentation.kinks import Kinks, kinks
 from gears3d.measured.segmentation.parabolas import Parabolas
-from gears3d.measured.segmentation.search import MOST, QUIET, find_flanks, moved, one_flank, refined
+from gears3d.measured.segmentation.search import (
+    MOST,
+    QUIET,
+    find_flanks,
+    moved,
+    one_flank,
+    plain_flanks,
+    refined,
+    shown_orders,
+)
 from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track
 from gears3d.measured.segmentation.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measured.segmentation.touching import within
@@ -28,6 +37,10 @@ DOUBTFUL = 0.05
 """Part of a record that stays unexplained, from which on its cut is told with a warning."""
 CALM_FEWEST = 50
 """Blocks in contact with a flank without which nothing is said of how calm it is."""
+SLIGHT = 1e-3
+"""Part of a record by which orders may explain less before they are left out."""
+CHATTER = 2.5
+"""Times its noise that contact may scatter beyond smooth flanks."""
 AGAIN = 2
 """Times that the flanks are drawn anew through what turned out to be contact, at most."""
 SETTLED = 0.25
@@ -58,7 +71,12 @@ def segment(
     path = known.blocks._replace(shapes=shapes)
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
-    single, still = _resting(path, teeth)
+    single = one_flank(path, teeth)
+    still = single.rough < max(3.0 * path.noise, path.slack)
+    if not still:
+        if len(seeds.at) >= 2 and (found := _smooth(known, path, seeds, teeth, file, tell, PLAIN)) is not None:
+            return found  # a rattle in step with the revolution has orders, too
+        single, still = _resting(path, teeth, single)
     faults: list[Fault] = []
     tell(0.2)
     best, least, drawn = None, np.inf, single
@@ -66,6 +84,12 @@ def segment(
         seeds = seeds if scales == SCALES_TRIED[0] else kinks(path, scales)
         if still and (len(seeds.at) < 2 or single.terms.grown):
             break
+        if (
+            best is None
+            and len(seeds.at) >= 2
+            and (found := _smooth(known, path, seeds, teeth, file, tell, DOUBTFUL)) is not None
+        ):
+            return found
         sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
         for both in sides:
             flanks = find_flanks(path, seeds, teeth, both)
@@ -128,15 +152,12 @@ def doubtful(cut: Segments) -> float:
     return astray + strange / float(path.time[-1] - path.time[0])
 
 
-def _resting(path: Blocks, teeth: tuple[int, int] | None) -> tuple[Flanks, bool]:
+def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tuple[Flanks, bool]:
     """Return the flank of a record of contact alone, and whether the path never leaves it.
 
     A rattle in step with the revolution has orders, too, but none that round its impacts off.
     """
-    plain = one_flank(path, teeth)
     least = max(3.0 * path.noise, path.slack)
-    if plain.rough < least:
-        return plain, True
     wavy = one_flank(path, teeth, True, least)
     if wavy.rough < least:
         off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
@@ -179,13 +200,55 @@ def _between_flanks(
     return plain
 
 
-def _calm(path: Blocks, cut: Segments) -> bool:
-    """Whether contact is no further off its flanks than noise makes it."""
+def _smooth(
+    known: Track,
+    path: Blocks,
+    seeds: Kinks,
+    teeth: tuple[int, int] | None,
+    file: str,
+    tell: Callable[[float], None],
+    most: float,
+) -> Segments | None:
+    """Return the record cut along smooth flanks where these leave less than a part unexplained, else ``None``."""
+    for both in (True, False):
+        flanks = plain_flanks(path, seeds, teeth, both)
+        if flanks is None:
+            continue
+        found = _tried(known, path, flanks, seeds, both, file, tell)
+        if found is None or doubtful(found) > most or not _calm(path, found, CHATTER, inner=False):
+            continue
+        evidence = _evidence(path, cut_along(known, path, found.flanks, seeds, file))
+        shown = shown_orders(path, found.flanks, *evidence, teeth)
+        wavy = None if shown is None else _tried(known, path, shown, seeds, both, file, _quiet)
+        return found if wavy is None or doubtful(wavy) > doubtful(found) + SLIGHT else wavy
+    return None
+
+
+def _tried(
+    known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, both: bool, file: str, tell: Callable[[float], None]
+) -> Segments | None:
+    """Return the record cut along flanks, ``None`` where it is not to be cut along these."""
+    try:
+        return _cut_between(known, path, flanks, seeds, both, file, tell)
+    except InputError:
+        return None
+
+
+def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True) -> bool:
+    """Whether contact is no further off its flanks than so many times what noise makes it.
+
+    Without ``inner`` only what lies beyond a flank is asked: bounces too low to be seen lie on its inner side.
+    """
     flanks = cut.flanks.places(path.time, path.drive, path.loose)
-    for flank in (ACTIVE, REVERSE):
+    clear = 2.0 * clearance(path, cut.flanks)
+    for flank, sign in ((ACTIVE, 1.0), (REVERSE, -1.0)):
         near = within(path.time, cut.contacts, path.width, flank)
-        off = np.abs(path.place[near] - flanks[flank][near])
-        if len(near) >= CALM_FEWEST and 1.4826 * float(np.median(off)) > QUIET * path.noise:
+        off = sign * (path.place[near] - flanks[flank][near])
+        off = off[np.abs(off) < clear] if not inner else off  # what is further is no contact, but unexplained
+        if len(off) < CALM_FEWEST:
+            continue
+        scatter = 1.4826 * float(np.median(np.abs(off))) if inner else -float(np.quantile(off, 0.16))
+        if scatter > quiet * path.noise:
             return False
     return True
 

@@ -10,7 +10,7 @@ from gears3d.measured.segmentation.flanks import Flanks
 from gears3d.measured.segmentation.flights import Touches
 from gears3d.measured.segmentation.parabolas import Parabolas
 from gears3d.measured.segmentation.smoothing import Blocks, Track
-from gears3d.measured.segmentation.zones import FLIGHT, Runs
+from gears3d.measured.segmentation.zones import FLIGHT, Runs, clearance
 
 RESOLVED = 4.0
 """Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
@@ -18,6 +18,10 @@ SAMPLES = 2.0
 """Samples that an impact must last: encoders that are read a part of a sample apart make durations of that size."""
 ONE_SIDED = 1.645
 """Deviations of a one-sided 95 % bound."""
+LOST = 0.1
+"""Part of the stretches above a height that may be no flights, for flights of that height to be found."""
+LEAST = 7.0
+"""Readings that a flight needs, with those at both ends that may be contact."""
 Columns = dict[str, np.ndarray]
 
 DOUBT = 1e-3
@@ -42,6 +46,7 @@ class Segments(NamedTuple):
             ``duration_s`` (NaN where not resolved) with sigma, ``duration_max_s``, ``testifies``, each (i,).
         dropped: how many stretches above a flank were no flights, by reason.
         slope: change of the deceleration with speed that flights ask for, and its standard deviation [1/s].
+        missed: heights of the stretches that were dropped [m], those apart that an end of the record cuts.
     """
 
     track: Track
@@ -52,6 +57,31 @@ class Segments(NamedTuple):
     impacts: Columns
     dropped: dict[str, int]
     slope: tuple[float, float] = (0.0, np.inf)
+    missed: np.ndarray = np.zeros(0)
+
+    @property
+    def lowest(self) -> float:
+        """Height from which on flights are found [m]: of higher stretches nine in ten are flights, or nearly.
+
+        Apart from noise, flights must last for some readings: of a height h at a deceleration g they last √(8h/g).
+        """
+        flights, clear = self.flights, clearance(self.path, self.flanks)
+        height = flights["height_m"]
+        if not len(height):
+            return max([clear, *self.missed.tolist()])
+        every = np.concatenate([height, self.missed])
+        order = np.argsort(-every)
+        lost = np.cumsum(order >= len(height))
+        good = np.flatnonzero(lost <= LOST * np.arange(1, len(every) + 1))
+        seen = float(every[order[good[-1]]]) if len(good) else float(every.max())
+        if len(good) == len(every):
+            seen = clear
+        same = np.flatnonzero(flights["left"] == flights["struck"])
+        same = same[np.argsort(height[same])][: max(len(same) // 2, 1)]
+        lasts = (flights["end_s"] - flights["start_s"])[same]
+        fall = float(np.median(8.0 * height[same] / lasts**2)) if len(same) else 0.0
+        needed = max(LEAST * self.track.spacing, 2.0 * self.path.width)
+        return max(seen, clear + fall * needed**2 / 8.0)
 
     def states(self, time: np.ndarray) -> np.ndarray:
         """Return the state at given times: 0 active, 1 reverse contact, 2 flight, int8 (n,).

@@ -34,6 +34,7 @@ class Terms(NamedTuple):
         span: of the record [s].
         grown: orders, the last ones, that the record itself asked for.
         shapes: that flanks may have besides orders.
+        gap: expected size of each column of the dead band in gaps, (p,); half of ``prior`` without.
     """
 
     kinds: tuple[tuple[str, int], ...]
@@ -42,6 +43,12 @@ class Terms(NamedTuple):
     span: float
     grown: int = 0
     shapes: tuple[Shape, ...] = ()
+    gap: np.ndarray | None = None
+
+    @property
+    def both(self) -> np.ndarray:
+        """Expected sizes of the columns of the active flank and of the dead band in gaps, (2p,)."""
+        return np.concatenate([self.prior, 0.5 * self.prior if self.gap is None else self.gap])
 
     def with_orders(self, taken: list[tuple[str, int]], size: float) -> Terms:
         """Return the terms with further orders.
@@ -51,7 +58,8 @@ class Terms(NamedTuple):
             size: expected of them, in gaps.
         """
         prior = np.append(self.prior, np.full(2 * len(taken), size))
-        return self._replace(kinds=(*self.kinds, *taken), prior=prior, grown=self.grown + len(taken))
+        gap = None if self.gap is None else np.append(self.gap, np.full(2 * len(taken), 0.5 * size))
+        return self._replace(kinds=(*self.kinds, *taken), prior=prior, gap=gap, grown=self.grown + len(taken))
 
     def columns(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
         """Return the columns at times and angles, (n, p).
@@ -88,6 +96,14 @@ class Terms(NamedTuple):
         owner = np.full(len(self.prior), -1)
         owner[SHAPED : SHAPED + len(self.shapes)] = [shape.flank for shape in self.shapes]
         return owner
+
+    @property
+    def fixed(self) -> np.ndarray:
+        """Whether each column is the offset or a shape, which no order replaces, (p,)."""
+        fixed = np.zeros(len(self.prior), bool)
+        fixed[0] = True
+        fixed[SHAPED : SHAPED + len(self.shapes)] = True
+        return fixed
 
     @property
     def expected(self) -> np.ndarray:

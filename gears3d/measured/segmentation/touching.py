@@ -10,7 +10,10 @@ from gears3d.measured.segmentation.orders import GEARS, MOST, STRAY, Contact, co
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.measured import Measurement
+    from gears3d.measured.segmentation.tables import Segments
 
+QUARTER = 20
+"""Blocks of a quarter of the contacts from which on its mean counts: their noise is a quarter of one block's."""
 ROWS = 20_000
 """Places that are asked at most."""
 
@@ -83,6 +86,30 @@ def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flan
     first, stop = np.searchsorted(time, start + spare), np.searchsorted(time, end - spare)
     spans = [np.arange(a, b) for a, b in zip(first, stop, strict=True)]
     return np.concatenate([*spans, np.zeros(0, int)])
+
+
+def place_slack(cut: Segments) -> tuple[float, float]:
+    """Return by how much the place of each flank may be off in the mean [m]: active, reverse.
+
+    Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. What the quarters of
+    the contacts disagree by about the flank is what they may have done to it; half the noise of a block where no
+    contact lasts long enough to be divided.
+    """
+    path, contacts = cut.path, cut.contacts
+    slack = []
+    lines = cut.flanks.places(path.time, path.drive, path.loose)
+    for flank, line in enumerate(lines):
+        near = within(path.time, contacts, path.width, flank)
+        off = path.place[near] - line[near]
+        mine = contacts["flank"] == flank
+        start, end = contacts["start_s"][mine], contacts["end_s"][mine]
+        own = np.searchsorted(start, path.time[near], "right") - 1
+        part = np.floor(4.0 * (path.time[near] - start[own]) / (end[own] - start[own])) if len(near) else off
+        close = np.abs(off) < 5.0 * cut.flanks.rough
+        quarters = [off[close & (part == k)] for k in range(4)]
+        means = [float(np.mean(one)) for one in quarters if len(one) > QUARTER]
+        slack.append(float(np.std(means)) if len(means) > 1 else 0.5 * path.noise)
+    return slack[0], slack[1]
 
 
 def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> np.ndarray:

@@ -1,0 +1,583 @@
+"""Noise of an encoder, estimated from its record: white and 1/f noise, quantisation, interpolation error, jitter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.signals import quantum as quantum_of
+
+STRETCHES, STRETCH = 16, 1 << 16
+"""Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz."""
+PARTS = 8
+"""Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife)."""
+FEWEST = 40
+"""Third differences below which a time scale gives no variance: its relative error would be a quarter."""
+SHARE = 0.25
+"""Part of the third differences that are smaller than the quantile by which their variance is measured: impacts bend
+the path in less than three quarters of the windows, up to a window of a flight's length."""
+STEEP = 3.0
+"""Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8."""
+CHANCE = 1e-6
+"""Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected."""
+LOWEST = 100
+"""Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion."""
+HIGHEST = 1 << 17
+"""Highest order that is looked for: 36 000 lines are the most that rotary encoders have."""
+SMOOTHED = 31
+"""Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz."""
+PASSED = (2.2, 11.0)
+"""Readings in a period of a wave that the moving cubic lets pass by more than three quarters of its amplitude."""
+RATES = (1, 4, 16)
+"""Neighbours that are averaged, so that waves of up to 180 readings are passed."""
+OUTLIER = 8.0
+"""Deviations beyond which a residual is an impact, not noise."""
+HARMONICS = (1, 2, 4)
+"""Orders of an interpolation error in lines: offset and gain differences make once and twice, third harmonics four."""
+AGREE = 1e-3
+"""Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
+SLIGHT = 0.1
+"""Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square."""
+FAINT = 0.05
+"""Part of the strongest order's amplitude below which another one may be a side band of it."""
+HELD_SHARE = 0.6
+"""Part of the changes that must come after the same number of repeated readings, for an update rate to be stated."""
+SURE = 3.0
+"""Standard deviations that flicker, random walk and jitter must differ from zero by to be applied."""
+
+
+class Periodic(NamedTuple):
+    """An error of the angle, periodic in the angle itself: amplitude·cos(order·θ + phase).
+
+    Args:
+        order: periods in a revolution.
+        amplitude: [rad].
+        sigma: standard deviation of the amplitude [rad].
+        phase: [rad].
+        chance: that noise alone makes an order as strong.
+    """
+
+    order: int
+    amplitude: float
+    sigma: float
+    phase: float
+    chance: float
+
+    def at(self, angle: np.ndarray) -> np.ndarray:
+        """Return the error at angles [rad], (n,)."""
+        return self.amplitude * np.cos(self.order * angle + self.phase)
+
+
+class Held(NamedTuple):
+    """Readings that repeat the one before although the gear turns.
+
+    Args:
+        samples: samples from update to update; 1 where every sample is new.
+        share: part of the samples that repeat the one before.
+        rate: of updates [Hz].
+    """
+
+    samples: int = 1
+    share: float = 0.0
+    rate: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """Noise of the angle that one encoder shows, as its own record shows it.
+
+    The power spectral density is 2·white²·spacing + flicker²/f + walk²/(2π²f²), one-sided, f from 1/span on.
+
+    Args:
+        white: standard deviation of one reading, rounding to counts and jitter included [rad].
+        quantum: angle of a count [rad]; 0 for a smooth record.
+        flicker: root of the power of 1/f noise per unit of ln f [rad].
+        walk: standard deviation that a random walk gains in a second [rad/√s].
+        periodic: interpolation errors that are significant.
+        jitter: standard deviation of the sampling instants [s].
+        held: repeated readings.
+        spacing: usual time between two readings [s].
+        span: duration of the record [s].
+        sigmas: standard deviations of ``white``, ``flicker``, ``walk`` and ``jitter``.
+    """
+
+    white: float
+    quantum: float
+    flicker: float
+    walk: float
+    periodic: tuple[Periodic, ...]
+    jitter: float
+    held: Held
+    spacing: float
+    span: float
+    sigmas: dict[str, float]
+
+    def sigma(self, duration: float | np.ndarray) -> float | np.ndarray:
+        """Return the standard deviation of a mean over a duration about the mean of the record [rad].
+
+        Args:
+            duration: [s], at least one reading.
+        """
+        lasts = np.maximum(duration, self.spacing)
+        wide = np.log(np.maximum(self.span / lasts, 1.0))
+        # 1/f noise: ∫ sin²x/x³ dx from πT/span on is ln(span/T) − 0.915, and never less than its share within one T
+        slow = self.flicker**2 * np.maximum(wide - 0.915, 0.1) + self.walk**2 * self.span / 6.0
+        return np.sqrt(self.white**2 * self.spacing / lasts + slow)
+
+    def deviation(self, lag: float | np.ndarray) -> float | np.ndarray:
+        """Return the standard deviation of the difference of two readings [rad].
+
+        Args:
+            lag: time between them [s].
+        """
+        apart = np.maximum(lag, self.spacing)
+        slow = 2.0 * self.flicker**2 * (np.log(np.pi * apart / self.spacing) + np.euler_gamma) + self.walk**2 * apart
+        return np.sqrt(2.0 * self.white**2 + slow)
+
+    def colour(self, duration: np.ndarray, mode: np.ndarray | float) -> np.ndarray:
+        """Return the power of noise at half-waves in a duration, in units of the white noise's.
+
+        A fit to a flight of that duration has residuals in the half-waves from 3 on, and uncertainties of its place,
+        speed and deceleration by those from 0 to 2.
+
+        Args:
+            duration: [s], (k,).
+            mode: number of half-waves, 0.5 for the mean about neighbouring stretches of the same duration.
+        """
+        frequency = 0.5 * np.asarray(mode) / np.maximum(duration, self.spacing)
+        coloured = self.flicker**2 / frequency + self.walk**2 / (2.0 * np.pi**2 * frequency**2)
+        return 1.0 + coloured / max(2.0 * self.white**2 * self.spacing, 1e-300)
+
+    def corrected(self, angle: np.ndarray) -> np.ndarray:
+        """Return angles without the interpolation errors [rad], (n,).
+
+        Args:
+            angle: as the encoder shows it [rad], (n,).
+        """
+        if not self.periodic:
+            return angle
+        return angle - sum(one.at(angle) for one in self.periodic)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the model as JSON can hold it."""
+        sizes = {name: self._stated(name) for name in ("white", "flicker", "walk", "jitter")}
+        units = {"white": "rad", "flicker": "rad", "walk": "rad_per_root_s", "jitter": "s"}
+        return {
+            **{f"{name}_{units[name]}": stated for name, stated in sizes.items()},
+            "quantum_rad": self.quantum or None,
+            "interpolation": [
+                {"order": one.order, "amplitude_rad": one.amplitude,
+                 "ci95": [max(one.amplitude - 1.96 * one.sigma, 0.0), one.amplitude + 1.96 * one.sigma]}
+                for one in self.periodic
+            ],
+            "held_samples": self.held.samples,
+            "repeated_share": self.held.share,
+        }  # fmt: skip
+
+    def _stated(self, name: str) -> dict[str, Any]:
+        value, sigma = getattr(self, name), self.sigmas.get(name, np.nan)
+        if not np.isfinite(sigma):
+            return {"value": value, "ci95": None}
+        return {"value": value, "ci95": [max(value - 1.96 * sigma, 0.0), value + 1.96 * sigma]}
+
+
+def estimate_noise(
+    time: np.ndarray, angle: np.ndarray, white: float | None = None, lines: tuple[int, ...] = (), edges: bool = False
+) -> NoiseModel:
+    """Return the noise of an encoder's angle, estimated from a record of the moving gear.
+
+    White noise, 1/f noise and random walk follow from the modified Hadamard deviation (third differences of means over
+    times from one reading on): in free flight and in smooth motion third differences vanish but for the noise. What
+    grows faster than a random walk is motion. Interpolation errors are harmonics of integer order in the angle itself.
+
+    Args:
+        time: of the readings [s], rising, (n,).
+        angle: [rad], (n,).
+        white: standard deviation of a reading where it is known [rad]; else it is measured.
+        lines: periods in a revolution that the encoder may have, in addition to those that stand out by themselves.
+        edges: whether the readings are moments at which a counter changed.
+
+    Returns:
+        The model.
+
+    Source: Riley 2008 (NIST SP 1065), 5.2.9 Hadamard variance; Heydemann 1981 (Appl. Opt. 20, 3382).
+
+    >>> time, rng = np.arange(200_000) * 1e-4, np.random.default_rng(1)
+    >>> found = estimate_noise(time, 3.0 * time + rng.normal(0.0, 1e-5, len(time)))
+    >>> round(found.white, 6), found.flicker < 1e-6, found.periodic
+    (1e-05, True, ())
+    """
+    spacing = float(np.median(np.diff(time[: 4 * STRETCH])))
+    span = float(time[-1] - time[0])
+    held = held_readings(time, angle)
+    count = 0.0 if edges else quantum_of(angle) or 0.0
+    pieces = _pieces(time, angle)
+    periodic = _periodic(pieces, lines, count, edges)
+    if periodic:
+        pieces = [(at, shown - sum(one.at(shown) for one in periodic)) for at, shown in pieces]
+    residuals = [_residual(*piece, edges) for piece in pieces]
+    floor = 2e-16 * max(float(np.abs(angle[:: max(len(angle) // 1000, 1)]).max()), 1.0)  # rounding of the numbers
+    (known, flicker, walk), slack = _slow(pieces, _white(residuals), white, spacing)
+    known = max(float(known), floor)
+    jitter, spread = _jitter(pieces, residuals, spacing) if not count else (0.0, np.nan)
+    sigmas = {"white": float(slack[0]), "flicker": float(slack[1]), "walk": float(slack[2]), "jitter": spread}
+    return NoiseModel(known, count, float(flicker), float(walk), periodic, jitter, held, spacing, span, sigmas)
+
+
+def combined(one: NoiseModel, other: NoiseModel, radii: tuple[float, float]) -> NoiseModel:
+    """Return the noise of the displacement along the line of action, lengths in m in place of angles.
+
+    Args:
+        one: of the drive's encoder.
+        other: of the loose gear's encoder, at whose readings the displacement is known.
+        radii: base radii of drive and loose gear [m].
+    """
+
+    def sum_of(name: str) -> float:
+        return float(np.hypot(radii[0] * getattr(one, name), radii[1] * getattr(other, name)))
+
+    sigmas = {
+        name: float(np.hypot(radii[0] * one.sigmas[name], radii[1] * other.sigmas[name]))
+        for name in ("white", "flicker", "walk")
+    }
+    return replace(other, white=sum_of("white"), quantum=sum_of("quantum"), flicker=sum_of("flicker"),
+                   walk=sum_of("walk"), periodic=(), sigmas=sigmas | {"jitter": np.nan})  # fmt: skip
+
+
+def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:
+    """Return how many samples repeat the one before, and after how many samples the reading changes.
+
+    A slow gear on a counter repeats its readings, too; there changes are of one count, those of a held reading of more.
+
+    Args:
+        time: of the samples [s], (n,).
+        angle: [rad], (n,).
+
+    >>> time = np.arange(4000) * 1e-3
+    >>> found = held_readings(time, np.repeat(time[::4] ** 1.1, 4))
+    >>> found.samples, round(found.share, 2), round(found.rate)
+    (4, 0.75, 250)
+    """
+    some = slice(0, STRETCHES * STRETCH)
+    change = np.diff(angle[some])
+    moved = np.flatnonzero(change != 0.0)
+    if len(moved) < FEWEST or len(moved) > 0.9999 * len(change):
+        return Held()
+    share = 1.0 - len(moved) / len(change)
+    count = quantum_of(angle[some])
+    if count is not None and np.median(np.abs(change[moved])) < 1.5 * count:
+        return Held()
+    lasts = np.diff(moved)
+    usual = int(np.median(lasts))
+    regular = usual > 1 and float(np.mean(np.abs(lasts - usual) <= 1)) > HELD_SHARE
+    if not regular:
+        return Held(1, share, float(len(moved) / (time[some][-1] - time[0])))
+    spacing = float(np.median(np.diff(time[some])))
+    return Held(usual, share, 1.0 / (float(np.mean(lasts)) * spacing))
+
+
+def _pieces(time: np.ndarray, angle: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return stretches that stand for the record, the whole of a short one in ``PARTS``."""
+    count = len(time)
+    if count <= STRETCHES * STRETCH:
+        cuts = np.linspace(0, count, PARTS + 1).astype(int)
+        spans = list(pairwise(cuts.tolist()))
+    else:
+        spans = [(first, first + STRETCH) for first in np.linspace(0, count - STRETCH, STRETCHES).astype(int)]
+    return [(time[a:b], np.asarray(angle[a:b], float)) for a, b in spans if b - a > SMOOTHED]
+
+
+class _Smoother(NamedTuple):
+    """Value minus moving cubic: weights, standard deviation that they give white noise, and that of other noise."""
+
+    weights: np.ndarray
+    norm: float
+    flicker: float
+    walk: float
+
+
+@lru_cache(maxsize=1)
+def _smoother() -> _Smoother:
+    """Return the high-pass filter; its variances of 1/f noise and random walk are over that of white noise."""
+    at = np.arange(SMOOTHED) - SMOOTHED // 2
+    weights = -np.linalg.pinv(np.vander(at / SMOOTHED, 4))[3]
+    weights[SMOOTHED // 2] += 1.0
+    norm = float(np.linalg.norm(weights))
+    f = (np.arange(5000) + 0.5) * 1e-4  # cycles in a reading
+    gain = np.square((weights * np.cos(2 * np.pi * f[:, None] * at)).sum(axis=1)) / norm**2
+    return _Smoother(weights, norm, float(np.sum(gain / f) * 1e-4), float(np.sum(gain / (2 * np.pi**2 * f**2)) * 1e-4))
+
+
+def _highpassed(values: np.ndarray) -> np.ndarray:
+    from scipy.signal import fftconvolve
+
+    middle = values - np.linspace(values[0], values[-1], len(values))  # rounding of the transform stays small
+    return fftconvolve(middle, _smoother().weights[::-1], "valid")
+
+
+def _residual(time: np.ndarray, angle: np.ndarray, edges: bool) -> np.ndarray:
+    """Return what a moving cubic leaves of the angle [rad]; of edges, which are exact in angle, by their moments."""
+    if not edges:
+        return _highpassed(angle)
+    reach = SMOOTHED // 2
+    speed = np.gradient(angle, time)[reach : len(time) - reach]
+    return -_highpassed(time) * np.median(np.abs(speed)) * np.sign(speed)
+
+
+def _clipped(rest: np.ndarray) -> np.ndarray:
+    """Return the residuals, impacts cut down to what noise may be."""
+    limit = OUTLIER * 1.4826 * float(np.median(np.abs(rest)))
+    return np.clip(rest, -limit, limit) if limit > 0.0 else rest
+
+
+def _white(residuals: list[np.ndarray]) -> tuple[float, float]:
+    """Return the standard deviation of a reading, and of that, by the scatter of the stretches."""
+    norm = _smoother().norm
+    each = np.array([1.4826 * float(np.median(np.abs(rest))) / norm for rest in residuals])
+    if not len(each):
+        return 0.0, np.nan
+    mean = float(np.sqrt(np.median(each**2)))
+    return mean, 1.2533 * float(np.std(each)) / np.sqrt(max(len(each) - 1, 1)) + 1.2 * mean / np.sqrt(
+        sum(map(len, residuals))
+    )
+
+
+@lru_cache(maxsize=1)
+def _shares() -> tuple[float, float]:
+    """Return the variance of third differences of means for 1/f noise of unit flicker, and for a walk of unit Wτ."""
+    from scipy.integrate import quad
+
+    flicker = quad(lambda x: 64.0 * np.sin(x) ** 8 / x**3, 0.0, 200.0, limit=2000)[0]
+    walk = 32.0 / np.pi * quad(lambda x: np.sin(x) ** 8 / x**4, 0.0, 200.0, limit=2000)[0]
+    return float(flicker), float(walk)
+
+
+def _slow(
+    pieces: list[tuple[np.ndarray, np.ndarray]], near: tuple[float, float], white: float | None, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return white noise [rad], flicker [rad] and random walk [rad/√s], 0 where not significant, and their deviations.
+
+    All three make what a moving cubic leaves (``near``: its standard deviation and that of it) and the variances of
+    longer means.
+    """
+    from scipy.optimize import nnls
+
+    ladder, table = _ladder(pieces, spacing)
+    one, other = _shares()
+    short = _smoother()
+    columns = np.column_stack([20.0 / ladder, np.full(len(ladder), one), other * ladder * spacing,
+                               (ladder / max(ladder.max(initial=1.0), 1.0)) ** 6])  # fmt: skip
+    columns = np.vstack([[1.0, short.flicker, short.walk * spacing, 0.0], columns])
+    size = columns.max(axis=0)
+    free = np.ones(4, bool)
+    free[0] = white is None
+    least = (0.0 if white is None else white) ** 2
+
+    def fitted(rows: np.ndarray, skip: int) -> np.ndarray:
+        seen = np.append(near[0] ** 2, np.nanmedian(rows, axis=0))
+        seen = seen - least * columns[:, 0]
+        scale = max(float(np.abs(seen).max()), 1e-300)
+        weight = scale / np.maximum(np.abs(seen), 0.3 * (least or near[0] ** 2) * columns[:, 0] + 1e-300)
+        part = slice(skip, None)
+        made = np.zeros(4)
+        made[free] = nnls((columns / size)[part, free] * weight[part, None], seen[part] / scale * weight[part])[0]
+        return made * scale / size
+
+    if len(ladder) < 3:
+        return np.array([near[0] if white is None else white, 0.0, 0.0]), np.array([near[1], np.nan, np.nan])
+    skip = 0 if white is None else 1
+    whole = fitted(table, skip)
+    each = np.array([fitted(np.delete(table, k, axis=0), skip) for k in range(len(table))])
+    number = len(each)
+    variances = whole[:3]
+    sigma = np.sqrt((number - 1) / number * np.sum((each - each.mean(axis=0)) ** 2, axis=0))[:3]
+    sigma[1:] = np.hypot(sigma[1:], np.sqrt(2.0 / (PARTS * FEWEST)) * variances[1:])  # the longest means alone
+    sure = variances > SURE * sigma
+    values = np.where(sure, np.sqrt(variances), 0.0)
+    spreads = np.where(sure, sigma / np.maximum(2.0 * values, 1e-300), 0.5 * np.sqrt(variances + 2.0 * sigma))
+    values[0], spreads[0] = np.sqrt(variances[0] + least), np.hypot(spreads[0], near[1])
+    return values, spreads
+
+
+def _ladder(pieces: list[tuple[np.ndarray, np.ndarray]], spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return how many readings are averaged, and the Hadamard variances of the stretches [rad²], (PARTS, m).
+
+    Readings that are not evenly spaced are interpolated first.
+    """
+    from scipy.stats import norm
+
+    quantile = float(norm.ppf(0.5 + 0.5 * SHARE))
+    even = []
+    for time, angle in pieces:
+        steps = np.diff(time)
+        if np.ptp(steps) > 0.02 * spacing:
+            at = np.arange(time[0], time[-1], spacing)
+            angle = np.interp(at, time, angle)
+        even.append(np.cumsum(np.insert(angle - angle[0], 0, 0.0)))
+    sizes, rows, before = [], [], np.inf
+    size = 4  # below, white noise is all, and what interpolation does to it
+    while size * (FEWEST + 4) < min(map(len, even), default=0) * 4:
+        row = []
+        for total in even:
+            step = max(size // 4, 1)
+            at = np.arange(0, len(total) - 4 * size, step)
+            if len(at) < FEWEST:
+                row.append(np.nan)
+                continue
+            means = [(total[at + (k + 1) * size] - total[at + k * size]) / size for k in range(4)]
+            third = means[3] - 3.0 * means[2] + 3.0 * means[1] - means[0]
+            row.append((float(np.quantile(np.abs(third), SHARE)) / quantile) ** 2)
+        usual = float(np.nanmedian(row)) if np.isfinite(row).any() else np.nan
+        if not np.isfinite(usual) or usual > STEEP**2 * before:
+            break
+        sizes.append(size)
+        rows.append(row)
+        before = usual
+        size *= 2
+    return np.array(sizes, float), np.array(rows).T
+
+
+def _jitter(
+    pieces: list[tuple[np.ndarray, np.ndarray]], residuals: list[np.ndarray], spacing: float
+) -> tuple[float, float]:
+    """Return the standard deviation of sampling instants [s], 0 unless noise grows with speed, and its deviation."""
+    norm = _smoother().norm
+    reach, squares, powers = SMOOTHED // 2, [], []
+    for (time, angle), rest in zip(pieces, residuals, strict=True):
+        speed = np.gradient(angle, time)[reach : len(time) - reach]
+        rest = _clipped(rest)
+        count = len(rest) // SMOOTHED
+        means = [row[: count * SMOOTHED].reshape(count, SMOOTHED).mean(axis=1) for row in (speed, rest**2)]
+        squares.append(means[0] ** 2)
+        powers.append(means[1] / norm**2)
+    square, power = np.concatenate(squares), np.concatenate(powers)
+    if len(square) < FEWEST or np.std(square) < 0.05 * np.mean(square):
+        return 0.0, np.nan  # one speed: jitter is white noise
+    off = square - square.mean()
+    slope = float(off @ power / (off @ off))
+    rest = power - power.mean() - slope * off
+    sigma = float(np.sqrt(rest @ rest / len(rest) / (off @ off)))
+    if slope < SURE * sigma:
+        return 0.0, float(np.sqrt(max(slope, 0.0) + 2.0 * sigma)) / 2.0
+    return float(np.sqrt(slope)), float(sigma / (2.0 * np.sqrt(slope)))
+
+
+def _periodic(
+    pieces: list[tuple[np.ndarray, np.ndarray]], lines: tuple[int, ...], count: float, edges: bool
+) -> tuple[Periodic, ...]:
+    """Return the interpolation errors that stand out of the noise of their neighbouring orders, and their harmonics.
+
+    The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
+    """
+    found: dict[int, Periodic] = {}
+    for factor in RATES:
+        long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
+        if not long:
+            break
+        more = [one for one in _in_band(long, factor, lines, count, edges) if one.order not in found]
+        found |= {one.order: one for one in more}
+        pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
+    return tuple(found[order] for order in sorted(found))
+
+
+def _means(values: np.ndarray, size: int) -> np.ndarray:
+    count = len(values) // size
+    return values[: count * size].reshape(count, size).mean(axis=1) if size > 1 else values
+
+
+def _in_band(
+    fine: list[tuple[np.ndarray, np.ndarray]], factor: int, lines: tuple[int, ...], count: float, edges: bool
+) -> tuple[Periodic, ...]:
+    """Return the interpolation errors with periods of ``PASSED`` readings."""
+    reach = SMOOTHED // 2
+    pieces = [(_means(time, factor), _means(shown, factor)) for time, shown in fine]
+    rest = np.concatenate([_clipped(_residual(*piece, edges)) for piece in pieces])
+    angle = np.concatenate([shown[reach : len(shown) - reach] for _, shown in pieces])
+    step = float(np.median(np.abs(np.diff(angle))))
+    lowest, highest = LOWEST, 0
+    if step > 0.0 and np.any(rest):
+        highest = int(min(2 * np.pi / (PASSED[0] * step), HIGHEST))
+        lowest = int(max(2 * np.pi / (PASSED[1] * step), LOWEST))
+    per_turn = 2 * np.pi / count if count else np.inf
+    highest = int(min(highest, 0.9 * per_turn))  # beyond, rounding to counts
+    if highest < lowest + 2 or float(np.ptp(angle)) < 2 * np.pi / lowest:
+        return ()
+    power = _spectrum(angle, rest, highest)
+    floor = np.maximum(_floor(power), 1e-6 * float(np.mean(power)) + 1e-300)
+    ratio = power / floor
+    ratio[:lowest] = 0.0
+    tried = highest - lowest
+    chance = np.log(tried / CHANCE)
+    least = SLIGHT * 1.4826 * float(np.median(np.abs(rest))) / _smoother().norm * np.sqrt(factor)
+    best = int(np.argmax(ratio))
+    found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
+    if ratio[best] > chance and search:
+        bases = {best, best // 2, best // 4}
+        found = {m * base for base in bases for m in HARMONICS}
+    found |= {m * line for line in lines for m in HARMONICS}
+    known = np.log(max(len(lines) * len(HARMONICS), 1) / CHANCE) if lines else chance
+    orders = sorted(order for order in found if lowest <= order <= highest and ratio[order] > min(known, chance))
+    return _fitted(fine, factor, rest, orders, [float(np.exp(-ratio[order])) * tried for order in orders], floor, least)
+
+
+def _repeats(waves: np.ndarray, rest: np.ndarray) -> bool:
+    """Return whether both halves of the residuals show a wave alike: an error of the encoder is always there."""
+    middle, made, spread = len(rest) // 2, [], 0.0
+    for half in (slice(0, middle), slice(middle, None)):
+        rows, values = waves[:, half], rest[half]
+        inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
+        numbers = inverse @ (rows @ values)
+        left = values - numbers @ rows
+        made.append(numbers)
+        spread += float(left @ left) / max(len(left), 1) * float(np.trace(inverse)) / 2.0
+    apart = made[0] - made[1]
+    return bool(apart @ apart < 2.0 * np.log(1.0 / AGREE) * spread)
+
+
+def _spectrum(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:
+    """Return the power of the orders 0 to ``highest`` in a residual over the angle [rad²], (highest + 1,)."""
+    bins = 1 << int(np.ceil(np.log2(8 * highest + 8)))
+    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(np.int64) % bins
+    waves = np.fft.rfft(np.bincount(place, rest, minlength=bins))[: highest + 1]
+    return np.abs(waves) ** 2 / max(len(rest), 1)
+
+
+def _floor(power: np.ndarray) -> np.ndarray:
+    """Return the mean power of neighbouring orders, peaks left out, (n,)."""
+    from scipy.ndimage import median_filter
+
+    return median_filter(power, size=201, mode="reflect") / np.log(2.0)  # the median of an exponential distribution
+
+
+def _fitted(
+    pieces: list[tuple[np.ndarray, np.ndarray]],
+    factor: int,
+    rest: np.ndarray,
+    orders: list[int],
+    chances: list[float],
+    floor: np.ndarray,
+    least: float,
+) -> tuple[Periodic, ...]:
+    """Return orders with amplitude and phase by least squares; waves pass the means and filter of the residuals."""
+    if not orders:
+        return ()
+    columns = []
+    for order in orders:
+        for wave in (np.cos, np.sin):
+            columns.append(np.concatenate([_highpassed(_means(wave(order * shown), factor)) for _, shown in pieces]))
+    rows = np.stack(columns)
+    inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
+    numbers = inverse @ (rows @ rest)
+    made, strongest = [], float(np.sqrt(np.max(np.square(numbers[::2]) + np.square(numbers[1::2]))))
+    for k, (order, chance) in enumerate(zip(orders, chances, strict=True)):
+        cosine, sine = numbers[2 * k : 2 * k + 2]
+        spread = np.sqrt(max(float(np.mean(np.diag(inverse)[2 * k : 2 * k + 2])), 0.0))
+        sigma = float(spread * np.sqrt(floor[order]))
+        size = float(np.hypot(cosine, sine))
+        if size > max(SURE * sigma, FAINT * strongest, least) and _repeats(rows[2 * k : 2 * k + 2], rest):
+            made.append(Periodic(order, size, sigma, float(np.arctan2(-sine, cosine)), min(chance, 1.0)))
+    return tuple(made)

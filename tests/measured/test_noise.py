@@ -1,0 +1,115 @@
+"""The noise of an encoder is recovered from records whose noise is known; spectra are shaped here."""
+
+import json
+
+import numpy as np
+import pytest
+
+from gears3d.measured.noise import combined, estimate_noise, held_readings
+
+STEP, COUNT = 2e-5, 250_000
+TIME = np.arange(COUNT) * STEP
+MOTION = 2.0 * TIME + 0.11 * np.sin(2 * np.pi * 3.0 * TIME)
+
+
+def coloured(rng, density):
+    """Noise of a one-sided power spectral density, ``density`` of frequency [Hz]."""
+    frequency = np.fft.rfftfreq(COUNT, STEP)
+    power = np.zeros(len(frequency))
+    power[1:] = density(frequency[1:])
+    waves = rng.normal(size=len(power)) + 1j * rng.normal(size=len(power))
+    return np.fft.irfft(waves * np.sqrt(power * COUNT / (4.0 * STEP)), COUNT)
+
+
+def close(value, truth, sigma):
+    """Whether a value is within four of its standard deviations, and these are no tenth of it."""
+    return abs(value - truth) < 4.0 * sigma and sigma < 0.1 * truth
+
+
+@pytest.mark.parametrize("size", [1e-7, 1e-5])
+def test_white_noise_is_recovered_and_no_other_is_seen(size):
+    found = estimate_noise(TIME, MOTION + np.random.default_rng(3).normal(0.0, size, COUNT))
+    assert close(found.white, size, found.sigmas["white"])
+    assert found.flicker < 0.05 * size
+    assert not found.periodic
+    assert found.jitter < 1e-7
+    assert found.held.samples == 1
+    mean = 1e-3  # a mean over 50 readings
+    assert found.sigma(mean) == pytest.approx(size / np.sqrt(50), rel=0.1)
+
+
+@pytest.mark.parametrize("flicker", [3e-7, 1e-6, 3e-6])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_flicker_of_shaped_spectrum_is_recovered_beneath_white_noise(flicker, seed):
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(0.0, 1e-6, COUNT) + coloured(rng, lambda f: flicker**2 / f)
+    found = estimate_noise(TIME, MOTION + noise)
+    assert close(found.flicker, flicker, found.sigmas["flicker"])
+    assert abs(found.white - 1e-6) < 4.0 * found.sigmas["white"]
+    for size in (500, 5000):  # means over 10 ms and 100 ms
+        means = noise[: COUNT // size * size].reshape(-1, size).mean(axis=1)
+        assert np.std(means) == pytest.approx(found.sigma(size * STEP), rel=0.35)
+        assert np.std(noise[size:] - noise[:-size]) == pytest.approx(found.deviation(size * STEP), rel=0.15)
+
+
+def test_a_random_walk_is_recovered():
+    rng = np.random.default_rng(4)
+    walk = 5e-5
+    noise = rng.normal(0.0, 1e-6, COUNT) + np.cumsum(rng.normal(0.0, walk * np.sqrt(STEP), COUNT))
+    found = estimate_noise(TIME, MOTION + noise)
+    assert abs(found.walk - walk) < 4.0 * found.sigmas["walk"] < walk
+
+
+@pytest.mark.parametrize(("order", "size"), [(5000, 1e-6), (18000, 4e-7), (1024, 2e-6)])
+def test_interpolation_errors_are_found_with_their_phase_and_removed(order, size):
+    rng = np.random.default_rng(5)
+    error = size * np.cos(order * MOTION + 1.0) + 0.5 * size * np.cos(2 * order * MOTION - 2.0)
+    noise = rng.normal(0.0, 1e-6, COUNT)
+    found = estimate_noise(TIME, MOTION + error + noise)
+    seen = {one.order: one for one in found.periodic}
+    assert set(seen) == {order, 2 * order}
+    for one, amplitude, phase in ((seen[order], size, 1.0), (seen[2 * order], 0.5 * size, -2.0)):
+        assert abs(one.amplitude - amplitude) < 4.0 * one.sigma < 0.3 * amplitude
+        assert np.angle(np.exp(1j * (one.phase - phase))) == pytest.approx(0.0, abs=0.15)
+    left = found.corrected(MOTION + error + noise) - MOTION - noise
+    assert np.std(left) < 0.1 * np.std(error)
+
+
+@pytest.mark.parametrize("jitter", [3e-7, 1e-6])
+def test_jitter_is_told_from_white_noise_by_the_speed(jitter):
+    rng = np.random.default_rng(6)
+    late = TIME + rng.normal(0.0, jitter, COUNT)
+    angle = 2.0 * late + 0.11 * np.sin(2 * np.pi * 3.0 * late) + rng.normal(0.0, 1e-6, COUNT)
+    found = estimate_noise(TIME, angle)
+    assert close(found.jitter, jitter, found.sigmas["jitter"])
+
+
+@pytest.mark.parametrize("samples", [2, 5])
+def test_held_readings_show_their_update_rate(samples):
+    rng = np.random.default_rng(7)
+    angle = np.repeat((MOTION + rng.normal(0.0, 1e-6, COUNT))[::samples], samples)[:COUNT]
+    found = held_readings(TIME, angle)
+    assert found.samples == samples
+    assert found.rate == pytest.approx(1.0 / (samples * STEP), rel=1e-3)
+    assert found.share == pytest.approx(1.0 - 1.0 / samples, abs=1e-3)
+
+
+def test_a_slow_counter_holds_nothing():
+    assert held_readings(TIME, np.floor(MOTION / 1e-4) * 1e-4).samples == 1
+
+
+def test_a_record_without_noise_has_none_but_its_rounding():
+    found = estimate_noise(TIME, MOTION)
+    assert 0.0 < found.white < 1e-11
+    assert found.flicker == found.jitter == 0.0
+    assert not found.periodic
+
+
+def test_the_displacement_has_the_noise_of_both_and_json_holds_it():
+    rng = np.random.default_rng(8)
+    one, other = (estimate_noise(TIME, MOTION + rng.normal(0.0, size, COUNT)) for size in (3e-6, 4e-6))
+    both = combined(one, other, (0.1, 0.1))
+    assert both.white == pytest.approx(5e-7, rel=0.02)
+    told = json.loads(json.dumps(both.describe()))
+    low, high = told["white_rad"]["ci95"]
+    assert low < 5e-7 < high
