@@ -72,7 +72,7 @@ def segment(
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
     single = one_flank(path, teeth)
-    still = single.rough < max(3.0 * path.noise, path.slack)
+    still = single.rough < max(3.0 * path.stray, path.slack)
     if not still:
         if len(seeds.at) >= 2 and (found := _smooth(known, path, seeds, teeth, file, tell, PLAIN)) is not None:
             return found  # a rattle in step with the revolution has orders, too
@@ -157,7 +157,7 @@ def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tupl
 
     A rattle in step with the revolution has orders, too, but none that round its impacts off.
     """
-    least = max(3.0 * path.noise, path.slack)
+    least = max(3.0 * path.stray, path.slack)
     wavy = one_flank(path, teeth, True, least)
     if wavy.rough < least:
         off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
@@ -248,7 +248,7 @@ def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True)
         if len(off) < CALM_FEWEST:
             continue
         scatter = 1.4826 * float(np.median(np.abs(off))) if inner else -float(np.quantile(off, 0.16))
-        if scatter > quiet * path.noise:
+        if scatter > quiet * path.stray:
             return False
     return True
 
@@ -297,7 +297,17 @@ def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
     whole = nothing.astype(int)
     none = Runs(whole, whole, whole, whole, nothing)
     empty = Parabolas(
-        nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing, nothing, np.zeros((0, 9))
+        nothing,
+        np.ones(0),
+        np.zeros((0, 3)),
+        np.zeros((0, 3, 3)),
+        nothing,
+        nothing,
+        nothing,
+        nothing,
+        np.zeros((0, 9)),
+        nothing,
+        nothing,
     )
     never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
     flights = flight_table(none, empty, never, never, nothing.astype(bool))
@@ -312,4 +322,5 @@ def _evidence(path: Blocks, cut: Cut) -> tuple[tuple[np.ndarray, np.ndarray], tu
     side = np.repeat([ACTIVE, REVERSE], [len(one) for one in near])
     of = np.flatnonzero(flights["blow"]) - 1
     time, drive, loose, place, sigma = crossings(cut.paths, cut.where, of, flights["end_s"][of])
-    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma)
+    short = np.isnan(cut.segments.impacts["duration_s"][of])
+    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma, short)
