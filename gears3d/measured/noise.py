@@ -36,8 +36,8 @@ RATES = (1, 4, 16)
 """Neighbours that are averaged, so that waves of up to 180 readings are passed."""
 OUTLIER = 8.0
 """Deviations beyond which a residual is an impact, not noise."""
-HARMONICS = (1, 2, 4)
-"""Orders of an interpolation error in lines: offset and gain differences make once and twice, third harmonics four."""
+HARMONICS = (1, 2, 3, 4)
+"""Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more."""
 AGREE = 1e-3
 """Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
 SLIGHT = 0.1
@@ -183,6 +183,11 @@ class NoiseModel:
         if not np.isfinite(sigma):
             return {"value": value, "ci95": None}
         return {"value": value, "ci95": [max(value - 1.96 * sigma, 0.0), value + 1.96 * sigma]}
+
+
+_UNSTATED = {"white": np.nan, "flicker": np.nan, "walk": np.nan, "jitter": np.nan}
+NOT_KNOWN = NoiseModel(0.0, 0.0, 0.0, 0.0, (), 0.0, Held(), 0.0, 0.0, _UNSTATED)
+"""White noise of unknown size, for readings that state their own standard deviation."""
 
 
 def estimate_noise(

@@ -50,6 +50,8 @@ def judge(taken, laws=True):
         found = measure(one.recording, one.rig)
     except InputError as error:
         return row | {"stage": "measure", "why": _kind(error)}
+    if found.summary["status"] == "unexplained":
+        return row | {"stage": "measure", "why": "unexplained: " + _kind_of(found.summary["warnings"][0])}
     row |= {"stage": "measured"} | compared(taken.truth, found)
     if laws:
         row["laws"] = {"restitution": _restitution(taken.truth, found, one.rig), **_contact(taken.truth, one)}
@@ -195,6 +197,11 @@ def _contact(truth, one):
     if orders:
         laws["transmission_error"]["why"] = "false order"
     return laws
+
+
+def _kind_of(text):
+    """Return what is not explained, without numbers."""
+    return re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "#", text.split("the loose gear ")[-1])[:120]
 
 
 def _kind(error):

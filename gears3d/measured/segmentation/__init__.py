@@ -1,6 +1,9 @@
 """Measured records: displacement and its noise, flanks, flights and contacts, each known as well as it says."""
 
 from gears3d.measured.segmentation.drive import steady as steady
+from gears3d.measured.segmentation.explained import Explanation as Explanation
+from gears3d.measured.segmentation.explained import NotExplained as NotExplained
+from gears3d.measured.segmentation.explained import explain as explain
 from gears3d.measured.segmentation.flanks import Flanks as Flanks
 from gears3d.measured.segmentation.measured import Measurement as Measurement
 from gears3d.measured.segmentation.measured import measure as measure

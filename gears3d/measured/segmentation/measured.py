@@ -12,9 +12,11 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
+from gears3d.measured.segmentation.explained import NotExplained, backlash_sigma, explain, refuse
+from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.readings import usual
-from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment
-from gears3d.measured.segmentation.smoothing import Shape, Track, track
+from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment, unsegmented
+from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track, track
 from gears3d.measured.segmentation.tables import Segments
 from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
@@ -25,6 +27,10 @@ from gears3d.signals import changes, some_steps
 
 LONG = 1 << 20
 """Rows from which on columns of the recording are worked out when they are asked for."""
+KEPT = {"format", "status", "warnings", "quality", "flanks", "cut", "contacts_seen"}
+"""What a summary says of a record that is not explained; the rest is null."""
+VISIBLE, MOST_VISIBLE = 20_000, 6
+"""Blocks that are asked for orders, and orders that are stated, of such a record."""
 MOVES = 0.1
 """Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
 
@@ -71,10 +77,11 @@ def measure(
             angles of drive and loose gear; their sizes are fitted.
 
     Returns:
-        The measurement.
+        The measurement. Where flights and contact do not explain the motion, ``summary["status"]`` is
+        ``"unexplained"``: nothing is said of impacts, regime and backlash, ``summary["visible"]`` has what is seen.
 
     Raises:
-        InputError: base radii are not known, or the record does not tell flights from contact.
+        InputError: base radii are not known, or noise and counts hide what happens in the backlash.
 
     >>> from gears3d.scenario import load
     >>> from gears3d.simulation import record
@@ -91,7 +98,11 @@ def measure(
         admitted = admit(record, rig)
         record, rig, file = admitted.recording, admitted.rig, admitted.file
     about = _about(record, rig, file)
-    cut = segments_of(path_of(record, rig, file), rig, file, progress, shapes)
+    known = path_of(record, rig, file)
+    try:
+        cut = segments_of(known, rig, file, progress, shapes)
+    except NotExplained as error:
+        return _withheld(record, known, about, error)
     made = _recording(record, cut, about, _teeth(rig))
     return Measurement(made, cut, _summary(record, made, cut))
 
@@ -113,7 +124,8 @@ def segments_of(
         shapes: as for :func:`measure`.
 
     Raises:
-        InputError: the record does not tell flights from contact.
+        NotExplained: flights and contact do not explain the motion.
+        InputError: noise and counts hide what happens in the backlash.
     """
     try:
         cut = segment(known, _teeth(rig), file, progress, shapes)
@@ -122,6 +134,7 @@ def segments_of(
         raise InputError(Fault("", what, "check the units of the angles", file)) from error
     if rig is not None and not len(cut.flights["start_s"]):
         _refuse_blind(cut, rig.rig().backlash, file)
+    refuse(explain(cut), file)
     return cut
 
 
@@ -161,7 +174,9 @@ def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
     seen = clearance(cut.path, cut.flanks)
     if cut.flanks.rough > max(MOVES * backlash, 3.0 * cut.path.noise):
         what = f"moves by {1e6 * cut.flanks.rough:.3g} um about a flank of low orders, but shows no impact"
-        raise InputError(Fault("theta_loose_rad", what, "record faster, or with less noise", file))
+        raise NotExplained(
+            Fault("theta_loose_rad", what, "record faster, or with less noise, or nothing rattles", file)
+        )
     if 3.0 * seen > backlash:
         sizes = f"less than {1e6 * seen:.3g} um, in a backlash of {1e6 * backlash:.3g} um"
         what = f"shows no flight, but would show none of {sizes}"
@@ -233,6 +248,55 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
     return Recording(signals, _in_order(impacts), meta)
 
 
+def _withheld(record: Recording, known: Track, about: dict[str, Any], error: NotExplained) -> Measurement:
+    """Return what is to be said of a record that flights and contact do not explain: what it shows, and no more."""
+    cut = unsegmented(known)
+    bare = _recording(record, cut, about, None)
+    reason = error.faults[0].message
+    signals = {name: np.asarray(bare.signals[name]) for name in bare.signals if name != "state"}
+    meta = {key: value for key, value in bare.meta.items() if key != "contacts"} | {"unexplained": reason}
+    made = Recording(signals, {}, meta)
+    summary = _summary(record, Recording(signals, {}, {**meta, "unexplained": None}), cut)
+    found = error.explanation
+    summary |= dict.fromkeys(set(summary) - KEPT)
+    share = None if found is None else found.time
+    summary["status"] = "unexplained"
+    summary["warnings"] = [f"no impacts, regime or backlash are reported: the loose gear {reason}"]
+    summary["visible"] = _visible(cut.path, known)
+    summary["explained"] = {"time": share, "path": None if found is None else found.path,
+                            "reasons": [reason] if found is None else list(found.reasons)}  # fmt: skip
+    summary["cut"] |= {"whole_flights": 0, "testifying": 0, "unexplained": None if share is None else 1.0 - share}
+    summary["contacts_seen"] = dict.fromkeys(FLANKS, 0)
+    summary["flanks"] = {"backlash_m": None, "orders": {}}
+    return Measurement(made, cut, summary)
+
+
+def _visible(path: Blocks, known: Track) -> dict[str, Any]:
+    """Return what a displacement shows without any segmentation: ratio, range, drift and strongest orders."""
+    some = slice(None, None, max(len(path.time) // VISIBLE, 1))
+    time, drive, loose, place = (column[some] for column in (path.time, path.drive, path.loose, path.place))
+    x = 2.0 * (time - time[0]) / max(float(time[-1] - time[0]), 1e-300) - 1.0
+    base = np.stack([np.ones_like(x), x, x**2], axis=1)
+    shown = Contact(base, np.stack([drive, loose]), place, path.stray)
+    taken, numbers, covariance = strongest([shown], resolved(path.drive, path.loose), MOST_VISIBLE)
+    pairs = numbers[0][3:].reshape(-1, 2)
+    spread = np.sqrt(np.maximum(np.diag(covariance[0])[3:].reshape(-1, 2).mean(axis=1), 0.0))
+    orders = [
+        {"gear": gear, "order": order, "amplitude_m": float(np.hypot(*pair)), "sigma_m": float(sigma)}
+        for (gear, order), pair, sigma in zip(taken, pairs, spread, strict=True)
+    ]
+    slope = np.polyfit(drive - drive.mean(), loose - loose.mean(), 1)[0] if np.ptp(drive) > 0.0 else np.nan
+    lasts = float(path.time[-1] - path.time[0])
+    return {
+        "ratio_loose_over_drive": float(slope) if np.isfinite(slope) else None,
+        "ratio_of_base_radii": known.radii[0] / known.radii[1],
+        "drive_speed_mean_rad_s": float(path.drive[-1] - path.drive[0]) / lasts,
+        "displacement_range_m": float(np.ptp(place)),
+        "drift_m_s": float(2.0 * numbers[0][1] / lasts),
+        "orders": sorted(orders, key=lambda one: -one["amplitude_m"]),
+    }
+
+
 def _thinned(made: Recording) -> Recording:
     """Return a record with some of its rows where it is long: to say how a motion repeats, these do."""
     if len(made.time) <= LONG:
@@ -272,6 +336,7 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
         "format": 1,
         "status": "complete",
         "warnings": _warnings(cut),
+        "explained": _explained(cut),
         "flight_height_min_m": cut.lowest,
         "quality": _quality(record, cut),
         "flanks": _flanks(cut),
@@ -289,6 +354,11 @@ def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any
         "contacts_seen": {name: int(np.sum(contacts["flank"] == code)) for code, name in enumerate(FLANKS)},
         **told,
     }
+
+
+def _explained(cut: Segments) -> dict[str, Any]:
+    found = explain(cut)
+    return {"time": found.time, "path": found.path, "reasons": list(found.reasons)}
 
 
 def _warnings(cut: Segments) -> list[str]:
@@ -321,6 +391,7 @@ def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
         "sample_rate_Hz": 1.0 / spacing,
         "jitter": float(max(max(steps) - spacing, spacing - min(steps)) / spacing),
         "encoders": encoders,
+        "noise": {gear: model.describe() for gear, model in zip(("drive", "loose"), cut.track.models, strict=True)},
         "noise_m": cut.track.noise,
         "noise_in_contact_m": cut.flanks.rough,
         "averaged_over_s": cut.path.width,
@@ -330,6 +401,7 @@ def _quality(record: Recording, cut: Segments) -> dict[str, Any]:
 
 def _flanks(cut: Segments) -> dict[str, Any]:
     found, flanks = cut.flanks.backlash, cut.flanks
+    found = None if found is None else (found[0], backlash_sigma(cut))
     terms = {"active": _orders(flanks.terms.kinds, flanks.active)}
     if flanks.gap is not None:
         terms["backlash"] = _orders(flanks.terms.kinds, flanks.gap)

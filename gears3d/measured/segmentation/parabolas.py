@@ -8,6 +8,7 @@ import numpy as np
 
 from gears3d.measured.segmentation.kernels import paths
 from gears3d.measured.segmentation.kernels.paths import SLIGHT
+from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.smoothing import Track
 
 FEWEST = 5
@@ -18,6 +19,16 @@ SURE = 4.0
 """Deviations by which a change of the drag within flights must be known to be taken."""
 MOST = 2000
 """Readings of a flight beyond which neighbours are averaged before its third power is looked for."""
+
+
+IMMATERIAL = 1e-3
+"""Part of the displacement that a flight goes through by which its readings may be off a parabola all along."""
+LONG, TOLD = 20, 10
+"""Readings of a flight, and flights, that show whether noise in them is slow."""
+TAILS = {2: 0.394934, 3: 0.077057, 4: 0.019823}
+"""Sums of 1/k², 1/k³ and 1/k⁴ from k = 3 on."""
+LEGENDRE = np.array([[1.0, 0.0, 1.0 / 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0 / 3.0]])
+"""From 1, x, x² to Legendre polynomials, which have independent numbers."""
 
 
 class Law(NamedTuple):
@@ -50,11 +61,13 @@ class Parabolas(NamedTuple):
         half: [s], (k,).
         numbers: of the three [rad], (k, 3).
         covariance: of these [rad²], (k, 3, 3).
-        chi2: per degree of freedom, NaN without any, (k,).
+        chi2: per degree of freedom over what the model of noise expects, NaN without any, (k,).
         readings: (k,).
         slope: change of the deceleration with the loose gear's speed within each flight [1/s], (k,).
         base: angle from which those of each flight are summed [rad], (k,).
         sums: of its readings, which all that is fitted to them begins with, (k, 9).
+        freedom: degrees of freedom that a white noise of the same scatter of chi-square has, (k,).
+        share: part of the slow noise that the model states which flights show, (k,).
     """
 
     middle: np.ndarray
@@ -66,6 +79,8 @@ class Parabolas(NamedTuple):
     slope: np.ndarray
     base: np.ndarray
     sums: np.ndarray
+    freedom: np.ndarray
+    share: np.ndarray
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the angles at times (k, g) [rad]."""
@@ -137,7 +152,13 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
     paths.solve_each(base, sums, *_expected(known, first, last, law), numbers, covariance)
     paths.judge_each(*given, numbers, chi2)
     numbers[:, 0] += known.lift
-    return Parabolas(middle, half, numbers, covariance, chi2, readings, np.full(count, slope), base, sums)
+    slight = (IMMATERIAL * _extent(known, first, last) / (known.radii[1] * known.sigma_loose[(first + last) // 2])) ** 2
+    share = _shown_share(known, 2.0 * half, readings, chi2)
+    expected, freedom = _expected_scatter(known, 2.0 * half, readings, share)
+    chi2 = np.maximum(chi2 - slight, np.minimum(chi2, expected)) / expected
+    covariance = _coloured(known, 2.0 * half, readings, share, covariance)
+    slopes = np.full(count, slope)
+    return Parabolas(middle, half, numbers, covariance, chi2, readings, slopes, base, sums, freedom, share)
 
 
 def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
@@ -153,7 +174,68 @@ def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law
     numbers, covariance = np.zeros_like(free.numbers), np.zeros_like(free.covariance)
     paths.solve_each(free.base, free.sums, *_expected(known, first, last, law), numbers, covariance)
     numbers[:, 0] += known.lift
+    covariance = _coloured(known, 2.0 * free.half, free.readings, free.share, covariance)
     return free._replace(numbers=numbers, covariance=covariance)
+
+
+def _extent(known: Track, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return through how much of the displacement each flight goes [m], (k,)."""
+    if not len(first):
+        return np.zeros(0)
+    places = np.stack([known.part(rows)[2] for rows in (first, (first + last) // 2, last)])
+    return np.ptp(places, axis=0)
+
+
+def _slow_parts(
+    known: Track, lasts: np.ndarray, readings: np.ndarray, share: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the power of 1/f noise and of random walk at one half-wave in each flight, in that of white noise."""
+    model = known.models[1]
+    white = np.maximum(usual(known.sigma_loose) ** 2 / np.maximum(readings, 1.0), 1e-300)
+    return share * model.flicker**2 / white, share * (model.walk / np.pi) ** 2 * lasts / white
+
+
+def _shown_share(known: Track, lasts: np.ndarray, readings: np.ndarray, chi2: np.ndarray) -> np.ndarray:
+    """Return the part of the slow noise that flights show: impacts make the model state some where there is none."""
+    expected, _ = _expected_scatter(known, lasts, readings, np.ones(len(lasts)))
+    seen = np.isfinite(chi2) & (readings > LONG)
+    share = 1.0
+    if np.count_nonzero(seen) >= TOLD and (more := float(np.median(expected[seen])) - 1.0) > 0.0:
+        share = float(np.clip((np.median(chi2[seen]) - 1.0) / more, 0.0, 1.0))
+    return np.full(len(lasts), share)
+
+
+def _expected_scatter(
+    known: Track, lasts: np.ndarray, readings: np.ndarray, share: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean of chi-square by degree of freedom, and the degrees of freedom that give its scatter, (k,).
+
+    What a fit leaves are the half-waves from 3 on in the flight; the power of each is that of white noise, 1/f noise
+    over k and random walk over k² (Satterthwaite 1946).
+    """
+    flicker, walk = _slow_parts(known, lasts, readings, share)
+    count = np.maximum(readings - 3.0, 1.0)
+    tails = [np.log(np.maximum(readings, 3.0)) + np.euler_gamma - 1.5, *(TAILS[power] for power in (2, 3, 4))]
+    first = count + flicker * tails[0] + walk * tails[1]
+    second = count + 2.0 * flicker * tails[0] + (2.0 * walk + flicker**2) * tails[1]
+    second = second + 2.0 * flicker * walk * tails[2] + walk**2 * tails[3]
+    return first / count, first**2 / second
+
+
+def _coloured(
+    known: Track, lasts: np.ndarray, readings: np.ndarray, share: np.ndarray, covariance: np.ndarray
+) -> np.ndarray:
+    """Return covariances of offset, speed and bend under noise that is not white: more at their own half-waves."""
+    flicker, walk = _slow_parts(known, lasts, readings, share)
+    if not np.any(flicker) and not np.any(walk):
+        return covariance
+    wide = np.log(np.maximum((known.time[-1] - known.time[0]) / np.maximum(lasts, 1e-300), 1.1))
+    powers = np.stack([1.0 + 2.0 * flicker * np.maximum(wide, 0.1) + 4.0 * walk, 1.0 + flicker + walk,
+                       1.0 + flicker / 2.0 + walk / 4.0], axis=1)  # fmt: skip
+    root = np.sqrt(powers)
+    apart = LEGENDRE @ covariance @ LEGENDRE.T * root[:, :, None] * root[:, None, :]
+    back = np.linalg.inv(LEGENDRE)
+    return back @ apart @ back.T
 
 
 def _expected(known: Track, first: np.ndarray, last: np.ndarray, law: Law | None) -> tuple[np.ndarray, np.ndarray]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measured.noise import NoiseModel, estimate_noise, held_readings
 from gears3d.signals import changes, count_of, local_slope, noise_of, quantum, some_steps
 
 FEWEST = 200
@@ -63,6 +65,9 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
     ('edges', 'smooth')
     """
+    if held_readings(time, angle).samples > 1:  # only the first of the repeated readings is a reading
+        fresh = np.append(True, angle[1:] != angle[:-1])
+        time, angle = time[fresh], angle[fresh]
     count = quantum(angle) or count_of(angle)  # the second where many counts pass in every sample
     if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
         floor = max(noise_of(time, angle, clip=4.0), 1e-14 * max(float(angle.max()), -float(angle.min()), 1.0))
@@ -74,6 +79,29 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
             return found
     floor = max(noise_of(time, angle, clip=4.0), count / np.sqrt(12.0))  # of rounding
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
+
+
+def model_noise(reading: Reading) -> tuple[Reading, NoiseModel]:
+    """Return an encoder's readings without its interpolation errors, and the model of what noise is left.
+
+    Args:
+        reading: of the encoder.
+    """
+    edges = reading.kind == "edges"
+    lines = ()
+    if reading.quantum is not None:
+        turn = 2.0 * np.pi / reading.quantum
+        lines = (round(turn / 4.0),) if abs(turn / 4.0 - round(turn / 4.0)) < 1e-3 * turn / 4.0 else ()
+    white = None if reading.quantum is None else usual(reading.sigma)
+    found = estimate_noise(reading.time, reading.shown, white, lines, edges)
+    found = replace(found, walk=0.0)  # a random walk of a rattling gear is its motion
+    if found.periodic:
+        shown = found.corrected(reading.shown)
+        sigma = reading.sigma
+        if reading.kind == "smooth":
+            sigma = np.broadcast_to(noise_of(reading.time, shown, clip=4.0), len(shown))
+        reading = reading._replace(shown=shown, sigma=np.maximum(sigma, 1e-300))
+    return reading, found
 
 
 def _even(angle: np.ndarray, count: float) -> bool:

@@ -123,7 +123,7 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     middle = [float(np.median(found.place[side])) for side in sides]
     off = [np.abs(found.place[side] - at) for side, at in zip(sides, middle, strict=True)]
     wide = middle[1] - middle[0] if both else 0.0
-    allowed = max(path.noise, CORNER * wide)
+    allowed = max(path.stray, CORNER * wide)
     spread = [1.4826 * float(np.median(one)) for one in off]
     if max(spread) > SCATTER * allowed or max(float(np.mean(one > STRAY * allowed)) for one in off) > STRAYS:
         return None
@@ -131,15 +131,15 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     if gap < 10.0 * path.noise:
         return None
     terms = make_terms(path, teeth)
-    terms = terms._replace(prior=np.where(terms.fixed, terms.prior, ABSENT * path.noise / gap))
+    terms = terms._replace(prior=np.where(terms.fixed, terms.prior, ABSENT * path.stray / gap))
     used = np.concatenate([np.flatnonzero(side) for side in sides])
     side = np.repeat(np.arange(len(sides)), [np.count_nonzero(one) for one in sides])
     near = np.abs(found.place[used] - np.array(middle)[side]) < STRAY * allowed
     used, side = used[near], side[near]
-    scale = max(*spread, path.noise)
+    scale = max(*spread, path.stray)
     columns = _columns(path, terms, found.at[used])
     made = through(terms, columns, side, found.place[used], scale, gap, both, robust=False)
-    return made._replace(rough=path.noise, contact=0.0)
+    return made._replace(rough=path.stray, contact=0.0)
 
 
 def shown_orders(
@@ -356,12 +356,13 @@ def refined(
         path: displacement in blocks.
         flanks: so far.
         still: indices of blocks in contact, and their flanks, each (k,).
-        touches: time [s], angles of drive and loose gear [rad], flank, displacement and its deviation [m], each (i,).
+        touches: time [s], angles of drive and loose gear [rad], flank, displacement and its deviation [m], and whether
+            it lasts for no time that is resolved, each (i,).
     """
     near, side = still
     some = slice(None, None, max(len(near) // MOST, 1))
     near, side = near[some], side[some]
-    time, drive, loose, struck, place, sigma = touches
+    time, drive, loose, struck, place, sigma, short = touches
     both = flanks.gap is not None
     if len(near) + len(time) < 3 * len(flanks.active):
         return flanks
@@ -378,10 +379,10 @@ def refined(
     made = made._replace(rough=flanks.rough, contact=flanks.contact)
     line = columns @ made.active + (0.0 if made.gap is None else (columns @ made.gap) * sides)
     rest = (places - line)[: len(near)]
-    own = [rest[(side == k) & (np.abs(rest) < ASTRAY * path.noise)] for k in (0, 1)]
+    own = [rest[(side == k) & (np.abs(rest) < ASTRAY * path.stray)] for k in (0, 1)]
     scatter = [float(np.std(one)) if len(one) >= PLACES else np.inf for one in own]
-    most = [0.0 if one < CALM * path.noise else CHATTER * one for one in scatter]
-    good = sigma < CLOSE * path.noise
+    most = [0.0 if one < CALM * path.stray else CHATTER * one for one in scatter]
+    good = short & (sigma < CLOSE * path.stray)  # flights about a touch that lasts cross beyond the flank
     return _set_on(made, columns[len(near) :][good], struck[good], place[good], sigma[good], most)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.segmentation.cutting import DROPPED, WRONG, Cut, cut_along
+from gears3d.measured.segmentation.explained import NotExplained, unexplained
 from gears3d.measured.segmentation.flanks import Flanks
 from gears3d.measured.segmentation.flights import Touches, crossings
 from gears3d.measured.segmentation.kinks import Kinks, kinks
@@ -25,7 +26,7 @@ from gears3d.measured.segmentation.search import (
 from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track
 from gears3d.measured.segmentation.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measured.segmentation.touching import within
-from gears3d.measured.segmentation.zones import ACTIVE, FLIGHT, REVERSE, Runs, clearance
+from gears3d.measured.segmentation.zones import ACTIVE, REVERSE, Runs, clearance
 
 TOO_FEW = 0.2
 """Part of the flights that must pass their own test, for the flanks to be believed."""
@@ -72,12 +73,12 @@ def segment(
     tell(0.1)
     seeds = kinks(path, SCALES_TRIED[0])
     single = one_flank(path, teeth)
-    still = single.rough < max(3.0 * path.noise, path.slack)
+    still = single.rough < max(3.0 * path.stray, path.slack)
     if not still:
         if len(seeds.at) >= 2 and (found := _smooth(known, path, seeds, teeth, file, tell, PLAIN)) is not None:
             return found  # a rattle in step with the revolution has orders, too
         single, still = _resting(path, teeth, single)
-    faults: list[Fault] = []
+    faults: list[InputError] = []
     tell(0.2)
     best, least, drawn = None, np.inf, single
     for scales in SCALES_TRIED:
@@ -98,7 +99,7 @@ def segment(
             try:
                 found = _between_flanks(known, path, flanks, seeds, teeth, both, file, tell)
             except InputError as error:
-                faults += error.faults
+                faults.append(error)
                 continue
             if found is not None and (doubt := doubtful(found)) < least:
                 best, least, drawn = found, doubt, flanks
@@ -110,7 +111,7 @@ def segment(
         return best
     if still or not faults:
         return _no_rattle(known, path, single)
-    raise InputError(faults[:1])
+    raise faults[0]
 
 
 def alike(known: Track, like: Flanks, file: str = "") -> Segments:
@@ -138,18 +139,12 @@ def alike(known: Track, like: Flanks, file: str = "") -> Segments:
 def doubtful(cut: Segments) -> float:
     """Return the part of a record that the cut does not explain.
 
-    That is the time of flights that do not testify, and of contacts further from their flank than a flight must be.
+    That is the time of flights that do not testify, and of contacts further from their flank than noise allows.
 
     Args:
         cut: the record.
     """
-    path, flights = cut.path, cut.flights
-    state = cut.states(path.time)
-    low, high = cut.flanks.places(path.time, path.drive, path.loose)
-    off = np.where(state == REVERSE, high - path.place, path.place - low)
-    astray = float(np.mean((state != FLIGHT) & (np.abs(off) > clearance(path, cut.flanks))))
-    strange = float(np.sum((flights["end_s"] - flights["start_s"])[flights["testifies"] == 0]))
-    return astray + strange / float(path.time[-1] - path.time[0])
+    return float(np.mean(unexplained(cut)))
 
 
 def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tuple[Flanks, bool]:
@@ -157,7 +152,7 @@ def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tupl
 
     A rattle in step with the revolution has orders, too, but none that round its impacts off.
     """
-    least = max(3.0 * path.noise, path.slack)
+    least = max(3.0 * path.stray, path.slack)
     wavy = one_flank(path, teeth, True, least)
     if wavy.rough < least:
         off = path.place - wavy.places(path.time, path.drive, path.loose)[0]
@@ -248,7 +243,7 @@ def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True)
         if len(off) < CALM_FEWEST:
             continue
         scatter = 1.4826 * float(np.median(np.abs(off))) if inner else -float(np.quantile(off, 0.16))
-        if scatter > quiet * path.noise:
+        if scatter > quiet * path.stray:
             return False
     return True
 
@@ -273,7 +268,8 @@ def _cut_between(
     what = "leaves what looks like a flank, but never strikes it"
     if len(chi2):
         what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
-    raise InputError(Fault("theta_loose_rad", what, "the counts are too coarse, or the flanks too wavy", file))
+    remedy = "the counts are too coarse, or the flanks too wavy, or nothing rattles"
+    raise NotExplained(Fault("theta_loose_rad", what, remedy, file))
 
 
 def _moved(path: Blocks, before: Flanks, now: Flanks) -> bool:
@@ -291,13 +287,35 @@ def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:
     return Segments(known, path, flanks, *_rest(known), dict.fromkeys(DROPPED, 0))
 
 
+def unsegmented(known: Track) -> Segments:
+    """Return a record of which nothing is known but its path: no flight, no contact, and a constant flank.
+
+    Args:
+        known: displacement and angles.
+    """
+    path = known.blocks
+    flights, contacts, impacts = _rest(known)
+    contacts = {name: values[:0] for name, values in contacts.items()}
+    return Segments(known, path, one_flank(path), flights, contacts, impacts, dict.fromkeys(DROPPED, 0))
+
+
 def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
     """Return the tables of a record that does not rattle: one contact with the active flank."""
     nothing = np.zeros(0)
     whole = nothing.astype(int)
     none = Runs(whole, whole, whole, whole, nothing)
     empty = Parabolas(
-        nothing, np.ones(0), np.zeros((0, 3)), np.zeros((0, 3, 3)), nothing, nothing, nothing, nothing, np.zeros((0, 9))
+        nothing,
+        np.ones(0),
+        np.zeros((0, 3)),
+        np.zeros((0, 3, 3)),
+        nothing,
+        nothing,
+        nothing,
+        nothing,
+        np.zeros((0, 9)),
+        nothing,
+        nothing,
     )
     never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
     flights = flight_table(none, empty, never, never, nothing.astype(bool))
@@ -312,4 +330,5 @@ def _evidence(path: Blocks, cut: Cut) -> tuple[tuple[np.ndarray, np.ndarray], tu
     side = np.repeat([ACTIVE, REVERSE], [len(one) for one in near])
     of = np.flatnonzero(flights["blow"]) - 1
     time, drive, loose, place, sigma = crossings(cut.paths, cut.where, of, flights["end_s"][of])
-    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma)
+    short = np.isnan(cut.segments.impacts["duration_s"][of])
+    return (np.concatenate(near), side), (time, drive, loose, flights["struck"][of], place, sigma, short)

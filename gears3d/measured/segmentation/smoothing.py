@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
-from gears3d.measured.segmentation.readings import FEWEST, Reading, read_encoder, stuck, usual
+from gears3d.measured.segmentation.readings import FEWEST, Reading, model_noise, read_encoder, stuck, usual
 from gears3d.signals import noise_of, some_steps
 
 LONGEST = 1e-3
@@ -24,6 +25,8 @@ KEPT = 1 << 20
 """Readings up to which the drive's angle is worked out once and kept."""
 STRETCHES, STRETCH = 16, 1 << 16
 """Stretches of a long record that tell how lively it is, and the readings in each."""
+DESCRIBED = 2e-5
+"""Part of the range of the displacement to which rigid flanks and flights describe it: 5 nm of 250 um."""
 CORNER = 16.0
 """Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
 
@@ -43,6 +46,7 @@ class Track:
         radii: base radii of drive and loose gear [m].
         readings: of the drive's and the loose gear's encoder.
         step: median distance of the record's samples [s].
+        models: of the noise of the drive's and the loose gear's encoder [rad].
     """
 
     time: np.ndarray
@@ -55,6 +59,12 @@ class Track:
     radii: tuple[float, float]
     readings: tuple[Reading, Reading]
     step: float
+    models: tuple[NoiseModel, NoiseModel] = (NOT_KNOWN, NOT_KNOWN)
+
+    @cached_property
+    def model(self) -> NoiseModel:
+        """Noise of the displacement [m]."""
+        return combined(*self.models, self.radii)
 
     @cached_property
     def drive(self) -> np.ndarray:
@@ -156,6 +166,7 @@ class Blocks(NamedTuple):
         size: readings in each.
         width: duration of a typical block [s].
         shapes: that flanks may have besides orders, of unit size, over the angles of drive and loose gear.
+        wander: standard deviation of a block about the record's mean by its noise [m]; above ``noise`` under 1/f noise.
     """
 
     time: np.ndarray
@@ -167,6 +178,12 @@ class Blocks(NamedTuple):
     size: int
     width: float
     shapes: tuple[Shape, ...] = ()
+    wander: float = 0.0
+
+    @property
+    def stray(self) -> float:
+        """Standard deviation of a block in contact about its flank, by noise alone [m]."""
+        return max(self.noise, self.wander)
 
 
 def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[float, float], file: str = "") -> Track:
@@ -191,6 +208,8 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         if len(reading.time) < FEWEST:
             what = f"is read {len(reading.time)} times only"
             raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
+    (one, first), (other, second) = model_noise(one), model_noise(other)
+    one, other = _floored(one, other, radii)
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
@@ -201,8 +220,35 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
     noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
     slack = (0.0 if follows else radii[0] * stuck(one)) + radii[1] * stuck(other)
     return Track(
-        at, shown, curve, follows, sigma, noise, slack, radii, (one, other), float(np.median(some_steps(time)))
+        at,
+        shown,
+        curve,
+        follows,
+        sigma,
+        noise,
+        slack,
+        radii,
+        (one, other),
+        float(np.median(some_steps(time))),
+        (first, second),
     )
+
+
+def _floored(one: Reading, other: Reading, radii: tuple[float, float]) -> tuple[Reading, Reading]:
+    """Return readings that are no better known than flanks, teeth and drag can be described.
+
+    Numbers without noise would hold a rigid flank with some orders, and a drag that hardly changes, to a picometre.
+    """
+    some = other.time[:: max(len(other.time) // STRETCH, 1)]
+    place = radii[1] * np.interp(some, other.time, other.shown) - radii[0] * np.interp(some, one.time, one.shown)
+    at = some - some.mean()
+    place = place - place.mean() - at * float(at @ place) / max(float(at @ at), 1e-300)
+    least = DESCRIBED * float(np.ptp(place))
+    made = []
+    for reading, radius in ((one, radii[0]), (other, radii[1])):
+        low = least / radius
+        made.append(reading if usual(reading.sigma) > low else reading._replace(sigma=np.maximum(reading.sigma, low)))
+    return made[0], made[1]
 
 
 def blocks(known: Track) -> Blocks:
@@ -222,7 +268,11 @@ def blocks(known: Track) -> Blocks:
     size = int(np.clip(size, 1, longest))
     time, drive, loose, place = _means(known, size)
     quiet = max(noise_of(time, place, clip=4.0), 0.2 * floor / np.sqrt(size), 1e-12)
-    return Blocks(time, drive, loose, place, quiet, known.slack, size, size * spacing)
+    model = known.model
+    slow = np.sqrt(max(float(model.sigma(size * spacing)) ** 2 - model.white**2 / size, 0.0))
+    return Blocks(
+        time, drive, loose, place, quiet, known.slack, size, size * spacing, wander=float(np.hypot(quiet, slow))
+    )
 
 
 def _speed(known: Track, noise: float) -> float:

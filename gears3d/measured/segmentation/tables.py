@@ -110,8 +110,7 @@ def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, sa
     from scipy.special import gammaincc
 
     slowing, slack = paths.deceleration
-    freedom = np.maximum(paths.readings - 3.0, 1.0)
-    chance = gammaincc(0.5 * freedom, 0.5 * np.nan_to_num(paths.chi2) * freedom)  # of chi-square
+    chance = gammaincc(0.5 * paths.freedom, 0.5 * np.nan_to_num(paths.chi2) * paths.freedom)  # of chi-square
     return {
         "start_s": start.time,
         "end_s": end.time,

@@ -71,7 +71,7 @@ def zones(path: Blocks, flanks: Flanks, found: Kinks, file: str = "") -> tuple[n
     zone = np.full(len(above), FLIGHT, dtype=np.int8)
     zone[above < clear] = ACTIVE
     zone[below < clear] = REVERSE
-    near = 3.0 * clear
+    near = 3.0 * clear + np.abs(found.jump) * path.width  # blocks may lie to either side of a quick touch
     zone[found.at[(found.jump > 0.0) & (above[found.at] < near)]] = ACTIVE
     zone[found.at[(found.jump < 0.0) & (below[found.at] < near)]] = REVERSE
     return zone, above, below

@@ -96,6 +96,6 @@ def test_a_law_of_the_drag_is_not_extrapolated_beyond_the_speeds_that_told_it():
     covariance[:, 2, 2] = np.append(np.full(30, 1e-2), np.full(30, 1.0)) ** 2
     numbers = np.stack([np.zeros(60), speed, -0.5 * slowing], axis=1)
     one = np.ones(60)
-    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one, one, one))
+    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one, one, one, one, one))
     assert law.slope > 100.0  # told by the fast half alone, whose speeds hardly differ
     assert abs(law.at(1.0) - 3.2) < 5.0
