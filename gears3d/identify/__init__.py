@@ -26,14 +26,16 @@ if TYPE_CHECKING:
     from gears3d.identify.restitution import identify_restitution as identify_restitution
     from gears3d.identify.restitution import restitution_picture as restitution_picture
     from gears3d.identify.rolling import roll as roll
-    from gears3d.identify.rundown import identify_rundown as identify_rundown
+    from gears3d.identify.coastdown import identify_coastdown as identify_coastdown
+    from gears3d.identify.coastdown import identify_rundown as identify_rundown
     from gears3d.identify.threshold import Sweep as Sweep
     from gears3d.identify.threshold import identify_threshold as identify_threshold
     from gears3d.identify.threshold_drawing import threshold_picture as threshold_picture
-    from gears3d.identify.track import Track as Track
-    from gears3d.identify.track import make_track as make_track
-    from gears3d.identify.track import read_track as read_track
-    from gears3d.identify.track import read_tracks as read_tracks
+    from gears3d.identify.coastdown_record import Track as Track
+    from gears3d.identify.coastdown_record import make_track as make_track
+    from gears3d.identify.coastdown_record import make_tracks as make_tracks
+    from gears3d.identify.coastdown_record import read_track as read_track
+    from gears3d.identify.coastdown_record import read_tracks as read_tracks
     from gears3d.identify.transmission import identify_transmission_error as identify_transmission_error
     from gears3d.identify.transmission import transmission_error as transmission_error
     from gears3d.identify.trend import Oil as Oil
@@ -48,20 +50,22 @@ _HOME = {
     "Run": "assemblies",
     "Share": "parts",
     "Sweep": "threshold",
-    "Track": "track",
+    "Track": "coastdown_record",
     "identify_assemblies": "assemblies",
     "identify_backlash": "backlash",
     "identify_mesh_drag": "assemblies",
     "identify_restitution": "restitution",
-    "identify_rundown": "rundown",
+    "identify_coastdown": "coastdown",
+    "identify_rundown": "coastdown",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
-    "make_track": "track",
+    "make_track": "coastdown_record",
+    "make_tracks": "coastdown_record",
     "orders_picture": "order_drawing",
     "read_campaign": "campaign",
     "read_contacts": "contact",
-    "read_track": "track",
-    "read_tracks": "track",
+    "read_track": "coastdown_record",
+    "read_tracks": "coastdown_record",
     "restitution_picture": "restitution",
     "roll": "rolling",
     "rundown_picture": "drawing",
