@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.identify.slowing import Law
+from gears3d.identify.motion import Law
 
 NUMBERS = {"coulomb": ("coulomb",), "viscous": ("viscous",), "power": ("coefficient", "exponent")}
 """Free numbers of each term, in order."""
@@ -135,7 +135,7 @@ class Model(NamedTuple):
 
         >>> model = plain(("coulomb", "power"), 2.0, 1)
         >>> model.law(np.array([1.0, 4.0, 1.5]), 0)
-        Law(coulomb=0.5, viscous=0.0, coefficient=2.0, exponent=1.5, more=())
+        Law(coulomb=0.5, viscous=0.0, coefficient=2.0, exponent=1.5, more=(), table=None)
         """
         per = 1.0 / self.inertia(run)
         coulomb = viscous = 0.0

@@ -13,8 +13,7 @@ from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, an
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from gears3d.identify import Identified, Inertia
-    from gears3d.identify.track import Track
+    from gears3d.identify import Identified, Inertia, Track
 
 
 def rundown(
