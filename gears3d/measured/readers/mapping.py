@@ -54,6 +54,9 @@ class Mapper:
         clock = self._time_signal(sampled[0]) if sampled else None
         stamps = [each for gear, chart in charts.items() if not chart.sampled for each in signals[gear].values()]
         self._load([*sampled, *(extras.values() if sampled else ()), *([clock] if clock else [])], stamps)
+        if clock or not sampled:  # without a time, a row that is excluded would shift all that follow
+            self._loaded = self.source.without_gaps(self._loaded)
+        self.source.remarked(self.meta)
         time = self._time(clock, sampled) if sampled else np.zeros(0)
         found = {gear: self._turned(gear, chart, signals[gear], time) for gear, chart in charts.items()}
         columns = self._joined(found, time, charts)

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from typing import NamedTuple
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.guess.clues import Clue
 from gears3d.measured.readers.source import Source
+from gears3d.measured.readers.stated import stated_rate
 from gears3d.measured.readers.unit import to_si
 
-LONGEST = 2000
-"""Characters of a note that are looked at."""
 SLOWEST, FASTEST = 200.0, 2e6
 """Rates at which rattle is recorded [Hz]."""
-_RATE = re.compile(
-    r"(?:sampl\w*|abtast\w*|scan|acq\w*|logging)[\s_-]*(?:rate|freq\w*|rate\w*)?|\bfs\b|\brate\b", re.IGNORECASE
-)
-_NUMBER = re.compile(r"[=:;, ]\s?([\d.]+(?:[eE][+-]?\d+)?)\s*([kM]?Hz|S/s|kS/s)?")
 
 
 class Clock(NamedTuple):
@@ -52,7 +46,7 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
     named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
     alone = [each for each in rising if each.step is not None and not each.says("angle") and not each.says("drive")]
-    noted = _noted(source.notes)
+    noted = stated_rate(source.notes)
     for each in named + [one for one in alone if not one.says("loose")]:
         taken = _of_signal(each, noted or rate, named)
         if taken is not None:
@@ -91,19 +85,3 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
     told = ", ".join(f"{1.0 / sizes[unit]:g} Hz if in {unit}" for unit in able)
     sure = f"{able[0]} makes {1 / sizes[able[0]]:g} Hz" if len(able) == 1 else f"NOT SURE of the unit: {told}"
     return Clock(clue, able[0], None, sizes[able[0]], (first, sure))
-
-
-def _noted(notes: tuple[str, ...]) -> float | None:
-    """Return the rate that people wrote above the numbers or into the properties [Hz]."""
-    for note in (" ".join(each[:LONGEST].split()) for each in notes):
-        match = _RATE.search(note)
-        number = _NUMBER.search(note, match.end() if match else 0)
-        if match and number:
-            scale = {"k": 1e3, "M": 1e6}.get((number[2] or " ")[0], 1.0)
-            try:
-                value = float(number[1]) * scale
-            except ValueError:
-                continue
-            if SLOWEST <= value <= FASTEST:
-                return value
-    return None
