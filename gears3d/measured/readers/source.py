@@ -121,6 +121,7 @@ class Source:
             lambda each: each.label in (name, f"{group}/{name}"),
             lambda each: each.name.rpartition("/")[2] == name,
             lambda each: each.bare == name,
+            lambda each: each.name.replace("/", ".") == name,
         )
         for test in tests:
             found = [each for each in signals if test(each)]
