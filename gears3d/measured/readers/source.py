@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ from gears3d.inputs import refuse_beyond
 SHOWN = 24
 """Signals that a fault lists."""
 _BRACKETS = {"]": "[", ")": "("}
+_INSIDE = re.compile(r"\[([^\[\]]{1,12})\]")
 LONGEST = 200
 """Characters of a name behind which a unit is looked for."""
 
@@ -181,6 +183,9 @@ def split_unit(name: str) -> tuple[str, str]:
         before, found, unit = text[:-1].rpartition(opening)
         whole = found and before.strip() and not set(unit) & {opening, text[-1]}
         return (before.strip(), unit.strip()) if whole else (text, "")
+    inside = _INSIDE.search(text)
+    if inside is not None and inside.start() > 0:
+        return f"{text[: inside.start()]}{text[inside.end() :]}".strip(), inside[1].strip()
     words = text.split()
     at = next((k for k in range(1, len(words) - 1) if words[k] in ("/", "in")), None)
     return (text, "") if at is None else (" ".join(words[:at]), " ".join(words[at + 1 :]))

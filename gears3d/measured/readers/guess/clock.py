@@ -14,6 +14,10 @@ SLOWEST, FASTEST = 200.0, 2e6
 """Rates at which rattle is recorded [Hz]."""
 
 
+CONTRADICTS = 0.1
+"""Part by which two stated rates may differ."""
+
+
 class Clock(NamedTuple):
     """Where the time comes from.
 
@@ -46,18 +50,30 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
     named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
     alone = [each for each in rising if each.step is not None and not each.says("angle") and not each.says("drive")]
+    own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
     noted = stated_rate(source.notes)
+    told = 1.0 / own.clock[1] if own is not None and own.clock is not None else noted
+    if told and rate and abs(told / rate - 1.0) > CONTRADICTS:
+        what = f"the file states {told:g} Hz, the rig sensors.sample_rate = {rate:g} Hz"
+        remedy = f'correct the rig, or write sensors.sample_rate = "{told:g} Hz" below [condition] of a map'
+        raise InputError(Fault("time", what, remedy, source.file))
+    alone = [] if own is not None and own.clock is not None else alone
     for each in named + [one for one in alone if not one.says("loose")]:
         taken = _of_signal(each, noted or rate, named)
         if taken is not None:
             return taken
-    own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
     if own is not None and own.clock is not None:
         return Clock(None, "", None, own.clock[1], (f"declared by the file: a sample every {own.clock[1]:g} s",))
     for value, why in ((noted, "the file's own words tell the rate"), (rate, "rate of the rig's sensors")):
         if value:
             return Clock(None, "", value, 1.0 / value, (f"no signal is a time; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
+    uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3]
+    stamps = uneven[0] if uneven else None
+    if stamps is not None:
+        what = f"{stamps!r} rises unevenly: it may be the times of edges, and of which encoder is not to be guessed"
+        remedy = f'write [loose] with channel = {stamps!r}, counts_per_revolution and decode = {{ kind = "stamps" }}'
+        raise InputError(Fault("time", what, remedy, source.file))
     raise InputError(
         Fault("time", "is not to be guessed: no signal rises evenly, no rate is told", remedy, source.file)
     )
