@@ -117,7 +117,7 @@ def test_no_speed_that_no_rig_reaches_becomes_a_condition(tmp_path, slow_rig):
     text, found = proposed(write(tmp_path / "run.csv", columns), slow_rig)
     assert not found.condition
     assert "NOT SURE: the drive would turn at" in text
-    fast = {"t [s]": FINE[COARSE], "angle": 100 * np.degrees(FAST[COARSE])}
+    fast = {"t [s]": FINE[COARSE], "angle": 10 * np.degrees(FAST[COARSE])}
     assert 'unit = "deg"' in propose(write(tmp_path / "fast.csv", fast))
 
 
