@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from gears3d.identify.pictures import rundown_picture as rundown_picture
     from gears3d.identify.pictures import threshold_picture as threshold_picture
     from gears3d.identify.restitution import identify_restitution as identify_restitution
+    from gears3d.identify.restitution_list import ImpactList as ImpactList
+    from gears3d.identify.restitution_list import identify_restitution_list as identify_restitution_list
     from gears3d.identify.rolling import roll as roll
     from gears3d.identify.rundown import identify_rundown as identify_rundown
     from gears3d.identify.threshold import Sweep as Sweep
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Campaign": "campaign",
     "Identified": "law",
+    "ImpactList": "restitution_list",
     "Inertia": "parts",
     "Line": "orders",
     "Oil": "trend",
@@ -53,6 +56,7 @@ _HOME = {
     "identify_backlash": "transmission",
     "identify_mesh_drag": "assemblies",
     "identify_restitution": "restitution",
+    "identify_restitution_list": "restitution_list",
     "identify_rundown": "rundown",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
