@@ -31,7 +31,6 @@ _FORMATS = {
     "nptdms": "npTDMS",
     "asammdf": "asammdf",
     "pyuff": "pyuff",
-    "python_calamine": "python-calamine",
 }
 EXTRAS = {
     "engine": Extra(
@@ -40,7 +39,7 @@ EXTRAS = {
         "pybullet has ready-made wheels for Python 3.11 on Linux alone; elsewhere pip builds it with a C++ compiler",
     ),
     "replay": Extra({"rerun": "rerun-sdk"}, "replay.rrd and the rerun viewer (run, replay, diagnose)"),
-    "formats": Extra(_FORMATS, "records in HDF5, MATLAB v7.3, tables of MATLAB, TDMS, MDF, UFF and spreadsheets"),
+    "formats": Extra(_FORMATS, "records in HDF5, MATLAB v7.3, tables of MATLAB, TDMS, MDF and UFF"),
     "sweep": Extra(
         {"xarray": "xarray", "h5netcdf": "h5netcdf", "h5py": "h5py", "distributed": "distributed"},
         "many runs as one dataset, here or on a dask cluster (sweep)",
@@ -52,7 +51,6 @@ EXTRAS = {
     "tdms": Extra({"nptdms": "npTDMS"}, "TDMS alone"),
     "mdf": Extra({"asammdf": "asammdf"}, "MDF alone"),
     "uff": Extra({"pyuff": "pyuff"}, "UFF 58 alone"),
-    "spreadsheet": Extra({"python_calamine": "python-calamine"}, "spreadsheets alone (.xlsx, .xls, .ods)"),
 }
 """The extras of ``pyproject.toml`` that users install."""
 

@@ -30,8 +30,11 @@ _ROLES = (
     ("after", r"(rebound|outgoing|outbound)[\s_-]*(velocity|speed)"),
     ("heights", r"(bounce|rebound|apex|peak|sprung)[\s_-]*(height|hoehe|höhe)s?|(sprung)?(hoehe|höhe)|heights?"),
     ("dropped", r"(drop|release|initial|start|fall)[\s_-]*(height|hoehe|höhe)"),
-    ("times", r"(bounce|impact|hit|contact)[\s_-]*times?|times?[\s_-]*of[\s_-]*(bounces?|impacts?)|t_(bounce|impact)"),
-    ("lasted", r"(flight|bounce)[\s_-]*(durations?|intervals?)|flugdauer"),
+    (
+        "times",
+        r"(bounce|impact|hit|contact|event)[\s_-]*times?|times?[\s_-]*of[\s_-]*(bounces?|impacts?)|t_(bounce|impact)",
+    ),
+    ("lasted", r"((flight|bounce)[\s_-]*)?(durations?|intervals?)|flugdauer"),
     ("drop", r"drop|trial|run|series|test|versuch|nr|toss"),
 )
 FAMILIES = {
@@ -114,6 +117,7 @@ def list_of(columns: dict[str, np.ndarray], linear: bool, file: str) -> ImpactLi
         values = columns.get("heights", columns.get("lasted"))
         series = np.diff(columns["times"][mine]) if values is None else values[mine]
         series = series[np.isfinite(series)]
+        series = series[: len(series) - int(np.argmax(series[::-1] > 0.0))]  # zeros where a logger saw no more bounces
         before.append(series[:-1])
         after.append(series[1:])
         own.append(np.full(max(len(series) - 1, 0), number))

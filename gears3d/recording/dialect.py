@@ -203,7 +203,7 @@ def _ungrouped(lines: Sequence[str]) -> list[tuple[str, list[str]]]:
 
 def _hidden(lines: Sequence[str], reading: _Reading) -> str:
     """Return the decimal mark where it parts thousands: three digits behind it always, and none in smaller numbers."""
-    if reading.delimiter == reading.decimal:
+    if reading.delimiter == "," or reading.decimal != ",":  # always three digits are common behind a point alone
         return ""
     rows = (split(line, reading.delimiter) for line in lines[reading.first :])
     rows = [row for row in rows if len(row) == reading.width]

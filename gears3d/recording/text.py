@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import io
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -39,10 +40,16 @@ class TextTable:
     Args:
         path: the file.
         dialect: how it writes its table.
+        data: its content, where it is not that of the file.
     """
 
     path: Path
     dialect: Dialect
+    data: bytes | None = None
+
+    def open(self) -> BinaryIO:
+        """Return the content to be read."""
+        return self.path.open("rb") if self.data is None else io.BytesIO(self.data)
 
     def load(self, names: Sequence[str], rows: int | None = None, torn: Torn | None = None) -> dict[str, np.ndarray]:
         """Read columns.
@@ -78,11 +85,12 @@ class TextTable:
         return found
 
 
-def open_text(path: Path) -> TextTable:
+def open_text(path: Path, data: bytes | None = None) -> TextTable:
     """Tell the dialect of a text file from its head.
 
     Args:
         path: a file with rows of numbers.
+        data: its content as text, where the file is of another format.
 
     Returns:
         The table, to be loaded.
@@ -92,9 +100,9 @@ def open_text(path: Path) -> TextTable:
     """
     refuse_special(path)
     try:
-        with path.open("rb") as file:
+        with path.open("rb") if data is None else io.BytesIO(data) as file:
             head = file.read(HEAD)
-        return TextTable(path, sniff(head, len(head) < HEAD))
+        return TextTable(path, sniff(head, len(head) < HEAD), data)
     except (OSError, ValueError) as error:
         why = str(error) or type(error).__name__
         if why == "has no rows":
@@ -186,7 +194,7 @@ def _load(table: TextTable, places: Sequence[int], rows: int | None, torn: Torn 
         refuse_beyond(8.0 * capacity * len(wanted), table.path, told, "name fewer channels, cut the file")
         arrays = [np.zeros(capacity) for _ in wanted]
         done = 0
-        with table.path.open("rb") as file:
+        with table.open() as file:
             columns = Columns(table.dialect, wanted, damage)
             for block in _blocks(table, file):
                 found = columns.of(block, done)
@@ -220,7 +228,7 @@ def _lines(table: TextTable) -> int:
     """Return a number of lines that the file does not exceed."""
     mark = table.dialect.newline.encode()
     count = 1
-    with table.path.open("rb") as file:
+    with table.open() as file:
         while block := file.read(BLOCK):
             count += block.count(mark)
     return count
@@ -231,7 +239,7 @@ def _located(table: TextTable, places: Sequence[int], error: Exception) -> Input
     dialect, file = table.dialect, str(table.path)
     width, row = len(dialect.names), 0
     try:
-        with table.path.open("rb") as opened:
+        with table.open() as opened:
             lines = (line for block in _blocks(table, opened) for line in block.decode("utf-8", "replace").split("\n"))
             for line in lines:
                 if not line.strip():

@@ -97,6 +97,13 @@ def test_drop_and_bounce_heights_in_one_row(tmp_path, capsys):
     assert identified(capsys, path)["parameters"]["restitution"]["value"] == pytest.approx(0.6)
 
 
+def test_zeros_behind_the_last_bounce_are_no_bounces(tmp_path, capsys):
+    path = table(tmp_path / "a.csv", "Interval (s)", [0.8, 0.4, 0.2, 0.1, 0.0, 0.0])
+    found = identified(capsys, path)
+    assert found["parameters"]["restitution"]["value"] == pytest.approx(0.5)
+    assert found["goodness"]["pairs"] == 3
+
+
 def test_a_coefficient_that_changes_is_reported(tmp_path, capsys):
     speed = drops(10, 6, lambda v: 0.9 - 0.15 * v, 0.005, 1)
     path = table(tmp_path / "d.csv", "drop,flight_duration", np.repeat(np.arange(10), 6), 2.0 * speed.ravel() / 9.81)

@@ -11,6 +11,7 @@ from gears3d.cli.options import Rig
 
 if TYPE_CHECKING:
     from gears3d.identify.restitution_list import ImpactList
+    from gears3d.measured.readers import Signal, Source
 
 
 def restitution(
@@ -50,43 +51,54 @@ def restitution(
 
 def _lists(files: Sequence[Path]) -> list[ImpactList]:
     """Return the lists of impacts that the files are; none where one of them is a record."""
-    from gears3d.errors import Fault, InputError
-    from gears3d.identify.restitution_list import list_of, roles_of
-    from gears3d.identify.restitution_list import FAMILIES
     from gears3d.measured.readers import open_source
-    from gears3d.measured.readers.unit import to_si
-    from gears3d.recording.columns import unit_of
-    from gears3d.units import parse_any
 
     found: list[ImpactList] = []
     for path in files:
         if path.suffix.lower() == ".toml" or path.is_dir():
             return []
         source = open_source(path)
-        signals = [each for each in source.signals if each.numeric]
-        roles = roles_of([each.bare for each in signals])
-        if not roles:
+        groups: dict[str, list[Signal]] = {}
+        for each in source.signals:
+            if each.numeric:
+                groups.setdefault(each.label.rpartition("/")[0], []).append(each)
+        lists = [one for signals in groups.values() if (one := _list(source, signals)) is not None]
+        if not lists:
             return []
-        own = {role: signals[place] for role, place in roles.items()}
-        columns, linear = {}, True
-        loaded = source.load([each.name for each in own.values()], None)
-        for role, signal in own.items():
-            unit = signal.told_unit or _ending(signal.label) or unit_of(signal.label)
-            factor = 1.0
-            if unit and role in FAMILIES:
-                families = ("speed", "velocity") if FAMILIES[role] == "speed" else (FAMILIES[role],)
-                try:
-                    if FAMILIES[role] == "time":
-                        factor = to_si(unit, families)[0]
-                    else:
-                        factor, family = parse_any(f"1 {unit}", families)
-                        linear = linear and family == "velocity"
-                except InputError as error:
-                    faults = [Fault(signal.name, one.message, one.remedy, str(path)) for one in error.faults]
-                    raise InputError(faults) from error
-            columns[role] = loaded[signal.name] * factor
-        found.append(list_of(columns, linear, str(path)))
+        found += lists
     return found
+
+
+def _list(source: Source, signals: Sequence[Signal]) -> ImpactList | None:
+    """Return the list of impacts that the signals of a group are, in SI units."""
+    from gears3d.errors import Fault, InputError
+    from gears3d.identify.restitution_list import list_of, roles_of
+    from gears3d.identify.restitution_list import FAMILIES
+    from gears3d.measured.readers.unit import to_si
+    from gears3d.recording.columns import unit_of
+    from gears3d.units import parse_any
+
+    own = {role: signals[place] for role, place in roles_of([each.bare for each in signals]).items()}
+    if not own:
+        return None
+    columns, linear = {}, True
+    loaded = source.load([each.name for each in own.values()], None)
+    for role, signal in own.items():
+        unit = signal.told_unit or _ending(signal.label) or unit_of(signal.label)
+        factor = 1.0
+        if unit and role in FAMILIES:
+            try:
+                if FAMILIES[role] == "time":
+                    factor = to_si(unit, ("time",))[0]
+                else:
+                    families = ("speed", "velocity") if FAMILIES[role] == "speed" else ("length",)
+                    factor, family = parse_any(f"1 {unit}", families)
+                    linear = linear and family != "speed"
+            except InputError as error:
+                faults = [Fault(signal.name, one.message, one.remedy, source.file) for one in error.faults]
+                raise InputError(faults) from error
+        columns[role] = loaded[signal.name] * factor
+    return list_of(columns, linear, source.file)
 
 
 def _ending(name: str) -> str:

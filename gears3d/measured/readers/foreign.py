@@ -12,7 +12,7 @@ from typing import Any
 from gears3d.errors import Fault, GearsError, InputError
 from gears3d.extras import EXTRAS, require
 
-_OWN = ("hdf5", "matlab", "tdms", "mdf", "uff", "spreadsheet")
+_OWN = ("hdf5", "matlab", "tdms", "mdf", "uff")
 _ALONE = {next(iter(one.libraries)): name for name, one in EXTRAS.items() if name in _OWN}
 """The extra that installs a library and nothing else."""
 

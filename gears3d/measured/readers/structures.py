@@ -138,7 +138,7 @@ def _walk(path: str, node: Any, clock: tuple[float, float] | None, found: dict[s
     fields = dict(children(node))
     if _testlab(path, fields, found):
         return
-    clock = _clock(fields) or clock
+    clock = clock_of(fields) or clock
     unit = next((as_text(value) for key, value in fields.items() if key.lower() in _UNITS), "")
     axes = _axes(path, fields)
     for axis, known in axes.values():
@@ -147,7 +147,7 @@ def _walk(path: str, node: Any, clock: tuple[float, float] | None, found: dict[s
     for key, value in fields.items():
         own = joined(path, key)
         if length_of(value):
-            step = _clock(getattr(value, "about", {})) or clock
+            step = clock_of(getattr(value, "about", {})) or clock
             told = channels.get(key, Stated((), (unit,) if unit else (), step))
             axis = joined(path, axes[key][0]) if key in axes else ""
             if own not in found and (axis or told.clock or told.units or told.names):
@@ -207,8 +207,15 @@ def _unit(label: str, factor: float | None) -> str:
     return f"{factor!r} {({'angle': 'rad', 'speed': 'rad/s', 'time': 's'})[family]}"
 
 
-def _clock(fields: Tree) -> tuple[float, float] | None:
-    """Return the sampling that a field states."""
+def clock_of(fields: Tree) -> tuple[float, float] | None:
+    """Return the start and step [s] of the sampling that a field states.
+
+    Args:
+        fields: by name.
+
+    >>> clock_of({"fs": 1000.0}), clock_of({"dt": "0.5"}), clock_of({"fs": "a"})
+    ((0.0, 0.001), (0.0, 0.5), None)
+    """
     for key, value in fields.items():
         number = as_number(value)
         if number is None or number <= 0.0:
@@ -254,6 +261,6 @@ def _numbered(path: str, fields: Tree, clock: tuple[float, float] | None) -> dic
         name = next((as_text(lower[each]) for each in _NAMES if as_text(lower.get(each))), match[1])
         unit = next((as_text(lower[each]) for each in _UNITS if each in lower), "")
         common = fields.get("File_Header")
-        own = _clock(dict(about)) or (_clock(dict(common)) if isinstance(common, Mapping) else None) or clock
+        own = clock_of(dict(about)) or (clock_of(dict(common)) if isinstance(common, Mapping) else None) or clock
         found[key] = Stated((joined(path, name.replace("/", "_")),), (unit,) if unit else (), own)
     return found

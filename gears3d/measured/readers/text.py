@@ -20,13 +20,27 @@ def open_csv(path: Path) -> Source:
     Raises:
         InputError: it is no text, or has no rows of numbers.
     """
+    return source_of(path, "CSV")
+
+
+def source_of(path: Path, form: str, data: bytes | None = None) -> Source:
+    """Return a table of text as a source.
+
+    Args:
+        path: the file.
+        form: name of the format.
+        data: the table as UTF-8, where it is not the content of the file.
+
+    Raises:
+        InputError: it is no text, or has no rows of numbers.
+    """
     from gears3d.recording.rows import Torn
     from gears3d.recording.text import open_text
 
-    table = open_text(path)
+    table = open_text(path, data)
     dialect = table.dialect
     names = unique(dialect.names)
-    table = type(table)(path, dialect._replace(names=tuple(names)))
+    table = type(table)(path, dialect._replace(names=tuple(names)), data)
     units = dialect.units or ("",) * len(names)
     known = zip(names, units, dialect.numeric, strict=True)
     notes = tuple(line for line in dialect.header if line.strip())
@@ -43,4 +57,4 @@ def open_csv(path: Path) -> Source:
         remarks[:] = [Remark(*each) for each in torn.told()]
         return found
 
-    return Source(str(path), "CSV", signals, load, {}, notes, gaps, remarks)
+    return Source(str(path), form, signals, load, {}, notes, gaps, remarks)
