@@ -28,8 +28,10 @@ TRIED = 1000
 """Rows that show whether a sheet is a table."""
 GROWTH = 4
 """Bytes of memory for a byte of unpacked XML."""
-WIDEST = 16_384
-"""Columns of a sheet, in both formats."""
+WIDEST = 1024
+"""Columns of a sheet that are read."""
+SPARSE, SPARE = 16.0, 1e6
+"""Characters of a table for a byte of its XML, and those that any may have: more are empty or repeated cells."""
 _DATES = frozenset([*range(14, 23), *range(45, 48)])
 """Formats of .xlsx that are dates or times: ECMA-376, part 1, 18.8.30."""
 _DATED = re.compile(r"[ymdhs]", re.IGNORECASE)
@@ -40,20 +42,21 @@ _DAY_ZERO = datetime(1899, 12, 30)
 class _Table:
     """Rows of text that grow within a bound."""
 
-    def __init__(self, path: Path, name: str) -> None:
+    def __init__(self, path: Path, name: str, xml: int) -> None:
         self.path, self.name = path, name
         self.lines: list[str] = []
-        self.size = 0
+        self.size, self.most = 0, min(most_bytes() / GROWTH, SPARE + SPARSE * xml)
 
     def add(self, cells: dict[int, str]) -> None:
         """Add a row of cells by column; empty ones at the end are left out, and so are empty rows."""
-        given = {place: text for place, text in cells.items() if text}
+        given = {place: text for place, text in cells.items() if text and place < WIDEST}
         if not given:
             return
         width = min(max(given) + 1, WIDEST)
         self.size += width + sum(map(len, given.values()))
-        if self.size > most_bytes() / GROWTH:
-            refuse_beyond(float(GROWTH) * self.size, self.path, f"the cells of sheet {self.name!r}", "cut the sheet")
+        if self.size > self.most:
+            what = f"sheet {self.name!r} consists of empty or repeated cells"
+            raise InputError(Fault("", what, "export the sheet as CSV", str(self.path)))
         self.lines.append("\t".join(given.get(place, "") for place in range(width)))
 
 
@@ -238,7 +241,7 @@ def _dated(archive: zipfile.ZipFile) -> list[bool]:
 def _sheet(
     path: Path, archive: zipfile.ZipFile, name: str, member: str, strings: list[str], dated: list[bool]
 ) -> _Table:
-    table = _Table(path, name)
+    table = _Table(path, name, archive.getinfo(member).file_size)
     cells: dict[int, str] = {}
     parts: list[str] = []
     about_cell: dict[str, str] = {}
@@ -291,13 +294,14 @@ def _cell(text: str, about: dict[str, str], strings: list[str], dated: list[bool
 def _ods(path: Path, archive: zipfile.ZipFile) -> list[_Table]:
     """Return the sheets of an OpenDocument spreadsheet."""
     tables: list[_Table] = []
+    size = archive.getinfo("content.xml").file_size
     cells: dict[int, str] = {}
     parts: list[str] = []
     held: dict[str, Any] = {"place": 0, "cell": None, "rows": 1, "depth": 0}
 
     def start(tag: str, about: dict[str, str]) -> None:
         if tag == "table:table":
-            tables.append(_Table(path, about.get("table:name", "")))
+            tables.append(_Table(path, about.get("table:name", ""), size))
         elif tag == "table:table-row":
             cells.clear()
             held.update(place=0, rows=int(about.get("table:number-rows-repeated", "1")))

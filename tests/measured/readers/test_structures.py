@@ -227,3 +227,15 @@ def test_damaged_objects_are_one_line(tmp_path):
             told.append(str(error))
     assert told
     assert all(len(each.splitlines()) == 1 for each in told)
+
+
+@pytest.mark.parametrize("element", [(1, 4), (5, 4)])
+def test_matrices_that_end_before_their_numbers_end_no_process(element, tmp_path):
+    path = tmp_path / "run.mat"
+    scipy.io.savemat(path, {"S": {"label": "s", "a": {"b": np.arange(3.0)}}})
+    data = bytearray(path.read_bytes())
+    at = data.find(np.array([4, 0], "<u4").tobytes()) + 24  # behind class and size of the characters: their name
+    data[at : at + 8] = np.array(element, "<u4").tobytes()
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="cannot be read as MATLAB"):
+        open_source(path)
