@@ -10,8 +10,8 @@ import numpy as np
 from scipy.stats import linregress, t
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.impact_pairs import Pairs
+from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.restitution import curves, snippet
 from gears3d.identify.restitution_fit import choose, scatter_interval
 

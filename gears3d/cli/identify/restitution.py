@@ -72,8 +72,7 @@ def _lists(files: Sequence[Path]) -> list[ImpactList]:
 def _list(source: Source, signals: Sequence[Signal]) -> ImpactList | None:
     """Return the list of impacts that the signals of a group are, in SI units."""
     from gears3d.errors import Fault, InputError
-    from gears3d.identify.restitution_list import list_of, roles_of
-    from gears3d.identify.restitution_list import FAMILIES
+    from gears3d.identify.restitution_list import FAMILIES, list_of, roles_of
     from gears3d.measured.readers.unit import to_si
     from gears3d.recording.columns import unit_of
     from gears3d.units import parse_any

@@ -13,15 +13,13 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.source import Signal, Source, refuse_large, unique
-from gears3d.measured.readers.structures import Stated, Tree, stated
+from gears3d.measured.readers.structures import COLUMNS, Stated, Tree, stated
 
 BLOCK = 1 << 18
 """Samples read at a time."""
 UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 LONGEST = 1 << 16
 """Bytes of an attribute."""
-COLUMNS = 256
-"""So many columns a matrix may have."""
 SMALL = 4096
 """Numbers or characters of a dataset that is looked at while a file is opened."""
 MOST = 20_000

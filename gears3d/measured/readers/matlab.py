@@ -12,10 +12,9 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.inputs import most_bytes, refuse_beyond
 from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.hdf5 import COLUMNS
 from gears3d.measured.readers.matlab_size import loaded_bytes
 from gears3d.measured.readers.source import Signal, Source, seconds, unique
-from gears3d.measured.readers.structures import Stated, as_number, children, joined, stated
+from gears3d.measured.readers.structures import COLUMNS, Stated, as_number, children, joined, stated
 
 PLAIN = (
     "or save it in MATLAB as plain numbers: T = timetable2table(TT); T.Time = seconds(T.Time - T.Time(1)); "
@@ -72,9 +71,9 @@ def open_objects(path: Path) -> Source:
 
 
 def _source(path: Path, form: str, held: dict[str, Any], units: dict[str, str]) -> Source:
-    told = stated(held)
     found: list[tuple[Signal, np.ndarray]] = []
     with reading(path, "MATLAB"):
+        told = stated(held)
         for own, values in _arrays("", held, 0):
             found += _signals(own, values, told.get(own, Stated()), units.get(own, ""))
     names = unique([signal.name for signal, _ in found])
@@ -88,7 +87,9 @@ def _source(path: Path, form: str, held: dict[str, Any], units: dict[str, str]) 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         return {name: arrays[name][:most].astype(np.float64) for name in names}
 
-    return Source(str(path), form, signals, load, {}, tuple(_notes("", held, 0)))
+    with reading(path, "MATLAB"):
+        notes = tuple(_notes("", held, 0))
+    return Source(str(path), form, signals, load, {}, notes)
 
 
 def _signals(path: str, values: np.ndarray, told: Stated, unit: str) -> list[tuple[Signal, np.ndarray]]:

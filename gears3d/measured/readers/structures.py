@@ -25,6 +25,8 @@ _RATES = re.compile(
 _UNITS = ("unit", "units", "y_unit", "yunit", "unit_string", "physicalunit")
 _NAMES = ("signalname", "channelname", "name")
 _TIMES = ("time", "t", "zeit")
+COLUMNS = 256
+"""So many columns a matrix may have."""
 DEEPEST = 16
 """Structures within structures."""
 
@@ -78,6 +80,8 @@ def as_number(value: Any) -> float | None:
     if isinstance(value, bytes | str):
         match = re.match(r"\s*([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)", as_text(value))
         value = None if match is None else float(match[1].replace(",", "."))
+    if isinstance(value, np.generic) and value.dtype.kind not in "iuf":  # a timedelta is an integer, too
+        return None
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         return None
     return float(value) if isfinite(value) else None
