@@ -25,7 +25,13 @@ class Extra(NamedTuple):
     note: str = ""
 
 
-_FORMATS = {"h5py": "h5py", "nptdms": "npTDMS", "asammdf": "asammdf", "pyuff": "pyuff"}
+_FORMATS = {
+    "h5py": "h5py",
+    "matio": "mat-io",
+    "nptdms": "npTDMS",
+    "asammdf": "asammdf",
+    "pyuff": "pyuff",
+}
 EXTRAS = {
     "engine": Extra(
         {"pybullet": "pybullet", "trimesh": "trimesh"},
@@ -33,7 +39,7 @@ EXTRAS = {
         "pybullet has ready-made wheels for Python 3.11 on Linux alone; elsewhere pip builds it with a C++ compiler",
     ),
     "replay": Extra({"rerun": "rerun-sdk"}, "replay.rrd and the rerun viewer (run, replay, diagnose)"),
-    "formats": Extra(_FORMATS, "records in HDF5, MATLAB v7.3, TDMS, MDF and UFF"),
+    "formats": Extra(_FORMATS, "records in HDF5, MATLAB v7.3, tables of MATLAB, TDMS, MDF and UFF"),
     "sweep": Extra(
         {"xarray": "xarray", "h5netcdf": "h5netcdf", "h5py": "h5py", "distributed": "distributed"},
         "many runs as one dataset, here or on a dask cluster (sweep)",
@@ -41,6 +47,7 @@ EXTRAS = {
     "video": Extra({"av": "av"}, "animations as MP4 (camera --video)"),
     "tables": Extra({"pandas": "pandas", "xarray": "xarray"}, "recordings as pandas and xarray tables"),
     "hdf5": Extra({"h5py": "h5py"}, "HDF5 and MATLAB v7.3 alone"),
+    "matlab": Extra({"matio": "mat-io"}, "tables, timetables and other objects in MATLAB files"),
     "tdms": Extra({"nptdms": "npTDMS"}, "TDMS alone"),
     "mdf": Extra({"asammdf": "asammdf"}, "MDF alone"),
     "uff": Extra({"pyuff": "pyuff"}, "UFF 58 alone"),

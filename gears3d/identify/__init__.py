@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from gears3d.identify.pictures import rundown_picture as rundown_picture
     from gears3d.identify.pictures import threshold_picture as threshold_picture
     from gears3d.identify.restitution import identify_restitution as identify_restitution
+    from gears3d.identify.restitution_list import ImpactList as ImpactList
+    from gears3d.identify.restitution_list import identify_restitution_list as identify_restitution_list
     from gears3d.identify.rolling import roll as roll
     from gears3d.identify.threshold import Sweep as Sweep
     from gears3d.identify.threshold import identify_threshold as identify_threshold
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Campaign": "campaign",
     "Identified": "law",
+    "ImpactList": "restitution_list",
     "Inertia": "parts",
     "Line": "orders",
     "Oil": "trend",
@@ -57,6 +60,7 @@ _HOME = {
     "identify_restitution": "restitution",
     "identify_coastdown": "coastdown",
     "identify_rundown": "coastdown",
+    "identify_restitution_list": "restitution_list",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
     "orders_picture": "pictures",

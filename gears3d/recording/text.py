@@ -10,20 +10,25 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.inputs import refuse_beyond, refuse_special
-from gears3d.recording.arrow import floats_of
 from gears3d.recording.columns import SIGNAL_UNITS
-from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split
+from gears3d.recording.dialect import COMMENTS, HEAD, MISSING, Dialect, is_number, sniff, split, ungrouped
+from gears3d.recording.rows import Columns, TooMuchError, Torn
+from gears3d.recording.stamps import form_of
 
 BLOCK = 1 << 18
 """Bytes read at a time."""
 LINE = 1 << 20
 """Bytes of a line."""
+MOST = 0.01
+"""Share of damaged rows beyond which a file is refused: so many are no accident, the dialect is another one."""
+SOME = 1000
+"""Damaged rows that are read in any case before the share is known."""
 REMEDY = "a line of column names, then numbers, separated by commas"
 _SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
 
@@ -35,26 +40,33 @@ class TextTable:
     Args:
         path: the file.
         dialect: how it writes its table.
+        data: its content, where it is not that of the file.
     """
 
     path: Path
     dialect: Dialect
+    data: bytes | None = None
 
-    def load(self, names: Sequence[str], rows: int | None = None) -> dict[str, np.ndarray]:
+    def open(self) -> BinaryIO:
+        """Return the content to be read."""
+        return self.path.open("rb") if self.data is None else io.BytesIO(self.data)
+
+    def load(self, names: Sequence[str], rows: int | None = None, torn: Torn | None = None) -> dict[str, np.ndarray]:
         """Read columns.
 
         Args:
             names: which; each the name of one column.
             rows: the first so many; all when ``None``.
+            torn: takes up which rows were damaged, up to 1 % of them; without it the first damaged row is an error.
 
         Returns:
-            Float64 arrays, (n,), NaN where a cell is empty.
+            Float64 arrays, (n,), NaN where a cell is empty; dates and epochs count from the first one.
 
         Raises:
             InputError: a name is not there or not unique, a cell is no number, or rows differ in length.
         """
         places = [self._place(name) for name in names]
-        return dict(zip(names, _load(self, places, rows), strict=True))
+        return dict(zip(names, _load(self, places, rows, torn), strict=True))
 
     def _place(self, name: str) -> int:
         places = self._places.get(name, [])
@@ -73,11 +85,12 @@ class TextTable:
         return found
 
 
-def open_text(path: Path) -> TextTable:
+def open_text(path: Path, data: bytes | None = None) -> TextTable:
     """Tell the dialect of a text file from its head.
 
     Args:
         path: a file with rows of numbers.
+        data: its content as text, where the file is of another format.
 
     Returns:
         The table, to be loaded.
@@ -87,9 +100,9 @@ def open_text(path: Path) -> TextTable:
     """
     refuse_special(path)
     try:
-        with path.open("rb") as file:
+        with path.open("rb") if data is None else io.BytesIO(data) as file:
             head = file.read(HEAD)
-        return TextTable(path, sniff(head, len(head) < HEAD))
+        return TextTable(path, sniff(head, len(head) < HEAD), data)
     except (OSError, ValueError) as error:
         why = str(error) or type(error).__name__
         if why == "has no rows":
@@ -130,30 +143,6 @@ def refuse_twins(names: list[str], path: Path) -> None:
         raise InputError([Fault(name, "is the name of several columns", "rename one", str(path)) for name in twins])
 
 
-class _Rows(io.RawIOBase):
-    """The rows of a text table as UTF-8 that pyarrow reads: no header, no comments, one separator."""
-
-    def __init__(self, table: TextTable, file: BinaryIO) -> None:
-        self._blocks = _blocks(table, file)
-        self._rest = b""
-
-    def readable(self) -> bool:
-        return True
-
-    def read(self, size: int = -1) -> bytes:
-        """Return the next bytes, none at the end."""
-        while not self._rest:
-            block = next(self._blocks, None)
-            if block is None:
-                return b""
-            self._rest = block
-        if size < 0 or size >= len(self._rest):
-            given, self._rest = self._rest, b""
-        else:
-            given, self._rest = self._rest[:size], self._rest[size:]
-        return given
-
-
 def _blocks(table: TextTable, file: BinaryIO) -> Iterator[bytes]:
     """Yield the rows in pieces of whole lines."""
     dialect = table.dialect
@@ -182,68 +171,64 @@ def _tidy(block: bytes, dialect: Dialect) -> bytes:
         marks = tuple(mark.encode() for mark in COMMENTS)
         lines = block.split(b"\n")
         block = b"\n".join(line for line in lines if not line.lstrip().startswith(marks))
-    if b"+" in block:
+    if b"+" in block and not any(dialect.forms):
         block = block.replace(b"+", b"")
+    elif b"+" in block:  # that of a time zone stays
+        block = re.sub(rb"(?m)(^|%s)([ \t]*)\+" % re.escape(dialect.delimiter).encode(), rb"\1\2", block)
+    if dialect.thousands:
+        block = ungrouped(block.decode("utf-8", "replace"), dialect.thousands).encode()
     if dialect.delimiter == " ":
         block = re.sub(rb"[ \t]+", b" ", block)
         block = b"\n".join(line.strip(b" ") for line in block.replace(b" \r", b"\r").split(b"\n"))
     return block
 
 
-def _load(table: TextTable, places: Sequence[int], rows: int | None) -> list[np.ndarray]:
+def _load(table: TextTable, places: Sequence[int], rows: int | None, torn: Torn | None) -> list[np.ndarray]:
     import pyarrow as pa
 
-    wanted = [f"c{place}" for place in places]
+    wanted = sorted(set(places))
+    damage = Torn() if torn is None else torn
     try:
         capacity = _lines(table) if rows is None else rows
         told = f"{len(wanted)} columns of up to {capacity} rows"
         refuse_beyond(8.0 * capacity * len(wanted), table.path, told, "name fewer channels, cut the file")
-        arrays = {name: np.zeros(capacity) for name in wanted}
+        arrays = [np.zeros(capacity) for _ in wanted]
         done = 0
-        with table.path.open("rb") as file:
-            for batch in _batches(table, file, sorted(set(wanted))):
-                count = min(batch.num_rows, capacity - done)
-                for name, values in arrays.items():
-                    column = batch.column(batch.schema.get_field_index(name))
-                    values[done : done + count] = floats_of(column)[:count]
+        with table.open() as file:
+            columns = Columns(table.dialect, wanted, damage)
+            for block in _blocks(table, file):
+                found = columns.of(block, done)
+                count = min(len(found[0]) if found else 0, capacity - done)
+                for values, part in zip(arrays, found, strict=True):
+                    values[done : done + count] = part[:count]
                 done += count
+                if torn is None and damage:
+                    raise _located(table, places, ValueError("damaged rows"))
+                damage.refuse_beyond(max(MOST * capacity, SOME))
                 if done == capacity:
                     break
         pa.default_memory_pool().release_unused()
+        done = damage.without_last(done)
+        damage.refuse_beyond(MOST * done)
+    except TooMuchError as error:
+        fault = _located(table, places, error).faults[0]
+        what = f"{fault.message}; {error}"
+        raise InputError(Fault(fault.key, what, fault.remedy, fault.file)) from error
     except (OSError, ValueError, pa.ArrowException) as error:
         raise _located(table, places, error) from error
     except MemoryError as error:
         raise InputError(Fault("", "does not fit into memory", "name fewer channels", str(table.path))) from error
     if not done:
         raise InputError(Fault("", "has no rows", "numbers below the line of column names", str(table.path)))
-    return [arrays[name][:done] for name in wanted]
-
-
-def _batches(table: TextTable, file: BinaryIO, wanted: list[str]) -> Any:
-    import pyarrow as pa
-    from pyarrow import csv
-
-    dialect = table.dialect
-    return csv.open_csv(
-        pa.PythonFile(_Rows(table, file), mode="r"),
-        read_options=csv.ReadOptions(
-            use_threads=False, block_size=BLOCK, column_names=[f"c{k}" for k in range(len(dialect.names))]
-        ),
-        parse_options=csv.ParseOptions(delimiter=dialect.delimiter),
-        convert_options=csv.ConvertOptions(
-            include_columns=wanted,
-            column_types=dict.fromkeys(wanted, pa.float64()),
-            null_values=list(MISSING),
-            decimal_point=dialect.decimal,
-        ),
-    )
+    by_place = dict(zip(wanted, arrays, strict=True))
+    return [by_place[place][:done] for place in places]
 
 
 def _lines(table: TextTable) -> int:
     """Return a number of lines that the file does not exceed."""
     mark = table.dialect.newline.encode()
     count = 1
-    with table.path.open("rb") as file:
+    with table.open() as file:
         while block := file.read(BLOCK):
             count += block.count(mark)
     return count
@@ -254,17 +239,19 @@ def _located(table: TextTable, places: Sequence[int], error: Exception) -> Input
     dialect, file = table.dialect, str(table.path)
     width, row = len(dialect.names), 0
     try:
-        with table.path.open("rb") as opened:
+        with table.open() as opened:
             lines = (line for block in _blocks(table, opened) for line in block.decode("utf-8", "replace").split("\n"))
             for line in lines:
                 if not line.strip():
                     continue
                 row += 1
                 cells = split(line.rstrip("\r"), dialect.delimiter)
-                if len(cells) != width:
+                if len(cells) != width and (len(cells) < width or len(cells) > max(dialect.most, width)):
                     remedy = "each row has as many cells as there are columns; a file that was cut off ends amid a row"
                     return InputError(Fault(f"row {row}", f"has {len(cells)} cells, not {width}", remedy, file))
                 for place in places:
+                    if dialect.forms and dialect.forms[place] and form_of(cells[place]):
+                        continue
                     if cells[place] and not is_number(cells[place], dialect.decimal) and cells[place] not in MISSING:
                         where = f"{dialect.names[place]}, row {row}"
                         mark = "comma" if dialect.decimal == "," else "point"

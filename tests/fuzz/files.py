@@ -2,6 +2,7 @@
 
 import random
 import warnings
+import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -151,12 +152,61 @@ def write_uff_text(path: Path, columns: Columns, rng: random.Random) -> None:
     write_uff(path, columns, rng, binary=0)
 
 
+def write_testlab(path: Path, columns: Columns, rng: random.Random) -> None:
+    """Write functions as Simcenter Testlab exports them."""
+    tree = {}
+    for at, (name, values) in enumerate(columns.items()):
+        change = {"factor": 1.0, "offset": 0.0}
+        quantity = {"label": rng.choice(("s", "rad", "")) if at else "s", "unit_transformation": change}
+        steps = {"start_value": 0.0, "increment": 0.001, "number_of_values": float(len(values))}
+        tree[f"Signal_{at}"] = {
+            "x_values": {**steps, "quantity": {"label": "s"}},
+            "y_values": {"values": values.reshape(-1, 1), "quantity": quantity},
+            "function_record": {"name": name, "type": "Signal"},
+        }
+    scipy.io.savemat(path, tree, do_compression=rng.random() < 0.5, appendmat=False)
+
+
+def write_xlsx(path: Path, columns: Columns, rng: random.Random) -> None:
+    """Write a workbook with one sheet."""
+    main = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+    link = 'xmlns:r="http://schemas.openxmlformats.org/officeDocument/2006/relationships"'
+    names = "".join(f'<c t="inlineStr"><is><t>{name}</t></is></c>' for name in columns)
+    rows = [f"<row>{names}</row>"]
+    for row in zip(*columns.values(), strict=True):
+        rows.append("<row>" + "".join(f"<c><v>{float(each)!r}</v></c>" for each in row) + "</row>")
+    with zipfile.ZipFile(path, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as file:
+        sheet = '<sheet name="a" sheetId="1" r:id="rId1"/>'
+        file.writestr("xl/workbook.xml", f"<workbook {main} {link}><sheets>{sheet}</sheets></workbook>")
+        target = '<Relationship Id="rId1" Target="worksheets/sheet1.xml"/>'
+        file.writestr("xl/_rels/workbook.xml.rels", f"<Relationships>{target}</Relationships>")
+        file.writestr(
+            "xl/worksheets/sheet1.xml", f"<worksheet {main}><sheetData>{''.join(rows)}</sheetData></worksheet>"
+        )
+
+
+def write_ods(path: Path, columns: Columns, rng: random.Random) -> None:
+    """Write an OpenDocument spreadsheet."""
+    spaces = " ".join(f'xmlns:{name}="urn:{name}"' for name in ("office", "table", "text"))
+    names = "".join(f"<table:table-cell><text:p>{name}</text:p></table:table-cell>" for name in columns)
+    rows = [f"<table:table-row>{names}</table:table-row>"]
+    for row in zip(*columns.values(), strict=True):
+        cells = "".join(f'<table:table-cell office:value="{float(each)!r}"/>' for each in row)
+        rows.append(f"<table:table-row>{cells}</table:table-row>")
+    with zipfile.ZipFile(path, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as file:
+        table = f'<table:table table:name="a">{"".join(rows)}</table:table>'
+        file.writestr("content.xml", f"<office:document-content {spaces}>{table}</office:document-content>")
+
+
 WRITERS: dict[str, Callable[[Path, Columns, random.Random], None]] = {
     "csv": write_csv,
     "parquet": write_parquet,
     "h5": write_hdf5,
     "mat": write_matlab,
     "v73.mat": write_matlab73,
+    "testlab.mat": write_testlab,
+    "xlsx": write_xlsx,
+    "ods": write_ods,
     "tdms": write_tdms,
     "mf4": write_mdf,
     "unv": write_uff,
@@ -241,7 +291,7 @@ def lie_matlab(path: Path, secret: Path, rng: random.Random) -> None:
 
 def lie_text(path: Path, secret: Path, rng: random.Random) -> None:
     """Write text with endless lines, columns, headers or blanks."""
-    kind = rng.randrange(8)
+    kind = rng.randrange(9)
     table = ",".join(NAMES) + "\n" + "".join(f"{k},{k},{k}\n" for k in range(40))
     if kind == 0:
         text = (
@@ -266,9 +316,37 @@ def lie_text(path: Path, secret: Path, rng: random.Random) -> None:
         text = table + rng.choice(
             ("1,2\n", "1,2,3,4\n", "a,b,c\n", '"1,2,3\n', "1,,3\n", "1,2,0x10\n", "1,2,1e999\n", "1,2,1_0\n")
         )
+    elif kind == 7:
+        stamps = rng.choice(
+            ("2026-03-{:02d}T10:00:00Z", "{:02d}.03.2026 10:00:00,5", "10:00:{:02d}", "17000000000000000{:02d}")
+        )
+        text = "\n".join(["time_s,a,b", *(f"{stamps.format(rng.randrange(99))},{k},{k}" for k in range(40))])
     else:
         text = rng.choice(("{", "[", "<", "(", "-", "é")) * rng.randrange(200_000)
     path.write_bytes(text.encode())
+
+
+def lie_sheet(path: Path, secret: Path, rng: random.Random) -> None:
+    """Write spreadsheets with far cells, repeated cells, entities, and members that unpack to far more."""
+    kind = rng.randrange(5)
+    write = write_ods if kind in (1, 3) else write_xlsx
+    write(path, {name: np.arange(9.0) for name in NAMES}, rng)
+    member = "content.xml" if write is write_ods else "xl/worksheets/sheet1.xml"
+    count = 2 ** rng.randrange(4, 16)
+    texts = (
+        "<sheetData>" + "".join(f'<row><c r="XFD{k}"><v>1</v></c></row>' for k in range(count)) + "</sheetData>",
+        f'<t xmlns:table="a" xmlns:office="b"><table:table table:name="a"><table:table-row table:number-rows-repeated='
+        f'"{2 ** rng.randrange(30)}"><table:table-cell office:value="1" table:number-columns-repeated='
+        f'"{2 ** rng.randrange(30)}"/></table:table-row></table:table></t>',
+        '<!DOCTYPE a [<!ENTITY b "c"><!ENTITY d "&b;&b;">]><a>&d;</a>',
+        "<a>" * count,
+        " " * (1024 * count),
+    )
+    with zipfile.ZipFile(path) as file:
+        held = {name: file.read(name) for name in file.namelist()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, data in (held | {member: texts[kind].encode()}).items():
+            file.writestr(name, data)
 
 
 def lie_mdf(path: Path, secret: Path, rng: random.Random) -> None:
@@ -300,5 +378,6 @@ LIES = {
     "parquet": lie_parquet,
     "mat": lie_matlab,
     "csv": lie_text,
+    "xlsx": lie_sheet,
     "mf4": lie_mdf,
 }

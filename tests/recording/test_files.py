@@ -132,7 +132,7 @@ def test_summary_tells_what_bare_tables_do_not(tmp_path):
             HEADER.replace(",", ";") + "\n0,5;0;0\n1.5;0;0\n2,5;0;0\n",
             r"time_s, row 2: is '1.5' \(write plain numbers with a decimal comma",
         ),
-        (HEADER + "\n2020-01-01 00:00:00,0,0\n", "time_s, row 1: is '2020-01-01 00:00:00'"),
+        (HEADER + "\n0,2020-01-01 00:00,0\n", "theta_drive_rad, row 1: is '2020-01-01 00:00'"),
         (
             "time_s,theta_drive_rad,theta_lose_rad\n0,0,0\n",
             r"is missing \(rename 'theta_lose_rad'\?\)",

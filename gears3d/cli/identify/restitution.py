@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, admitted, answer
+from gears3d.cli.options import Rig
+
+if TYPE_CHECKING:
+    from gears3d.identify.restitution_list import ImpactList
+    from gears3d.measured.readers import Signal, Source
 
 
 def restitution(
     files: Files,
-    rig: RequiredRig,
+    rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -15,13 +24,83 @@ def restitution(
 ) -> None:
     """Identify the law of restitution from rattle records of one rig: constant or linear in speed, flanks, scatter.
 
+    Without --rig from lists of impacts: speeds before and after, times of bounces or heights of bounces.
+
     Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --out e.png
+
+    From a list: gears3d identify restitution bounces.csv
     """
+    from gears3d.errors import UsageError
     from gears3d.identify import identify_restitution, restitution_picture
+    from gears3d.identify.restitution_list import identify_restitution_list
     from gears3d.measured.segmentation import measure
 
+    if rig is None and map_file is None and (lists := _lists(files)):
+        answer(identify_restitution_list(lists), restitution_picture, out, as_json)
+        return
+    if rig is None:
+        from gears3d.identify.restitution_list import EXPECTED
+
+        raise UsageError(f"Missing option '--rig' for rattle records; a list of impacts needs none, but {EXPECTED}")
     records = admitted(files, rig, map_file, correct)
     found = [measure(one.recording, one.rig, one.file) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
     answer(law, restitution_picture, out, as_json)
+
+
+def _lists(files: Sequence[Path]) -> list[ImpactList]:
+    """Return the lists of impacts that the files are; none where one of them is a record."""
+    from gears3d.measured.readers import open_source
+
+    found: list[ImpactList] = []
+    for path in files:
+        if path.suffix.lower() == ".toml" or path.is_dir():
+            return []
+        source = open_source(path)
+        groups: dict[str, list[Signal]] = {}
+        for each in source.signals:
+            if each.numeric:
+                groups.setdefault(each.label.rpartition("/")[0], []).append(each)
+        lists = [one for signals in groups.values() if (one := _list(source, signals)) is not None]
+        if not lists:
+            return []
+        found += lists
+    return found
+
+
+def _list(source: Source, signals: Sequence[Signal]) -> ImpactList | None:
+    """Return the list of impacts that the signals of a group are, in SI units."""
+    from gears3d.errors import Fault, InputError
+    from gears3d.identify.restitution_list import FAMILIES, list_of, roles_of
+    from gears3d.measured.readers.unit import to_si
+    from gears3d.recording.columns import unit_of
+    from gears3d.units import parse_any
+
+    own = {role: signals[place] for role, place in roles_of([each.bare for each in signals]).items()}
+    if not own:
+        return None
+    columns, linear = {}, True
+    loaded = source.load([each.name for each in own.values()], None)
+    for role, signal in own.items():
+        unit = signal.told_unit or _ending(signal.label) or unit_of(signal.label)
+        factor = 1.0
+        if unit and role in FAMILIES:
+            try:
+                if FAMILIES[role] == "time":
+                    factor = to_si(unit, ("time",))[0]
+                else:
+                    families = ("speed", "velocity") if FAMILIES[role] == "speed" else ("length",)
+                    factor, family = parse_any(f"1 {unit}", families)
+                    linear = linear and family != "speed"
+            except InputError as error:
+                faults = [Fault(signal.name, one.message, one.remedy, source.file) for one in error.faults]
+                raise InputError(faults) from error
+        columns[role] = loaded[signal.name] * factor
+    return list_of(columns, linear, source.file)
+
+
+def _ending(name: str) -> str:
+    """Return a unit that ends a name and that the contract does not have."""
+    endings = {"_mm_s": "mm/s", "_mm": "mm", "_cm": "cm", "_ms": "ms"}
+    return next((unit for end, unit in endings.items() if name.endswith(end)), "")

@@ -26,6 +26,7 @@ class Declared:
         swing: sum of the amplitudes of the drive's harmonics [rad/s].
         sample_rate: [Hz].
         counts: per revolution, by column.
+        stated_rate: that the file itself states and that its time was made of [Hz].
     """
 
     needs: tuple[str | tuple[str, ...], ...] = MESH
@@ -36,6 +37,7 @@ class Declared:
     swing: float = 0.0
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
+    stated_rate: float | None = None
 
     @property
     def meshed(self) -> bool:
@@ -74,4 +76,5 @@ def declared(rig: Scenario | None, meta: Mapping[str, Any], needs: Sequence[str 
         sum(abs(harmonic.amplitude) for harmonic in rig.motion.harmonics),
         rig.sensors.sample_rate,
         counts,
+        stated if isinstance(stated := meta.get("stated_rate_Hz"), float) else None,
     )

@@ -12,6 +12,8 @@ from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.view import MESH, View
 
 UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
+CONTRADICTS = 0.1
+"""Part by which the rate of a file and that of a rig may differ."""
 CLOSE = 0.02
 """How near a factor must be to that of a unit."""
 MEANT = {"milliseconds": 1.3, "microseconds": 1.3, "nanoseconds": 1.3, "minutes": 1.02, "hours": 1.3}
@@ -32,7 +34,11 @@ def examine(view: View) -> list[Finding]:
     Args:
         view: the record; its time rises.
     """
-    rate, step = view.declared.sample_rate, view.spacing
+    rate, step, stated = view.declared.sample_rate, view.spacing, view.declared.stated_rate
+    if rate and stated and abs(stated / rate - 1.0) > CONTRADICTS:
+        told = f"the file states a sampling rate of {stated:.6g} Hz, the rig declares {rate:.6g} Hz"
+        remedy = f'give sensors.sample_rate = "{stated:.6g} Hz" in the rig or below [condition] if the file is right'
+        return [Finding("sample-rate", "time_s", stated / rate, "1", told, remedy, True)]
     if rate is None or step <= 0.0:
         return _by_motion(view)
     for what, factor in (("row numbers", rate), *UNITS.items()):

@@ -140,6 +140,11 @@ def _plain(inputs: Inputs) -> Angle:
             raise InputError(Fault("", f"is missing: {signal.name} tells none", remedy))
         factor, family = to_si(unit, ANGLE, chart.counts_per_revolution)
     values = inputs.take(signal.name)
+    if chart.increments:
+        with inputs.at("increments"):
+            if family == "speed" or chart.wraps_at is not None:
+                raise InputError(Fault("", "is given for a speed or a sawtooth", "only counts and angles add up"))
+        np.cumsum(values, out=values)
     if family == "speed":
         if chart.wraps_at is not None:
             with inputs.at("wraps_at"):

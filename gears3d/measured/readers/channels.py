@@ -82,4 +82,8 @@ def _as_named(source: Source) -> Channels:
         if each.bare in own or (each.numeric and each.rows == rows and each.name.rpartition("/")[0] == group)
     ]
     loaded = source.load([each.name for each in kept], None)
-    return Channels({each.bare: loaded[each.name] for each in kept}, source.file, source.meta)
+    if "time_s" in own:
+        loaded = source.without_gaps(loaded)
+    meta = dict(source.meta)
+    source.remarked(meta)
+    return Channels({each.bare: loaded[each.name] for each in kept}, source.file, meta)

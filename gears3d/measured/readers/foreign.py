@@ -12,16 +12,18 @@ from typing import Any
 from gears3d.errors import Fault, GearsError, InputError
 from gears3d.extras import EXTRAS, require
 
-_ALONE = {next(iter(one.libraries)): name for name, one in EXTRAS.items() if name in ("hdf5", "tdms", "mdf", "uff")}
+_OWN = ("hdf5", "matlab", "tdms", "mdf", "uff")
+_ALONE = {next(iter(one.libraries)): name for name, one in EXTRAS.items() if name in _OWN}
 """The extra that installs a library and nothing else."""
 
 
-def library(module: str, path: Path) -> Any:
+def library(module: str, path: Path, otherwise: str = "") -> Any:
     """Return a library that is there only where an extra was installed.
 
     Args:
         module: its name in Python.
         path: the file that needs it.
+        otherwise: what works without it, for the message.
 
     Raises:
         MissingExtraError: it is not installed; has the line that installs it.
@@ -31,7 +33,7 @@ def library(module: str, path: Path) -> Any:
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return require(module, "this format", _ALONE.get(module, "formats"), file=str(path))
+        return require(module, "this format", _ALONE.get(module, "formats"), file=str(path), otherwise=otherwise)
 
 
 @contextmanager

@@ -13,9 +13,9 @@ from gears3d.measured.readers.source import Source
 HDF5 = b"\x89HDF\r\n\x1a\n"
 HEAD = 4096
 """Bytes by which a format is known."""
-READABLE = "Parquet, CSV, MATLAB, HDF5, TDMS, MDF and UFF 58 are read"
+READABLE = "Parquet, CSV, XLSX, ODS, MATLAB, HDF5, TDMS, MDF, UFF 58 and WAV are read"
 _OTHERS = {
-    b"PK\x03\x04": ("is a ZIP archive or a spreadsheet", "unpack it, or export the sheet as CSV"),
+    b"PK\x03\x04": ("is a ZIP archive", "unpack it"),
     b"\x1f\x8b": ("is compressed by gzip", "unpack it: gunzip FILE"),
     b"\xd0\xcf\x11\xe0": ("is an old spreadsheet", "export the sheet as CSV"),
     b"7z\xbc\xaf": ("is a 7z archive", "unpack it"),
@@ -77,8 +77,17 @@ def _open(path: Path, head: bytes) -> Source:
         from gears3d.measured.readers.uff import open_uff
 
         return open_uff(path)
+    if head.startswith((b"RIFF", b"RIFX", b"RF64")) and head[8:12] == b"WAVE":
+        from gears3d.measured.readers.wav import open_wav
+
+        return open_wav(path)
     if (plugged := open_plugged(path, head)) is not None:
         return plugged
+    if head.startswith(b"PK\x03\x04"):
+        from gears3d.measured.readers.spreadsheet import open_spreadsheet
+
+        if (sheet := open_spreadsheet(path)) is not None:
+            return sheet
     for mark, (what, remedy) in _OTHERS.items():
         if head.startswith(mark):
             raise InputError(Fault("", what, remedy, str(path)))

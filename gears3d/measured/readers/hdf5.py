@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,15 +12,18 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, refuse_large
+from gears3d.measured.readers.source import Signal, Source, refuse_large, unique
+from gears3d.measured.readers.structures import COLUMNS, Stated, Tree, stated
 
 BLOCK = 1 << 18
 """Samples read at a time."""
 UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 LONGEST = 1 << 16
 """Bytes of an attribute."""
-COLUMNS = 256
-"""So many columns a matrix may have."""
+SMALL = 4096
+"""Numbers or characters of a dataset that is looked at while a file is opened."""
+MOST = 20_000
+"""Such datasets in a file."""
 
 
 class _Place(NamedTuple):
@@ -46,15 +50,17 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
     signals: list[Signal] = []
     notes: list[str] = []
     away: list[InputError] = []
+    found: list[tuple[Signal, _Place]] = []
+    objects: list[str] = []
 
     def visit(name: str, node: Any) -> None:
         if name.startswith("#") or "/#" in name:
             return
         notes.extend(_notes(name, node))
-        if isinstance(node, h5py.Dataset):
-            for signal, place in _signals(name, node):
-                places[signal.name] = place
-                signals.append(signal)
+        if "MATLAB_object_decode" in node.attrs:
+            objects.append(name)
+        elif isinstance(node, h5py.Dataset):
+            found.extend(_signals(name, node, told.get(name, Stated())))
 
     def follow(name: str, link: Any) -> None:
         if isinstance(link, h5py.ExternalLink):
@@ -65,7 +71,17 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
         if away:
             raise away[0]
         notes.extend(_notes("", file))
+        told = stated(_tree(file, file, [MOST], 0))
         file.visititems(visit)
+    if objects and form.startswith("MATLAB"):
+        from gears3d.measured.readers.matlab import open_objects
+
+        return open_objects(path)
+    names = unique([signal.name for signal, _ in found])
+    first = {signal.name: name for name, (signal, _) in reversed(list(zip(names, found, strict=True)))}
+    for name, (signal, place) in zip(names, found, strict=True):
+        places[name] = place
+        signals.append(replace(signal, name=name, axis=first.get(signal.axis, "")))
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         with reading(path, form), h5py.File(path, "r") as file:
@@ -78,7 +94,7 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
     return Source(str(path), form, tuple(signals), load, {}, tuple(notes))
 
 
-def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
+def _signals(name: str, dataset: Any, about: Stated) -> Iterator[tuple[Signal, _Place]]:
     """Yield the signals of a dataset."""
     kind, shape = dataset.dtype, dataset.shape
     if not shape or max(shape) < 2 or len(shape) > 2 or _class(dataset) in (b"char", b"cell"):
@@ -88,19 +104,62 @@ def _signals(name: str, dataset: Any) -> Iterator[tuple[Signal, _Place]]:
     if kind.names and len(shape) == 1:
         for field in kind.names:
             if kind[field].kind in "biuf" and not kind[field].shape:
-                yield Signal(f"{name}/{field}", unit, shape[0]), _Place(name, field, None, 0)
+                yield Signal(f"{name}/{field}", unit, shape[0], about.clock), _Place(name, field, None, 0)
         return
     if kind.kind not in "biuf":
         yield Signal(name, unit, shape[0], numeric=False), _Place(name, "", None, 0)
         return
     along = int(np.argmax(shape))
-    if len(shape) == 1:
-        yield Signal(name, unit, shape[0]), _Place(name, "", None, 0)
-    elif min(shape) == 1:
-        yield Signal(name, unit, shape[along]), _Place(name, "", 0, along)
-    elif min(shape) <= COLUMNS:
-        for k in range(min(shape)):
-            yield Signal(f"{name} column {k + 1}", unit, shape[along]), _Place(name, "", k, along)
+    count = 1 if len(shape) == 1 else min(shape)
+    if count > COLUMNS:
+        return
+    own = about.names if len(about.names) == count else ()
+    plain = [name] if count == 1 else [f"{name} column {k + 1}" for k in range(count)]
+    for k, each in enumerate(own or plain):
+        signal = Signal(each, unit or about.unit(k), shape[along], about.clock, about.axis)
+        yield signal, _Place(name, "", None if len(shape) == 1 else k, along)
+
+
+def _tree(file: Any, node: Any, left: list[int], depth: int) -> Tree:
+    """Return groups as dictionaries, with their attributes; of datasets that are not small nothing is read."""
+    tree: Tree = {key: value for key, value in _attributes(node) if not key.startswith("MATLAB")}
+    for key in node:
+        if key.startswith("#") or depth > 16 or left[0] <= 0:
+            continue
+        left[0] -= 1
+        one = node[key]
+        if not hasattr(one, "dtype"):
+            tree[key] = _tree(file, one, left, depth + 1)
+            continue
+        tree[key] = _value(file, one, left)
+        own = {name: value for name, value in _attributes(one) if not name.startswith("MATLAB")}
+        if own and getattr(tree[key], "shape", ()):
+            tree[key] = _Leaf(tree[key].shape, tree[key].dtype, own)
+    return tree
+
+
+class _Leaf(NamedTuple):
+    """A dataset of which nothing is read: its shape, its type, and what its attributes state."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    about: Tree
+
+
+def _value(file: Any, dataset: Any, left: list[int]) -> Any:
+    """Return a scalar or text of a small dataset, cells as a list, and of any other its shape."""
+    count, kind = math.prod(dataset.shape), dataset.dtype.kind
+    if _class(dataset) == b"char" and kind == "u" and count <= SMALL:
+        return "".join(map(chr, np.ravel(dataset[()], "F" if dataset.ndim < 2 else "C")))
+    if kind == "O" and _class(dataset) == b"cell" and count <= COLUMNS:
+        cells = []
+        for reference in np.ravel(dataset[()]):
+            left[0] -= 1
+            cells.append(_value(file, file[reference], left) if reference and left[0] > 0 else None)
+        return cells
+    if count == 1 and kind in "biufSO" and dataset.dtype.itemsize <= LONGEST:
+        return np.ravel(dataset[()])[0]
+    return _Leaf(dataset.shape, dataset.dtype, {})
 
 
 def _elsewhere(path: Path, name: str, file: str) -> InputError:

@@ -111,6 +111,7 @@ class GearMap(_Part):
     sign: Literal[1, -1] = 1
     ratio: Ratio = 1.0
     wraps_at: str | None = None
+    increments: bool = False
     zero: Literal["index", "arbitrary"] | None = None
     index: IndexMap | None = None
     decode: Decode | None = None

@@ -18,6 +18,10 @@ from gears3d.measured.readers.unit import SAMPLES, scaled, to_si
 from gears3d.recording.columns import unit_of
 
 GEARS = ("drive", "loose")
+CONTRADICTS = 0.1
+"""Part by which the rate of a map and that of a file may differ; larger differences are no drift of a clock."""
+EPOCH = 1e9
+"""Seconds since 1970 in 2001: no record begins so late in its own time."""
 
 
 class Mapper:
@@ -54,6 +58,9 @@ class Mapper:
         clock = self._time_signal(sampled[0]) if sampled else None
         stamps = [each for gear, chart in charts.items() if not chart.sampled for each in signals[gear].values()]
         self._load([*sampled, *(extras.values() if sampled else ()), *([clock] if clock else [])], stamps)
+        if clock or not sampled:  # without a time, a row that is excluded would shift all that follow
+            self._loaded = self.source.without_gaps(self._loaded)
+        self.source.remarked(self.meta)
         time = self._time(clock, sampled) if sampled else np.zeros(0)
         found = {gear: self._turned(gear, chart, signals[gear], time) for gear, chart in charts.items()}
         columns = self._joined(found, time, charts)
@@ -123,6 +130,10 @@ class Mapper:
             with self._at("time.sample_rate"):
                 rate = _positive_rate(chart.sample_rate)
             self.meta.setdefault("encoders", {})["sample_rate_Hz"] = rate
+            own = next((each for each in signals if each.clock is not None), None)
+            if own is not None and own.clock and abs(rate * own.clock[1] - 1.0) > CONTRADICTS:
+                what = f"is {rate:g} Hz, the file states {1.0 / own.clock[1]:g} Hz for {own.name}"
+                raise self._fault("time.sample_rate", what, "leave time.sample_rate out; the file's rate is used then")
         rows = len(self._loaded[(clock or signals[0]).name])
         if clock is None:
             start, step = (0.0, 1.0 / rate) if rate is not None else signals[0].clock or (0.0, 1.0)
@@ -130,6 +141,8 @@ class Mapper:
             if rate is None and other is not None:
                 what = f"{signals[0].name} begins and steps at {signals[0].clock} s, {other.name} at {other.clock} s"
                 raise InputError(Fault("", what, "name channels of one group and rate", self.source.file))
+            if rate is None and signals[0].clock is not None:
+                self.meta["stated_rate_Hz"] = 1.0 / step
             return start + step * np.arange(rows)
         unit = chart.unit or clock.told_unit or unit_of(clock.label)
         if unit.lower() in SAMPLES:
@@ -141,7 +154,10 @@ class Mapper:
             raise self._fault("time.unit", f"is missing: {clock.name} tells none", remedy)
         with self._at("time.unit"):
             factor, _ = to_si(unit, ("time",))
-        return scaled(self._take(clock.name), factor)
+        values = self._take(clock.name)
+        if values[0] * factor > EPOCH:  # seconds since 1970 have no digits left for microseconds
+            values -= values[0]
+        return scaled(values, factor)
 
     def _turned(self, gear: str, chart: GearMap, signals: dict[str, Signal], time: np.ndarray) -> Angle | Edges:
         """Return the angle of a gear, its zero on the index mark where there is one."""

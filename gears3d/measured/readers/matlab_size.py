@@ -18,6 +18,9 @@ _LOADED = {4: 4, 6: 8, 7: 4, 8: 1, 9: 1, 10: 2, 11: 2, 12: 4, 13: 4, 14: 8, 15: 
 FLAGS = (6, 8)
 """Type and size of the first element of a matrix, which has its class."""
 CLASSES = 17
+STRUCTURES = (2, 3)
+"""Classes that have names of fields, behind their size, name and this element: the length of a name."""
+LENGTH = (5, 4)
 OBJECT = 200
 """Bytes of a matrix besides its numbers, as an object of Python."""
 
@@ -96,22 +99,35 @@ class _Unpacked:
 def _elements(content: _Plain | _Unpacked, order: str) -> Iterator[float]:
     """Yield the bytes that the elements of one variable take, matrices within matrices among them."""
     loaded, begins = 8, False
+    own, have = 0, 3
     while len(tag := content.read(8)) == 8:
         kind, size = struct.unpack(f"{order}II", tag)
         inside = kind >> 16
         if inside:  # up to four bytes stand in the tag itself
             kind, size = kind & 0xFFFF, inside
         if kind == MATRIX and not inside:
+            _refuse_incomplete(own, have)
             begins = size > 0
+            own, have = 0, 3
             yield OBJECT
             continue
         if kind not in _STORED or (begins and (inside or (kind, size) != FLAGS)):
             raise ValueError(f"an element of type {kind} and {size} bytes")  # scipy ends the process on some
+        have += 1
+        if own in STRUCTURES and have == 3 and (kind, size) != LENGTH:
+            raise ValueError(f"a structure whose names have an element of type {kind} and {size} bytes")
         yield size / _STORED[kind] * max(loaded, _STORED[kind])
         if begins:
             flags = content.read(size)
             own = struct.unpack(f"{order}I", flags[:4])[0] & 0xFF if len(flags) == size else 0
             if not 1 <= own <= CLASSES:
                 raise ValueError(f"a matrix of class {own}")
-            loaded, begins, size = _LOADED.get(own, 8), False, 0
+            loaded, begins, size, have = _LOADED.get(own, 8), False, 0, 0
         content.skip(0 if inside else size + -size % 8)
+    _refuse_incomplete(own, have)
+
+
+def _refuse_incomplete(own: int, have: int) -> None:
+    """Refuse a matrix of characters or numbers that ends before they begin: scipy reads on behind it."""
+    if own in _LOADED and have < 3:
+        raise ValueError(f"a matrix of class {own} with {have} elements")

@@ -11,6 +11,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import reading
 from gears3d.measured.readers.source import Signal, Source, refuse_large, seconds
+from gears3d.measured.readers.structures import clock_of
 from gears3d.recording.arrow import floats_of
 
 ROWS = 1 << 16
@@ -40,9 +41,11 @@ def open_parquet(path: Path) -> Source:
         rows = about.num_rows
         packed = max((about.row_group(k).total_byte_size for k in range(about.num_row_groups)), default=0)
         packed /= max(len(schema), 1)
+        told = {key.decode("utf-8", "replace"): value for key, value in (schema.metadata or {}).items() if key != KEY}
+        clock = clock_of(told)
         meta = from_json((schema.metadata or {}).get(KEY, b"{}"))
     refuse_twins(list(schema.names), path)
-    signals = [_signal(column, rows) for column in schema]
+    signals = [_signal(column, rows, clock) for column in schema]
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         count = rows if most is None else min(rows, most)
@@ -74,15 +77,16 @@ def _batches(file: Any, names: Sequence[str]) -> Iterator[Any]:
         yield from file.iter_batches(ROWS, row_groups=[group], columns=list(names), use_threads=False)
 
 
-def _signal(column: Any, rows: int) -> Signal:
+def _signal(column: Any, rows: int, clock: tuple[float, float] | None) -> Signal:
     import pyarrow as pa
 
     kind = column.type.value_type if pa.types.is_dictionary(column.type) else column.type
     dated = pa.types.is_timestamp(kind)
     tests = (pa.types.is_integer, pa.types.is_floating, pa.types.is_decimal, pa.types.is_boolean, pa.types.is_null)
-    unit = (column.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
+    told = column.metadata or {}
+    unit = (told.get(b"unit") or told.get(b"units") or b"").decode("utf-8", "replace")
     unit = "s" if dated else "" if unit == "1" else unit
-    return Signal(column.name, unit, rows, numeric=dated or any(test(kind) for test in tests))
+    return Signal(column.name, unit, rows, clock, numeric=dated or any(test(kind) for test in tests))
 
 
 def _floats(column: Any, stamps: dict[str, Any], name: str) -> np.ndarray:

@@ -13,7 +13,21 @@ from gears3d.measured.readers.source import Source
 from gears3d.plugins import plug_in, warn
 
 GROUP = "gears3d.readers"
-BUILT_IN = ("Parquet", "CSV", "text", "MATLAB", "MATLAB v7.3", "HDF5", "TDMS", "MDF", "UFF", "UFF 58")
+BUILT_IN = (
+    "Parquet",
+    "CSV",
+    "text",
+    "MATLAB",
+    "MATLAB v7.3",
+    "HDF5",
+    "TDMS",
+    "MDF",
+    "UFF",
+    "UFF 58",
+    "XLSX",
+    "ODS",
+    "WAV",
+)
 """Names of formats that gears3d reads itself."""
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from gears3d.inputs import refuse_beyond
 SHOWN = 24
 """Signals that a fault lists."""
 _BRACKETS = {"]": "[", ")": "("}
+_INSIDE = re.compile(r"\[([^\[\]]{1,12})\]")
 LONGEST = 200
 """Characters of a name behind which a unit is looked for."""
 
@@ -63,6 +65,20 @@ class Signal:
         return self.unit or split_unit(self.name)[1]
 
 
+class Remark(NamedTuple):
+    """Something about the rows of a file that the gate reports.
+
+    Args:
+        kind: one word with hyphens: ``"torn-rows"``.
+        size: number of rows or cells.
+        text: one sentence.
+    """
+
+    kind: str
+    size: float
+    text: str
+
+
 @dataclass(frozen=True, eq=False)
 class Source:
     """An opened file.
@@ -74,6 +90,8 @@ class Source:
         load: takes names of signals and a largest number of rows (``None``: all), returns float64 arrays.
         meta: what it tells besides.
         notes: lines or properties that people wrote into it.
+        gaps: indices of rows of NaN in place of damaged ones, known once signals were loaded.
+        remarks: on damaged rows, known once signals were loaded.
     """
 
     file: str
@@ -82,6 +100,8 @@ class Source:
     load: Callable[[Sequence[str], int | None], dict[str, np.ndarray]]
     meta: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    gaps: list[int] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
 
     def find(self, name: str, group: str = "", key: str = "") -> Signal:
         """Return the signal of a name.
@@ -103,6 +123,7 @@ class Source:
             lambda each: each.label in (name, f"{group}/{name}"),
             lambda each: each.name.rpartition("/")[2] == name,
             lambda each: each.bare == name,
+            lambda each: each.name.replace("/", ".") == name,
         )
         for test in tests:
             found = [each for each in signals if test(each)]
@@ -119,6 +140,24 @@ class Source:
         if not found[0].numeric:
             raise InputError(Fault(key, f"{name!r} holds no numbers", self.listing(), self.file))
         return found[0]
+
+    def remarked(self, meta: dict[str, Any]) -> None:
+        """Put the remarks of the last loading into the metadata of a record, where the gate finds them.
+
+        Args:
+            meta: gets entries in ``decoded``.
+        """
+        own = [each._asdict() | {"channel": "", "unit": "1", "harmless": False} for each in self.remarks]
+        if own:
+            meta["decoded"] = [*meta.get("decoded", []), *own]
+
+    def without_gaps(self, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return columns without the rows that were damaged.
+
+        Args:
+            columns: as they were loaded, (n,).
+        """
+        return {name: np.delete(values, self.gaps) for name, values in columns.items()} if self.gaps else columns
 
     def listing(self) -> str:
         """Return one clause with what the file has."""
@@ -144,6 +183,9 @@ def split_unit(name: str) -> tuple[str, str]:
         before, found, unit = text[:-1].rpartition(opening)
         whole = found and before.strip() and not set(unit) & {opening, text[-1]}
         return (before.strip(), unit.strip()) if whole else (text, "")
+    inside = _INSIDE.search(text)
+    if inside is not None and inside.start() > 0:
+        return f"{text[: inside.start()]}{text[inside.end() :]}".strip(), inside[1].strip()
     words = text.split()
     at = next((k for k in range(1, len(words) - 1) if words[k] in ("/", "in")), None)
     return (text, "") if at is None else (" ".join(words[:at]), " ".join(words[at + 1 :]))

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 import pyuff
 import scipy.io
+import scipy.io.wavfile
 
 from gears3d.errors import InputError
 from gears3d.measured.readers import open_source, read
@@ -299,7 +300,7 @@ def test_a_missing_library_is_named_with_the_line_that_installs_it(module, kind,
     [
         (b"", "is empty"),
         (b"  \n\n", "is empty"),
-        (b"PK\x03\x04rest", "is a ZIP archive or a spreadsheet"),
+        (b"PK\x03\x04rest", "cannot be read as a spreadsheet: File is not a zip file"),
         (b"\x1f\x8b\x08", "is compressed by gzip"),
         (bytes(range(256)) * 8, "is no text"),
         (b"hello world\n", "has no rows"),
@@ -313,3 +314,34 @@ def test_what_is_no_record_is_told(content, message, tmp_path):
         read(tmp_path / "none.tdms")
     with pytest.raises(InputError, match=r"has no signals\.parquet"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize("kind", [np.int16, np.float32])
+def test_wav_states_its_rate(kind, tmp_path):
+    path, chart = tmp_path / "run.wav", tmp_path / "record.toml"
+    rate, teeth = 48_000, 40
+    time = np.arange(rate) / rate
+    angle = 2 * np.pi * (5.0 * time + 0.5 * time**2)
+    pulse = np.where((angle * teeth / (2 * np.pi)) % 1.0 < 0.5, 0.5, -0.5)
+    scale = 32767 if kind is np.int16 else 1.0
+    scipy.io.wavfile.write(path, rate, (scale * np.column_stack([pulse, pulse])).astype(kind))
+    chart.write_text('format = 1\n[loose]\nchannel = "channel 2"\ndecode = { kind = "tacho", positions = 40 }\n')
+    found = read(path, chart).columns
+    turned = np.interp(found["time_s"], time, angle)
+    np.testing.assert_allclose(np.diff(found["theta_loose_rad"]), np.diff(turned), atol=2e-3)
+
+
+def test_rates_and_units_that_formats_state(tmp_path):
+    with nptdms.TdmsWriter(tmp_path / "a.tdms") as file:
+        about = {"wf_increment": 0.001, "wf_start_offset": 0.25, "unit_string": "deg"}
+        file.write_segment([nptdms.ChannelObject("rig", "drive", DRIVE, about)])
+    signal = open_source(tmp_path / "a.tdms").find("drive")
+    assert (signal.clock, signal.unit) == ((0.25, 0.001), "deg")
+    write_uff(tmp_path / "a.uff", ordinate_axis_units_lab="rad")
+    signal = open_source(tmp_path / "a.uff").find("phi1")
+    assert (signal.clock, signal.unit) == ((0.0, pytest.approx(0.001)), "rad")
+    field = pa.field("drive", pa.float64(), metadata={"units": "deg"})
+    table = pa.table({"drive": DRIVE}, schema=pa.schema([field], metadata={"sample_rate": "2000"}))
+    pq.write_table(table, tmp_path / "a.parquet")
+    signal = open_source(tmp_path / "a.parquet").find("drive")
+    assert (signal.clock, signal.unit) == ((0.0, 0.0005), "deg")

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from typing import NamedTuple
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.guess.clues import Clue
 from gears3d.measured.readers.source import Source
+from gears3d.measured.readers.stated import stated_rate
 from gears3d.measured.readers.unit import to_si
 
-LONGEST = 2000
-"""Characters of a note that are looked at."""
 SLOWEST, FASTEST = 200.0, 2e6
 """Rates at which rattle is recorded [Hz]."""
-_RATE = re.compile(
-    r"(?:sampl\w*|abtast\w*|scan|acq\w*|logging)[\s_-]*(?:rate|freq\w*|rate\w*)?|\bfs\b|\brate\b", re.IGNORECASE
-)
-_NUMBER = re.compile(r"[=:;, ]\s?([\d.]+(?:[eE][+-]?\d+)?)\s*([kM]?Hz|S/s|kS/s)?")
+
+
+CONTRADICTS = 0.1
+"""Part by which two stated rates may differ."""
 
 
 class Clock(NamedTuple):
@@ -52,18 +50,30 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
     named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
     alone = [each for each in rising if each.step is not None and not each.says("angle") and not each.says("drive")]
-    noted = _noted(source.notes)
+    own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
+    noted = stated_rate(source.notes)
+    told = 1.0 / own.clock[1] if own is not None and own.clock is not None else noted
+    if told and rate and abs(told / rate - 1.0) > CONTRADICTS:
+        what = f"the file states {told:g} Hz, the rig sensors.sample_rate = {rate:g} Hz"
+        remedy = f'correct the rig, or write sensors.sample_rate = "{told:g} Hz" below [condition] of a map'
+        raise InputError(Fault("time", what, remedy, source.file))
+    alone = [] if own is not None and own.clock is not None else alone
     for each in named + [one for one in alone if not one.says("loose")]:
         taken = _of_signal(each, noted or rate, named)
         if taken is not None:
             return taken
-    own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
     if own is not None and own.clock is not None:
         return Clock(None, "", None, own.clock[1], (f"declared by the file: a sample every {own.clock[1]:g} s",))
     for value, why in ((noted, "the file's own words tell the rate"), (rate, "rate of the rig's sensors")):
         if value:
             return Clock(None, "", value, 1.0 / value, (f"no signal is a time; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
+    uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3]
+    stamps = uneven[0] if uneven else None
+    if stamps is not None:
+        what = f"{stamps!r} rises unevenly: it may be the times of edges, and of which encoder is not to be guessed"
+        remedy = f'write [loose] with channel = {stamps!r}, counts_per_revolution and decode = {{ kind = "stamps" }}'
+        raise InputError(Fault("time", what, remedy, source.file))
     raise InputError(
         Fault("time", "is not to be guessed: no signal rises evenly, no rate is told", remedy, source.file)
     )
@@ -91,19 +101,3 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
     told = ", ".join(f"{1.0 / sizes[unit]:g} Hz if in {unit}" for unit in able)
     sure = f"{able[0]} makes {1 / sizes[able[0]]:g} Hz" if len(able) == 1 else f"NOT SURE of the unit: {told}"
     return Clock(clue, able[0], None, sizes[able[0]], (first, sure))
-
-
-def _noted(notes: tuple[str, ...]) -> float | None:
-    """Return the rate that people wrote above the numbers or into the properties [Hz]."""
-    for note in (" ".join(each[:LONGEST].split()) for each in notes):
-        match = _RATE.search(note)
-        number = _NUMBER.search(note, match.end() if match else 0)
-        if match and number:
-            scale = {"k": 1e3, "M": 1e6}.get((number[2] or " ")[0], 1.0)
-            try:
-                value = float(number[1]) * scale
-            except ValueError:
-                continue
-            if SLOWEST <= value <= FASTEST:
-                return value
-    return None

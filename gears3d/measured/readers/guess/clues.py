@@ -30,6 +30,20 @@ _WORDS = {
     "angle": r"theta|phi|angle|winkel|angular|pos|encoder|count|θ|φ|ϕ|drehwinkel|rotation",
     "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
 }
+_ENDINGS = {
+    "rpm": "rpm",
+    "deg": "deg",
+    "deg_s": "deg/s",
+    "dps": "deg/s",
+    "rev": "rev",
+    "revs": "rev",
+    "counts": "counts",
+    "ticks": "counts",
+    "ms": "ms",
+    "us": "us",
+    "ns": "ns",
+}
+_ENDING = re.compile(r"(?<=[a-z0-9])[ _-](" + "|".join(sorted(_ENDINGS, key=len, reverse=True)) + ")$", re.IGNORECASE)
 
 
 class Clue(NamedTuple):
@@ -70,6 +84,12 @@ class Clue(NamedTuple):
     def whole(self) -> bool:
         """Whether all values are whole numbers."""
         return bool(np.array_equal(self.values, np.round(self.values)))
+
+    @property
+    def differences(self) -> bool:
+        """Whether it holds counts since the last sample: whole numbers that stay about one value and are no speed."""
+        plain = not self.unit and self.period is None and not self.moves and not self.rising and self.whole
+        return plain and self.says("angle") and not self.says("speed") and len(np.unique(self.values[:1000])) > 1
 
     @property
     def travel(self) -> float:
@@ -120,6 +140,8 @@ def _unit(signal: Signal) -> tuple[str, str]:
         return signal.unit, "unit told by the file"
     if signal.told_unit:
         return signal.told_unit, "unit behind the name"
+    if match := _ENDING.search(signal.label):
+        return _ENDINGS[match[1].lower()], "unit at the end of the name"
     if unit_of(signal.label):
         return unit_of(signal.label), "unit at the end of the name"
     return "", ""
@@ -147,6 +169,9 @@ def _period(values: np.ndarray, steps: np.ndarray) -> float | None:
         return None
     away = steps[jumps]
     if ((away > 0.0).any() and (away < 0.0).any()) or spread == 0.0:
+        return None
+    rest = steps[~jumps]
+    if abs(float(np.sum(rest))) < STEADY * float(np.sum(np.abs(rest))):  # between its falls a sawtooth moves on
         return None
     known = [360.0, 2 * pi, 1.0, *(2.0**bits for bits in range(2, 33))]
     near = [period for period in known if spread * (1 - 1e-9) <= period <= spread * 1.05 + 1.0e-9]

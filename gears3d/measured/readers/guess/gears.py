@@ -18,6 +18,8 @@ RATIO = 12.0
 """Ratio of a pair beyond which a unit is not believed."""
 LIKE = 0.25
 """Part by which a speed may be off that of the rig and still be meant by it."""
+FASTEST = 30_000 * 2 * pi / 60
+"""Speed [rad/s] that no rig of gears reaches; a unit that makes a faster one is not proposed."""
 _ANGLES = ("rad", "deg", "rev")
 _SPEEDS = ("rpm", "rad/s", "deg/s")
 
@@ -31,6 +33,7 @@ class Choice(NamedTuple):
         counts: of its encoder a revolution, where the unit is counts.
         turned: by the gear over the rows that were looked at, with its sign [rad].
         whys: reasons, one sentence each.
+        increments: whether it holds the counts since the last sample.
     """
 
     clue: Clue
@@ -38,6 +41,7 @@ class Choice(NamedTuple):
     counts: float | None
     turned: float
     whys: tuple[str, ...]
+    increments: bool = False
 
 
 class Bench(NamedTuple):
@@ -134,6 +138,10 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
     counts, why = _counts(clue, bench.counts[which])
     if clue.unit:
         return _choice(clue, clue.unit, counts, lasts, (f"{clue.unit}: {clue.told_by}", *why))
+    if clue.differences:
+        whys = ("whole numbers about one value: counts since the last sample", *why)
+        turned = 0.0 if counts is None else 2.0 * pi / counts * float(clue.values.sum())
+        return Choice(clue, "counts", counts, turned, whys, True)
     if clue.whole and abs(clue.travel) > 100.0 and not clue.says("speed"):
         return _choice(clue, "counts", counts, lasts, ("whole numbers that go on: counts of an encoder", *why))
     angle = clue.moves and not (clue.says("speed") and not clue.says("angle"))
@@ -144,6 +152,8 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
         return _choice(clue, unit, None, lasts, (f"begins anew every {clue.period:.6g}: {unit}",))
     wanted, source = _expected(which, bench, lasts, mate)
     sizes = {unit: _choice(clue, unit, None, lasts, ()).turned for unit in units}
+    sizes = {unit: size for unit, size in sizes.items() if abs(size) < FASTEST * lasts} or sizes
+    units = tuple(sizes)
     if wanted:
         near = min(units, key=lambda unit: abs(abs(sizes[unit]) / wanted - 1.0))
         if abs(abs(sizes[near]) / wanted - 1.0) < LIKE:
@@ -216,7 +226,7 @@ def _score(one: Clue, other: Clue, at: int, to: int) -> float:
 
 
 def _counts(clue: Clue, told: float | None) -> tuple[float | None, tuple[str, ...]]:
-    if clue.family not in ("counts", ""):
+    if clue.family not in ("counts", "") or (clue.whole and clue.says("speed") and not clue.unit):
         return None, ()
     if told:
         return told, (f"{told:g} counts a revolution: of the rig",)

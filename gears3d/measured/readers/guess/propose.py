@@ -12,7 +12,8 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.formats import open_source
 from gears3d.measured.readers.guess.clock import Clock, find_clock
 from gears3d.measured.readers.guess.clues import Clue, clues
-from gears3d.measured.readers.guess.gears import Bench, Choice, bench_of, candidates, fit, mesh_note, pick
+from gears3d.measured.readers.guess.gears import FASTEST, Bench, Choice, bench_of, candidates, fit, mesh_note, pick
+from gears3d.measured.readers.guess.pulses import Pulses, pulses, two_level
 from gears3d.measured.readers.map_model import RecordMap
 from gears3d.measured.readers.mapping import Mapper
 from gears3d.measured.readers.source import Source
@@ -41,9 +42,11 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
     bench = bench_of(rig)
     clock = find_clock(source, found, bench.sample_rate)
     rows = max((len(each.values) for each in found), default=0)
-    able = candidates(found, clock.clue)
-    chosen = fit(pick(able, bench, clock.step * rows), bench)
-    if not chosen:
+    flat = [each for each in found if each is not clock.clue and two_level(each)]
+    able = [each for each in candidates(found, clock.clue) if not any(each is one for one in flat)]
+    raw = pulses(flat, bench, clock.step * rows, source.file) if len(able) < 2 else {}
+    chosen = {} if raw else fit(pick(able, bench, clock.step * rows), bench)
+    if not chosen and not raw:
         remedy = "raw channels need decode = { kind = ... } in a record.toml; " + source.listing()
         raise InputError(Fault("drive", "no signal looks like the angle or speed of a gear", remedy, source.file))
     for gear, choice in chosen.items():
@@ -51,7 +54,7 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
             remedy = f"give --rig with sensors.{gear}.counts_per_revolution"
             what = f"{choice.clue.signal.name} is in counts, and how many are a revolution is not to be guessed"
             raise InputError(Fault(f"{gear}.counts_per_revolution", what, remedy, source.file))
-    text = _written(source, path, beside, clock, chosen, bench, found)
+    text = _written(source, path, beside, clock, chosen, raw, bench, found)
     Mapper(source, RecordMap.model_validate(tomllib.loads(text)), "the proposed map").columns()
     return text
 
@@ -62,6 +65,7 @@ def _written(
     beside: str | Path | None,
     clock: Clock,
     chosen: dict[str, Choice],
+    raw: dict[str, Pulses],
     bench: Bench,
     found: list[Clue],
 ) -> str:
@@ -70,10 +74,13 @@ def _written(
     lines += [*_comments(clock.whys), *_clock_lines(clock, chosen)]
     for gear, choice in chosen.items():
         lines += ["", *_gear_lines(gear, choice)]
+    for each in raw.values():
+        lines += ["", *_comments(each.whys), *each.lines]
     note = mesh_note(chosen, bench)
     lines += ["", f"# {note}"] if note else []
     lines += _condition(chosen, bench, clock)
     used = {choice.clue.signal.name for choice in chosen.values()}
+    used |= {name for each in raw.values() for name in each.used}
     used |= {clock.clue.signal.name} if clock.clue else set()
     left = [each.signal.name for each in found if each.signal.name not in used]
     lines += ["", f"# left out: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
@@ -94,6 +101,8 @@ def _gear_lines(gear: str, choice: Choice) -> list[str]:
     name = clue.signal.bare
     whys = [f"{name!r} speaks of the {gear} gear" if clue.says(gear) else "taken in the order of the file"]
     lines = [f"[{gear}]", f"channel = {_text(clue.signal.name)}", f"unit = {_text(choice.unit)}"]
+    if choice.increments:
+        lines.append("increments = true")
     if choice.counts is not None:
         lines.append(f"counts_per_revolution = {choice.counts:.12g}")
     if clue.period is not None:
@@ -114,6 +123,9 @@ def _condition(chosen: dict[str, Choice], bench: Bench, clock: Clock) -> list[st
     speed = abs(drive.turned) / (clock.step * len(drive.clue.values))
     if abs(speed / bench.mean - 1.0) < 0.02:
         return []
+    if speed > FASTEST:
+        why = f"# NOT SURE: the drive would turn at {show(speed, 'speed', 4)}: its unit or that of time is another one"
+        return ["", why]
     why = f"# the drive turns at {show(speed, 'speed', 4)} and not at the rig's {show(bench.mean, 'speed', 4)}"
     return ["", why, "[condition]", f'motion.mean = "{show(speed, "speed", 4)}"']
 
