@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.checks.declared import MESH
+from gears3d.measured.checks.declared import MESH, stated_of
 from gears3d.measured.checks.examination import correct as undo
 from gears3d.measured.checks.examination import examine, refuse_unknown
 from gears3d.measured.checks.finding import Finding
+from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, files_of, read
 from gears3d.recording import Recording
 
@@ -26,15 +27,20 @@ class Admitted:
 
     Args:
         channels: the columns, corrected where that was asked for.
-        rig: scenario of the bench with this record's conditions, where one was given.
+        rig: scenario of the bench with this record's conditions, where one was given; its motion is the measured one as
+            far as none is stated.
         findings: of the gate, corrected ones among them.
         file: where the record came from.
+        motion: of the drive as its encoder measured it; ``None`` without the drive's angle.
+        stated: parts of the rig's motion that are stated of this record: ``mean``, ``harmonics``, ``record``.
     """
 
     channels: Channels
     rig: Scenario | None
     findings: tuple[Finding, ...]
     file: str
+    motion: DriveMotion | None = None
+    stated: frozenset[str] = frozenset()
 
     @cached_property
     def recording(self) -> Recording:
@@ -84,6 +90,7 @@ def admit(
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
+    stated_motion: bool = False,
 ) -> Admitted:
     """Read a measured record, examine its sensors and return it with the rig of its condition.
 
@@ -95,6 +102,8 @@ def admit(
         needs: columns that must be there besides time, alternatives as a tuple: ``("theta_loose_rad",)`` for a gear
             that runs down out of mesh. Without both angles nothing is said of the mesh.
         others: records given before, to find one that is given twice.
+        stated_motion: whether the rig's ``[motion]`` is a statement about this record; otherwise the drive's encoder
+            alone says how the drive moved, but for keys of ``motion`` under ``[condition]`` of the map.
 
     Returns:
         The record, the rig and what was found.
@@ -106,12 +115,17 @@ def admit(
     kinds = _kinds(correct)
     channels = read(path, map_file)
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
-    findings = examine(channels, own, others, needs)
+    findings = examine(channels, own, others, needs, stated_motion=stated_motion)
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
     bad = [one for one in done if one.fatal and not one.corrected]
     if bad:
         raise InputError([_fault(one, channels.file) for one in bad])
-    return Admitted(undo(channels, findings, kinds) if kinds else channels, own, done, channels.file)
+    channels = undo(channels, findings, kinds) if kinds else channels
+    stated = stated_of(channels.condition, own, stated_motion)
+    motion = _motion(channels, needs)
+    if own is not None and motion is not None:
+        own = _moved(own, motion, stated)
+    return Admitted(channels, own, done, channels.file, motion, stated)
 
 
 def admit_each(
@@ -122,6 +136,7 @@ def admit_each(
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
+    stated_motion: bool = False,
 ) -> Admission:
     """Examine several records and sort them into those that may be used, those that are excluded and the faults.
 
@@ -132,6 +147,7 @@ def admit_each(
         correct: kinds of findings to correct; ``"duplicated-file"`` excludes a file that repeats another's readings.
         needs: columns that must be there besides time.
         others: records given before these, to find one that is given twice.
+        stated_motion: as for :func:`admit`.
 
     Returns:
         What became of each file.
@@ -145,7 +161,7 @@ def admit_each(
     for path, chart in files_of(paths, map_file):
         known = [*others, *(one.channels for one in admitted)]
         try:
-            one = admit(path, rig, chart, correct, needs=needs, others=known)
+            one = admit(path, rig, chart, correct, needs=needs, others=known, stated_motion=stated_motion)
         except InputError as error:
             faults += error.faults
         else:
@@ -160,6 +176,7 @@ def admit_all(
     correct: Sequence[str] = (),
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
+    stated_motion: bool = False,
 ) -> tuple[Admitted, ...]:
     """Return several records, each once; the faults of all of them are raised together.
 
@@ -169,12 +186,13 @@ def admit_all(
         map_file: as for :func:`admit_each`.
         correct: as for :func:`admit_each`.
         needs: as for :func:`admit_each`.
+        stated_motion: as for :func:`admit`.
 
     Raises:
         InputError: some cannot be used as they are.
         UsageError: a kind cannot be corrected.
     """
-    return admit_each(paths, rig, map_file, correct, needs=needs).all()
+    return admit_each(paths, rig, map_file, correct, needs=needs, stated_motion=stated_motion).all()
 
 
 def told(finding: Finding) -> str:
@@ -200,6 +218,24 @@ def _conditioned(rig: Scenario, channels: Channels, file: str | Path) -> Scenari
     except InputError as error:
         faults = [Fault(f"condition.{one.key}", one.message, one.remedy, str(file)) for one in error.faults]
         raise InputError(faults) from error
+
+
+def _motion(channels: Channels, needs: Sequence[str | Sequence[str]]) -> DriveMotion | None:
+    """Return the drive's motion of a record of gears in mesh; ``None`` of any other."""
+    columns = channels.columns
+    if not set(MESH) <= {*needs} or not {"time_s", MESH[0]} <= columns.keys() or len(columns["time_s"]) < 2:
+        return None
+    return drive_motion(columns["time_s"], columns[MESH[0]])
+
+
+def _moved(rig: Scenario, motion: DriveMotion, stated: frozenset[str]) -> Scenario:
+    """Return the rig with the measured motion in place of what is not stated."""
+    if "record" in stated or {"mean", "harmonics"} <= stated:
+        return rig
+    table = motion.scenario()
+    if rig.motion.record is None:
+        return rig.with_({f"motion.{key}": value for key, value in table.items() if key not in stated})
+    return rig.with_({"motion": table})
 
 
 def _kinds(correct: Sequence[str]) -> list[str]:

@@ -61,10 +61,10 @@ def off_by(view: View) -> float | None:
         view: the record; its time rises.
 
     Returns:
-        The ratio; ``None`` where no motion is declared, or the record is of another one.
+        The ratio; ``None`` where mean and harmonics are not both stated, or the record is of another motion.
     """
     about, name = view.declared, MESH[0]
-    if about.mean_speed is None or name not in view.angles or not about.meshed or len(view.time) < 4:
+    if about.mean_speed is None or not about.swings or name not in view.angles or not about.meshed or len(view.time) < 4:
         return None
     angle = view.angles[name]
     if angle.dtype.kind not in "fiu" or not np.isfinite(angle.sum()):
