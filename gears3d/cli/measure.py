@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile
+from gears3d.cli.options import Correct, MapFile, StatedMotion
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
@@ -31,6 +31,7 @@ def measure(
         bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is measured.")
     ] = False,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for report.html, signals, impacts, summary; a subfolder per record if several."),
@@ -59,7 +60,7 @@ def measure(
         return
     if not records and map_file is None:
         raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
-    admission = admit_each(records or [], bench, map_file, correct or ())
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion)
     show_repeated(admission.repeated)
     single = len(files_of(records or [], map_file)) == 1
     places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)
@@ -100,7 +101,9 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     if not as_json:
         show_findings(admitted.findings)
     with bars() as track:
-        found = segmentation.measure(admitted.recording, admitted.rig, admitted.file, track("measure", 1.0))
+        found = segmentation.measure(
+            admitted.recording, admitted.rig, file, track("measure", 1.0), motion=admitted.motion
+        )
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
@@ -178,6 +181,8 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     Args:
         summary: of a measurement.
     """
+    from gears3d.measured.drive_motion import told
+
     quality, flights, flanks = summary["quality"], summary["cut"], summary["flanks"]
     lines = [
         ("record", f"{quality['samples']} samples, {quality['duration_s']:.6g} s, {quality['sample_rate_Hz']:.6g} Hz")
@@ -199,6 +204,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         strong = sorted(orders, key=lambda one: -one["amplitude_m"])[:3]
         shown = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
         lines.append((f"{place}, orders", shown))
+    lines.append(("drive", told(summary["drive_motion"])))
     lines.append(("regime", str(summary["regime"]).replace("_", " ")))
     for name in ("active", "reverse"):
         speed = summary[f"{name}_velocity_mean_m_s"]

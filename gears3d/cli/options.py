@@ -54,6 +54,13 @@ MapFile = Annotated[Path | None, typer.Option("--map", help="record.toml that de
 Correct = Annotated[
     list[str] | None, typer.Option(metavar="KIND,...", help="Findings of the sensor gate to correct; repeatable.")
 ]
+StatedMotion = Annotated[
+    bool,
+    typer.Option(
+        "--stated-motion",
+        help="Compare the records with [motion] of the rig; by default the drive's encoder gives the motion.",
+    ),
+]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
 ]

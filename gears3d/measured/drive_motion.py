@@ -7,7 +7,7 @@ fitted together by least squares.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import atan2, hypot, pi
 from typing import Any, NamedTuple
 
@@ -40,6 +40,8 @@ RUN_UP = 0.02
 """Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
 FUNDAMENTAL = 0.1
 """Amplitude over that of the strongest harmonic from which on a harmonic of lower order may set the period."""
+SHOWN = 3
+"""Harmonics that a line of text names."""
 ROUNDS = 3
 """Gauss-Newton steps of the final fit, which begins within a tenth of a spectral line."""
 NORMAL = 1.96
@@ -124,15 +126,25 @@ class DriveMotion(NamedTuple):
         }
 
     def __str__(self) -> str:
-        """Return one line."""
-        text = f"mean {show(self.mean, 'speed', 4)}"
-        if self.runs_up:
-            text = f"from {show(self.speeds[0], 'speed', 4)} to {show(self.speeds[1], 'speed', 4)}, {text}"
-        for one in self.harmonics[:3]:
-            order = f" (order {one.order:.4g})" if one.order else ""
-            text += f", {show(one.amplitude, 'speed', 4)} at {show(one.frequency, 'frequency', 5)}{order}"
-        more = len(self.harmonics) - 3
-        return f"{text}, {more} smaller" if more > 0 else text
+        return told(self.to_dict())
+
+
+def told(motion: Mapping[str, Any]) -> str:
+    """Return a drive's motion as one line.
+
+    Args:
+        motion: of :meth:`DriveMotion.to_dict`.
+    """
+    text = f"mean {show(motion['mean_rad_s']['value'], 'speed', 4)}"
+    if motion["run_up"]:
+        begin, end = (show(motion[f"speed_{name}_rad_s"], "speed", 4) for name in ("begin", "end"))
+        text = f"from {begin} to {end}, {text}"
+    for one in motion["harmonics"][:SHOWN]:
+        order = f" (order {one['order']:.4g})" if one["order"] else ""
+        amplitude, frequency = one["amplitude_rad_s"]["value"], one["frequency_Hz"]["value"]
+        text += f", {show(amplitude, 'speed', 4)} at {show(frequency, 'frequency', 5)}{order}"
+    more = len(motion["harmonics"]) - SHOWN
+    return f"{text}, {more} smaller" if more > 0 else text
 
 
 def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -> DriveMotion:
@@ -143,7 +155,7 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
         angle: of the drive gear [rad], (n,).
         frequencies: of its harmonics where they are known [Hz]; they are looked for otherwise.
 
-    Source: Rife and Boorstyn 1974, IEEE Trans. Inf. Theory 20, for the least squares and the uncertainty of a frequency.
+    Source: Rife and Boorstyn 1974, IEEE Trans. Inf. Theory 20: least squares, uncertainty of a frequency.
 
     >>> time = np.arange(0.0, 10.0, 1e-3)
     >>> found = drive_motion(time, 20.0 * time - 0.1 * np.cos(2 * pi * 3.0 * time + 0.5))

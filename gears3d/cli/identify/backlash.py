@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+)
 
 
 def backlash(
@@ -10,6 +20,7 @@ def backlash(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -19,4 +30,9 @@ def backlash(
     """
     from gears3d.identify import identify_backlash, orders_picture
 
-    answer(identify_backlash(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)
+    answer(
+        identify_backlash(admitted(files, rig, map_file, correct, stated_motion=stated_motion)),
+        orders_picture,
+        out,
+        as_json,
+    )

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+)
 
 
 def restitution(
@@ -10,6 +20,7 @@ def restitution(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -20,7 +31,7 @@ def restitution(
     from gears3d.identify import identify_restitution, restitution_picture
     from gears3d.measured.segmentation import measure
 
-    records = admitted(files, rig, map_file, correct)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
     found = [measure(one.recording, one.rig, one.file) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())

@@ -12,6 +12,7 @@ import typer
 from gears3d.cli.options import Correct as Correct
 from gears3d.cli.options import MapFile as MapFile
 from gears3d.cli.options import RequiredRig as RequiredRig
+from gears3d.cli.options import StatedMotion as StatedMotion
 from gears3d.cli.options import to_picture
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def admitted(
     map_file: Path | None = None,
     correct: Sequence[str] | None = None,
     needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
+    stated_motion: bool = False,
 ) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition.
 
@@ -40,6 +42,7 @@ def admitted(
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
         needs: required columns in addition to time, alternatives as a tuple.
+        stated_motion: whether the rig's ``[motion]`` is a statement about the records.
 
     Raises:
         InputError: a file cannot be used.
@@ -48,7 +51,7 @@ def admitted(
     from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
-    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs)
+    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs, stated_motion=stated_motion)
     records = admission.all()
     show_repeated(admission.repeated)
     for record in records:

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+)
 
 
 def transmission_error(
@@ -10,6 +20,7 @@ def transmission_error(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -19,4 +30,9 @@ def transmission_error(
     """
     from gears3d.identify import identify_transmission_error, orders_picture
 
-    answer(identify_transmission_error(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)
+    answer(
+        identify_transmission_error(admitted(files, rig, map_file, correct, stated_motion=stated_motion)),
+        orders_picture,
+        out,
+        as_json,
+    )

@@ -58,6 +58,10 @@ class Admitted:
         return any(finding.kind == "duplicated-file" for finding in self.findings)
 
 
+SHORT = 3.0
+"""Periods of a record below which the frequency of its fluctuation cannot be separated from a run-up."""
+
+
 class Admission(NamedTuple):
     """What became of the files that were given.
 
@@ -122,7 +126,7 @@ def admit(
         raise InputError([_fault(one, channels.file) for one in bad])
     channels = undo(channels, findings, kinds) if kinds else channels
     stated = stated_of(channels.condition, own, stated_motion)
-    motion = _motion(channels, needs)
+    motion = _motion(channels, own, needs)
     if own is not None and motion is not None:
         own = _moved(own, motion, stated)
     return Admitted(channels, own, done, channels.file, motion, stated)
@@ -220,12 +224,18 @@ def _conditioned(rig: Scenario, channels: Channels, file: str | Path) -> Scenari
         raise InputError(faults) from error
 
 
-def _motion(channels: Channels, needs: Sequence[str | Sequence[str]]) -> DriveMotion | None:
-    """Return the drive's motion of a record of gears in mesh; ``None`` of any other."""
+def _motion(channels: Channels, rig: Scenario | None, needs: Sequence[str | Sequence[str]]) -> DriveMotion | None:
+    """Return the drive's motion of a record of gears in mesh; ``None`` of any other.
+
+    A record too short to show the frequency of its fluctuation may show that of the rig.
+    """
     columns = channels.columns
     if not set(MESH) <= {*needs} or not {"time_s", MESH[0]} <= columns.keys() or len(columns["time_s"]) < 2:
         return None
-    return drive_motion(columns["time_s"], columns[MESH[0]])
+    time, angle = columns["time_s"], columns[MESH[0]]
+    found, span = drive_motion(time, angle), float(time[-1] - time[0])
+    slow = [] if rig is None else [one.frequency for one in rig.motion.harmonics if one.frequency * span < SHORT]
+    return found if found.harmonics or not slow else drive_motion(time, angle, slow)
 
 
 def _moved(rig: Scenario, motion: DriveMotion, stated: frozenset[str]) -> Scenario:

@@ -112,8 +112,8 @@ def compare_with_usual(view: View) -> list[Finding]:
     seen = float(view.angles[name][-1] - view.angles[name][0]) / lasts
     for what, factor in HINTS.items():
         if abs(seen / usual / factor - 1.0) < EXACT:
-            told = f"the drive turns at {seen:.6g} rad/s, {factor:.4g} times the mean speed of the rig: if both are meant "
-            told += f"to be the same, {what}"
+            told = f"the drive turns at {seen:.6g} rad/s, {factor:.4g} times the mean speed of the rig: "
+            told += f"if both are meant to be the same, {what}"
             remedy = "nothing to do if the record is of another speed"
             return [Finding("other-speed", name, seen / usual, "1", told, remedy)]
     return []
