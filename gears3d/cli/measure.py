@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, StatedMotion
+from gears3d.cli.options import Correct, MapFile, StatedMotion, command
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
@@ -95,6 +94,7 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     from gears3d.cli.findings import show_findings
     from gears3d.cli.progress import bars
     from gears3d.measured import segmentation
+    from gears3d.provenance import provenance
     from gears3d.views.report.measured import durations, orders_told
 
     file = admitted.file
@@ -105,6 +105,7 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
             admitted.recording, admitted.rig, file, track("measure", 1.0), motion=admitted.motion
         )
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
+    found.summary["provenance"] = provenance(admitted.inputs, command())
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
         _write(found, admitted.rig, place)
@@ -154,7 +155,7 @@ def _write(found: Any, rig: Any, out: Path) -> None:
     from gears3d.views.measured import write_picture
     from gears3d.views.report.measured import write
 
-    found.summary.update(version=__version__, command=shlex.join(["gears3d", *sys.argv[1:]]))
+    found.summary.update(version=__version__, command=command())
     with RunFolder(out) as folder:
         folder.write_recording(found.recording)
         folder.write_summary(found.summary)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.signals import count_of, quantum
 from gears3d.units import show
 
 Array = np.ndarray
@@ -36,6 +37,8 @@ SMALL = 0.01
 """Amplitude over that of the strongest harmonic, as speed or as acceleration, below which a line is not kept."""
 FINEST = 20.0
 """Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
+COUNTED = 0.35
+"""Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
 RUN_UP = 0.02
 """Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
 FUNDAMENTAL = 0.1
@@ -162,7 +165,9 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     >>> [round(number, 4) for number in (found.mean, *found.harmonics[0][:4])]
     [20.0, 3.0, 1.885, 0.5, 0.9425]
     """
-    time, angle, width = _means(np.asarray(time, float), np.asarray(angle, float))
+    time, angle = np.asarray(time, float), np.asarray(angle, float)
+    count = (quantum(angle) or count_of(angle) or 0.0) if len(angle) > 1 and not len(frequencies) else 0.0
+    time, angle, width = _means(time, angle)
     span = float(time[-1] - time[0]) if len(time) else 0.0
     if len(time) < FEWEST or not span > 0.0 or not np.isfinite(angle.sum()):
         mean = float((angle[-1] - angle[0]) / span) if span > 0.0 else 0.0
@@ -171,7 +176,7 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     turns = np.array([2.0 * pi * one for one in frequencies if one * span >= 1.0])
     numbers = fit.solve(turns)
     if not len(frequencies):
-        turns, numbers = _search(fit)
+        turns, numbers = _search(fit, COUNTED * count)
     return _motion(fit, turns, numbers, bool(len(frequencies)))
 
 
@@ -267,7 +272,7 @@ def _steep(grid: Array, power: Array) -> Array:
     return median_filter(power * square, 2 * BESIDE + 1, mode="reflect") / np.log(2.0) / square
 
 
-def _search(fit: _Fit) -> tuple[Array, Array]:
+def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
     """Return angular frequencies of all harmonics, the strongest first, and the coefficients of the fit."""
     turns = np.zeros(0)
     numbers = fit.solve(turns)
@@ -276,6 +281,7 @@ def _search(fit: _Fit) -> tuple[Array, Array]:
         line = grid[1] if len(grid) > 1 else 1.0
         level = np.maximum(level, _steep(grid, power))
         usable = (grid >= LEAST * line) & (power > level * np.log(len(grid) / CHANCE))
+        usable &= power > least**2
         usable[-1] = False
         for turn in turns:
             usable &= np.abs(grid - turn) > APART * line
@@ -310,7 +316,7 @@ def _motion(fit: _Fit, turns: Array, numbers: Array, given: bool) -> DriveMotion
     # ends of a cubic by least squares: (3 + 7)/3 times the variance of a straight line's slope, 12·v/(n·span²)
     mean_sigma = float(np.sqrt(20.0) * own[min(2, len(own) - 1)] / span)
     found = []
-    for turn, a, b in zip(turns, *np.split(numbers[DEGREE + 1 :], 2), strict=True):
+    for turn, a, b in np.column_stack([turns, *np.split(numbers[DEGREE + 1 :], 2)]).tolist():
         size = hypot(a, b)
         sigma = float(np.interp(turn, grid, own) / max(float(fit.shrunk(turn)), 0.1))
         frequency_sigma = 0.0 if given else float(np.sqrt(12.0) * sigma / max(size, 1e-300) / span / (2.0 * pi))

@@ -143,8 +143,9 @@ def test_a_record_of_another_motion_than_the_rig_file_is_used_as_measured(tmp_pa
 
 
 def test_a_harmonic_of_the_drive_is_a_cause_only_where_the_motion_is_stated(tmp_path):
-    true = {"motion.harmonics": [*({"amplitude": f"{a} rpm", "frequency": f"{f} Hz"} for a, f in ((10, 3), (2, 7.3)))]}
-    rig = {"motion.harmonics": [{"amplitude": "10 rpm", "frequency": "3 Hz"}]}
+    sine = {"amplitude": "10 rpm", "frequency": "3 Hz"}
+    true = {"motion.harmonics": [sine, {"amplitude": "0.3 rpm", "frequency": "7.3 Hz"}]}
+    rig = {"motion.harmonics": [sine]}
     path = written(tmp_path / "r.parquet", true)
     assert [one.kind for one in judged(path, rig, stated_motion=True).causes] == ["drive_motion"]
     found = judged(path, rig)

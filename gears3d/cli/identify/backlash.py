@@ -12,6 +12,7 @@ from gears3d.cli.identify.shared import (
     StatedMotion,
     admitted,
     answer,
+    inputs_of,
 )
 
 
@@ -30,9 +31,5 @@ def backlash(
     """
     from gears3d.identify import identify_backlash, orders_picture
 
-    answer(
-        identify_backlash(admitted(files, rig, map_file, correct, stated_motion=stated_motion)),
-        orders_picture,
-        out,
-        as_json,
-    )
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    answer(identify_backlash(records), orders_picture, out, as_json, inputs_of(records))

@@ -12,6 +12,7 @@ from gears3d.cli.identify.shared import (
     StatedMotion,
     admitted,
     answer,
+    inputs_of,
 )
 
 
@@ -32,7 +33,7 @@ def restitution(
     from gears3d.measured.segmentation import measure
 
     records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
-    found = [measure(one.recording, one.rig, one.file) for one in records]
+    found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
-    answer(law, restitution_picture, out, as_json)
+    answer(law, restitution_picture, out, as_json, inputs_of(records))

@@ -12,6 +12,7 @@ from gears3d.cli.identify.shared import (
     StatedMotion,
     admitted,
     answer,
+    inputs_of,
 )
 
 
@@ -33,7 +34,8 @@ def threshold(
     from gears3d import identify as ident
 
     sweeps = []
-    for record in admitted(files, rig, map_file, correct, stated_motion=stated_motion):
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    for record in records:
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))
-    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json)
+    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json, inputs_of(records))

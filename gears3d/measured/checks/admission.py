@@ -33,6 +33,7 @@ class Admitted:
         file: where the record came from.
         motion: of the drive as its encoder measured it; ``None`` without the drive's angle.
         stated: parts of the rig's motion that are stated of this record: ``mean``, ``harmonics``, ``record``.
+        map_file: ``record.toml`` that it was read with, where one was given.
     """
 
     channels: Channels
@@ -41,11 +42,17 @@ class Admitted:
     file: str
     motion: DriveMotion | None = None
     stated: frozenset[str] = frozenset()
+    map_file: str | None = None
 
     @cached_property
     def recording(self) -> Recording:
         """The record in the contract's columns; both angles must be there."""
         return Recording(self.channels.columns, meta=self.channels.meta)
+
+    @property
+    def inputs(self) -> tuple[str | Path | None, ...]:
+        """Files that it was made from: the record, its map, the rig."""
+        return self.file, self.map_file, None if self.rig is None else self.rig.path
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -129,7 +136,7 @@ def admit(
     motion = _motion(channels, own, needs)
     if own is not None and motion is not None:
         own = _moved(own, motion, stated)
-    return Admitted(channels, own, done, channels.file, motion, stated)
+    return Admitted(channels, own, done, channels.file, motion, stated, None if map_file is None else str(map_file))
 
 
 def admit_each(

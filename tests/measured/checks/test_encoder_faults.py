@@ -58,7 +58,7 @@ def test_both_channels_in_another_unit_show_in_the_mean_speed(factor):
 def test_a_speed_that_is_off_by_a_unit_is_a_hint_where_none_is_stated():
     scenario, columns = record("rattle")
     bad = faults.scaled(columns, **{LOOSE: 180.0 / np.pi, DRIVE: 180.0 / np.pi})
-    (one,) = [one for one in found(scenario, bad, "other-speed")]
+    (one,) = found(scenario, bad, "other-speed")
     assert not one.fatal
     assert "degrees" in one.evidence
     for speed in ("20 rpm", "50 rpm", "600 rpm"):
