@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, RequiredRig, to_folder
+from gears3d.cli.options import Correct, MapFile, RequiredRig, StatedMotion, command, to_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +26,7 @@ def diagnose(
     ] = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     bodies: Annotated[
         bool, typer.Option("--3d/--no-3d", help="Measure the held-out error reduction in the 3D engine as well.")
     ] = True,
@@ -51,25 +52,27 @@ def diagnose(
     from gears3d.diagnosis import diagnose as examine
     from gears3d.errors import UsageError
     from gears3d.measured.checks import admit_each
+    from gears3d.provenance import provenance
     from gears3d.scenario import load
 
     bench = load(rig)
     if not records and map_file is None:
         raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out found")
-    admission = admit_each(records or [], bench, map_file, correct or ())
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion)
     admitted = admission.all()
     show_repeated(admission.repeated)
     with bars() as track:
         tick = track("diagnose", 1.0)
         found = examine(admitted, bench, lambda doing, part: tick(part), bodies=bodies, runs=experiments)
     filmed = ""
+    made = provenance([file for one in admitted for file in one.inputs], command())
     if out is not None:
-        _write(found, out)
+        _write(found, out, made)
         filmed = _replay(found, admitted, out / "replay.rrd") if film else ""
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json(found.to_dict())
+        print_json({**found.to_dict(), "provenance": made})
         return
     show(found)
     if out is None:
@@ -81,21 +84,20 @@ def diagnose(
         typer.echo(filmed)
 
 
-def _write(found: Diagnosis, out: Path) -> None:
+def _write(found: Diagnosis, out: Path, made: dict[str, Any]) -> None:
     import json
-    import shlex
-    import sys
 
     from gears3d.diagnosis import extended_text
     from gears3d.files import replacing
+    from gears3d.provenance import comment
     from gears3d.views.report.diagnosed import write
 
     out.mkdir(parents=True, exist_ok=True)
     with replacing(out / "diagnosis.json") as unfinished:
-        unfinished.write_text(json.dumps(found.to_dict(), indent=2) + "\n", encoding="utf-8")
+        unfinished.write_text(json.dumps({**found.to_dict(), "provenance": made}, indent=2) + "\n", encoding="utf-8")
     with replacing(out / "extended.toml") as unfinished:
-        unfinished.write_text(extended_text(found), encoding="utf-8")
-    write(out / "report.html", found, shlex.join(["gears3d", *sys.argv[1:]]), ("diagnosis.json", "extended.toml"))
+        unfinished.write_text((comment(made) if found.causes else "") + extended_text(found), encoding="utf-8")
+    write(out / "report.html", found, made["command"], ("diagnosis.json", "extended.toml"))
 
 
 def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:

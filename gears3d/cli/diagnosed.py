@@ -24,6 +24,8 @@ def show(found: Diagnosis) -> None:
     told = found.to_dict()
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"[bold]{found.verdict.replace('_', ' ')}[/]  {escape(sentence(found, told))}")
+    for name, motion in found.motions.items():
+        console.print(escape(f"drive, {name}: {motion}"))
     for note in found.notes:
         place = f"{note.record}: " if note.record else ""
         console.print(escape(f"note: {place}{note.text} ({note.remedy})"))

@@ -69,5 +69,5 @@ def _measured(source: Path, rig: Scenario, map_file: Path | None, correct: list[
         raise InputError(Fault("", f"names {len(pairs)} records", "name one of them, with --map", str(source)))
     file, chart = pairs[0]
     admitted = admit(file, rig, chart, correct)
-    found = segmentation.measure(admitted.recording, admitted.rig, admitted.file)
+    found = segmentation.measure(admitted.recording, admitted.rig, admitted.file, motion=admitted.motion)
     return Filmed(found.recording, admitted.rig or rig, measurement=found)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile
+from gears3d.cli.options import Correct, MapFile, StatedMotion, command
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
@@ -31,6 +30,7 @@ def measure(
         bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is measured.")
     ] = False,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for report.html, signals, impacts, summary; a subfolder per record if several."),
@@ -59,7 +59,7 @@ def measure(
         return
     if not records and map_file is None:
         raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
-    admission = admit_each(records or [], bench, map_file, correct or ())
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion)
     show_repeated(admission.repeated)
     single = len(files_of(records or [], map_file)) == 1
     places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)
@@ -94,14 +94,18 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     from gears3d.cli.findings import show_findings
     from gears3d.cli.progress import bars
     from gears3d.measured import segmentation
+    from gears3d.provenance import provenance
     from gears3d.views.report.measured import durations, orders_told
 
     file = admitted.file
     if not as_json:
         show_findings(admitted.findings)
     with bars() as track:
-        found = segmentation.measure(admitted.recording, admitted.rig, admitted.file, track("measure", 1.0))
+        found = segmentation.measure(
+            admitted.recording, admitted.rig, file, track("measure", 1.0), motion=admitted.motion
+        )
     found.summary["quality"]["findings"] = [finding.to_dict() for finding in admitted.findings]
+    found.summary["provenance"] = provenance(admitted.inputs, command())
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
         _write(found, admitted.rig, place)
@@ -151,7 +155,7 @@ def _write(found: Any, rig: Any, out: Path) -> None:
     from gears3d.views.measured import write_picture
     from gears3d.views.report.measured import write
 
-    found.summary.update(version=__version__, command=shlex.join(["gears3d", *sys.argv[1:]]))
+    found.summary.update(version=__version__, command=command())
     with RunFolder(out) as folder:
         folder.write_recording(found.recording)
         folder.write_summary(found.summary)
@@ -178,6 +182,8 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     Args:
         summary: of a measurement.
     """
+    from gears3d.measured.drive_motion import told
+
     quality, flights, flanks = summary["quality"], summary["cut"], summary["flanks"]
     lines = [
         ("record", f"{quality['samples']} samples, {quality['duration_s']:.6g} s, {quality['sample_rate_Hz']:.6g} Hz")
@@ -199,6 +205,7 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         strong = sorted(orders, key=lambda one: -one["amplitude_m"])[:3]
         shown = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
         lines.append((f"{place}, orders", shown))
+    lines.append(("drive", told(summary["drive_motion"])))
     lines.append(("regime", str(summary["regime"]).replace("_", " ")))
     for name in ("active", "reverse"):
         speed = summary[f"{name}_velocity_mean_m_s"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,6 +11,11 @@ from typing import Annotated, Any
 import typer
 
 from gears3d.files import PICTURES, refuse_file, refuse_folder
+
+
+def command() -> str:
+    """Return the command as it was typed."""
+    return shlex.join(["gears3d", *sys.argv[1:]])
 
 
 def to_file(*endings: str) -> Callable[[Any], Any]:
@@ -53,6 +60,13 @@ RequiredRig = Annotated[
 MapFile = Annotated[Path | None, typer.Option("--map", help="record.toml that defines the channels.")]
 Correct = Annotated[
     list[str] | None, typer.Option(metavar="KIND,...", help="Findings of the sensor gate to correct; repeatable.")
+]
+StatedMotion = Annotated[
+    bool,
+    typer.Option(
+        "--stated-motion",
+        help="Compare the records with [motion] of the rig; by default the drive's encoder gives the motion.",
+    ),
 ]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")

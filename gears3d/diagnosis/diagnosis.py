@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,7 @@ from gears3d.diagnosis.verdict import (
 from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, admit_each
+from gears3d.measured.drive_motion import DriveMotion
 from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
@@ -71,6 +72,7 @@ class Diagnosis:
         law: of contact, where visits to the flanks ask for one; then nothing stands that cutting found.
         runs: that would tell causes from rivals.
         rings: a resonance of the readings, where there is one.
+        motions: of the drive as its encoder measured it, by record.
     """
 
     verdict: str
@@ -89,6 +91,7 @@ class Diagnosis:
     law: GapLaw | None = field(default=None, repr=False)
     runs: tuple[Experiment, ...] = ()
     rings: Resonance | None = field(default=None, repr=False)
+    motions: dict[str, DriveMotion] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         causes = " + ".join(one.kind for one in self.causes) or "no cause"
@@ -118,7 +121,10 @@ class Diagnosis:
             "heldout_3d": heldout_3d(self.bodies),
             "remaining": remaining(self.left),
             "power": {place: limit if np.isfinite(limit) else None for place, limit in self.power.items()},
-            "records": list(self.records),
+            "records": [
+                {**row, "drive_motion": self.motions[row["name"]].to_dict() if row["name"] in self.motions else None}
+                for row in self.records
+            ],
             "findings": self.findings,
             "notes": [one.to_dict() for one in self.notes],
             "suspects": [one.to_dict() for one in self.suspects],
@@ -133,6 +139,7 @@ def diagnose(
     *,
     bodies: bool = False,
     runs: bool = False,
+    stated_motion: bool = False,
 ) -> Diagnosis:
     """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
 
@@ -143,6 +150,7 @@ def diagnose(
         progress: called with what is being done and the part of the whole that is done.
         bodies: whether the gain is measured in the 3D engine as well.
         runs: whether runs are sought that would tell causes from rivals that are not excluded.
+        stated_motion: whether the rig's ``[motion]`` is a statement about records that are given as files.
 
     Returns:
         The diagnosis.
@@ -150,8 +158,9 @@ def diagnose(
     Raises:
         InputError: a record cannot be read or measured, or there is none.
     """
-    admitted, bench = _opened(records, rig)
-    return _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)
+    admitted, bench = _opened(records, rig, stated_motion)
+    found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)
+    return replace(found, motions={one.file: one.motion for one in admitted if one.motion is not None})
 
 
 def _diagnosed(
@@ -210,14 +219,14 @@ def _diagnosed(
 
 
 def _opened(
-    records: Sequence[Admitted] | Sequence[str | Path] | str | Path, rig: Scenario | str | Path
+    records: Sequence[Admitted] | Sequence[str | Path] | str | Path, rig: Scenario | str | Path, stated_motion: bool
 ) -> tuple[Sequence[Admitted], Scenario]:
     """Return admitted records and the rig, read from their files where those are given."""
     bench = load(rig) if isinstance(rig, str | Path) else rig
     named = [records] if isinstance(records, str | Path) else records
     admitted = [one for one in named if isinstance(one, Admitted) and not one.repeats]
     files = [one for one in named if not isinstance(one, Admitted)]
-    admitted += admit_each(files, bench, others=[one.channels for one in admitted]).all()
+    admitted += admit_each(files, bench, others=[one.channels for one in admitted], stated_motion=stated_motion).all()
     if not admitted:
         raise InputError(Fault("", "no record is given", "name at least one"))
     return admitted, bench

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.diagnosis.channels import BINS, Channels, Losses, channels, nothing
+from gears3d.diagnosis.channels import BINS, Channels, Drive, Losses, channels, nothing
 from gears3d.measured.segmentation import doubtful
 
 if TYPE_CHECKING:
@@ -81,6 +81,7 @@ class Evidence:
         turned: what was added to the angles of drive and loose gear as they were read [rad].
         flanks: that it was cut along, over the angles as they were read.
         doubt: part of it that its cut does not explain.
+        stated: whether the harmonics of the drive's motion are stated of it, so that the drive can deviate from them.
         kept: what was worked out from the others and is asked for again; a record with other points starts anew.
     """
 
@@ -98,6 +99,7 @@ class Evidence:
     turned: tuple[float, float] = (0.0, 0.0)
     flanks: Flanks | None = None
     doubt: float = 0.0
+    stated: bool = True
     kept: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -105,8 +107,16 @@ class Evidence:
         """Base radii of drive and loose gear [m]."""
         return self.rig.base_radius_drive, self.rig.base_radius_loose
 
+    @property
+    def drive(self) -> Drive:
+        """Points of the drive's motion that are compared with a stated one; none where none is stated."""
+        seen = self.channels.drive
+        return seen if self.stated else seen._replace(time=seen.time[:0], angle=seen.angle[:0])
 
-def evidence(found: Measurement, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = ()) -> Evidence:
+
+def evidence(
+    found: Measurement, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = (), *, stated: bool = True
+) -> Evidence:
     """Return a measured record as evidence.
 
     Args:
@@ -114,11 +124,14 @@ def evidence(found: Measurement, scenario: Scenario, name: str = "", spared: tup
         scenario: of the bench under this record's conditions.
         name: of the record.
         spared: sensor effects that were taken out of the readings before the record was cut.
+        stated: whether the harmonics of the drive's motion are stated of the record.
     """
-    return of_cut(found.segments, scenario, name, spared)
+    return of_cut(found.segments, scenario, name, spared, stated=stated)
 
 
-def of_cut(cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = ()) -> Evidence:
+def of_cut(
+    cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = (), *, stated: bool = True
+) -> Evidence:
     """Return a record that was cut as evidence.
 
     Args:
@@ -126,13 +139,14 @@ def of_cut(cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any,
         scenario: as for :func:`evidence`.
         name: of the record.
         spared: as for :func:`evidence`.
+        stated: whether the harmonics of the drive's motion are stated of the record.
     """
     seen = channels(cut)
     fine, at = _fine(seen)
     motion = _motion(seen, scenario)
     seen = _clear_losses(seen, motion, scenario.rig().base_radius_drive)
     return Evidence(name, scenario, scenario.rig(), scenario.pair(), scenario.rows(), seen, motion, fine, at,
-                    spared, flanks=cut.flanks, doubt=doubtful(cut))  # fmt: skip
+                    spared, flanks=cut.flanks, doubt=doubtful(cut), stated=stated)  # fmt: skip
 
 
 def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:

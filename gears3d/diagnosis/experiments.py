@@ -170,7 +170,7 @@ def twin(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
     try:
         bench = like.scenario.with_(changes)
         truth: Scenario = bench.with_([("effect[+]", table(one)) for one in effects]) if effects else bench
-        made = evidence(measure(record(truth, seed=1), bench, run.change), bench, run.change)
+        made = evidence(measure(record(truth, seed=1), bench, run.change), bench, run.change, stated=like.stated)
     except GearsError:
         return None
     return made if len(made.channels.flights.time) else None

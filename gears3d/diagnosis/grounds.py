@@ -99,13 +99,13 @@ def _of_channels(one: Admitted) -> list[Note]:
             f"deviations from a steady fluctuation are {1e6 * far * radii[1]:.3g} um and {1e6 * rest * radii[0]:.3g} um"
         )
         return [Note("channels-swapped", text, "change the channels' names in record.toml", one.file, True)]
-    if size < SWING * claimed or (not turns and rest * radii[0] > rig.rig().backlash):
+    if "harmonics" in one.stated and (size < SWING * claimed or (not turns and rest * radii[0] > rig.rig().backlash)):
         text = (
             f"the drive fluctuates by {degrees(size):.3g} deg at the nominal frequencies (nominal "
             f"{degrees(claimed):.3g} deg), with other motion of {degrees(rest):.3g} deg rms"
         )
         return [Note("other-motion", text, "give the motion of this record under [condition]", one.file, True)]
-    if abs(mean - rig.motion.mean) > OTHER_SPEED * abs(rig.motion.mean):
+    if "mean" in one.stated and abs(mean - rig.motion.mean) > OTHER_SPEED * abs(rig.motion.mean):
         text = f"mean speed of the drive is {show(mean, 'speed', 4)}, nominal is {show(rig.motion.mean, 'speed', 4)}"
         return [Note("other-speed", text, "give the motion of this record under [condition]; the measured one is used",
                      one.file)]  # fmt: skip

@@ -29,7 +29,7 @@ def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, 
     """
     frequencies, orders = [], []
     for one in records:
-        drive = one.channels.drive
+        drive = one.drive
         if len(drive.time) < 64:
             continue
         spectrum = np.abs(np.fft.rfft(residuals(one)["drive"] * np.hanning(len(drive.time))))

@@ -89,7 +89,7 @@ def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]
         "contact": [len(one.channels.contacts.time) for one in records],
         "impact": [len(one.channels.impacts.time) for one in records],
         "loss": [len(one.channels.losses.time) for one in records],
-        "drive": [len(one.channels.drive.time) for one in records],
+        "drive": [len(one.drive.time) for one in records],
     }
     found, at = {}, 0
     for name in CHANNELS:
@@ -273,7 +273,9 @@ def loss_sigma(one: Evidence) -> Array:
 
 def _drive_base(one: Evidence) -> Array:
     """The motion as claimed, from the moment on at which its first harmonic began."""
-    seen, claims = one.channels.drive, one.scenario.motion.harmonics
+    seen, claims = one.drive, one.scenario.motion.harmonics
+    if not len(seen.time):
+        return np.zeros(0)
     angle = one.motion.mean * seen.time
     shift = _began(one)
     for claim in claims:
@@ -295,8 +297,8 @@ def _began(one: Evidence) -> float:
 
 
 def _drive_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
-    seen = one.channels.drive
-    if not sensors and not any(row.code == Code.MOTION_HARMONIC for row in rows):
+    seen = one.drive
+    if not len(seen.time) or (not sensors and not any(row.code == Code.MOTION_HARMONIC for row in rows)):
         return np.zeros_like(seen.angle)
     speed = speed_of(one, "drive")
     ahead = GAUSS * seen.width * speed
@@ -320,5 +322,5 @@ _ADDED = {
 _SIGMA = {
     "flight": lambda one: one.channels.flights.sigma.ravel(), "contact": lambda one: one.channels.contacts.sigma,
     "impact": impact_sigma, "loss": loss_sigma,
-    "drive": lambda one: np.full(len(one.channels.drive.time), one.channels.drive.sigma),
+    "drive": lambda one: np.full(len(one.drive.time), one.drive.sigma),
 }  # fmt: skip

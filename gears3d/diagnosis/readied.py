@@ -82,7 +82,7 @@ def ready(
     shapes = tuple(_shape(one.rig, each, flank, turned) for each in teeth for flank in _flanks(each))
     known = (paths or Paths()).of(one, delay)
     cut = alike(known, like, one.file) if like else segments_of(known, one.rig, one.file, shapes=shapes)
-    made = of_cut(cut, one.rig, one.file, spared)
+    made = of_cut(cut, one.rig, one.file, spared, stated="harmonics" in one.stated)
     return turn(replace(made, unmarked=tuple(one.recording.meta.get("zero_arbitrary", ()))), *turned)
 
 

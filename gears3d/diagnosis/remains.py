@@ -185,7 +185,7 @@ def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterato
 
 
 def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
-    seen = [one.channels.drive for one in records]
+    seen = [one.drive for one in records]
     value = np.concatenate([rest * one.sigma for one, rest in zip(seen, parts["drive"], strict=True)])
     sure = np.concatenate([np.full(len(one.time), 1.0 / one.sigma) for one in seen])
     yield from scanned("sensor.order_drive", value, sure, [one.angle for one in seen], 8, "rad")

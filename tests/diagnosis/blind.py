@@ -14,6 +14,9 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import tomlkit
 
 from gears3d.challenge import KINDS, UNKNOWN, Plan, hide, plan, protocol, reveal
 from gears3d.challenge.protocol import bench, excite
@@ -24,6 +27,7 @@ from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
 
+ANGLES = ("theta_drive_rad", "theta_loose_rad")
 FINE, NOISY = 0.003, 0.015
 """Noise of both encoders together, as shares of the gap: what is asked of good benches, and of ordinary ones."""
 COARSE = 8192
@@ -124,10 +128,66 @@ def _times(text: str, factor: float) -> str:
     return f"{float(number) * factor!r} {unit}"
 
 
+def _driven(seed: int, hidden: Any, options: dict[str, Any]) -> Plan:
+    """Four records at four speeds, whose drive has harmonics of 5 % at orders 1 and 2 of its shaft as well."""
+    made = plan(seed, hidden, **{**options, "records": 4})
+
+    def with_orders(condition: dict[str, Any]) -> dict[str, Any]:
+        sine, turn = condition["motion.harmonics"][0], float(condition["motion.mean"].split()[0]) / (2.0 * np.pi)
+        small = _times(sine["amplitude"], 0.05)
+        more = [{"amplitude": small, "frequency": f"{n * turn!r} Hz", "phase": f"{70 * n} deg"} for n in (1, 2)]
+        return {**condition, "motion.harmonics": [sine, *more]}
+
+    return replace(made, conditions=tuple(with_orders(one) for one in made.conditions))
+
+
+def soil(folder: Path, seed: int) -> None:
+    """Add dirt to the records of a folder, and take out of their map what it says of their motion.
+
+    1/f noise of 0.1 to 2 % of the backlash, interpolation errors once and twice a line of 0.1 to 1 % of a line, jitter
+    of 2 % of the sampling interval, and a clock that is 30 ppm fast.
+
+    Args:
+        folder: of the challenge.
+        seed: of the dirt.
+    """
+    rig, random = load(folder / "rig.toml"), np.random.default_rng([seed, 77])
+    values, lines = rig.rig(), float(rig.sensors.drive.counts_per_revolution or 4096) / 4.0
+    coloured, wrong = values.backlash * 1e-3 * 20.0 ** random.random(), 1e-3 * 10.0 ** random.random()
+    for file in sorted(folder.glob("record-*.parquet")):
+        table = pq.read_table(file)
+        time = table["time_s"].to_numpy()
+        late = 0.02 * (time[1] - time[0]) * random.standard_normal(len(time))
+        columns = {name: table[name].to_numpy() for name in table.column_names}
+        for name, radius in zip(ANGLES, (values.base_radius_drive, values.base_radius_loose), strict=True):
+            angle = columns[name]
+            for times in (1, 2):
+                turn = times * lines * angle + random.uniform(0.0, 2.0 * np.pi)
+                columns[name] = columns[name] + wrong * 2.0 * np.pi / lines * np.sin(turn) / times
+            columns[name] = columns[name] + np.gradient(angle, time) * late
+            columns[name] = columns[name] + coloured / radius * _pink(random, len(time))
+        columns["time_s"] = time * (1.0 + 30e-6)
+        pq.write_table(pa.table(columns, metadata=table.schema.metadata), file)
+    chart = folder / "record.toml"
+    document = tomlkit.parse(chart.read_text(encoding="utf-8"))
+    for one in document.get("record", []):
+        one.pop("condition", None)
+    chart.write_text(tomlkit.dumps(document), encoding="utf-8")
+
+
+def _pink(random: np.random.Generator, count: int) -> np.ndarray:
+    """Return noise of unit root mean square whose power falls with the frequency, (count,)."""
+    spectrum = np.fft.rfft(random.standard_normal(count))
+    spectrum[1:] /= np.sqrt(np.arange(1, len(spectrum)))
+    spectrum[0] = 0.0
+    noise = np.fft.irfft(spectrum, count)
+    return noise / noise.std()
+
+
 BENCHES: dict[str, Callable[[int, Any, dict[str, Any]], Plan]] = {
     "": lambda seed, hidden, options: plan(seed, hidden, **options),
     "chaotic": _chaotic, "coarse": _coarse, "below": _below, "harmonic": _harmonic,
-    "one speed": _one_speed, "one to one": _one_to_one,
+    "dirt": _driven, "one speed": _one_speed, "one to one": _one_to_one,
 }  # fmt: skip
 """What may be done to a bench before anything is hidden: from seed, kinds and options to the plan."""
 
@@ -234,7 +294,7 @@ def _null(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
 
 PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
     "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated, "sets": _alike,
-    **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short"), _null),
+    **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short", "dirt"), _null),
 }  # fmt: skip
 """Sorts of blind tests."""
 NULLS = ("nothing", "chaotic", "coarse", "below", "harmonic", "short")
@@ -270,6 +330,8 @@ def play(case: Case) -> dict[str, Any]:
         folder = Path(name)
         made = case.plan()
         hide(made, folder)
+        if case.bench == "dirt":
+            soil(folder, case.seed)
         rig, began = load(folder / "rig.toml"), time.process_time()
         try:
             admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
@@ -283,6 +345,7 @@ def play(case: Case) -> dict[str, Any]:
     answer = score.pop("answer")
     return {
         "name": case.name, "part": case.part, "seed": case.seed, "records": len(made.conditions),
+        "used": len(told.get("records", ())),
         "setting": _setting(case), "without": case.without,
         "hidden": [one["kind"] for one in answer["effects"]] + [one["name"] for one in answer["unknown"]],
         "size": answer["size"], "noise": answer["noise"], "visible": answer["visible"],

@@ -37,9 +37,9 @@ def written(path, truth=None, change=None):
     return path
 
 
-def judged(path, rig=None):
+def judged(path, rig=None, stated_motion=False):
     bench = load(BENCH, {**PLAIN, **(rig or {})})
-    return diagnose([admit(path, bench)], bench)
+    return diagnose([admit(path, bench, stated_motion=stated_motion)], bench)
 
 
 def kinds(found):
@@ -98,7 +98,7 @@ def test_one_gear_turned_round_is_refused_and_both_block(tmp_path):
 
     with pytest.raises(InputError, match=r"gears have opposite signs.*--correct sense"):
         judged(written(tmp_path / "one.parquet", change=one))
-    note = blamed_nothing(judged(written(tmp_path / "both.parquet", change=both)), "turned-round")
+    note = blamed_nothing(judged(written(tmp_path / "both.parquet", change=both), stated_motion=True), "turned-round")
     assert "--correct sense" in note.remedy
 
 
@@ -111,14 +111,46 @@ def test_one_gear_turned_round_is_refused_and_both_block(tmp_path):
     ],
 )
 def test_another_motion_than_the_claimed_one_blocks(tmp_path, truth, rig):
-    note = blamed_nothing(judged(written(tmp_path / "r.parquet", truth), rig), "other-motion")
+    note = blamed_nothing(judged(written(tmp_path / "r.parquet", truth), rig, stated_motion=True), "other-motion")
     assert "[condition]" in note.remedy
 
 
 def test_another_mean_speed_is_told_and_the_measured_one_used(tmp_path):
-    found = judged(written(tmp_path / "r.parquet", {"motion.mean": "60 rpm", "drag.torque": "0.33 N m"}))
+    path = written(tmp_path / "r.parquet", {"motion.mean": "60 rpm", "drag.torque": "0.33 N m"})
+    found = judged(path, stated_motion=True)
     assert "60 rpm" in next(one.text for one in found.notes if one.kind == "other-speed")
     assert found.causes[0].kind == "drag_coulomb"
+
+
+@pytest.mark.parametrize(
+    ("truth", "rig"),
+    [
+        ({"motion.mean": "60 rpm"}, {}),
+        ({"motion.mean": "33 rpm", "motion.harmonics": [{"amplitude": "20 rpm", "frequency": "5 Hz"}]}, {}),
+        ({}, {"motion.harmonics": []}),
+    ],
+)
+def test_a_record_of_another_motion_than_the_rig_file_is_used_as_measured(tmp_path, truth, rig):
+    found = judged(written(tmp_path / "r.parquet", {"drag.torque": "0.33 N m", **truth}), rig)
+    assert [one.kind for one in found.causes] == ["drag_coulomb"]
+    assert kinds(found) == ["one-speed"]
+    motion = found.to_dict()["records"][0]["drive_motion"]
+    true = load(BENCH, {**PLAIN, **truth}).motion
+    assert motion["mean_rad_s"]["value"] == pytest.approx(true.mean, rel=1e-6)
+    (harmonic,) = motion["harmonics"]
+    assert harmonic["frequency_Hz"]["value"] == pytest.approx(true.harmonics[0].frequency, rel=1e-4)
+    assert harmonic["amplitude_rad_s"]["value"] == pytest.approx(true.harmonics[0].amplitude, rel=1e-3)
+
+
+def test_a_harmonic_of_the_drive_is_a_cause_only_where_the_motion_is_stated(tmp_path):
+    sine = {"amplitude": "10 rpm", "frequency": "3 Hz"}
+    true = {"motion.harmonics": [sine, {"amplitude": "0.3 rpm", "frequency": "7.3 Hz"}]}
+    rig = {"motion.harmonics": [sine]}
+    path = written(tmp_path / "r.parquet", true)
+    assert [one.kind for one in judged(path, rig, stated_motion=True).causes] == ["drive_motion"]
+    found = judged(path, rig)
+    assert not found.causes
+    assert len(found.to_dict()["records"][0]["drive_motion"]["harmonics"]) == 2
 
 
 def test_another_bench_of_the_same_ratio_is_doubted(tmp_path):
@@ -168,7 +200,7 @@ def test_a_record_that_is_off_is_left_out_where_there_are_others(tmp_path):
     good = written(tmp_path / "good.parquet", {"drag.torque": "0.33 N m"})
     other = written(tmp_path / "other.parquet", {"motion.harmonics": []})
     bench = load(BENCH, PLAIN)
-    found = diagnose([admit(good, bench), admit(other, bench)], bench)
+    found = diagnose([admit(one, bench, stated_motion=True) for one in (good, other)], bench)
     assert found.causes[0].kind == "drag_coulomb"
     note = next(one for one in found.notes if one.kind == "other-motion")
     assert note.record == str(other)

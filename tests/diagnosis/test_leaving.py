@@ -108,7 +108,7 @@ def test_flanks_are_cut_along_a_tooth_that_stands_out_once_it_is_known():
     plain = load("scenarios/rigaud-2020/fig5-20rpm.toml", {**BENCH, "run.duration": "8 s", "motion.mean": "31.7 rpm"})
     tooth = {"kind": "pitch_error", "offset": "20 um", "tooth": 7}
     played = record(plain.with_({"effect": [tooth]}))
-    came = SimpleNamespace(recording=played, rig=plain, file="")
+    came = SimpleNamespace(recording=played, rig=plain, file="", stated=frozenset({"mean", "harmonics"}))
     guess = catalogue()["pitch_error"](offset=30e-6, tooth=7)
     effect = catalogue()["pitch_error"](offset=20e-6, tooth=7)
     seen = ready(came, 0.0, (guess,))

@@ -25,7 +25,7 @@ def record(name, counts, blows):
         impacts=SimpleNamespace(time=np.arange(float(blows))),
     )  # fmt: skip
     return SimpleNamespace(name=name, scenario=SimpleNamespace(sensors=sensors), radii=(0.05, 0.05), channels=channels,
-                           rig=SimpleNamespace(backlash=BACKLASH))  # fmt: skip
+                           drive=none, rig=SimpleNamespace(backlash=BACKLASH))  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -103,5 +103,5 @@ def test_a_channel_is_off_as_a_whole_and_not_by_a_few_strays(share, size, told):
         flights=SimpleNamespace(time=few, sigma=few), impacts=none, losses=none, drive=none,
         contacts=SimpleNamespace(time=rest, sigma=np.full(len(rest), 1e-6)),
     )  # fmt: skip
-    record = SimpleNamespace(name="only", channels=channels)
+    record = SimpleNamespace(name="only", channels=channels, drive=none)
     assert [one.name for one in amiss([record], rest)] == told

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+    inputs_of,
+)
 
 
 def backlash(
@@ -10,6 +21,7 @@ def backlash(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -19,4 +31,5 @@ def backlash(
     """
     from gears3d.identify import identify_backlash, orders_picture
 
-    answer(identify_backlash(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    answer(identify_backlash(records), orders_picture, out, as_json, inputs_of(records))

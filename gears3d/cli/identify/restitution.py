@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, admitted, answer
+from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, StatedMotion, admitted, answer, inputs_of
 from gears3d.cli.options import Rig
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ def restitution(
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -36,17 +37,17 @@ def restitution(
     from gears3d.measured.segmentation import measure
 
     if rig is None and map_file is None and (lists := _lists(files)):
-        answer(identify_restitution_list(lists), restitution_picture, out, as_json)
+        answer(identify_restitution_list(lists), restitution_picture, out, as_json, files)
         return
     if rig is None:
         from gears3d.identify.restitution_list import EXPECTED
 
         raise UsageError(f"Missing option '--rig' for rattle records; a list of impacts needs none, but {EXPECTED}")
-    records = admitted(files, rig, map_file, correct)
-    found = [measure(one.recording, one.rig, one.file) for one in records]
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
-    answer(law, restitution_picture, out, as_json)
+    answer(law, restitution_picture, out, as_json, inputs_of(records))
 
 
 def _lists(files: Sequence[Path]) -> list[ImpactList]:

@@ -45,27 +45,35 @@ def rundown(
     from gears3d import identify as ident
     from gears3d.errors import UsageError
 
+    inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
     if [file for file in files if file.suffix == ".toml"]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
             raise UsageError("a campaign file contains inertias and laws: omit the other options")
-        campaign = ident.read_campaign(files[0], partial(_tracks, map_file=map_file, correct=correct))
+        campaign = ident.read_campaign(files[0], partial(_tracks, map_file=map_file, correct=correct, inputs=inputs))
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
-        read = partial(_tracks, map_file=map_file, correct=correct)
+        read = partial(_tracks, map_file=map_file, correct=correct, inputs=inputs)
         found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
         known = _inertia(inertia, inertia_uncertainty, rig)
-        tracks = _tracks(files, "loose", map_file, correct)
+        tracks = _tracks(files, "loose", map_file, correct, inputs)
         found = ident.identify_rundown(tracks, *known, law=law)
-    answer(found, ident.rundown_picture, out, as_json)
+    answer(found, ident.rundown_picture, out, as_json, inputs)
 
 
-def _tracks(files: Sequence[Path], gear: str, map_file: Path | None, correct: list[str] | None) -> list[Track]:
+def _tracks(
+    files: Sequence[Path],
+    gear: str,
+    map_file: Path | None,
+    correct: list[str] | None,
+    inputs: list[str | Path | None],
+) -> list[Track]:
     """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
     from gears3d.cli.findings import show_findings, show_repeated
     from gears3d.identify import read_tracks
 
     tracks = read_tracks(files, gear, map_file, correct or (), show_repeated)
+    inputs += [track.file for track in tracks]
     for track in tracks:
         show_findings(track.findings, track.file, quiet=True)
     return tracks

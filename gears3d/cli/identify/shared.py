@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,8 @@ import typer
 from gears3d.cli.options import Correct as Correct
 from gears3d.cli.options import MapFile as MapFile
 from gears3d.cli.options import RequiredRig as RequiredRig
-from gears3d.cli.options import to_picture
+from gears3d.cli.options import StatedMotion as StatedMotion
+from gears3d.cli.options import command, to_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,6 +32,7 @@ def admitted(
     map_file: Path | None = None,
     correct: Sequence[str] | None = None,
     needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
+    stated_motion: bool = False,
 ) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition.
 
@@ -40,6 +42,7 @@ def admitted(
         map_file: ``record.toml``.
         correct: kinds of findings to correct.
         needs: required columns in addition to time, alternatives as a tuple.
+        stated_motion: whether the rig's ``[motion]`` is a statement about the records.
 
     Raises:
         InputError: a file cannot be used.
@@ -48,7 +51,7 @@ def admitted(
     from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
-    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs)
+    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs, stated_motion=stated_motion)
     records = admission.all()
     show_repeated(admission.repeated)
     for record in records:
@@ -56,15 +59,37 @@ def admitted(
     return records
 
 
-def answer(found: Identified, picture: Callable[[Identified], Figure], out: Path | None, as_json: bool) -> None:
-    """Draw the law if requested, and print it.
+def inputs_of(records: Iterable[Admitted]) -> list[str | Path | None]:
+    """Return the files that records were made from.
+
+    Args:
+        records: that passed the sensor gate.
+    """
+    return [file for one in records for file in one.inputs]
+
+
+def answer(
+    found: Identified,
+    picture: Callable[[Identified], Figure],
+    out: Path | None,
+    as_json: bool,
+    inputs: Iterable[str | Path | None],
+) -> None:
+    """Draw the law if requested, and print it with its provenance.
 
     Args:
         found: the law.
         picture: draws it.
         out: of the picture.
         as_json: whether to print JSON.
+        inputs: files that the law was found from.
     """
+    from dataclasses import replace
+
+    from gears3d.provenance import comment, provenance
+
+    made = provenance(inputs, command())
+    found = replace(found, snippet=comment(made) + found.snippet)
     if out is not None:
         from gears3d import files
 
@@ -72,7 +97,7 @@ def answer(found: Identified, picture: Callable[[Identified], Figure], out: Path
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json(found.to_dict())
+        print_json({**found.to_dict(), "provenance": made})
         return
     _show(found)
     typer.echo(f"picture written to {out}" if out is not None else "for a picture: --out law.png")

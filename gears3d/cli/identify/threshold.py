@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+    inputs_of,
+)
 
 
 def threshold(
@@ -10,6 +21,7 @@ def threshold(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -22,7 +34,8 @@ def threshold(
     from gears3d import identify as ident
 
     sweeps = []
-    for record in admitted(files, rig, map_file, correct):
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    for record in records:
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))
-    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json)
+    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json, inputs_of(records))

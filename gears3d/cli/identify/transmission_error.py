@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, RequiredRig, admitted, answer
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Correct,
+    Files,
+    MapFile,
+    Out,
+    RequiredRig,
+    StatedMotion,
+    admitted,
+    answer,
+    inputs_of,
+)
 
 
 def transmission_error(
@@ -10,6 +21,7 @@ def transmission_error(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -19,4 +31,5 @@ def transmission_error(
     """
     from gears3d.identify import identify_transmission_error, orders_picture
 
-    answer(identify_transmission_error(admitted(files, rig, map_file, correct)), orders_picture, out, as_json)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    answer(identify_transmission_error(records), orders_picture, out, as_json, inputs_of(records))

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.checks.declared import MESH
+from gears3d.measured.checks.declared import MESH, stated_of
 from gears3d.measured.checks.examination import correct as undo
 from gears3d.measured.checks.examination import examine, refuse_unknown
 from gears3d.measured.checks.finding import Finding
+from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, files_of, read
 from gears3d.recording import Recording
 
@@ -26,20 +27,32 @@ class Admitted:
 
     Args:
         channels: the columns, corrected where that was asked for.
-        rig: scenario of the bench with this record's conditions, where one was given.
+        rig: scenario of the bench with this record's conditions, where one was given; its motion is the measured one as
+            far as none is stated.
         findings: of the gate, corrected ones among them.
         file: where the record came from.
+        motion: of the drive as its encoder measured it; ``None`` without the drive's angle.
+        stated: parts of the rig's motion that are stated of this record: ``mean``, ``harmonics``, ``record``.
+        map_file: ``record.toml`` that it was read with, where one was given.
     """
 
     channels: Channels
     rig: Scenario | None
     findings: tuple[Finding, ...]
     file: str
+    motion: DriveMotion | None = None
+    stated: frozenset[str] = frozenset()
+    map_file: str | None = None
 
     @cached_property
     def recording(self) -> Recording:
         """The record in the contract's columns; both angles must be there."""
         return Recording(self.channels.columns, meta=self.channels.meta)
+
+    @property
+    def inputs(self) -> tuple[str | Path | None, ...]:
+        """Files that it was made from: the record, its map, the rig."""
+        return self.file, self.map_file, None if self.rig is None else self.rig.path
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -50,6 +63,10 @@ class Admitted:
     def repeats(self) -> bool:
         """Whether a record given before holds the same readings, so that this one must not count."""
         return any(finding.kind == "duplicated-file" for finding in self.findings)
+
+
+SHORT = 3.0
+"""Periods of a record below which the frequency of its fluctuation cannot be separated from a run-up."""
 
 
 class Admission(NamedTuple):
@@ -85,6 +102,7 @@ def admit(
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
     tolerate: Sequence[str] = (),
+    stated_motion: bool = False,
 ) -> Admitted:
     """Read a measured record, examine its sensors and return it with the rig of its condition.
 
@@ -97,6 +115,8 @@ def admit(
             that runs down out of mesh. Without both angles nothing is said of the mesh.
         others: records given before, to find one that is given twice.
         tolerate: kinds of findings that the caller handles itself: they are never fatal.
+        stated_motion: whether the rig's ``[motion]`` is a statement about this record; otherwise the drive's encoder
+            alone says how the drive moved, but for keys of ``motion`` under ``[condition]`` of the map.
 
     Returns:
         The record, the rig and what was found.
@@ -108,12 +128,17 @@ def admit(
     kinds = _kinds(correct)
     channels = read(path, map_file)
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
-    findings = examine(channels, own, others, needs)
+    findings = examine(channels, own, others, needs, stated_motion=stated_motion)
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
     bad = [one for one in done if one.fatal and not one.corrected and one.kind not in tolerate]
     if bad:
         raise InputError([_fault(one, channels.file) for one in bad])
-    return Admitted(undo(channels, findings, kinds) if kinds else channels, own, done, channels.file)
+    channels = undo(channels, findings, kinds) if kinds else channels
+    stated = stated_of(channels.condition, own, stated_motion)
+    motion = _motion(channels, own, needs)
+    if own is not None and motion is not None:
+        own = _moved(own, motion, stated)
+    return Admitted(channels, own, done, channels.file, motion, stated, None if map_file is None else str(map_file))
 
 
 def admit_each(
@@ -125,6 +150,7 @@ def admit_each(
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
     tolerate: Sequence[str] = (),
+    stated_motion: bool = False,
 ) -> Admission:
     """Examine several records and sort them into those that may be used, those that are excluded and the faults.
 
@@ -136,6 +162,7 @@ def admit_each(
         needs: columns that must be there besides time.
         others: records given before these, to find one that is given twice.
         tolerate: as for :func:`admit`.
+        stated_motion: as for :func:`admit`.
 
     Returns:
         What became of each file.
@@ -149,7 +176,9 @@ def admit_each(
     for path, chart in files_of(paths, map_file):
         known = [*others, *(one.channels for one in admitted)]
         try:
-            one = admit(path, rig, chart, correct, needs=needs, others=known, tolerate=tolerate)
+            one = admit(
+                path, rig, chart, correct, needs=needs, others=known, tolerate=tolerate, stated_motion=stated_motion
+            )
         except InputError as error:
             faults += error.faults
         else:
@@ -164,6 +193,7 @@ def admit_all(
     correct: Sequence[str] = (),
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
+    stated_motion: bool = False,
 ) -> tuple[Admitted, ...]:
     """Return several records, each once; the faults of all of them are raised together.
 
@@ -173,12 +203,13 @@ def admit_all(
         map_file: as for :func:`admit_each`.
         correct: as for :func:`admit_each`.
         needs: as for :func:`admit_each`.
+        stated_motion: as for :func:`admit`.
 
     Raises:
         InputError: some cannot be used as they are.
         UsageError: a kind cannot be corrected.
     """
-    return admit_each(paths, rig, map_file, correct, needs=needs).all()
+    return admit_each(paths, rig, map_file, correct, needs=needs, stated_motion=stated_motion).all()
 
 
 def told(finding: Finding) -> str:
@@ -204,6 +235,30 @@ def _conditioned(rig: Scenario, channels: Channels, file: str | Path) -> Scenari
     except InputError as error:
         faults = [Fault(f"condition.{one.key}", one.message, one.remedy, str(file)) for one in error.faults]
         raise InputError(faults) from error
+
+
+def _motion(channels: Channels, rig: Scenario | None, needs: Sequence[str | Sequence[str]]) -> DriveMotion | None:
+    """Return the drive's motion of a record of gears in mesh; ``None`` of any other.
+
+    A record too short to show the frequency of its fluctuation may show that of the rig.
+    """
+    columns = channels.columns
+    if not set(MESH) <= {*needs} or not {"time_s", MESH[0]} <= columns.keys() or len(columns["time_s"]) < 2:
+        return None
+    time, angle = columns["time_s"], columns[MESH[0]]
+    found, span = drive_motion(time, angle), float(time[-1] - time[0])
+    slow = [] if rig is None else [one.frequency for one in rig.motion.harmonics if one.frequency * span < SHORT]
+    return found if found.harmonics or not slow else drive_motion(time, angle, slow)
+
+
+def _moved(rig: Scenario, motion: DriveMotion, stated: frozenset[str]) -> Scenario:
+    """Return the rig with the measured motion in place of what is not stated."""
+    if "record" in stated or {"mean", "harmonics"} <= stated:
+        return rig
+    table = motion.scenario()
+    if rig.motion.record is None:
+        return rig.with_({f"motion.{key}": value for key, value in table.items() if key not in stated})
+    return rig.with_({"motion": table})
 
 
 def _kinds(correct: Sequence[str]) -> list[str]:

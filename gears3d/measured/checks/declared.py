@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +22,10 @@ class Declared:
         radii: base radii of drive and loose gear [m].
         teeth: of drive and loose gear.
         backlash: along the line of action [m].
-        mean_speed: of the drive gear [rad/s].
-        swing: sum of the amplitudes of the drive's harmonics [rad/s].
+        mean_speed: of the drive gear where it is stated of this record [rad/s].
+        swing: sum of the amplitudes of the drive's harmonics where they are stated of this record [rad/s].
+        swings: whether the harmonics are stated.
+        usual_speed: mean speed of the drive gear in the rig's scenario, which this record may have or not [rad/s].
         sample_rate: [Hz].
         counts: per revolution, by column.
         stated_rate: that the file itself states and that its time was made of [Hz].
@@ -35,6 +37,8 @@ class Declared:
     backlash: float | None = None
     mean_speed: float | None = None
     swing: float = 0.0
+    swings: bool = False
+    usual_speed: float | None = None
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
     stated_rate: float | None = None
@@ -45,13 +49,41 @@ class Declared:
         return set(MESH) <= set(self.needs)
 
 
-def declared(rig: Scenario | None, meta: Mapping[str, Any], needs: Sequence[str | Sequence[str]] = MESH) -> Declared:
+def stated_of(condition: Mapping[str, Any], rig: Scenario | None, stated_motion: bool = False) -> frozenset[str]:
+    """Return which parts of the drive's motion are stated of a record: ``mean``, ``harmonics``, ``record``.
+
+    Any key of ``motion.harmonics`` states all harmonics of the rig with that change; the mean speed alone states no
+    harmonics, and the reverse. A recorded motion states everything.
+
+    Args:
+        condition: keys of the rig that the record's map overrides, dotted.
+        rig: scenario of the bench in this record's condition.
+        stated_motion: whether the rig's own motion is stated of the record as well.
+
+    >>> sorted(stated_of({"motion.mean": "90 rpm", "drag.torque": "1 N m"}, None))
+    ['mean']
+    """
+    parts = {key.split(".")[1].split("[")[0] for key in condition if key.startswith("motion.")}
+    if stated_motion or "motion" in condition:
+        parts |= {"mean", "harmonics"}
+    if rig is not None and rig.motion.record is not None and (stated_motion or "record" in parts):
+        parts |= {"mean", "harmonics", "record"}
+    return frozenset(parts & {"mean", "harmonics", "record"})
+
+
+def declared(
+    rig: Scenario | None,
+    meta: Mapping[str, Any],
+    needs: Sequence[str | Sequence[str]] = MESH,
+    stated: Collection[str] = (),
+) -> Declared:
     """Return what rig and metadata say.
 
     Args:
         rig: scenario of the bench, or nothing.
         meta: of the record; base radii in it serve where there is no rig.
         needs: columns that must be there besides time; alternatives as a tuple.
+        stated: parts of the rig's motion that are stated of the record, as :func:`stated_of` has them.
 
     >>> declared(None, {"base_radius_drive_m": 0.1, "base_radius_loose_m": 0.2}).radii
     (0.1, 0.2)
@@ -72,9 +104,11 @@ def declared(rig: Scenario | None, meta: Mapping[str, Any], needs: Sequence[str 
         (values.base_radius_drive, values.base_radius_loose),
         (values.teeth_drive, values.teeth_loose),
         values.backlash,
+        rig.motion.mean if rig.motion.record is None and "mean" in stated else None,
+        sum(abs(harmonic.amplitude) for harmonic in rig.motion.harmonics) if "harmonics" in stated else 0.0,
+        "harmonics" in stated,
         rig.motion.mean if rig.motion.record is None else None,
-        sum(abs(harmonic.amplitude) for harmonic in rig.motion.harmonics),
         rig.sensors.sample_rate,
         counts,
-        stated if isinstance(stated := meta.get("stated_rate_Hz"), float) else None,
+        rate if isinstance(rate := meta.get("stated_rate_Hz"), float) else None,
     )

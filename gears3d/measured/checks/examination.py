@@ -28,7 +28,7 @@ from gears3d.measured.checks import (
     waves,
 )
 from gears3d.measured.checks.columns import empty
-from gears3d.measured.checks.declared import MESH, declared
+from gears3d.measured.checks.declared import MESH, declared, stated_of
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.view import View
 from gears3d.measured.readers import Channels
@@ -64,6 +64,7 @@ CHECKS = (
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
     Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
     Check(speeds.examine, speeds.correct, ("speed-unit",)),
+    Check(speeds.compare_with_usual),
     Check(counting.examine),
     Check(skew.examine, skew.correct, ("skew",)),
     Check(drifting.examine),
@@ -78,6 +79,8 @@ def examine(
     rig: Scenario | None = None,
     others: Iterable[Channels] = (),
     needs: Sequence[str | Sequence[str]] = MESH,
+    *,
+    stated_motion: bool = False,
 ) -> tuple[Finding, ...]:
     """Return what is wrong with the sensors and the clock of a record.
 
@@ -91,6 +94,7 @@ def examine(
         others: records given before, to find the same one given twice.
         needs: columns that must be there besides time; alternatives as a tuple. Only with both angles the gears count
             as meshing.
+        stated_motion: whether the rig's ``[motion]`` is stated of this record; keys of its condition are in any case.
 
     Returns:
         The findings, in the order of the checks.
@@ -101,7 +105,7 @@ def examine(
     >>> [(one.kind, one.size) for one in examine(rows)]
     [('duplicates', 1.0)]
     """
-    about = declared(rig, channels.meta, needs)
+    about = declared(rig, channels.meta, needs, stated_of(channels.condition, rig, stated_motion))
     columns, found = dict(channels.columns), decoded.examine(channels.meta)
     view = View(columns, about)
     for check in CHECKS:

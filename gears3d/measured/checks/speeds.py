@@ -1,4 +1,4 @@
-"""Are speeds in rad/s: held against the angle of the same gear, or else against the declared mean speed."""
+"""Are speeds in rad/s: compared with the angle of the same gear, or else with the mean speed that is stated."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from gears3d.measured.checks.finding import Finding
-from gears3d.measured.checks.view import View
+from gears3d.measured.checks.view import MESH, View
 
 UNITS = {
     "rpm": 30.0 / np.pi,
@@ -17,6 +17,16 @@ UNITS = {
     "thousand rpm": 0.03 / np.pi,
     "rad/min": 60.0,
 }
+HINTS = {
+    "the angles are in degrees": 180.0 / np.pi,
+    "the angles are in revolutions": 0.5 / np.pi,
+    "time is in milliseconds": 1e-3,
+    "time is in microseconds": 1e-6,
+    "time is in minutes": 60.0,
+}
+"""Units that turn the speed of the rig's scenario into another one, by the factor."""
+EXACT = 0.005
+"""How near a factor must be to that of a unit for a hint: 1 in 600 of records of any speed from 1e-6 to 100 times."""
 PARTNERS = {
     "omega_drive_rad_s": ("theta_drive_rad",),
     "omega_loose_rad_s": ("theta_loose_rad",),
@@ -85,6 +95,28 @@ def _by_angle(view: View, name: str, angle: str) -> Finding | None:
         return Finding("speed-unit", name, -1.0, "1", f"{told}: its sign is inverted", remedy, False, True)
     remedy = "check which shaft this speed belongs to: only the angles are used"
     return Finding("speed-unit", name, factor, "1", told, remedy)
+
+
+def compare_with_usual(view: View) -> list[Finding]:
+    """Report a drive whose speed is that of the rig's scenario in another unit, where no speed is stated.
+
+    Records may be of any speed, so nothing is concluded from it.
+
+    Args:
+        view: the record.
+    """
+    usual, name = view.declared.usual_speed, MESH[0]
+    lasts = float(view.time[-1] - view.time[0]) if len(view.time) > 1 else 0.0
+    if view.declared.mean_speed is not None or not usual or name not in view.angles or not lasts > 0.0:
+        return []
+    seen = float(view.angles[name][-1] - view.angles[name][0]) / lasts
+    for what, factor in HINTS.items():
+        if abs(seen / usual / factor - 1.0) < EXACT:
+            told = f"the drive turns at {seen:.6g} rad/s, {factor:.4g} times the mean speed of the rig: "
+            told += f"if both are meant to be the same, {what}"
+            remedy = "nothing to do if the record is of another speed"
+            return [Finding("other-speed", name, seen / usual, "1", told, remedy)]
+    return []
 
 
 def _by_mean(view: View, name: str) -> Finding | None:

@@ -67,7 +67,7 @@ def off_by(view: View) -> float | None:
         view: the record; its time rises.
 
     Returns:
-        The ratio; ``None`` where no motion is declared, or the record is of another one.
+        The ratio; ``None`` where no speed is stated, or the record's fluctuation is another than a stated one.
     """
     about, name = view.declared, MESH[0]
     if about.mean_speed is None or name not in view.angles or not about.meshed or len(view.time) < 4:
@@ -85,6 +85,8 @@ def off_by(view: View) -> float | None:
     speed = np.diff(way) / np.diff(view.time[at])
     lasts = float(view.time[-1] - view.time[0])
     mean, whole = float(way[-1]) / lasts, float(np.sqrt(np.mean(speed**2)))
+    if not about.swings:
+        return abs(mean / about.mean_speed) if about.mean_speed and abs(mean) > 0.2 * whole else None
     declared = np.hypot(about.mean_speed, about.swing / np.sqrt(2.0))
     if not 0.0 < whole < MOST or declared <= 0.0:
         return None
@@ -102,7 +104,8 @@ def _by_motion(view: View) -> list[Finding]:
         close = MEANT[what]
         if not 1.0 / close < ratio * factor < close:
             continue
-        if view.declared.swing == 0.0 and not (rate and 1.0 / 30.0 < view.spacing * rate / factor < 30.0):
+        steady = view.declared.swings and view.declared.swing == 0.0
+        if steady and not (rate and 1.0 / 30.0 < view.spacing * rate / factor < 30.0):
             continue
         told = f"the drive turns {ratio:.4g} times as fast as the rig declares, as unevenly: time is in {what}"
         remedy = "or give the true speed as motion.mean under [condition]"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
+from gears3d.measured.drive_motion import DriveMotion, drive_motion, of_period
 from gears3d.measured.segmentation.explained import NotExplained, backlash_sigma, explain, refuse
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.readings import usual
@@ -63,6 +64,8 @@ def measure(
     file: str = "",
     progress: Callable[[float], None] | None = None,
     shapes: tuple[Shape, ...] = (),
+    motion: DriveMotion | None = None,
+    stated_motion: bool = False,
 ) -> Measurement:
     """Cut a measured record into flights and contacts and say how well everything is known.
 
@@ -75,6 +78,9 @@ def measure(
         progress: called now and then with the part that is done, 0 to 1; what it raises ends the work.
         shapes: that flanks are known to have besides orders, such as a single tooth's, of unit size over the record's
             angles of drive and loose gear; their sizes are fitted.
+        motion: of the drive as measured, where the rig's is stated or was put in the rig already; it is estimated from
+            the record otherwise.
+        stated_motion: whether the rig's ``[motion]`` is a statement about the record.
 
     Returns:
         The measurement. Where flights and contact do not explain the motion, ``summary["status"]`` is
@@ -95,16 +101,22 @@ def measure(
     if isinstance(rig, str | Path):
         rig = load(rig)
     if isinstance(record, str | Path):
-        admitted = admit(record, rig)
-        record, rig, file = admitted.recording, admitted.rig, admitted.file
+        admitted = admit(record, rig, stated_motion=stated_motion)
+        record, rig, file, motion = admitted.recording, admitted.rig, admitted.file, admitted.motion
     about = _about(record, rig, file)
+    stated = stated_motion or motion is not None
+    if motion is None:
+        motion = drive_motion(record.time, record.signals["theta_drive_rad"])
+    if (period := _period(record, rig, motion, stated)) is not None:
+        about["period_s"] = period
     known = path_of(record, rig, file)
     try:
         cut = segments_of(known, rig, file, progress, shapes)
     except NotExplained as error:
-        return _withheld(record, known, about, error)
+        seen = _withheld(record, known, about, error)
+        return replace(seen, summary={**seen.summary, "drive_motion": motion.to_dict()})
     made = _recording(record, cut, about, _teeth(rig))
-    return Measurement(made, cut, _summary(record, made, cut))
+    return Measurement(made, cut, {**_summary(record, made, cut), "drive_motion": motion.to_dict()})
 
 
 def segments_of(
@@ -185,7 +197,7 @@ def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
 
 def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]:
     """Return what is known of the rig, as ``meta`` of a recording has it."""
-    keys = ("base_radius_drive_m", "base_radius_loose_m", "inertia_kg_m2", "period_s", "title")
+    keys = ("base_radius_drive_m", "base_radius_loose_m", "inertia_kg_m2", "title")
     about = {key: record.meta[key] for key in keys if key in record.meta}
     if rig is not None:
         values = rig.rig()
@@ -197,12 +209,17 @@ def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]
             "title": rig.title,
             "source": rig.source,
         }
-        if rig.motion.harmonics:
-            about["period_s"] = rig.period
     if not {"base_radius_drive_m", "base_radius_loose_m"} <= about.keys():
         remedy = "give --rig SCENARIO: angles alone have no displacement"
         raise InputError(Fault("--rig", "is missing, and the record does not tell its base radii", remedy, file))
     return about | {"model": "measured"}
+
+
+def _period(record: Recording, rig: Scenario | None, motion: DriveMotion, known: bool) -> float | None:
+    """Return the period of the drive's fluctuation [s]: that of the rig where its motion is the record's."""
+    if known and rig is not None and rig.motion.harmonics:
+        return rig.period
+    return record.meta.get("period_s") or (motion.period if motion.harmonics else None)
 
 
 def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: tuple[int, int] | None) -> Recording:
@@ -319,12 +336,7 @@ def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.nda
     """Return the phase of the drive's fluctuation at some times [rad], NaN where there is none."""
     if not period or record.time[-1] - record.time[0] < period:
         return np.full(len(times), np.nan)
-    some = slice(None, None, max(len(record.time) // 20_000, 1))
-    time, angle = record.time[some], record.signals["theta_drive_rad"][some]
-    turn = 2 * pi / period * time
-    basis = np.column_stack([np.ones_like(time), time - time[0], np.cos(turn), np.sin(turn)])
-    fit = np.linalg.lstsq(basis, angle - angle.mean(), rcond=None)[0]
-    return np.mod(2 * pi / period * times + np.arctan2(fit[3], -fit[2]), 2 * pi)
+    return of_period(record.time, record.signals["theta_drive_rad"], period, times)
 
 
 def _summary(record: Recording, made: Recording, cut: Segments) -> dict[str, Any]:

@@ -23,8 +23,8 @@ def record(kind, noise=0.005):
     return seen(*happened({"kadmiri": KADMIRI, "helical": HELICAL}[kind], (("run.duration", "2 s"),)), noise, SEED)
 
 
-def found(scenario, columns, *kinds):
-    return [one for one in examine(channels(columns), scenario) if not kinds or one.kind in kinds]
+def found(scenario, columns, *kinds, stated=False):
+    return [one for one in examine(channels(columns), scenario, stated_motion=stated) if not kinds or one.kind in kinds]
 
 
 @pytest.mark.parametrize("kind", ["rattle", "contact", "kadmiri", "helical"])
@@ -39,7 +39,7 @@ def test_nothing_is_found_in_clean_records(kind):
 def test_one_channel_in_another_unit(kind, name, factor):
     scenario, columns = record(kind)
     bad = faults.scaled(columns, **{name: factor})
-    (one,) = found(scenario, bad, "angle-unit", "ratio", "swapped")
+    (one,) = found(scenario, bad, "angle-unit", "ratio", "swapped", stated=True)
     assert (one.kind, one.channel, one.fatal) == ("angle-unit", name, True)
     assert one.size == pytest.approx(factor)
     mended = correct(channels(bad), [one], ["angle-unit"]).columns
@@ -49,16 +49,28 @@ def test_one_channel_in_another_unit(kind, name, factor):
 @pytest.mark.parametrize("factor", [180 / np.pi, 0.5 / np.pi, 1_600_000 / (2 * np.pi)])
 def test_both_channels_in_another_unit_show_in_the_mean_speed(factor):
     scenario, columns = record("rattle")
-    (one,) = found(scenario, faults.scaled(columns, **{LOOSE: factor, DRIVE: factor}), "angle-unit")
+    bad = faults.scaled(columns, **{LOOSE: factor, DRIVE: factor})
+    (one,) = found(scenario, bad, "angle-unit", stated=True)
     assert (one.channel, one.size) == ("", pytest.approx(factor))
+    assert not found(scenario, bad, "angle-unit")
+
+
+def test_a_speed_that_is_off_by_a_unit_is_a_hint_where_none_is_stated():
+    scenario, columns = record("rattle")
+    bad = faults.scaled(columns, **{LOOSE: 180.0 / np.pi, DRIVE: 180.0 / np.pi})
+    (one,) = found(scenario, bad, "other-speed")
+    assert not one.fatal
+    assert "degrees" in one.evidence
+    for speed in ("20 rpm", "50 rpm", "600 rpm"):
+        assert not found(scenario.with_({"motion.mean": speed}), columns, "other-speed")
 
 
 @pytest.mark.parametrize("kind", ["rattle", "contact", "kadmiri"])
 def test_a_gear_that_turns_backwards(kind):
     scenario, columns = record(kind)
-    (one,) = found(scenario, faults.scaled(columns, **{DRIVE: -1.0}), "sense", "ratio")
+    (one,) = found(scenario, faults.scaled(columns, **{DRIVE: -1.0}), "sense", "ratio", stated=True)
     assert (one.kind, one.channel, one.fatal) == ("sense", DRIVE, True)
-    (one,) = found(scenario, faults.scaled(columns, **{DRIVE: -1.0, LOOSE: -1.0}), "sense")
+    (one,) = found(scenario, faults.scaled(columns, **{DRIVE: -1.0, LOOSE: -1.0}), "sense", stated=True)
     assert (one.channel, one.fatal) == ("", False)
 
 

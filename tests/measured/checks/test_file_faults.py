@@ -119,7 +119,7 @@ def test_time_in_another_unit_shows_in_the_motion(factor, every):
     record = rattling()
     thinned = {name: values[::every] for name, values in record[1].items()}
     bad = faults.scaled(thinned, time_s=factor)
-    one = examine(channels(bad), record[0])[0]
+    one = examine(channels(bad), record[0], stated_motion=True)[0]
     assert (one.kind, one.size, one.fatal) == ("time-unit", pytest.approx(factor), True)
     mended = correct(channels(bad), [one], ["time-unit"]).columns["time_s"]
     assert np.allclose(mended, thinned["time_s"], rtol=1e-14)
@@ -127,7 +127,7 @@ def test_time_in_another_unit_shows_in_the_motion(factor, every):
 
 def test_a_speed_that_no_unit_explains_is_an_error():
     record = rattling()
-    one = examine(channels(faults.scaled(record[1], time_s=37.0)), record[0])[-1]
+    one = examine(channels(faults.scaled(record[1], time_s=37.0)), record[0], stated_motion=True)[-1]
     assert (one.kind, one.fatal, one.correctable) == ("time-unit", True, False)
     assert "neither the unit of the time nor that of the angles" in one.evidence
 

@@ -55,7 +55,8 @@ def test_a_run_down_of_speeds_is_held_against_the_mean_speed(factor, kinds):
     scenario = load(RIGAUD)
     time = np.linspace(0.0, 2.0, 5000)
     speed = scenario.motion.mean * (1.0 - 0.3 * time)
-    found = examine(Channels({"time_s": time, "omega_rad_s": factor * speed}), scenario, needs=(("omega_rad_s",),))
+    rows = Channels({"time_s": time, "omega_rad_s": factor * speed})
+    found = examine(rows, scenario, needs=(("omega_rad_s",),), stated_motion=True)
     assert [one.kind for one in found] == kinds
     assert all(one.fatal and one.size == pytest.approx(factor) for one in found)
 

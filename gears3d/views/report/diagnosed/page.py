@@ -60,7 +60,13 @@ def render(found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> 
         "power": left.power(found),
         "snippet": story.snippet(found.causes),
         "records": [
-            {**one, "name": names[one["name"]], "left_out": left.left_out(one["left_out"])} for one in found.records
+            {
+                **one,
+                "name": names[one["name"]],
+                "motion": found.motions.get(one["name"], "–"),
+                "left_out": left.left_out(one["left_out"]),
+            }
+            for one in found.records
         ],
         "findings": {
             names.get(name, name): sensors.findings({"quality": {"findings": rows}})

@@ -147,7 +147,7 @@ def _losses(one: Evidence, rest: Array) -> tuple[list[Array], int]:
 
 
 def _drives(one: Evidence, rest: Array) -> tuple[list[Array], int]:
-    seen = one.channels.drive
+    seen = one.drive
     size, speed = len(seen.time), one.motion.speed(seen.time)
     loose = seen.angle * one.radii[0] / one.radii[1]
     sure = np.full(size, 1.0 / seen.sigma)

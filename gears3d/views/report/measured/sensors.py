@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from gears3d.measured.drive_motion import told
 from gears3d.views.report.figures import Figure, figure, kind_of, plain
 from gears3d.views.report.trust import Claim
 
@@ -107,6 +110,10 @@ def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
             "largest, relative to the sampling interval",
         ),
     ]
+    if motion := summary.get("drive_motion"):
+        rpm = 30.0 / np.pi * motion["mean_rad_s"]["value"]
+        mean = Figure(f"{plain(rpm, 4)}\N{NO-BREAK SPACE}rpm", motion["mean_rad_s"]["value"])
+        lines.append(Claim("drive_motion", "measured motion of the drive", mean, told(motion)))
     for gear, one in quality["encoders"].items():
         counts = one["counts_per_revolution"]
         shown = Figure("not visible") if counts is None else Figure(f"{counts:.0f}", float(counts))

@@ -1,0 +1,348 @@
+"""The drive's motion as its encoder measured it: mean speed, run-up, and the harmonics of its fluctuation.
+
+Every record brings its own motion. The harmonics are found one after the other in the spectrum of the angle, each
+against the noise beside it, so that coloured noise makes no line; all frequencies, amplitudes and phases are then
+fitted together by least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import atan2, hypot, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.signals import count_of, quantum
+from gears3d.units import show
+
+Array = np.ndarray
+POINTS = 1 << 14
+"""Means of the angle that are kept: 40 a period in a record of 400 periods."""
+FEWEST = 64
+"""Readings below which nothing but a mean speed is estimated."""
+DEGREE = 3
+"""Degree of the polynomial in time that a run-up's angle follows: its speed is a parabola."""
+LEAST = 2.0
+"""Periods that a record must hold of a harmonic; with fewer it cannot be separated from a run-up."""
+MOST = 12
+"""Harmonics that are looked for."""
+CHANCE = 1e-4
+"""Probability that noise alone makes a line in a record; its periodogram is exponentially distributed."""
+BESIDE = 48
+"""Lines of the periodogram on each side whose median is the level of the noise."""
+APART = 4.0
+"""Lines of the periodogram between two harmonics; nearer ones are one whose amplitude changes."""
+SMALL = 0.01
+"""Amplitude over that of the strongest harmonic, as speed or as acceleration, below which a line is not kept."""
+FINEST = 20.0
+"""Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
+COUNTED = 0.35
+"""Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
+RUN_UP = 0.02
+"""Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
+FUNDAMENTAL = 0.1
+"""Amplitude over that of the strongest harmonic from which on a harmonic of lower order may set the period."""
+SHOWN = 3
+"""Harmonics that a line of text names."""
+ROUNDS = 3
+"""Gauss-Newton steps of the final fit, which begins within a tenth of a spectral line."""
+NORMAL = 1.96
+"""Standard deviations of a 95 % interval."""
+
+
+class Harmonic(NamedTuple):
+    """One harmonic of the drive's speed: amplitude·sin(2·pi·frequency·t + phase).
+
+    Args:
+        frequency: [Hz].
+        amplitude: [rad/s].
+        phase: at t = 0 [rad].
+        order: per revolution of the drive at its mean speed, 0 where it does not turn.
+        frequency_sigma: standard deviation [Hz]; 0 where the frequency was given.
+        amplitude_sigma: standard deviation [rad/s].
+    """
+
+    frequency: float
+    amplitude: float
+    phase: float
+    order: float
+    frequency_sigma: float
+    amplitude_sigma: float
+
+
+class DriveMotion(NamedTuple):
+    """The drive's motion in one record.
+
+    Args:
+        mean: mean speed [rad/s].
+        mean_sigma: standard deviation [rad/s].
+        speeds: at the beginning and at the end, fluctuation apart [rad/s].
+        harmonics: that with the period of the motion first, then by decreasing amplitude.
+    """
+
+    mean: float
+    mean_sigma: float
+    speeds: tuple[float, float]
+    harmonics: tuple[Harmonic, ...] = ()
+
+    @property
+    def period(self) -> float | None:
+        """Period of the fluctuation, else of one revolution [s]; ``None`` where the drive stands still."""
+        if self.harmonics:
+            return 1.0 / self.harmonics[0].frequency
+        return 2.0 * pi / abs(self.mean) if self.mean else None
+
+    @property
+    def runs_up(self) -> bool:
+        """Whether the mean speed changes over the record."""
+        return abs(self.speeds[1] - self.speeds[0]) > RUN_UP * abs(self.mean)
+
+    def scenario(self) -> dict[str, Any]:
+        """Return the motion as the table ``[motion]`` of a scenario."""
+        return {
+            "mean": f"{self.mean:.17g} rad/s",
+            "harmonics": [
+                {"amplitude": f"{one.amplitude:.17g} rad/s", "frequency": f"{one.frequency:.17g} Hz",
+                 "phase": f"{one.phase:.17g} rad"}
+                for one in self.harmonics
+            ],
+        }  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold, as the contract has it."""
+        return {
+            "mean_rad_s": _interval(self.mean, self.mean_sigma),
+            "speed_begin_rad_s": self.speeds[0],
+            "speed_end_rad_s": self.speeds[1],
+            "run_up": self.runs_up,
+            "period_s": self.period,
+            "harmonics": [
+                {
+                    "frequency_Hz": _interval(one.frequency, one.frequency_sigma),
+                    "order": one.order or None,
+                    "amplitude_rad_s": _interval(one.amplitude, one.amplitude_sigma),
+                    "phase_rad": one.phase,
+                }
+                for one in self.harmonics
+            ],
+        }
+
+    def __str__(self) -> str:
+        return told(self.to_dict())
+
+
+def told(motion: Mapping[str, Any]) -> str:
+    """Return a drive's motion as one line.
+
+    Args:
+        motion: of :meth:`DriveMotion.to_dict`.
+    """
+    text = f"mean {show(motion['mean_rad_s']['value'], 'speed', 4)}"
+    if motion["run_up"]:
+        begin, end = (show(motion[f"speed_{name}_rad_s"], "speed", 4) for name in ("begin", "end"))
+        text = f"from {begin} to {end}, {text}"
+    for one in motion["harmonics"][:SHOWN]:
+        order = f" (order {one['order']:.4g})" if one["order"] else ""
+        amplitude, frequency = one["amplitude_rad_s"]["value"], one["frequency_Hz"]["value"]
+        text += f", {show(amplitude, 'speed', 4)} at {show(frequency, 'frequency', 5)}{order}"
+    more = len(motion["harmonics"]) - SHOWN
+    return f"{text}, {more} smaller" if more > 0 else text
+
+
+def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -> DriveMotion:
+    """Return the motion of the drive, its strongest harmonics with the uncertainty that noise beside them has.
+
+    Args:
+        time: of the readings [s], rising, (n,).
+        angle: of the drive gear [rad], (n,).
+        frequencies: of its harmonics where they are known [Hz]; they are looked for otherwise.
+
+    Source: Rife and Boorstyn 1974, IEEE Trans. Inf. Theory 20: least squares, uncertainty of a frequency.
+
+    >>> time = np.arange(0.0, 10.0, 1e-3)
+    >>> found = drive_motion(time, 20.0 * time - 0.1 * np.cos(2 * pi * 3.0 * time + 0.5))
+    >>> [round(number, 4) for number in (found.mean, *found.harmonics[0][:4])]
+    [20.0, 3.0, 1.885, 0.5, 0.9425]
+    """
+    time, angle = np.asarray(time, float), np.asarray(angle, float)
+    count = (quantum(angle) or count_of(angle) or 0.0) if len(angle) > 1 and not len(frequencies) else 0.0
+    time, angle, width = _means(time, angle)
+    span = float(time[-1] - time[0]) if len(time) else 0.0
+    if len(time) < FEWEST or not span > 0.0 or not np.isfinite(angle.sum()):
+        mean = float((angle[-1] - angle[0]) / span) if span > 0.0 else 0.0
+        return DriveMotion(mean, 0.0, (mean, mean))
+    fit = _Fit(time, angle, width)
+    turns = np.array([2.0 * pi * one for one in frequencies if one * span >= 1.0])
+    numbers = fit.solve(turns)
+    if not len(frequencies):
+        turns, numbers = _search(fit, COUNTED * count)
+    return _motion(fit, turns, numbers, bool(len(frequencies)))
+
+
+def of_period(time: Array, angle: Array, period: float, at: Array) -> Array:
+    """Return the phase of the drive's fluctuation of a known period at some times [rad], NaN in a shorter record.
+
+    Args:
+        time: of the readings [s], (n,).
+        angle: of the drive gear [rad], (n,).
+        period: [s].
+        at: the times [s], (k,).
+    """
+    found = drive_motion(time, angle, (1.0 / period,)).harmonics
+    if not found:
+        return np.full(len(at), np.nan)
+    return np.mod(2.0 * pi / period * at + found[0].phase, 2.0 * pi)
+
+
+class _Fit:
+    """Means of an angle, and the least squares of a polynomial and harmonics through them."""
+
+    def __init__(self, time: Array, angle: Array, width: float) -> None:
+        self.middle = 0.5 * float(time[0] + time[-1])
+        self.half = 0.5 * float(time[-1] - time[0])
+        self.x = time - self.middle
+        self.angle, self.width, self.first = angle - angle[0], width, float(angle[0])
+        self.trend = np.polynomial.legendre.legvander(self.x / self.half, DEGREE)
+
+    def shrunk(self, turn: Array) -> Array:
+        """Return by how much a mean over the width flattens sines."""
+        return np.sinc(turn * self.width / (2.0 * pi))
+
+    def waves(self, turns: Array) -> tuple[Array, Array]:
+        """Return cosines and sines of unit size, each (n, h)."""
+        along = np.multiply.outer(self.x, turns)
+        return self.shrunk(turns) * np.cos(along), self.shrunk(turns) * np.sin(along)
+
+    def solve(self, turns: Array) -> Array:
+        """Return coefficients of the trend, then of cosines, then of sines."""
+        return _least(np.hstack([self.trend, *self.waves(turns)]), self.angle)
+
+    def refined(self, turns: Array, numbers: Array) -> tuple[Array, Array]:
+        """Return frequencies after one step of Gauss and Newton, and the coefficients there."""
+        cosines, sines = self.waves(turns)
+        a, b = np.split(numbers[DEGREE + 1 :], 2)
+        slope = self.x[:, None] * (b * cosines - a * sines)
+        found = _least(np.hstack([self.trend, cosines, sines, slope]), self.angle)
+        step = found[DEGREE + 1 + 2 * len(turns) :]
+        limit = 0.5 * pi / self.half  # half a spectral line: farther is another line
+        turns = turns + np.clip(step, -limit, limit)
+        return turns, self.solve(turns)
+
+    def rest(self, turns: Array, numbers: Array) -> Array:
+        """Return what is not explained, (n,)."""
+        return self.angle - np.hstack([self.trend, *self.waves(turns)]) @ numbers
+
+
+def _least(table: Array, values: Array) -> Array:
+    """Return least squares by normal equations, columns scaled to unit length."""
+    size = np.sqrt(np.einsum("ij,ij->j", table, table))
+    size[size == 0.0] = 1.0
+    scaled = table / size
+    return np.linalg.lstsq(scaled.T @ scaled, scaled.T @ values, rcond=1e-12)[0] / size
+
+
+def _means(time: Array, angle: Array) -> tuple[Array, Array, float]:
+    """Return means over equally many readings, and the time that each covers."""
+    few = max(len(time) // POINTS, 1)
+    count = len(time) // few
+    if count < 2:
+        return time, angle, 0.0
+    time, angle = (values[: count * few].reshape(count, few).mean(axis=1) for values in (time, angle))
+    return time, angle, (float(time[-1] - time[0]) / (count - 1) if few > 1 else 0.0)
+
+
+def _spectrum(fit: _Fit, rest: Array) -> tuple[Array, Array, Array]:
+    """Return angular frequencies, the periodogram under a Hann window as squared amplitudes, and the noise in it."""
+    from scipy.ndimage import median_filter
+
+    count = len(rest)
+    even = np.linspace(-fit.half, fit.half, count)
+    power = np.abs(np.fft.rfft(np.interp(even, fit.x, rest) * np.hanning(count))) ** 2 * (4.0 / count) ** 2
+    turns = 2.0 * pi * np.fft.rfftfreq(count, 2.0 * fit.half / (count - 1))
+    level = median_filter(power, 2 * BESIDE + 1, mode="reflect") / np.log(2.0)
+    return turns, power, np.maximum(level, 1e-300)
+
+
+def _steep(grid: Array, power: Array) -> Array:
+    """Return the level of noise whose power falls with the square of the frequency, as integrated noise has it."""
+    from scipy.ndimage import median_filter
+
+    square = np.maximum(grid, grid[1]) ** 2
+    return median_filter(power * square, 2 * BESIDE + 1, mode="reflect") / np.log(2.0) / square
+
+
+def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
+    """Return angular frequencies of all harmonics, the strongest first, and the coefficients of the fit."""
+    turns = np.zeros(0)
+    numbers = fit.solve(turns)
+    for _ in range(MOST):
+        grid, power, level = _spectrum(fit, fit.rest(turns, numbers))
+        line = grid[1] if len(grid) > 1 else 1.0
+        level = np.maximum(level, _steep(grid, power))
+        usable = (grid >= LEAST * line) & (power > level * np.log(len(grid) / CHANCE))
+        usable &= power > least**2
+        usable[-1] = False
+        for turn in turns:
+            usable &= np.abs(grid - turn) > APART * line
+        speed = np.sqrt(power) * grid / np.maximum(fit.shrunk(grid), 0.1)
+        if len(turns):
+            a, b = np.split(numbers[DEGREE + 1 :], 2)
+            strongest = turns[0] * hypot(a[0], b[0])
+            fast = (grid < FINEST * turns[0]) & (speed * grid > SMALL * strongest * turns[0])
+            usable &= (speed > SMALL * strongest) | fast
+        if not usable.any():
+            break
+        best = int(np.argmax(np.where(usable, speed, 0.0)))
+        left, here, right = np.log(np.maximum(power[best - 1 : best + 2], 1e-300))
+        bend = left - 2.0 * here + right
+        shift = float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
+        turns = np.append(turns, grid[best] + shift * line)
+        turns, numbers = fit.refined(turns, fit.solve(turns))
+    for _ in range(ROUNDS if len(turns) else 0):
+        turns, numbers = fit.refined(turns, numbers)
+    return turns, numbers
+
+
+def _motion(fit: _Fit, turns: Array, numbers: Array, given: bool) -> DriveMotion:
+    """Return the motion of a fit, with its uncertainty."""
+    span = 2.0 * fit.half
+    grid, _, level = _spectrum(fit, fit.rest(turns, numbers))
+    trend = np.polynomial.legendre.Legendre(numbers[: DEGREE + 1], (-fit.half, fit.half))
+    begin, end = (float(trend.deriv()(x)) for x in (-fit.half, fit.half))
+    mean = float(trend(fit.half) - trend(-fit.half)) / span
+    # white noise of variance v is 6·v/n in this periodogram, and 2·v/n in the square of a fitted amplitude
+    own = np.sqrt(level / 3.0)  # standard deviation of an amplitude [rad]
+    # ends of a cubic by least squares: (3 + 7)/3 times the variance of a straight line's slope, 12·v/(n·span²)
+    mean_sigma = float(np.sqrt(20.0) * own[min(2, len(own) - 1)] / span)
+    found = []
+    for turn, a, b in np.column_stack([turns, *np.split(numbers[DEGREE + 1 :], 2)]).tolist():
+        size = hypot(a, b)
+        sigma = float(np.interp(turn, grid, own) / max(float(fit.shrunk(turn)), 0.1))
+        frequency_sigma = 0.0 if given else float(np.sqrt(12.0) * sigma / max(size, 1e-300) / span / (2.0 * pi))
+        phase = (atan2(b, -a) - turn * fit.middle) % (2.0 * pi)
+        order = abs(turn / mean) if mean else 0.0
+        found.append(Harmonic(turn / (2.0 * pi), turn * size, phase, order, frequency_sigma, turn * sigma))
+    if not given:
+        found.sort(key=lambda one: -one.amplitude)
+        first = _fundamental(found, 1.0 / span)
+        found = [*found[first : first + 1], *found[:first], *found[first + 1 :]]
+    return DriveMotion(mean, mean_sigma, (begin, end), tuple(found))
+
+
+def _fundamental(found: Sequence[Harmonic], line: float) -> int:
+    """Return which harmonic sets the period: the slowest of which the strongest is a multiple, else the strongest."""
+    if not found:
+        return 0
+    top = found[0]
+    able = [0]
+    for k, one in enumerate(found[1:], 1):
+        times = round(top.frequency / one.frequency)
+        near = abs(top.frequency - times * one.frequency) < max(5.0 * times * one.frequency_sigma, 0.05 * line)
+        if times > 1 and near and one.amplitude > FUNDAMENTAL * top.amplitude:
+            able.append(k)
+    return min(able, key=lambda k: found[k].frequency)
+
+
+def _interval(value: float, sigma: float) -> dict[str, Any]:
+    return {"value": value, "ci95": [value - NORMAL * sigma, value + NORMAL * sigma]}

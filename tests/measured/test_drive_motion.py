@@ -1,0 +1,88 @@
+"""The drive's motion as its encoder measured it, on angles whose motion is known in closed form."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from gears3d.measured.checks import admit
+from gears3d.measured.drive_motion import drive_motion
+from gears3d.recording import Recording
+from gears3d.scenario import load
+
+BENCH = "scenarios/rigaud-2020/fig5-20rpm.toml"
+
+
+def angle_of(time, mean, waves, slope=0.0):
+    angle = mean * time + 0.5 * slope * time**2
+    for amplitude, frequency, phase in waves:
+        angle = angle - amplitude / (2 * pi * frequency) * np.cos(2 * pi * frequency * time + phase)
+    return angle
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    rng = np.random.default_rng(3)
+    held, time = [], np.arange(0.0, 6.0, 2e-4)
+    for _ in range(60):
+        mean, frequency = rng.uniform(5.0, 60.0), rng.uniform(2.0, 30.0)
+        amplitude, phase = rng.uniform(0.02, 0.5) * mean, rng.uniform(0.0, 2 * pi)
+        angle = angle_of(time, mean, [(amplitude, frequency, phase)]) + rng.normal(0.0, 1e-3, len(time))
+        found = drive_motion(time, angle)
+        (one,) = found.harmonics
+        limits = found.to_dict()
+        rows = [(limits["mean_rad_s"], mean), (limits["harmonics"][0]["frequency_Hz"], frequency),
+                (limits["harmonics"][0]["amplitude_rad_s"], amplitude)]  # fmt: skip
+        held.append([low <= true <= high for (low, high), true in ((row["ci95"], true) for row, true in rows)])
+        assert np.cos(one.phase - phase) > 0.99
+        assert one.order == pytest.approx(2 * pi * frequency / mean, rel=1e-3)
+    assert np.all(np.mean(held, axis=0) >= 0.9)
+
+
+def test_integrated_noise_makes_no_harmonic():
+    rng = np.random.default_rng(5)
+    time = np.arange(0.0, 6.0, 1e-3)
+    found = [drive_motion(time, 10.0 * time + np.cumsum(rng.normal(0.0, 1e-4, len(time)))) for _ in range(60)]
+    assert sum(bool(one.harmonics) for one in found) <= 1
+
+
+def test_harmonics_of_the_drive_and_a_period_that_the_slowest_sets():
+    time = np.arange(0.0, 10.0, 1e-3)
+    waves = [(1.0, 4.0, 0.3), (2.0, 8.0, 1.0), (0.1, 9.7, 2.0)]
+    found = drive_motion(time, angle_of(time, 30.0, waves))
+    assert [one.frequency for one in found.harmonics] == pytest.approx([4.0, 8.0, 9.7], rel=1e-6)
+    assert found.period == pytest.approx(0.25)
+
+
+def test_a_run_up_is_reported_with_its_speeds():
+    time = np.arange(0.0, 12.0, 1e-3)
+    found = drive_motion(time, angle_of(time, 10.0, [(3.0, 5.0, 0.0)], slope=2.0))
+    assert found.runs_up
+    assert found.speeds == pytest.approx((10.0, 34.0), rel=1e-3)
+    assert found.harmonics[0].amplitude == pytest.approx(3.0, rel=1e-3)
+    assert not drive_motion(time, angle_of(time, 10.0, [(3.0, 5.0, 0.0)])).runs_up
+
+
+def test_what_a_map_states_of_the_motion_and_no_more_is_taken_from_the_rig(tmp_path):
+    time = np.arange(0.0, 4.0, 1e-3)
+    drive = angle_of(time, 3.0, [(0.8, 5.0, 0.0)])
+    signals = {"time_s": time, "theta_drive_rad": drive, "theta_loose_rad": drive}
+    Recording(signals, {}, {}).write(tmp_path / "r.parquet")
+    bench = load(BENCH)
+
+    def motion_of(text, **options):
+        chart = tmp_path / "record.toml"
+        roles = {"time": "time_s", "drive": "theta_drive_rad", "loose": "theta_loose_rad"}
+        names = "".join(f'[{role}]\nchannel = "{name}"\n' for role, name in roles.items())
+        chart.write_text(f'format = 1\nfile = "r.parquet"\n{names}[condition]\n{text}\n')
+        return admit(tmp_path / "r.parquet", bench, chart, **options)
+
+    free = motion_of("")
+    assert not free.stated
+    assert free.rig.motion.mean == pytest.approx(3.0, rel=1e-4)
+    assert free.rig.motion.harmonics[0].frequency == pytest.approx(5.0, rel=1e-6)
+    partly = motion_of('motion.mean = "29 rpm"')
+    assert partly.rig.motion.mean == pytest.approx(29.0 * pi / 30.0)
+    assert partly.rig.motion.harmonics[0].frequency == pytest.approx(5.0, rel=1e-6)
+    stated = motion_of("", stated_motion=True)
+    assert stated.rig.motion == bench.motion
+    assert stated.motion.mean == pytest.approx(3.0, rel=1e-4)
