@@ -62,7 +62,7 @@ CHECKS = (
     Check(holding.examine),
     Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
-    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
+    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense", "ratio")),
     Check(speeds.examine, speeds.correct, ("speed-unit",)),
     Check(counting.examine),
     Check(skew.examine, skew.correct, ("skew",)),
@@ -111,6 +111,7 @@ def examine(
             break
         if any(finding.correctable for finding in new):
             columns = _corrected(columns, check, new, check.kinds)
+            about = mesh.recounted(about, new)
             view = View(columns, about)
             if short := empty(view):
                 found += short

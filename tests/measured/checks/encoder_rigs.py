@@ -1,4 +1,4 @@
-"""Rigs at random with a wrong count per revolution, wrong teeth or nothing wrong; nothing here knows how they are found.
+"""Rigs at random with a wrong count per revolution, wrong teeth or nothing wrong; nothing here knows any check.
 
 A loose gear between two flanks, integrated with short steps: drag, contact, impacts with restitution. Flanks run out
 once and twice per revolution of either gear, encoders are off centre, counts are rounded, the drive fluctuates freely
@@ -31,8 +31,8 @@ class Rig(NamedTuple):
 
 @numba.njit(cache=True)
 def fly(forced, low, high, step, drag, restitution, rows, sub):
-    """Displacement of the loose gear [m]; ``forced`` acceleration of the drive, flanks ``low`` and ``high``, (n*sub,)."""
-    out = np.empty(rows)
+    """Displacement of the loose gear [m] at an acceleration of the drive, between flanks ``low`` and ``high``."""
+    out = np.zeros(rows)
     place, speed = low[0], 0.0
     for row in range(rows):
         for k in range(sub):
@@ -40,10 +40,10 @@ def fly(forced, low, high, step, drag, restitution, rows, sub):
             speed += (-drag - forced[i]) * step
             place += speed * step
             if place < low[i]:
-                place = low[i]
+                place = low[i] + restitution * (low[i] - place)
                 speed = -restitution * speed if speed < 0.0 else speed
             elif place > high[i]:
-                place = high[i]
+                place = high[i] - restitution * (place - high[i])
                 speed = -restitution * speed if speed > 0.0 else speed
         out[row] = place
     return out
@@ -57,7 +57,7 @@ def draw(seed, cause=None):
         return float(np.exp(random.uniform(np.log(low), np.log(high))))
 
     cause = cause or CAUSES[random.integers(4)]
-    z1 = int(round(log(15, 60)))
+    z1 = round(log(15, 60))
     z2 = z1 if random.random() < 0.15 else int(np.clip(round(z1 * log(0.6, 4.0)), 15, 120))
     module, backlash = random.uniform(1e-3, 4e-3), log(40e-6, 400e-6)
     named = (z1, z2)
@@ -118,6 +118,6 @@ def draw(seed, cause=None):
         off += random.uniform(0, 3e-5) * np.cos(2 * angle + phase[8 + k])
         seen = angle + off + noise * random.standard_normal(rows)
         read[name] = np.floor(seen * own / (2 * np.pi)) * (2 * np.pi / counts)
-    about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}{' locked' if locked else ''}, "
-    about += f"lambda {lam:.2f}, b {1e6 * backlash:.0f} um, y {np.ptp(place - flank[sub - 1 :: sub]) / backlash:.2f} b"
+    about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}"
+    about += f"{' locked' if locked else ''}, lambda {lam:.2f}, b {1e6 * backlash:.0f} um, y {np.ptp(place - flank[sub - 1 :: sub]) / backlash:.2f} b"
     return Rig(scenario, {"time_s": time, **read}, cause, true_counts, counts, about)
