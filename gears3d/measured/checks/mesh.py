@@ -217,9 +217,11 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
         return Finding("ratio", "", off, "1", told, remedy, True)
     told += f"; {reason(verdict)}"
     if verdict.cause in MESH:
-        number = dict(zip(("factor", "uncertainty"), scale_of(verdict, verdict.cause), strict=True))
+        times, error = scale_of(verdict, verdict.cause)
         own = remedy_for(view, verdict, verdict.cause)
-        return Finding("ratio", verdict.cause, off, "1", told, own, True, True, parameters=number)
+        return Finding(
+            "ratio", verdict.cause, off, "1", told, own, True, True, parameters={"factor": times, "uncertainty": error}
+        )
     teeth = f"correct gears.*.teeth ({fits})" if fits else "correct gears.*.teeth"
     if verdict.cause:
         return Finding("ratio", "", off, "1", told, teeth, True)

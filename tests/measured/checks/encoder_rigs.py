@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from gears3d.scenario import load
+from gears3d.scenario import Scenario, load
 
 DRIVE, LOOSE = "theta_drive_rad", "theta_loose_rad"
 BENCH = "scenarios/rigaud-2020/fig5-20rpm.toml"
@@ -21,7 +21,7 @@ CAUSES = ("drive", "loose", "teeth", "nothing")
 class Rig(NamedTuple):
     """A record and what is wrong with it: the cause, the true counts of the wrong encoder, and the conditions."""
 
-    scenario: object
+    scenario: Scenario
     columns: dict
     cause: str
     counts: float
@@ -66,6 +66,16 @@ def draw(seed, cause=None):
         i, j = steps[random.integers(4)]
         named = (z1 + i, z2 + j)
     counts = int(np.clip(2 * np.pi * 0.47 * module * z2 * log(8, 2000) / backlash, 1000, 4_000_000))
+    r1, r2 = (0.5 * module * z * np.cos(np.deg2rad(20)) for z in (z1, z2))
+    revolutions = log(3, 200)
+    mean = log(3, 300)
+    lasting = 2 * np.pi * revolutions / mean
+    locked = random.random() < 0.5
+    order = float(random.choice([0.5, 1, 2, 3, 4, 6])) if locked else log(0.3, 8.0)
+    turn = order * mean
+    drag, lam = log(0.3, 60.0), log(0.1, 20.0)
+    amplitude = float(min(lam * drag / r1 / turn, 0.6 * mean))
+    rows = int(np.clip(revolutions * log(200, 4000), 3000, ROWS))
     scenario = load(
         BENCH,
         {
@@ -75,19 +85,12 @@ def draw(seed, cause=None):
             "gears.loose.teeth": named[1],
             "gears.loose.profile_shift": 0.4 if named[1] < 25 else 0.0,
             "mount.backlash": f"{backlash!r} m",
+            "motion.mean": f"{mean!r} rad/s",
+            "motion.harmonics": [{"amplitude": f"{amplitude!r} rad/s", "frequency": f"{turn / (2 * np.pi)!r} Hz"}],
+            "sensors.sample_rate": f"{rows / lasting!r} Hz",
             "sensors.counts_per_revolution": counts,
         },
     )
-    r1, r2 = (0.5 * module * z * np.cos(np.deg2rad(20)) for z in (z1, z2))
-    revolutions = log(3, 200)
-    mean = log(3, 300)
-    lasting = 2 * np.pi * revolutions / mean
-    locked = random.random() < 0.5
-    order = float(random.choice([0.5, 1, 2, 3, 4, 6])) if locked else log(0.3, 8.0)
-    turn = order * mean
-    drag, lam = log(0.3, 60.0), log(0.1, 20.0)
-    amplitude = min(lam * drag / r1 / turn, 0.6 * mean)
-    rows = int(np.clip(revolutions * log(200, 4000), 3000, ROWS))
     sub = max(int(np.ceil(lasting / rows * turn * 60)), int(np.ceil(lasting / rows / np.sqrt(backlash / drag) * 20)), 1)
     sub = min(sub, max(2_000_000 // rows, 1))
     time = np.arange(rows * sub) * (lasting / rows / sub)
@@ -118,6 +121,7 @@ def draw(seed, cause=None):
         off += random.uniform(0, 3e-5) * np.cos(2 * angle + phase[8 + k])
         seen = angle + off + noise * random.standard_normal(rows)
         read[name] = np.floor(seen * own / (2 * np.pi)) * (2 * np.pi / counts)
-    about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}"
-    about += f"{' locked' if locked else ''}, lambda {lam:.2f}, b {1e6 * backlash:.0f} um, y {np.ptp(place - flank[sub - 1 :: sub]) / backlash:.2f} b"
+    travel = np.ptp(place - flank[sub - 1 :: sub]) / backlash
+    about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}{' locked' if locked else ''}"
+    about += f", lambda {lam:.2f}, b {1e6 * backlash:.0f} um, y {travel:.2f} b"
     return Rig(scenario, {"time_s": time, **read}, cause, true_counts, counts, about)
