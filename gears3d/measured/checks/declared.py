@@ -26,6 +26,7 @@ class Declared:
         swing: sum of the amplitudes of the drive's harmonics [rad/s].
         sample_rate: [Hz].
         counts: per revolution, by column.
+        noise: standard deviation of a reading that an earlier check found, at least, by column [rad].
     """
 
     needs: tuple[str | tuple[str, ...], ...] = MESH
@@ -36,6 +37,7 @@ class Declared:
     swing: float = 0.0
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def meshed(self) -> bool:

@@ -59,7 +59,7 @@ CHECKS = (
     Check(time_unit.examine, time_unit.correct, ("time-unit",)),
     Check(pace.examine),
     Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
-    Check(holding.examine),
+    Check(holding.examine, holding.correct, ("held",)),
     Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
     Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense", "ratio")),
@@ -111,7 +111,7 @@ def examine(
             break
         if any(finding.correctable for finding in new):
             columns = _corrected(columns, check, new, check.kinds)
-            about = mesh.recounted(about, new)
+            about = holding.quietest(mesh.recounted(about, new), new)
             view = View(columns, about)
             if short := empty(view):
                 found += short

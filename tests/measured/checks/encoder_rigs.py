@@ -85,6 +85,8 @@ def draw(seed, cause=None):
             "gears.loose.teeth": named[1],
             "gears.loose.profile_shift": 0.4 if named[1] < 25 else 0.0,
             "mount.backlash": f"{backlash!r} m",
+            "run.duration": f"{lasting!r} s",
+            "run.settle": "0 s",
             "motion.mean": f"{mean!r} rad/s",
             "motion.harmonics": [{"amplitude": f"{amplitude!r} rad/s", "frequency": f"{turn / (2 * np.pi)!r} Hz"}],
             "sensors.sample_rate": f"{rows / lasting!r} Hz",
