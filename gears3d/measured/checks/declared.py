@@ -29,6 +29,7 @@ class Declared:
         sample_rate: [Hz].
         counts: per revolution, by column.
         stated_rate: that the file itself states and that its time was made of [Hz].
+        noise: standard deviation of a reading that an earlier check found, at least, by column [rad].
     """
 
     needs: tuple[str | tuple[str, ...], ...] = MESH
@@ -42,6 +43,7 @@ class Declared:
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
     stated_rate: float | None = None
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def meshed(self) -> bool:

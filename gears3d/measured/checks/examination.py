@@ -59,10 +59,10 @@ CHECKS = (
     Check(time_unit.examine, time_unit.correct, ("time-unit",)),
     Check(pace.examine),
     Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
-    Check(holding.examine),
+    Check(holding.examine, holding.correct, ("held",)),
     Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
     Check(jumps.examine, jumps.correct, ("lost-counts",)),
-    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense")),
+    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense", "ratio")),
     Check(speeds.examine, speeds.correct, ("speed-unit",)),
     Check(speeds.compare_with_usual),
     Check(counting.examine),
@@ -115,6 +115,7 @@ def examine(
             break
         if any(finding.correctable for finding in new):
             columns = _corrected(columns, check, new, check.kinds)
+            about = holding.quietest(mesh.recounted(about, new), new)
             view = View(columns, about)
             if short := empty(view):
                 found += short

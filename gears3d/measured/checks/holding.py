@@ -1,9 +1,13 @@
-"""Readings that stand still while the gear turns: clipped or frozen channels, samples given twice."""
+"""Readings that stand still while the gear turns: clipped or frozen channels, held readings, samples given twice."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 
+from gears3d.measured.checks.declared import Declared
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.view import View, when
 
@@ -14,17 +18,153 @@ SURE = 6.0
 REACH = 12
 """Rows to either side that tell how fast a gear turns."""
 MOST = 200_000
+SHARE = 0.005
+"""Part of the rows in motion from which on held readings are how a channel is read, not single samples given twice."""
+FEW = 10
+"""Runs of held rows of one channel that make a finding."""
+STEP = 2.5
+"""Counts by which a reading changes at once that was held; a gear slow enough to repeat a reading makes one, or two."""
+REGULAR = 0.99
+"""Part of the updates that come at the same row of so many, from which on they are regular."""
+TIMES = 3.0
+"""So many times as often as after a change of one count such a change must come after none."""
+
+
+class Hold(NamedTuple):
+    """Runs of rows that repeat the reading before them, ended by a change that no gear at rest makes.
+
+    Args:
+        first: the row whose reading is repeated, (k,).
+        lasts: rows that repeat it, (k,).
+    """
+
+    first: np.ndarray
+    lasts: np.ndarray
 
 
 def examine(view: View) -> list[Finding]:
-    """Find channels that freeze while the mating gear turns, and rows that repeat the angles of the row before.
+    """Find channels that freeze while the mating gear turns, held readings, and rows that repeat the row before.
 
     Args:
         view: the record; its time rises.
     """
     still = {name: _standing(view, name) for name in view.angles}
     frozen = [one for name, rows in still.items() for one in _frozen(view, name, rows)] if view.declared.meshed else []
-    return frozen or _repeated(view, still)
+    if frozen:
+        return frozen
+    held = [one for name, rows in still.items() for one in _held(view, name, rows)]
+    return held or _repeated(view, still)
+
+
+def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
+    """Interpolate held readings between the rows that were updated.
+
+    Args:
+        columns: each (n,).
+        findings: of this check, of kind ``"held"``.
+    """
+    mended = dict(columns)
+    for finding in findings:
+        angle, about = columns[finding.channel], finding.parameters
+        count, every = about["count_rad"], int(about["every_rows"])
+        still = np.flatnonzero(np.diff(angle) == 0.0)
+        if every:
+            held = np.zeros(len(angle), bool)
+            held[still + 1] = (still + 1) % every != int(about["updated_row"])
+        else:
+            hold = _runs(angle, still, count)
+            some = hold.lasts <= about["longest_rows"]
+            mark = np.zeros(len(angle) + 1, int)
+            np.add.at(mark, hold.first[some] + 1, 1)
+            np.add.at(mark, hold.first[some] + hold.lasts[some] + 1, -1)
+            held = np.cumsum(mark[:-1]) > 0
+        time = columns["time_s"]
+        own = np.interp(time[held], time[~held], angle[~held])
+        if count:  # counts stay counts
+            own = angle[held] + np.round((own - angle[held]) / count) * count
+        mended[finding.channel] = angle.copy()
+        mended[finding.channel][held] = own
+    return mended
+
+
+def quietest(declared: Declared, findings: list[Finding]) -> Declared:
+    """Return what is declared with the noise of readings that are held, which interpolated ones hide.
+
+    Args:
+        declared: of the bench.
+        findings: of any check.
+    """
+    known = {one.channel: one.parameters["noise_rad"] for one in findings if one.kind == "held"}
+    return replace(declared, noise={**declared.noise, **known}) if known else declared
+
+
+def _runs(angle: np.ndarray, still: np.ndarray, count: float) -> Hold:
+    """Return the runs of rows that repeat a reading and end with a change of more than two counts."""
+    begins = np.flatnonzero(np.diff(still, prepend=-2) > 1)
+    first, lasts = still[begins], np.diff(begins, append=len(still))
+    whole = first + lasts + 1 < len(angle)
+    first, lasts = first[whole], lasts[whole]
+    large = np.abs(angle[first + lasts + 1] - angle[first]) > STEP * count
+    return Hold(first[large], lasts[large])
+
+
+def _held(view: View, name: str, still: np.ndarray) -> list[Finding]:
+    """Find a channel whose readings are held between updates.
+
+    Readings of a slow gear repeat, too, but then change by a count; noise of many counts repeats a reading as often as
+    it changes it by one count.
+    """
+    angle, count = view.angles[name], view.quanta[name] or 0.0
+    hold = _runs(angle, still, count)
+    rows = int(hold.lasts.sum())
+    if len(hold.first) < FEW or rows < SHARE * len(angle):
+        return []
+    if count:
+        step = np.rint(np.diff(angle) / count)
+        large = np.abs(step[1:]) > STEP
+        alike = max(np.count_nonzero((step[:-1] == side) & large) for side in (-1.0, 1.0))
+        if len(hold.first) < TIMES * alike + FEW:
+            return []
+    updates = len(angle) - 1 - len(still)
+    typical = float(np.median(hold.lasts)) + 1.0
+    every, row = _regular(still, len(angle), int(np.quantile(hold.lasts, 0.1)) + 1)
+    share = 1.0 / every if every else updates / (updates + rows)
+    rate, own = (0.0, 0.0) if not view.spacing else (share / view.spacing, 1.0 / view.spacing)
+    told = f"readings are held between updates: {rows} of {len(angle)} rows repeat the one before although the gear "
+    told += (
+        f"rotates, {'regularly' if every else 'irregularly'}, at most {int(hold.lasts.max())} in a row; the channel "
+    )
+    told += f"is updated at {rate:.5g} Hz, rows come at {own:.5g} Hz"
+    remedy = "or record at the rate of the encoder: what happens between updates is not measured"
+    longest = 50.0 * typical  # a gear that stands at the ends of a record is not held
+    about = {"count_rad": count, "longest_rows": longest, "noise_rad": _noise_of_updates(angle, still, count)}
+    about |= {"every_rows": float(every), "updated_row": float(row)}
+    some = tuple(map(int, hold.first[:20] + 1))
+    return [Finding("held", name, rate, "Hz", told, remedy, False, True, rows=some, parameters=about)]
+
+
+def _regular(still: np.ndarray, rows: int, every: int) -> tuple[int, int]:
+    """Return every how many rows a channel is updated, and in which of them; 0 where it is not regular."""
+    updated = np.ones(rows, bool)
+    updated[still + 1] = False
+    places = np.bincount(np.flatnonzero(updated[1:]) % every, minlength=every)
+    row = int(np.argmax(places))
+    return (every, (row + 1) % every) if places[row] > REGULAR * places.sum() else (0, 0)
+
+
+def _noise_of_updates(angle: np.ndarray, still: np.ndarray, count: float) -> float:
+    """Return the standard deviation of readings that were updated [rad]."""
+    kept = np.ones(len(angle), bool)
+    kept[still + 1] = False
+    at = np.flatnonzero(kept)[:MOST]
+    if len(at) < 3:
+        return 0.0
+    first, mid, last = at[:-2], at[1:-1], at[2:]
+    share = (mid - first) / (last - first)
+    bend = np.abs(angle[mid] - angle[first] - share * (angle[last] - angle[first]))
+    bend /= np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+    usual = 1.4826 * max(float(np.median(bend)), 0.3 * count)
+    return float(np.sqrt(np.mean(bend[bend <= 4.0 * usual] ** 2)))
 
 
 def _standing(view: View, name: str) -> np.ndarray:

@@ -6,13 +6,16 @@ the ratio of both angles is that of the base radii, whatever rattles.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measured.checks.declared import Declared
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.time_unit import off_by
 from gears3d.measured.checks.view import MESH, View
+from gears3d.measured.checks.wrong_encoder import judge, reason, remedy_for, scale_of
 
 BANDS = 3.0
 """Width of the band, in declared backlashes, within which the gears may part: the declared one may be wrong."""
@@ -66,7 +69,7 @@ def examine(view: View) -> list[Finding]:
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Undo a wrong unit, turn a sense round, or change the channels' places.
+    """Undo a wrong unit or count, turn a sense round, or change the channels' places.
 
     Args:
         columns: each (n,).
@@ -78,9 +81,25 @@ def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str
     mended = dict(columns)
     for finding in findings:
         by = -1.0 if finding.kind == "sense" else finding.size
+        if finding.kind == "ratio":
+            by = 1.0 / finding.parameters["factor"]
         for name in [finding.channel] if finding.channel else MESH:
             mended[name] = mended[name] / by
     return mended
+
+
+def recounted(declared: Declared, findings: list[Finding]) -> Declared:
+    """Return what is declared with the counts of a channel whose wrong count is corrected.
+
+    Args:
+        declared: of the bench.
+        findings: of any check.
+    """
+    counts = dict(declared.counts)
+    for finding in findings:
+        if finding.kind == "ratio" and finding.channel in counts:
+            counts[finding.channel] /= finding.parameters["factor"]
+    return replace(declared, counts=counts)
 
 
 def ratio_of(view: View) -> Ratio | None:
@@ -181,7 +200,7 @@ def _both(view: View) -> list[Finding]:
 
 
 def _wrong(view: View, ratio: Ratio) -> Finding:
-    """Return the finding of a ratio that is no known mistake, with the teeth that would fit it."""
+    """Return the finding of a ratio that is no known mistake, with what is wrong where the record decides that."""
     off = abs(ratio.value) - 1.0
     way = float(np.ptp(view.angles[MESH[0]])) * (view.declared.radii or (0.0, 0.0))[0]
     told = (
@@ -189,17 +208,40 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
     )
     told += f"both gears deviate by {1e3 * abs(off) * way:.4g} mm, the declared backlash is "
     told += f"{1e3 * (view.declared.backlash or 0.0):.3g} mm"
-    if (teeth := view.declared.teeth) is not None:
-        near = [
-            (abs(teeth[0] + i) / (teeth[1] + j) / (teeth[0] / teeth[1]), teeth[0] + i, teeth[1] + j)
-            for i in range(-3, 4)
-            for j in range(-3, 4)
-        ]
-        near.sort(key=lambda one: abs(one[1] - teeth[0]) + abs(one[2] - teeth[1]))
-        fits = [f"{i}:{j}" for value, i, j in near if abs(value / abs(ratio.value) - 1.0) < ratio.slack]
-        told += f"; {', '.join(fits[:3])} teeth would match, {teeth[0]}:{teeth[1]} are declared" if fits else ""
-    remedy = "correct gears.*.teeth or the counts per revolution, or check for continuously lost counts"
-    return Finding("ratio", "", off, "1", told, remedy, True)
+    fits = _fitting(view, ratio)
+    if fits:
+        told += "; {} teeth would match, {}:{} are declared".format(fits, *(view.declared.teeth or ()))
+    verdict = judge(view, ratio.value)
+    if verdict is None:
+        remedy = "correct gears.*.teeth or the counts per revolution, or check for continuously lost counts"
+        return Finding("ratio", "", off, "1", told, remedy, True)
+    told += f"; {reason(verdict)}"
+    if verdict.cause in MESH:
+        times, error = scale_of(verdict, verdict.cause)
+        own = remedy_for(view, verdict, verdict.cause)
+        return Finding(
+            "ratio", verdict.cause, off, "1", told, own, True, True, parameters={"factor": times, "uncertainty": error}
+        )
+    teeth = f"correct gears.*.teeth ({fits})" if fits else "correct gears.*.teeth"
+    if verdict.cause:
+        return Finding("ratio", "", off, "1", told, teeth, True)
+    ways = [remedy_for(view, verdict, name) for name in MESH]
+    return Finding("ratio", "", off, "1", told, "either " + ", or ".join([*ways, teeth]), True)
+
+
+def _fitting(view: View, ratio: Ratio) -> str:
+    """Return the nearest teeth that have the ratio, as text."""
+    teeth = view.declared.teeth
+    if teeth is None:
+        return ""
+    near = [
+        (abs(teeth[0] + i) / (teeth[1] + j) / (teeth[0] / teeth[1]), teeth[0] + i, teeth[1] + j)
+        for i in range(-3, 4)
+        for j in range(-3, 4)
+    ]
+    near.sort(key=lambda one: abs(one[1] - teeth[0]) + abs(one[2] - teeth[1]))
+    fits = [f"{i}:{j}" for value, i, j in near if abs(value / abs(ratio.value) - 1.0) < ratio.slack]
+    return ", ".join(fits[:3])
 
 
 def _is(ratio: Ratio, expected: float) -> bool:

@@ -121,7 +121,7 @@ class View:
         bend = bend[bend <= 4.0 * usual]  # not the median itself: of counts it takes few values
         seen = float(np.sqrt(np.mean(bend**2) / 6.0)) if len(bend) else 0.0
         scale = float(np.abs(self.angles[name][:: max(len(self.time) // 1000, 1)]).max(initial=0.0))
-        return max(seen, FLOOR * (self.quanta[name] or 0.0), 4e-16 * scale)
+        return max(seen, self.declared.noise.get(name, 0.0), FLOOR * (self.quanta[name] or 0.0), 4e-16 * scale)
 
 
 def typical(values: np.ndarray, run: int = 1) -> np.ndarray:
