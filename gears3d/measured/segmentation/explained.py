@@ -211,8 +211,7 @@ def _halves(cut: Segments) -> str:
 def _predicted(cut: Segments) -> str:
     """Return how flanks fitted to every other part of the record miss the parts that were held out.
 
-    Each half of the parts gives the numbers of the flanks within their expected sizes; the other half must lie on
-    these.
+    Each half of the parts gives the numbers of the flanks within their expected sizes; the other must lie on these.
     """
     path, terms = cut.path, cut.flanks.terms
     allowed = max(5.0 * path.stray, path.slack, NEAR * _extent(cut))
