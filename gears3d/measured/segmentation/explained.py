@@ -218,6 +218,8 @@ def _predicted(cut: Segments) -> str:
     missed, total = 0, 0
     for flank in (ACTIVE, REVERSE) if cut.flanks.gap is not None else (ACTIVE,):
         near = within(path.time, cut.contacts, path.width, flank)
+        off = path.place[near] - cut.flanks.places(path.time[near], path.drive[near], path.loose[near])[flank]
+        near = near[np.abs(off) < allowed]  # what is further is unexplained as it is
         near = near[:: max(len(near) // 4000, 1)]
         if len(near) < 4 * len(terms.prior):
             continue
