@@ -42,7 +42,9 @@ AGREE = 1e-3
 """Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
 SLIGHT = 0.1
 """Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square."""
-FAINT = 0.05
+PASSES = 2
+"""Times that each band is looked through: what a strong wave hides shows when it is taken off."""
+FAINT = 0.005
 """Part of the strongest order's amplitude below which another one may be a side band of it."""
 HELD_SHARE = 0.6
 """Part of the changes that must come after the same number of repeated readings, for an update rate to be stated."""
@@ -479,11 +481,13 @@ def _periodic(
     The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
     """
     found: dict[int, Periodic] = {}
-    for factor in RATES:
+    for factor in (factor for factor in RATES for _ in range(PASSES)):
         long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
         if not long:
             break
         more = [one for one in _in_band(long, factor, lines, count, edges) if one.order not in found]
+        if not more:
+            continue
         found |= {one.order: one for one in more}
         pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
     return tuple(found[order] for order in sorted(found))
