@@ -221,7 +221,8 @@ def _predicted(cut: Segments) -> str:
         off = path.place[near] - cut.flanks.places(path.time[near], path.drive[near], path.loose[near])[flank]
         near = near[np.abs(off) < allowed]  # what is further is unexplained as it is
         near = near[:: max(len(near) // 4000, 1)]
-        if len(near) < 4 * len(terms.prior):
+        stretches = int(np.count_nonzero(cut.contacts["flank"] == flank))  # blocks of one contact are one place
+        if stretches < 2 * len(terms.prior) or len(near) < 4 * len(terms.prior):
             continue
         columns = terms.columns(path.time[near], path.drive[near], path.loose[near])
         part = ((path.time[near] - path.time[0]) / max(np.ptp(path.time), 1e-300) * PARTS).astype(int) % 2
