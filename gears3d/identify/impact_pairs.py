@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gears3d.recording import FLANKS
-from gears3d.recording import refuse_unexplained
+from gears3d.recording import FLANKS, refuse_unexplained
 from gears3d.signals import noise_of
 
 if TYPE_CHECKING:
