@@ -481,15 +481,15 @@ def _periodic(
     The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
     """
     found: dict[int, Periodic] = {}
-    for factor in (factor for factor in RATES for _ in range(PASSES)):
-        long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
-        if not long:
-            break
-        more = [one for one in _in_band(long, factor, lines, count, edges) if one.order not in found]
-        if not more:
-            continue
-        found |= {one.order: one for one in more}
-        pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
+    for factor in RATES:
+        for _ in range(PASSES):
+            long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
+            more = _in_band(long, factor, lines, count, edges) if long else ()
+            more = [one for one in more if one.order not in found]
+            if not more:
+                break
+            found |= {one.order: one for one in more}
+            pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
     return tuple(found[order] for order in sorted(found))
 
 
