@@ -5,7 +5,9 @@ import pytest
 
 from gears3d.measured.segmentation import measure
 from gears3d.recording import Recording
-from tests.measured.segmentation.truth import happened, judged
+from gears3d.scenario import load
+from gears3d.simulation import record
+from tests.measured.segmentation.truth import FIG5, happened, judged
 
 SLOW = pytest.mark.slow
 
@@ -80,3 +82,15 @@ def test_records_without_noise_are_cut_like_any_other(restitution, wander, digit
     assert told["in_time"] >= 0.99 * told["high"]
     assert told["invented"] == 0
     assert found.summary["flanks"]["backlash_m"]["value"] == pytest.approx(250e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("holes", [False, True])
+def test_impacts_in_step_with_the_revolution_are_no_interpolation_error(holes):
+    keys = {"run.duration": "3 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "drag.torque": "0.3 N m"}
+    scenario = load(FIG5, {**keys, "gears.loose.teeth": 60})
+    made = record(scenario)
+    kept = np.arange(len(made.time)) % 1000 != 7 if holes else slice(None)
+    found = measure(Recording({name: values[kept] for name, values in made.signals.items()}), scenario).summary
+    assert [model["interpolation"] for model in found["quality"]["noise"].values()] == [[], []]
+    assert found["explained"]["time"] > 0.99
+    assert found["flanks"]["backlash_m"]["value"] == pytest.approx(250e-6, abs=0.05e-6)
