@@ -194,6 +194,8 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
             f"{counts:.0f} counts per revolution, read as {one['read_as']}" if counts else "quantisation not detected"
         )
         lines.append((f"encoder, {gear}", what))
+    if summary["status"] == "unexplained":
+        return [("explained", "no: impacts, regime and backlash are withheld"), *lines, *_visible(summary)]
     lines.append(("noise", f"{_um(quality['noise_m'])} per reading, {_um(quality['noise_in_contact_m'])} in contact"))
     lines.append(("detected free flights", f"higher than {_um(quality['flight_height_min_m'])}"))
     if flanks["backlash_m"] is None:
@@ -224,3 +226,19 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _um(length: float) -> str:
     return f"{1e6 * length:.4g} um"
+
+
+def _visible(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the table's lines of a record that is not explained: what it shows without a segmentation."""
+    seen = summary["visible"]
+    lines = [("noise", f"{_um(summary['quality']['noise_m'])} per reading")]
+    ratio, gears = seen["ratio_loose_over_drive"], seen["ratio_of_base_radii"]
+    shown = "not known" if ratio is None else f"{ratio:.6g}"
+    lines.append(("ratio, loose over drive", f"{shown} in the record, {gears:.6g} of the rig"))
+    lines.append(("mean speed, drive", f"{seen['drive_speed_mean_rad_s']:.5g} rad/s"))
+    lines.append(
+        ("displacement, range", f"{_um(seen['displacement_range_m'])}, drift {_um(seen['drift_m_s'])} per second")
+    )
+    strong = [f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in seen["orders"][:3]]
+    lines.append(("displacement, orders", ", ".join(strong) or "none stands out"))
+    return lines

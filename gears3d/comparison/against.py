@@ -13,7 +13,7 @@ from gears3d.comparison.matching import Table
 from gears3d.comparison.result import Comparison, Mode
 from gears3d.comparison.trajectory import compare_trajectories
 from gears3d.errors import InputError, UsageError, did_you_mean
-from gears3d.recording import Recording, read
+from gears3d.recording import Recording, read, refuse_unexplained
 from gears3d.signals import FLIGHT_HEIGHT_MIN, regime, window
 
 SAME_WITHIN = 1e-9
@@ -39,7 +39,7 @@ def compare(
         What the comparison comes to; errors are relative to the reference, settling times are left out.
 
     Raises:
-        InputError: a recording cannot be read, or both have no time in common.
+        InputError: a recording cannot be read, is not explained by flights and contact, or both have no time in common.
         UsageError: the mode is not known, or what is compared is neither recording nor path.
 
     >>> rest = Recording({"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]})
@@ -47,6 +47,8 @@ def compare(
     True
     """
     tested, reference = (_opened(one) for one in (a, b))
+    for recording, name in ((tested, a), (reference, b)):
+        refuse_unexplained(recording, str(name) if isinstance(name, str | Path) else "")
     mode = mode or mode_of(reference)
     if mode not in get_args(Mode):
         raise UsageError(f"there is no mode {mode!r}; {did_you_mean(mode, get_args(Mode))}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from gears3d.recording import FLANKS
+from gears3d.recording import FLANKS, refuse_unexplained
 from gears3d.signals import noise_of
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ def _joined(parts: list[Pairs]) -> Pairs:
 
 def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
     recording, summary, flights = one.recording, one.summary, one.segments.flights
+    refuse_unexplained(recording)
     hits, quality = recording.impacts, summary["quality"]
     time, flank = hits["time_s"], np.asarray(hits["flank"], dtype=int)
     approach, rebound = np.abs(hits["velocity_m_s"]), np.abs(hits["rebound_m_s"])

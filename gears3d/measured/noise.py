@@ -38,11 +38,15 @@ OUTLIER = 8.0
 """Deviations beyond which a residual is an impact, not noise."""
 HARMONICS = (1, 2, 3, 4)
 """Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more."""
+ALIKE = 0.3
+"""Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there."""
 AGREE = 1e-3
 """Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
 SLIGHT = 0.1
 """Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square."""
-FAINT = 0.05
+PASSES = 2
+"""Times that each band is looked through: what a strong wave hides shows when it is taken off."""
+FAINT = 0.005
 """Part of the strongest order's amplitude below which another one may be a side band of it."""
 HELD_SHARE = 0.6
 """Part of the changes that must come after the same number of repeated readings, for an update rate to be stated."""
@@ -220,7 +224,7 @@ def estimate_noise(
     span = float(time[-1] - time[0])
     held = held_readings(time, angle)
     count = 0.0 if edges else quantum_of(angle) or 0.0
-    pieces = _pieces(time, angle)
+    pieces = _pieces(time, angle, edges)
     periodic = _periodic(pieces, lines, count, edges)
     if periodic:
         pieces = [(at, shown - sum(one.at(shown) for one in periodic)) for at, shown in pieces]
@@ -285,7 +289,7 @@ def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:
     return Held(usual, share, 1.0 / (float(np.mean(lasts)) * spacing))
 
 
-def _pieces(time: np.ndarray, angle: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+def _pieces(time: np.ndarray, angle: np.ndarray, edges: bool) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return stretches that stand for the record, the whole of a short one in ``PARTS``."""
     count = len(time)
     if count <= STRETCHES * STRETCH:
@@ -293,7 +297,17 @@ def _pieces(time: np.ndarray, angle: np.ndarray) -> list[tuple[np.ndarray, np.nd
         spans = list(pairwise(cuts.tolist()))
     else:
         spans = [(first, first + STRETCH) for first in np.linspace(0, count - STRETCH, STRETCHES).astype(int)]
-    return [(time[a:b], np.asarray(angle[a:b], float)) for a, b in spans if b - a > SMOOTHED]
+    return [_even(time[a:b], np.asarray(angle[a:b], float), edges) for a, b in spans if b - a > SMOOTHED]
+
+
+def _even(time: np.ndarray, angle: np.ndarray, edges: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return readings with those that are missing filled in by straight lines, which edges have none of."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    if edges or steps.max() < 1.5 * usual:
+        return time, angle
+    at = time[0] + usual * np.arange(int((time[-1] - time[0]) / usual) + 1)
+    return at, np.interp(at, time, angle)
 
 
 class _Smoother(NamedTuple):
@@ -480,12 +494,14 @@ def _periodic(
     """
     found: dict[int, Periodic] = {}
     for factor in RATES:
-        long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
-        if not long:
-            break
-        more = [one for one in _in_band(long, factor, lines, count, edges) if one.order not in found]
-        found |= {one.order: one for one in more}
-        pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
+        for _ in range(PASSES):
+            long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
+            more = _in_band(long, factor, lines, count, edges) if long else ()
+            more = [one for one in more if one.order not in found]
+            if not more:
+                break
+            found |= {one.order: one for one in more}
+            pieces = [(time, shown - sum(one.at(shown) for one in more)) for time, shown in pieces]
     return tuple(found[order] for order in sorted(found))
 
 
@@ -530,17 +546,34 @@ def _in_band(
 
 
 def _repeats(waves: np.ndarray, rest: np.ndarray) -> bool:
-    """Return whether both halves of the residuals show a wave alike: an error of the encoder is always there."""
-    middle, made, spread = len(rest) // 2, [], 0.0
-    for half in (slice(0, middle), slice(middle, None)):
-        rows, values = waves[:, half], rest[half]
-        inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-        numbers = inverse @ (rows @ values)
-        left = values - numbers @ rows
-        made.append(numbers)
-        spread += float(left @ left) / max(len(left), 1) * float(np.trace(inverse)) / 2.0
-    apart = made[0] - made[1]
-    return bool(apart @ apart < 2.0 * np.log(1.0 / AGREE) * spread)
+    """Return whether an error of the encoder makes a wave: that is always there, and as strong between impacts.
+
+    Both halves of the residuals must show it alike, and the calm half of short windows as all of them do.
+    """
+    size = 4 * SMOOTHED
+    count = len(rest) // size
+    if count < 4:
+        return False
+    power = np.square(rest[: count * size]).reshape(count, size).mean(axis=1)
+    calm = np.repeat(power <= np.median(power), size)
+    first = np.arange(count * size) < count * size // 2
+    whole = np.ones(count * size, bool)
+    for one, other in ((first, ~first), (calm, whole)):
+        (mine, slack), (theirs, more) = (_wave(waves[:, : len(rows)][:, rows], rest[: len(rows)][rows])
+                                         for rows in (one, other))  # fmt: skip
+        apart = mine - theirs
+        allowed = max(2.0 * np.log(1.0 / AGREE) * (slack + more), (ALIKE**2) * float(theirs @ theirs))
+        if apart @ apart > allowed or mine @ mine < SURE**2 * slack:
+            return False
+    return True
+
+
+def _wave(waves: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return cosine and sine of a wave in residuals, and their variance."""
+    inverse = np.linalg.pinv(waves @ waves.T, hermitian=True)
+    numbers = inverse @ (waves @ rest)
+    left = rest - numbers @ waves
+    return numbers, float(left @ left) / max(len(left), 1) * float(np.trace(inverse)) / 2.0
 
 
 def _spectrum(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:

@@ -15,5 +15,6 @@ from gears3d.recording.sound import write_wav as write_wav
 from gears3d.recording.streaming import excerpt as excerpt
 from gears3d.recording.text import read_csv as read_csv
 from gears3d.recording.told import describe as describe
+from gears3d.recording.told import refuse_unexplained as refuse_unexplained
 from gears3d.recording.told import settled as settled
 from gears3d.recording.told import spectra as spectra

@@ -14,7 +14,7 @@ from gears3d.files import write_bytes
 from gears3d.laws import noise
 from gears3d.recording.columns import FLANKS
 from gears3d.recording.record import Recording
-from gears3d.recording.told import describe
+from gears3d.recording.told import describe, refuse_unexplained
 from gears3d.signals.outcome import drive_speed, equivalent_mass
 from gears3d.signals.sound import MODES, Mode, normalised, ring
 from gears3d.signals.strikes import strikes
@@ -125,6 +125,7 @@ def _strengths(recording: Recording, by: str | None) -> tuple[str, np.ndarray]:
     if by is not None and by not in SCALINGS:
         raise UsageError(f"impacts cannot be scaled by {by!r}; {did_you_mean(by, list(SCALINGS))}")
     impacts = recording.impacts
+    refuse_unexplained(recording)
     if not len(impacts["time_s"]):
         raise InputError(Fault("impacts", "there are none: contact was never lost", "there is nothing to hear"))
     ones = strikes(impacts, equivalent_mass(impacts, recording.meta))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gears3d import signals
-from gears3d.errors import UsageError
+from gears3d.errors import Fault, InputError, UsageError
 from gears3d.recording.record import Recording
 
 
@@ -19,12 +19,30 @@ def describe(recording: Recording) -> dict[str, Any]:
     Returns:
         What :func:`gears3d.signals.describe` returns: plain values by name, ``None`` for what is not known.
 
+    Raises:
+        InputError: flights and contact do not explain the motion of the measured record.
+
     >>> hits = {"time_s": [0.5], "flank": ["active"], "velocity_m_s": [-0.02]}
     >>> angles = {"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]}
     >>> describe(Recording(angles, hits))["regime"]
     'single_sided'
     """
+    refuse_unexplained(recording)
     return signals.describe(recording.signals, recording.impacts, recording.meta)
+
+
+def refuse_unexplained(recording: Recording, file: str = "") -> None:
+    """Refuse a measured record whose motion flights and contact do not explain: it has no impacts to speak of.
+
+    Args:
+        recording: of any source.
+        file: named in the fault.
+
+    Raises:
+        InputError: the record is such a one.
+    """
+    if reason := recording.meta.get("unexplained"):
+        raise InputError(Fault("", f"has no impacts: the loose gear {reason}", "see `gears3d measure`", file))
 
 
 def described(recording: Recording) -> list[tuple[str, str]]:

@@ -211,16 +211,18 @@ def _halves(cut: Segments) -> str:
 def _predicted(cut: Segments) -> str:
     """Return how flanks fitted to every other part of the record miss the parts that were held out.
 
-    Each half of the parts gives the numbers of the flanks within their expected sizes; the other half must lie on
-    these.
+    Each half of the parts gives the numbers of the flanks within their expected sizes; the other must lie on these.
     """
     path, terms = cut.path, cut.flanks.terms
     allowed = max(5.0 * path.stray, path.slack, NEAR * _extent(cut))
     missed, total = 0, 0
     for flank in (ACTIVE, REVERSE) if cut.flanks.gap is not None else (ACTIVE,):
         near = within(path.time, cut.contacts, path.width, flank)
+        off = path.place[near] - cut.flanks.places(path.time[near], path.drive[near], path.loose[near])[flank]
+        near = near[np.abs(off) < allowed]  # what is further is unexplained as it is
         near = near[:: max(len(near) // 4000, 1)]
-        if len(near) < 4 * len(terms.prior):
+        stretches = int(np.count_nonzero(cut.contacts["flank"] == flank))  # blocks of one contact are one place
+        if stretches < 2 * len(terms.prior) or len(near) < 4 * len(terms.prior):
             continue
         columns = terms.columns(path.time[near], path.drive[near], path.loose[near])
         part = ((path.time[near] - path.time[0]) / max(np.ptp(path.time), 1e-300) * PARTS).astype(int) % 2

@@ -283,6 +283,7 @@ def _withheld(record: Recording, known: Track, about: dict[str, Any], error: Not
     summary["explained"] = {"time": share, "path": None if found is None else found.path,
                             "reasons": [reason] if found is None else list(found.reasons)}  # fmt: skip
     summary["cut"] |= {"whole_flights": 0, "testifying": 0, "unexplained": None if share is None else 1.0 - share}
+    summary["quality"] |= {"flight_height_min_m": None, "noise_in_contact_m": None}
     summary["contacts_seen"] = dict.fromkeys(FLANKS, 0)
     summary["flanks"] = {"backlash_m": None, "orders": {}}
     return Measurement(made, cut, summary)

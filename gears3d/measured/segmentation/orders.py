@@ -218,6 +218,8 @@ def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[
             continue
         turn = np.abs(one.angles[0] - one.angles[0, 0]) / (2 * np.pi)
         part = (turn if turn[-1] > 1.9 else np.arange(count) * STRETCHES / count).astype(int) % 2 == 1
+        if not part.any() or part.all():  # all contact lies in revolutions of one kind
+            continue
         for held in (part, ~part):
             mine = Contact(one.base[~held], one.angles[:, ~held], one.place[~held], one.noise)
             theirs = Contact(one.base[held], one.angles[:, held], one.place[held], one.noise)

@@ -8,8 +8,6 @@ import numpy as np
 from gears3d.recording import Recording
 
 STEP = 1e-4
-RADIUS = 0.0695
-"""Base radii of the rig of Rigaud & Perret-Liaudet 2020 [m], both alike."""
 
 
 def _recorded(drive, loose, noise, rng):

@@ -22,6 +22,15 @@ def limits(found: Measurement) -> list[str]:
         found: of a record.
     """
     summary, hits = found.summary, found.recording.impacts
+    if summary["status"] == "unexplained":
+        seen = summary["visible"]
+        span, speed = figure(seen["displacement_range_m"], "length", 3).text, seen["drive_speed_mean_rad_s"]
+        ratio = "unknown" if seen["ratio_loose_over_drive"] is None else f"{seen['ratio_loose_over_drive']:.6g}"
+        return [
+            "Impacts, regime, contact and backlash are withheld: free flights and contact do not explain the motion.",
+            f"The displacement has a range of {span}; the loose gear turns {ratio} times as fast as the drive gear, "
+            f"{seen['ratio_of_base_radii']:.6g} by the rig; the drive gear turns at {speed:.5g} rad/s on average.",
+        ]
     lowest = figure(summary["quality"]["flight_height_min_m"], "length", 3).text
     told = [
         f"Bounces lower than {lowest} cannot be distinguished from contact; mean speeds exclude impacts after them."

@@ -51,6 +51,7 @@ def render(found: Measurement, files: tuple[str, ...] = (), strip: Picture | Non
         "period": bool(meta.get("period_s")),
         "resolved": any(one["resolved"] for one in summary["durations"].values()),
         "spectra": {gear: list(flanks) for gear, flanks in data["spectra"].items()},
+        "withheld": summary["status"] == "unexplained",
         "has_impacts": bool(len(found.recording.impacts["time_s"])),
         "has_flights": bool(len(found.segments.flights["start_s"])),
         "files": files,

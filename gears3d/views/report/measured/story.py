@@ -47,6 +47,9 @@ def sentence(summary: dict[str, Any]) -> str:
         summary: of a measurement.
     """
     quality, cut = summary["quality"], summary["cut"]
+    if summary["status"] == "unexplained":
+        said = summary["warnings"][0]
+        return f"{said[:1].upper()}{said[1:]}."
     text = f"Measured angles of both gears: {quality['samples']} samples over "
     text += f"{figure(quality['duration_s'], 'time').text}. "
     text += REGIMES.get(str(summary["regime"]), "")
@@ -216,6 +219,12 @@ def discarded(summary: dict[str, Any]) -> list[Claim]:
     return lines
 
 
+def _no_backlash(summary: dict[str, Any]) -> str:
+    if summary["status"] == "unexplained":
+        return "withheld: free flights and contact do not explain the motion"
+    return "no impact on the reverse flank"
+
+
 def flank_lines(summary: dict[str, Any]) -> list[Claim]:
     """Return backlash and strongest orders as lines of a table.
 
@@ -225,7 +234,7 @@ def flank_lines(summary: dict[str, Any]) -> list[Claim]:
     backlash = summary["flanks"]["backlash_m"]
     lines = []
     if backlash is None:
-        lines.append(Claim("backlash_m", "backlash", Figure("unknown"), "no impact on the reverse flank"))
+        lines.append(Claim("backlash_m", "backlash", Figure("unknown"), _no_backlash(summary)))
     else:
         low, high = (figure(end, "length", 6).text for end in backlash["ci95"])
         shown = figure(backlash["value"], "length", 5)
