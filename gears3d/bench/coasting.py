@@ -11,8 +11,7 @@ import numpy as np
 from gears3d.effects import Code
 from gears3d.engine import Bench
 from gears3d.errors import Fault, InputError
-from gears3d.identify import identify_rundown
-from gears3d.identify.track import make_track
+from gears3d.identify import identify_rundown, make_track
 from gears3d.recording import Recording
 from gears3d.scenario.model import Motion
 from gears3d.simulation.encoder import encode

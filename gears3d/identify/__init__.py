@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from gears3d.identify.assemblies import identify_mesh_drag as identify_mesh_drag
     from gears3d.identify.campaign import Campaign as Campaign
     from gears3d.identify.campaign import read_campaign as read_campaign
+    from gears3d.identify.coastdown import identify_coastdown as identify_coastdown
+    from gears3d.identify.coastdown import identify_rundown as identify_rundown
+    from gears3d.identify.coastdown_record import Track as Track
+    from gears3d.identify.coastdown_record import make_track as make_track
+    from gears3d.identify.coastdown_record import make_tracks as make_tracks
+    from gears3d.identify.coastdown_record import read_track as read_track
+    from gears3d.identify.coastdown_record import read_tracks as read_tracks
     from gears3d.identify.contact import read_contacts as read_contacts
     from gears3d.identify.law import Identified as Identified
     from gears3d.identify.law import Parameter as Parameter
@@ -26,13 +33,8 @@ if TYPE_CHECKING:
     from gears3d.identify.pictures import threshold_picture as threshold_picture
     from gears3d.identify.restitution import identify_restitution as identify_restitution
     from gears3d.identify.rolling import roll as roll
-    from gears3d.identify.rundown import identify_rundown as identify_rundown
     from gears3d.identify.threshold import Sweep as Sweep
     from gears3d.identify.threshold import identify_threshold as identify_threshold
-    from gears3d.identify.track import Track as Track
-    from gears3d.identify.track import make_track as make_track
-    from gears3d.identify.track import read_track as read_track
-    from gears3d.identify.track import read_tracks as read_tracks
     from gears3d.identify.transmission import identify_backlash as identify_backlash
     from gears3d.identify.transmission import identify_transmission_error as identify_transmission_error
     from gears3d.identify.transmission import transmission_error as transmission_error
@@ -48,20 +50,22 @@ _HOME = {
     "Run": "assemblies",
     "Share": "parts",
     "Sweep": "threshold",
-    "Track": "track",
+    "Track": "coastdown_record",
     "identify_assemblies": "assemblies",
     "identify_backlash": "transmission",
+    "identify_coastdown": "coastdown",
     "identify_mesh_drag": "assemblies",
     "identify_restitution": "restitution",
-    "identify_rundown": "rundown",
+    "identify_rundown": "coastdown",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
-    "make_track": "track",
+    "make_track": "coastdown_record",
+    "make_tracks": "coastdown_record",
     "orders_picture": "pictures",
     "read_campaign": "campaign",
     "read_contacts": "contact",
-    "read_track": "track",
-    "read_tracks": "track",
+    "read_track": "coastdown_record",
+    "read_tracks": "coastdown_record",
     "restitution_picture": "pictures",
     "roll": "rolling",
     "rundown_picture": "pictures",

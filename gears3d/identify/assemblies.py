@@ -9,11 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.choosing import choose
+from gears3d.identify.coastdown_law import choose, report
+from gears3d.identify.coastdown_record import Track
 from gears3d.identify.law import Identified
 from gears3d.identify.parts import CANDIDATES, Assembly, Inertia, Model, Part, Share, terms_of
-from gears3d.identify.telling import tell
-from gears3d.identify.track import Track
 from gears3d.identify.trend import Oil, trends
 
 USUAL = {"shear": "viscous", "churning": "power", "mesh": "viscous"}
@@ -83,7 +82,7 @@ def identify_assemblies(
         losses |= found.losses
         terms[base] = next(part.terms for part in found.best.model.parts if _base(part.name) == base)
     joint = choose(tracks, [_model(terms, order, made, inertias)])
-    answer = tell(joint._replace(losses={**losses, **joint.losses}), tracks)
+    answer = report(joint._replace(losses={**losses, **joint.losses}), tracks)
     over = trends(joint.best, {_shown(run.temperature): run.temperature for run in runs}, oil)
     return replace(answer, goodness={**answer.goodness, "temperature": over}) if over else answer
 

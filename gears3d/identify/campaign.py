@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.identify.assemblies import Run
+from gears3d.identify.coastdown_record import GEARS, Track, read_tracks
 from gears3d.identify.parts import Inertia, Share, terms_of
-from gears3d.identify.track import GEARS, Track, read_tracks
 from gears3d.identify.trend import Oil
 from gears3d.inputs import read_text
 from gears3d.units import parse

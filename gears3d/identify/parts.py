@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.identify.slowing import Law
+from gears3d.identify.motion import Law
 
 NUMBERS = {"coulomb": ("coulomb",), "viscous": ("viscous",), "power": ("coefficient", "exponent")}
 """Free numbers of each term, in order."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.identify.fitting import Fit
+from gears3d.identify.coastdown_fit import Fit
 from gears3d.laws.oil import dynamic_viscosity
 
 

@@ -9,7 +9,7 @@ from scipy.stats import binomtest
 from gears3d import cli
 from gears3d.errors import InputError
 from gears3d.identify import identify_rundown, make_track
-from gears3d.identify.slowing import Law, angles
+from gears3d.identify.motion import Law, angles
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.signals import count_of

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gears3d.identify import Identified, Inertia
-    from gears3d.identify.track import Track
+    from gears3d.identify import Track
 
 
 def rundown(

@@ -84,6 +84,7 @@ def admit(
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
+    tolerate: Sequence[str] = (),
 ) -> Admitted:
     """Read a measured record, examine its sensors and return it with the rig of its condition.
 
@@ -95,6 +96,7 @@ def admit(
         needs: columns that must be there besides time, alternatives as a tuple: ``("theta_loose_rad",)`` for a gear
             that runs down out of mesh. Without both angles nothing is said of the mesh.
         others: records given before, to find one that is given twice.
+        tolerate: kinds of findings that the caller handles itself: they are never fatal.
 
     Returns:
         The record, the rig and what was found.
@@ -108,7 +110,7 @@ def admit(
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
     findings = examine(channels, own, others, needs)
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
-    bad = [one for one in done if one.fatal and not one.corrected]
+    bad = [one for one in done if one.fatal and not one.corrected and one.kind not in tolerate]
     if bad:
         raise InputError([_fault(one, channels.file) for one in bad])
     return Admitted(undo(channels, findings, kinds) if kinds else channels, own, done, channels.file)
@@ -122,6 +124,7 @@ def admit_each(
     *,
     needs: Sequence[str | Sequence[str]] = MESH,
     others: Sequence[Channels] = (),
+    tolerate: Sequence[str] = (),
 ) -> Admission:
     """Examine several records and sort them into those that may be used, those that are excluded and the faults.
 
@@ -132,6 +135,7 @@ def admit_each(
         correct: kinds of findings to correct; ``"duplicated-file"`` excludes a file that repeats another's readings.
         needs: columns that must be there besides time.
         others: records given before these, to find one that is given twice.
+        tolerate: as for :func:`admit`.
 
     Returns:
         What became of each file.
@@ -145,7 +149,7 @@ def admit_each(
     for path, chart in files_of(paths, map_file):
         known = [*others, *(one.channels for one in admitted)]
         try:
-            one = admit(path, rig, chart, correct, needs=needs, others=known)
+            one = admit(path, rig, chart, correct, needs=needs, others=known, tolerate=tolerate)
         except InputError as error:
             faults += error.faults
         else:

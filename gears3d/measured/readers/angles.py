@@ -84,6 +84,8 @@ def turned(inputs: Inputs) -> Angle | Edges:
             raise InputError(Fault("", "goes with an angle at samples or with quadrature", "leave it out"))
     if chart.sign * chart.ratio != 1.0:
         np.multiply(found.angle, chart.sign * chart.ratio, out=found.angle)
+        if isinstance(found, Angle) and found.speed is not None:
+            found = found._replace(speed=found.speed * (chart.sign * chart.ratio))
     return found
 
 
@@ -154,9 +156,9 @@ def _plain(inputs: Inputs) -> Angle:
 def _from_speed(time: np.ndarray, speed: np.ndarray, name: str) -> Angle:
     """Return the angle of a speed; a time that does not rise is left to whoever judges the record."""
     if len(speed) > 1 and np.isfinite(speed).all() and (np.diff(time) > 0.0).all():
-        return integrated(time, speed, name)
+        return integrated(time, speed, name)._replace(speed=speed)
     middle = 0.5 * (speed[1:] + speed[:-1])
-    return Angle(np.concatenate([[0.0], np.cumsum(middle * np.diff(time))]))
+    return Angle(np.concatenate([[0.0], np.cumsum(middle * np.diff(time))]), speed=speed)
 
 
 def _quadrature(inputs: Inputs, decode: Quadrature) -> Angle | Edges:

@@ -175,6 +175,7 @@ class Mapper:
                 return {"time_s": both.time, "theta_drive_rad": both.drive, "theta_loose_rad": both.loose}
             if len(edges) == len(found):
                 gear, only = next(iter(edges.items()))
+                self.meta.setdefault("pulses", []).append(gear)
                 return {"time_s": only.time, f"theta_{gear}_rad": only.angle}
         inside = np.ones(len(time), dtype=bool)
         for each in edges.values():
@@ -187,6 +188,9 @@ class Mapper:
                 else:
                     angle = each.angle[inside] if edges else each.angle
             columns[f"theta_{gear}_rad"] = angle
+            if isinstance(each, Angle) and each.speed is not None:  # what was measured, for who needs no angle
+                columns[f"omega_{gear}_rad_s"] = each.speed[inside] if edges else each.speed
+                self.meta.setdefault("speeds", []).append(gear)
         return columns
 
     def _extra(self, name: str, extra: ExtraMap, signal: Signal) -> np.ndarray:

@@ -36,10 +36,12 @@ class Angle(NamedTuple):
     Args:
         angle: unwrapped, zero anywhere unless an index tells it [rad], (n,).
         notes: what was seen.
+        speed: that the angle was integrated from [rad/s], (n,); ``None`` where an angle was measured.
     """
 
     angle: np.ndarray
     notes: tuple[Note, ...] = ()
+    speed: np.ndarray | None = None
 
 
 class Edges(NamedTuple):

@@ -1,4 +1,4 @@
-"""Drag from run-downs: which law slows the gear, with which numbers, and how sure."""
+"""Drag from coast-downs: which law slows the gear, with which numbers, and how well each is known."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gears3d.identify.assemblies import Run, identify_assemblies
-from gears3d.identify.choosing import choose
+from gears3d.identify.coastdown_law import choose, report
+from gears3d.identify.coastdown_record import Track, read_tracks
 from gears3d.identify.law import Identified
 from gears3d.identify.parts import ALONE, CANDIDATES, Inertia, Share, plain, terms_of
-from gears3d.identify.telling import tell
-from gears3d.identify.track import Track, read_tracks
 
 
-def identify_rundown(
+def identify_coastdown(
     files: Sequence[str | Path | Track], inertia: float, inertia_uncertainty: float = 0.0, law: str | None = None
 ) -> Identified:
-    """Identify the drag on a gear from records of its run-down.
+    """Identify the drag on a gear from records of its coast-down.
 
-    The angle is fitted, not a speed made by differencing: an encoder knows it exactly at the moments its count changes.
-    Among the laws, a richer one is taken only where it predicts held-out stretches of the record better.
+    What was measured is fitted, angle, speed or times of pulses, not a speed made by differencing nor an angle made by
+    integrating. Among the laws, a richer one is taken only where it predicts held-out blocks of the record better. The
+    intervals count what blocks of the record disagree about.
 
     Args:
-        files: records of the same drag, each with its own start; columns ``time_s`` and ``theta_loose_rad`` or
-            ``omega_rad_s``; or tracks.
-        inertia: of what runs down [kg·m²].
-        inertia_uncertainty: its standard deviation [kg·m²]; a run-down knows the ratio of drag and inertia only.
+        files: records of the same drag, each with one or several free coast-downs; columns ``time_s`` and
+            ``theta_loose_rad`` or ``omega_rad_s``; or tracks.
+        inertia: of what coasts down [kg·m²].
+        inertia_uncertainty: its standard deviation [kg·m²]; a coast-down gives the ratio of drag and inertia only.
         law: such as ``"coulomb+viscous"``, fitted whether it is the best or not.
 
     Returns:
@@ -39,9 +39,9 @@ def identify_rundown(
     Source: Kadmiri et al. 2012, eqs (4)-(7); Rigaud & Perret-Liaudet 2020, section 3; Ottewill et al. 2010, (14)-(16).
 
     >>> import numpy as np
-    >>> from gears3d.identify.track import make_track
+    >>> from gears3d.identify import make_track
     >>> t = np.linspace(0.0, 0.9, 9001)
-    >>> found = identify_rundown([make_track(t, 3.0 * t - 1.5 * t**2)], inertia=0.0695)
+    >>> found = identify_coastdown([make_track(t, 3.0 * t - 1.5 * t**2)], inertia=0.0695)
     >>> found.law, round(found.parameters["coulomb"].value, 6)
     ('coulomb', 0.2085)
     """
@@ -54,4 +54,7 @@ def identify_rundown(
         known = {"inertia": Inertia(inertia, inertia_uncertainty)}
         return identify_assemblies(runs, known, None if law is None else {ALONE: law})
     laws = CANDIDATES if law is None else (terms_of(law),)
-    return tell(choose(tracks, [plain(terms, inertia, len(tracks), inertia_uncertainty) for terms in laws]), tracks)
+    return report(choose(tracks, [plain(terms, inertia, len(tracks), inertia_uncertainty) for terms in laws]), tracks)
+
+
+identify_rundown = identify_coastdown

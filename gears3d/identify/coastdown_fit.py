@@ -1,4 +1,4 @@
-"""Least squares of run-downs: all tracks share the free numbers of their parts, each has its own start."""
+"""Coast-downs under a drag law: the motion, least squares, and covariances that count what the law does not explain."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from gears3d.identify.coastdown_record import Track
+from gears3d.identify.motion import Law, coasting
 from gears3d.identify.parts import Model
-from gears3d.identify.slowing import Law, angles
-from gears3d.identify.track import Track
 
 BINS = 400
 """Bins of a track; within one, errors are averaged."""
@@ -31,11 +31,12 @@ class Binned(NamedTuple):
 
     Args:
         time: mean of each bin [s], (m,).
-        rest: mean of angle less first model [rad], (m,).
+        rest: mean of value less first model [rad], (m,).
         first: the first model at ``time`` [rad], (m,).
         sigma: of ``rest`` [rad], (m,).
         speed: of the track at its start [rad/s].
         slowest: at its end [rad/s].
+        is_speed: whether the value is a speed [rad/s], not an angle [rad].
     """
 
     time: np.ndarray
@@ -44,6 +45,7 @@ class Binned(NamedTuple):
     sigma: np.ndarray
     speed: float
     slowest: float
+    is_speed: bool
 
 
 class Fit(NamedTuple):
@@ -78,9 +80,10 @@ def thin(track: Track) -> Binned:
     Args:
         track: the run-down.
     """
+    is_speed = track.measured == "speed"
     chosen = np.unique(np.linspace(0, len(track.time) - 1, BINS).astype(int))
     time, sigma = track.time[chosen], track.sigma[chosen]
-    return Binned(time, track.angle[chosen], np.zeros(len(chosen)), sigma, track.speed, track.slowest)
+    return Binned(time, track.value[chosen], np.zeros(len(chosen)), sigma, track.speed, track.slowest, is_speed)
 
 
 def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
@@ -91,17 +94,18 @@ def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
         law: of the first model.
         start: its angle [rad] and speed [rad/s].
     """
-    model = _run(law, start, track.time, track.slowest)
+    is_speed = track.measured == "speed"
+    model = _run(law, start, track.time, track.slowest, is_speed)
     assert model is not None
     count = min(BINS, len(track.time))
     edge = np.linspace(0, len(track.time), count + 1).astype(int)[:-1]
     weight = 1.0 / track.sigma**2
     total = np.add.reduceat(weight, edge)
     time = np.add.reduceat(track.time * weight, edge) / total
-    rest = np.add.reduceat((track.angle - model) * weight, edge) / total
-    first = _run(law, start, time, track.slowest)
+    rest = np.add.reduceat((track.value - model) * weight, edge) / total
+    first = _run(law, start, time, track.slowest, is_speed)
     assert first is not None
-    return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest)
+    return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest, is_speed)
 
 
 def fit(
@@ -130,7 +134,7 @@ def fit(
     from scipy.optimize import least_squares
 
     masks = masks or [np.ones(len(track.time), bool) for track in tracks]
-    task = _Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()), {})
+    task = Task(tracks, model, masks, np.maximum(np.abs(begin), 1e-3 * np.abs(begin).max()), {})
     at = task.begin(begin)
     best = least_squares(task.residuals, at, jac=cast(Any, task.slopes), x_scale="jac", xtol=1e-10, max_nfev=patience)
     points = sum(int(mask.sum()) for mask in masks)
@@ -146,7 +150,7 @@ def fit(
     return Fit(found, numbers, covariance, starts, chi2)
 
 
-class _Task(NamedTuple):
+class Task(NamedTuple):
     """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order.
 
     ``last`` has of every run where its residuals were last asked for, and these: slopes are wanted at the same place.
@@ -157,6 +161,15 @@ class _Task(NamedTuple):
     masks: list[np.ndarray]
     scale: np.ndarray
     last: dict[int, tuple[bytes, np.ndarray | None]]
+
+    @staticmethod
+    def of(best: Fit, tracks: list[Binned]) -> tuple[Task, np.ndarray]:
+        """Return the task of a fit, and its free numbers there."""
+        masks = [np.ones(len(track.time), bool) for track in tracks]
+        scale = np.maximum(np.abs(best.numbers), 1e-3 * np.abs(best.numbers).max())
+        task = Task(tracks, best.model, masks, scale, {})
+        shifts = [best.model.inertias[name].shift for name in best.model.unsure()]
+        return task, np.concatenate([best.numbers / scale, shifts, np.ravel(best.starts)])
 
     @property
     def unsure(self) -> int:
@@ -197,26 +210,33 @@ class _Task(NamedTuple):
 
         The inertias' follow from those of the torques: differences of their own would blur what no run can tell.
         """
-        names = [part for part, _ in self.model.names()]
-        linear = np.array([name != "exponent" for _, name in self.model.names()])
         rows = np.cumsum([0, *(int(mask.sum()) for mask in self.masks)])
         slopes = np.zeros((rows[-1] + self.unsure, len(x)))
-        first = len(names) + self.unsure
         for run in range(len(self.tracks)):
-            here, at = slice(rows[run], rows[run + 1]), self.noted(x, run)
-            if at is None:
-                continue
-            own = {share.part for share in self.model.runs[run].shares}
-            for place in (*(k for k, part in enumerate(names) if part in own), first + 2 * run + 1):
-                moved = x.copy()
-                moved[place] += _STEP * max(abs(x[place]), 1e-3)
-                if (there := self.one(moved, run)) is not None:
-                    slopes[here, place] = (there - at) / (moved[place] - x[place])
-            all_torques = slopes[here, : len(names)] @ (x[: len(names)] * linear)  # less inertia acts like more of each
-            for place, share in enumerate(self.model.weights(run), start=len(names)):
-                slopes[here, place] = -share * all_torques
-            slopes[here, first + 2 * run] = -1.0 / self.tracks[run].sigma[self.masks[run]]
-        slopes[rows[-1] :, len(names) : first] = np.eye(self.unsure)
+            slopes[rows[run] : rows[run + 1]] = self.slopes_of(x, run)
+        free = len(self.scale)
+        slopes[rows[-1] :, free : free + self.unsure] = np.eye(self.unsure)
+        return slopes
+
+    def slopes_of(self, x: np.ndarray, run: int) -> np.ndarray:
+        """Return the slopes of one run's residuals."""
+        names = [part for part, _ in self.model.names()]
+        linear = np.array([name != "exponent" for _, name in self.model.names()])
+        slopes = np.zeros((int(self.masks[run].sum()), len(x)))
+        if (at := self.noted(x, run)) is None:
+            return slopes
+        first = len(names) + self.unsure
+        own = {share.part for share in self.model.runs[run].shares}
+        for place in (*(k for k, part in enumerate(names) if part in own), first + 2 * run + 1):
+            moved = x.copy()
+            moved[place] += _STEP * max(abs(x[place]), 1e-3)
+            if (there := self.one(moved, run)) is not None:
+                slopes[:, place] = (there - at) / (moved[place] - x[place])
+        all_torques = slopes[:, : len(names)] @ (x[: len(names)] * linear)  # less inertia acts like more of each
+        for place, share in enumerate(self.model.weights(run), start=len(names)):
+            slopes[:, place] = -share * all_torques
+        if not self.tracks[run].is_speed:
+            slopes[:, first + 2 * run] = -1.0 / self.tracks[run].sigma[self.masks[run]]
         return slopes
 
 
@@ -228,13 +248,18 @@ def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | Non
         law: of the model.
         start: its angle [rad] and speed [rad/s].
     """
-    model = _run(law, start, track.time, track.slowest)
+    model = _run(law, start, track.time, track.slowest, track.is_speed)
     return None if model is None else (track.rest - (model - track.first)) / track.sigma
 
 
-def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float) -> np.ndarray | None:
-    """Return the angle; a law with a driving part need not hold down to rest."""
-    return angles(law, start[0], start[1], since, 0.0 if law.coulomb >= 0.0 else _BELOW * last)
+def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float, is_speed: bool) -> np.ndarray | None:
+    """Return angle or speed; a law with a driving part need not hold down to rest."""
+    drives = law.coulomb < 0.0 or law.viscous < 0.0 or law.coefficient < 0.0 or law.table is not None
+    slowest = min(_BELOW * last, 0.9 * start[1]) if drives else 0.0
+    found = coasting(law, start[1], since, slowest, "speed" if is_speed else "")
+    if found is None:
+        return None
+    return found[1] if is_speed else start[0] + found[0]
 
 
 def guess(tracks: list[Track], model: Model) -> np.ndarray:
@@ -272,8 +297,13 @@ def guess(tracks: list[Track], model: Model) -> np.ndarray:
 
 
 def _differenced(track: Track) -> tuple[np.ndarray, np.ndarray]:
-    """Return speeds [rad/s] and decelerations [rad/s²] of a run-down, by two rounds of differences over long ways."""
-    at = np.linspace(0, len(track.time) - 1, _STRETCHES + 1).astype(int)
-    time, angle = track.time[at], track.angle[at]
-    speed, middle = np.diff(angle) / np.diff(time), 0.5 * (time[1:] + time[:-1])
+    """Return speeds [rad/s] and decelerations [rad/s²] of a coast-down, by differences over long stretches."""
+    at = np.linspace(0, len(track.time), min(_STRETCHES, len(track.time) // 4) + 1).astype(int)
+    if track.measured == "speed":
+        size = np.diff(at)
+        speed, middle = (np.add.reduceat(x, at[:-1]) / size for x in (track.value, track.time))
+    else:
+        at[-1] -= 1
+        time, angle = track.time[at], track.value[at]
+        speed, middle = np.diff(angle) / np.diff(time), 0.5 * (time[1:] + time[:-1])
     return 0.5 * (speed[1:] + speed[:-1]), -np.diff(speed) / np.diff(middle)

@@ -1,4 +1,4 @@
-"""The run-down of a shaft under a drag law, for any law, as quadratures over its speed."""
+"""The coast-down of a shaft under a drag law, for any law, as quadratures over its speed."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class Law(NamedTuple):
         coefficient: [rad/s² at 1 rad/s].
         exponent: of the speed.
         more: coefficient and exponent of each further power.
+        table: speeds [rad/s], rising, and further decelerations there [rad/s²], straight in between.
     """
 
     coulomb: float = 0.0
@@ -30,6 +31,7 @@ class Law(NamedTuple):
     coefficient: float = 0.0
     exponent: float = 2.0
     more: tuple[tuple[float, float], ...] = ()
+    table: tuple[np.ndarray, np.ndarray] | None = None
 
     def deceleration(self, speed: np.ndarray) -> np.ndarray:
         """Return the deceleration [rad/s²] at speeds [rad/s], (n,).
@@ -41,15 +43,11 @@ class Law(NamedTuple):
             if coefficient:
                 with np.errstate(divide="ignore", over="ignore"):
                     slowing = slowing + coefficient * np.abs(speed) ** exponent
-        return slowing
+        return slowing if self.table is None else slowing + np.interp(speed, *self.table)
 
 
 def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: float = 0.0) -> np.ndarray | None:
-    """Return the angle of a shaft that runs down freely.
-
-    Time and angle are integrals over the speed, dt = dω/a(ω) and dθ = ω·dω/a(ω), by Gauss quadrature between nodes that
-    crowd at the end; between the nodes the angle is the quintic that has their speeds and decelerations. Means over
-    a long record know the angle to a thousandth of a count, which the cubic of the speeds alone would miss.
+    """Return the angle of a shaft that coasts down freely.
 
     Args:
         law: of the deceleration.
@@ -63,6 +61,27 @@ def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: flo
 
     >>> float(angles(Law(coulomb=2.0), 0.0, 4.0, np.array([1.0, 3.0]))[0].round(9))
     3.0
+    """
+    found = coasting(law, speed, since, slowest)
+    return None if found is None else angle + found[0]
+
+
+def coasting(
+    law: Law, speed: float, since: np.ndarray, slowest: float = 0.0, only: str = ""
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return angle and speed of a shaft that coasts down freely, the angle from 0.
+
+    Time and angle are integrals over the speed, dt = dω/a(ω) and dθ = ω·dω/a(ω), by Gauss quadrature between nodes that
+    crowd at the end; between the nodes the angle is the quintic that has their speeds and decelerations, the speed the
+    cubic. Means over a long record resolve the angle to a thousandth of a count, which the cubic of the speeds alone
+    would not reach.
+
+    Args:
+        law: of the deceleration.
+        speed: at the start, positive [rad/s].
+        since: time since the start [s], (n,).
+        slowest: speed down to which the law must hold [rad/s]; 0: to standstill.
+        only: ``"speed"`` where the angle is not needed.
     """
     if not speed > slowest:
         return None
@@ -78,10 +97,14 @@ def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: flo
     k = np.clip(np.searchsorted(time, since, "right") - 1, 0, NODES - 1)
     span = time[k + 1] - time[k]
     u = np.clip((since - time[k]) / np.maximum(span, 1e-300), 0.0, 1.0)
+    a = np.where(np.isfinite(at_nodes), at_nodes, 0.0)
+    fell = nodes[k] + (nodes[k + 1] - nodes[k]) * u**2 * (3.0 - 2.0 * u)
+    fell -= span * u * (1.0 - u) * (a[k] * (1.0 - u) - a[k + 1] * u)
+    if only == "speed":
+        return fell, fell
     turned = way[k] + (way[k + 1] - way[k]) * u**3 * (10.0 - u * (15.0 - 6.0 * u))
     turned += span * nodes[k] * u * (1.0 - u**2 * (6.0 - u * (8.0 - 3.0 * u)))
     turned -= span * nodes[k + 1] * u**3 * (4.0 - u * (7.0 - 3.0 * u))
-    at_nodes = np.where(np.isfinite(at_nodes), at_nodes, 0.0)
-    turned -= 0.5 * span**2 * at_nodes[k] * u**2 * (1.0 - u) ** 3
-    turned -= 0.5 * span**2 * at_nodes[k + 1] * u**3 * (1.0 - u) ** 2
-    return angle + turned
+    turned -= 0.5 * span**2 * a[k] * u**2 * (1.0 - u) ** 3
+    turned -= 0.5 * span**2 * a[k + 1] * u**3 * (1.0 - u) ** 2
+    return turned, fell

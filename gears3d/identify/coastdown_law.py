@@ -1,0 +1,304 @@
+"""The law among those that compete, and the answer: parameters, torque over speed, TOML for a scenario, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import InputError
+from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
+from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, standardised, thin
+from gears3d.identify.coastdown_record import Track, spans
+from gears3d.identify.law import Identified, Parameter
+from gears3d.identify.parts import ALONE, UNITS, Model, Share
+
+BLOCKS = 20
+"""Blocks of a coast-down in time that are held out in turn."""
+PATIENT = 300
+"""Steps of the last search."""
+LEVEL = 0.01
+"""A richer law is taken when its better prediction would come by chance this rarely."""
+POINTS = 200
+"""Of a curve."""
+REACH = 0.975
+"""Quantile of 95 % intervals."""
+ALIKE = 0.99
+"""Correlation of two numbers from which on the speeds hardly separate them."""
+
+
+class Choice(NamedTuple):
+    """The law that was taken.
+
+    Args:
+        best: its fit.
+        data: the tracks as they were fitted.
+        losses: mean squared standardised error on blocks held out, by law.
+    """
+
+    best: Fit
+    data: list[Binned]
+    losses: dict[str, float | None]
+
+
+def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
+    """Fit models that compete, and take the simplest that no richer one beats on held-out blocks.
+
+    Args:
+        tracks: the coast-downs.
+        models: with the same runs; a single one is taken untested.
+
+    Raises:
+        InputError: none fits.
+    """
+    points = [thin(track) for track in tracks]
+    rough = [found for model in models if (found := fit(points, model, guess(tracks, model))) is not None]
+    if not rough:
+        raise _nothing()
+    first = min(rough, key=lambda candidate: candidate.chi2)
+    data = [averaged(track, first.law(run), first.starts[run]) for run, track in enumerate(tracks)]
+    sound = [found for one in rough if (found := fit(data, one.model, one.numbers)) is not None]
+    if not sound:
+        raise _nothing()
+    if len(models) == 1:
+        return Choice(_settled(sound[0], data), data, {})
+    folds = _folds(data)
+    losses = [_held_out(data, found, folds) for found in sound]
+    best = _best(sound, losses)
+    shown = {label(found.model): _finite(loss.mean()) for found, loss in zip(sound, losses, strict=True)}
+    return Choice(_settled(sound[best], data), data, shown)
+
+
+def label(model: Model) -> str:
+    """Return the name of a law.
+
+    Args:
+        model: its parts.
+    """
+    if [part.name for part in model.parts] == [ALONE]:
+        return "+".join(model.parts[0].terms)
+    return ", ".join(f"{part.name}: {'+'.join(part.terms)}" for part in model.parts)
+
+
+def _settled(best: Fit, data: list[Binned]) -> Fit:
+    """Return a fit carried on until it rests: terms that are hardly separated need many steps."""
+    return fit(data, best.model, best.numbers, patience=PATIENT) or best
+
+
+def _nothing() -> InputError:
+    return InputError("no drag law coasts down like these records: are they coast-downs of a free gear?")
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _folds(data: list[Binned]) -> list[list[np.ndarray]]:
+    """Return for two folds the block that each bin belongs to where it is held out, -1 where it trains."""
+    folds = []
+    for fold in range(2):
+        marks = []
+        for track in data:
+            block = np.arange(len(track.time)) * BLOCKS // len(track.time)
+            marks.append(np.where(block % 2 == fold, block, -1))
+        folds.append(marks)
+    return folds
+
+
+def _held_out(data: list[Binned], whole: Fit, folds: list[list[np.ndarray]]) -> np.ndarray:
+    """Return the mean squared standardised error of each held-out block, infinite where no fit was found."""
+    losses = []
+    for marks in folds:
+        found = fit(data, whole.model, whole.numbers, [mark < 0 for mark in marks])
+        for run, (track, mark) in enumerate(zip(data, marks, strict=True)):
+            rest = None if found is None else standardised(track, found.law(run), found.starts[run])
+            losses += [
+                float(np.mean(rest[mark == block] ** 2)) if rest is not None else np.inf
+                for block in np.unique(mark[mark >= 0])
+            ]
+    return np.array(losses)
+
+
+def _best(sound: list[Fit], losses: list[np.ndarray]) -> int:
+    """Return the place of the simplest law that no richer one beats on held-out blocks."""
+    sizes = [len(found.numbers) for found in sound]
+    best = min((at for at, size in enumerate(sizes) if size == min(sizes)), key=lambda at: losses[at].mean())
+    for richer in sorted(range(len(sound)), key=lambda at: sizes[at]):
+        if sizes[richer] <= sizes[best]:
+            continue
+        gain = losses[best] - losses[richer]
+        if not np.all(np.isfinite(gain)) or gain.mean() <= 0.0:
+            continue
+        from scipy.stats import wilcoxon  # takes longer to load than most coast-downs to fit
+
+        verdict: Any = wilcoxon(gain, alternative="greater")
+        if verdict.pvalue < LEVEL:
+            best = richer
+    return best
+
+
+def report(choice: Choice, tracks: list[Track]) -> Identified:
+    """Return the law that was taken as an answer.
+
+    Args:
+        choice: the law.
+        tracks: the coast-downs.
+    """
+    errors = errors_of(choice.best, choice.data)
+    best, data = errors.fit, choice.data
+    parameters = _parameters(errors)
+    rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
+    is_speed = [track.is_speed for track in data]
+    goodness: dict[str, Any] = {
+        "chi2": best.chi2,
+        "rms_angle_rad": _rms(rests, [not one for one in is_speed]),
+        "rms_speed_rad_s": _rms(rests, is_speed),
+        "residual_over_noise": float(best.chi2**0.5),
+        "p_structure": errors.p_structure,
+        "deviation_of_torque": max(errors.sizes[:2]),
+        "held_out": choice.losses,
+        "speed_rad_s": [min(track.slowest for track in tracks), max(track.speed for track in tracks)],
+        "points": int(sum(len(track.time) for track in tracks)),
+        "quantum_rad": [track.quantum for track in tracks],
+        "coastdowns": spans(tracks),
+        "findings": [one.to_dict() for track in tracks for one in track.findings],
+    }
+    curves = _curves(errors, tracks)
+    curves["residuals"] = [(track.time, rest) for track, rest in zip(data, rests, strict=True)]
+    warnings = _warnings(errors, parameters, goodness)
+    return Identified(label(best.model), parameters, goodness, _snippet(best), curves, warnings)
+
+
+def _parameters(errors: Errors) -> dict[str, Parameter]:
+    """Return the free numbers with their intervals, those of parts as ``part.name``."""
+    from scipy.special import stdtrit
+
+    best = errors.fit
+    wide = stdtrit(np.minimum(errors.dof, 1e6), REACH) * np.sqrt(np.maximum(np.diag(best.covariance), 0.0))
+    parameters = {}
+    for (part, name), value, half in zip(best.model.names(), best.numbers, wide, strict=True):
+        key = name if part == ALONE else f"{part}.{name}"
+        parameters[key] = Parameter(float(value), UNITS[name], float(value - half), float(value + half))
+    return parameters
+
+
+def _rms(rests: list[np.ndarray], which: list[bool]) -> float | None:
+    some = [rest for rest, one in zip(rests, which, strict=True) if one]
+    return float(np.sqrt(np.mean(np.concatenate(some) ** 2))) if some else None
+
+
+def _rest(track: Binned, best: Fit, run: int) -> np.ndarray:
+    found = standardised(track, best.law(run), best.starts[run])
+    assert found is not None
+    return found * track.sigma
+
+
+def _curves(errors: Errors, tracks: list[Track]) -> dict[str, Any]:
+    """Return the torque over the speed with its 95 % band: of the whole drag, and of each part."""
+    best = errors.fit
+    speed = np.linspace(min(t.slowest for t in tracks), max(t.speed for t in tracks), POINTS)
+    most = max(range(len(tracks)), key=lambda run: len(best.model.runs[run].shares))
+    whole = _torque(errors, best.model.runs[most].shares, most, speed, True)
+    parts = {
+        part.name: {"speed_rad_s": speed, **_torque(errors, (Share(part.name),), most, speed, False)}
+        for part in best.model.parts
+    }
+    return {"speed_rad_s": speed, **whole, "parts": parts if list(parts) != [ALONE] else {}}
+
+
+def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarray, all_of: bool) -> dict[str, Any]:
+    """Return torque and band of some parts, by the law's slopes in its numbers.
+
+    The band of the whole drag covers the law and, where the record deviates from it, the best estimate of the torque
+    with the law's random deviation.
+    """
+    from scipy.special import stdtrit
+
+    best = errors.fit
+    only = best.model.runs[run]._replace(shares=shares)
+    model = best.model._replace(runs=(*best.model.runs[:run], only, *best.model.runs[run + 1 :]))
+    inertia = model.inertia(run)
+
+    def at(numbers: np.ndarray) -> np.ndarray:
+        return inertia * model.law(numbers, run).deceleration(speed)
+
+    torque, slopes = at(best.numbers), []
+    for place, number in enumerate(best.numbers):
+        moved = best.numbers.copy()
+        moved[place] += 1e-6 * max(abs(number), 1e-12)
+        slopes.append((at(moved) - torque) / (moved[place] - number))
+    slope = np.array(slopes)
+
+    def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
+        return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
+
+    dof = errors.dof_torque if any(errors.sizes[:2]) else 1e6
+    quantile = float(stdtrit(dof, REACH))
+    half = band(slope, best.covariance, quantile)
+    low, high = torque - half, torque + half
+    if all_of and errors.sizes[0]:
+        nodes = len(errors.speeds)
+        hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
+        half = band(np.vstack([slope, hats]), errors.joint, quantile)
+        true = torque + errors.deviation @ hats
+        low, high = np.minimum(low, true - half), np.maximum(high, true + half)
+    return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
+
+
+def _snippet(best: Fit) -> str:
+    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh."""
+    values = dict(zip(best.model.names(), map(float, best.numbers), strict=True))
+    against = {share.part: share.against for run in best.model.runs for share in run.shares}
+    warm = sorted({part.name.partition("@")[2] for part in best.model.parts if "@" in part.name}, key=float)
+    middle = warm[len(warm) // 2] if warm else ""
+    shown = [part for part in best.model.parts if part.name != "drive" and part.name.partition("@")[2] in ("", middle)]
+    base = sum(values.get((part.name, "coulomb"), 0.0) for part in shown)
+    lines = [f"# at {middle} degC"] * bool(warm)
+    if base < 0.0:
+        lines += [f"# the constant torque of the fit is negative, {base:.6g} N m: no scenario can have that; with 0 N m",
+                  "# this drag is too large at every speed: fit another law (--law), or do not use it"]  # fmt: skip
+    lines += ["[drag]", f'torque = "{max(base, 0.0):.6g} N m"']
+    for part in shown:
+        if (slope := values.get((part.name, "viscous"))) is not None:
+            kind = "mesh_drag" if part.name == "mesh" else "drag_viscous"
+            kind = "drag_differential" if against[part.name] else kind
+            lines += ["[[effect]]", f'kind = "{kind}"', f'coefficient = "{slope:.6g} N m s/rad"']
+            if against[part.name]:
+                lines += [f'shaft_speed = "{against[part.name]:.6g} rad/s"']
+        if (exponent := values.get((part.name, "exponent"))) is not None:
+            size = f'coefficient = "{values[part.name, "coefficient"]:.6g} N m"'
+            lines += ["[[effect]]", 'kind = "drag_power"', size, f"exponent = {exponent:.6g}"]
+    return "\n".join(lines) + "\n"
+
+
+NEGATIVE = {
+    "coulomb": "the law holds between the recorded speeds only, and would drive the gear below them",
+    "viscous": "the drag falls with the speed (mixed lubrication), or rose during the record",
+    "coefficient": "the drag bends downwards over the speed, or changed during the record",
+}
+"""What a negative number means, by its name."""
+
+
+def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tuple[str, ...]:
+    found = []
+    best = errors.fit
+    if errors.p_structure < SURE:
+        common, own, pink = errors.sizes
+        causes = [f"the torque deviates from it by about {max(common, own):.1%}"] * bool(max(common, own) > 5e-4)
+        causes += ["readings have correlated errors"] * bool(pink)
+        size = f"{goodness['residual_over_noise']:.2g} times the noise, p = {errors.p_structure:.1g}"
+        why = f": {' and '.join(causes)}" if causes else ""
+        found.append(f"the residual has structure ({size}): the law does not explain the record{why}; "
+                     "the intervals include that")  # fmt: skip
+    for name, parameter in parameters.items():
+        kind = name.rpartition(".")[2]
+        if parameter.low <= 0.0 <= parameter.high:
+            found.append(f"{name} cannot be distinguished from zero")
+        elif parameter.high < 0.0 and kind in NEGATIVE:
+            found.append(f"{name} is negative: {NEGATIVE[kind]}")
+    error = np.sqrt(np.maximum(np.diag(best.covariance), 1e-300))
+    alike = np.abs(best.covariance / np.outer(error, error)) - np.eye(len(error))
+    if alike.size > 1 and alike.max() > ALIKE:
+        found.append("terms of the law are hardly separated by these speeds: record a wider range")
+    return tuple(found)

@@ -1,0 +1,716 @@
+"""From a raw record to free coast-downs: held readings, dropouts and lost pulses repaired, driven phases excluded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import pi
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gears3d.errors import Fault, InputError
+from gears3d.measured.checks import Admitted, Finding, admit, admit_each
+from gears3d.measured.readers import Channels
+from gears3d.signals import edges, noise_of, quantum
+
+SLOWEST = 0.03
+"""Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it."""
+FLOOR = 0.1
+"""Error of an edge that always remains, in counts."""
+FEWEST = 50
+"""Edges or readings below which no drag is identified."""
+LEAST_FALL = 0.25
+"""Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive."""
+LEAST_PEAK = 0.15
+"""Share of the highest speed of a record at which a free phase must begin; below it are inching and standstill."""
+GROUPS = 600
+"""Mean speeds in which free phases are looked for: 0.2 % of the record each."""
+LATE = 0.015
+"""Share of a free phase by which its use begins after the release found: the release is known no better."""
+OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "merged-edges", "doubled-edges", "drift",
+       "integration")  # fmt: skip
+"""Findings of the sensor checks that are repaired here, and reported with what became of them."""
+GEARS = ("loose", "drive")
+Span = tuple[float | None, float | None]
+
+
+class Track(NamedTuple):
+    """One free coast-down.
+
+    Args:
+        time: since the first point [s], (n,).
+        value: angle from 0 [rad] or speed [rad/s], whichever was measured, in the sense of rotation, (n,).
+        sigma: standard deviation of the value, (n,).
+        speed: at the first point [rad/s].
+        slowest: speed at the last point [rad/s].
+        quantum: smallest step of the value [rad or rad/s], ``None`` for a smooth record.
+        file: where it came from.
+        temperature: mean of the record's own [°C], ``None`` where it has none.
+        findings: of the sensor checks and of the repair.
+        measured: ``"angle"``, ``"speed"`` or ``"pulses"``.
+        span: first and last point in the time of the record [s].
+    """
+
+    time: np.ndarray
+    value: np.ndarray
+    sigma: np.ndarray
+    speed: float
+    slowest: float
+    quantum: float | None
+    file: str
+    temperature: float | None = None
+    findings: tuple[Finding, ...] = ()
+    measured: str = "angle"
+    span: tuple[float, float] = (0.0, 0.0)
+
+
+def read_track(
+    path: str | Path,
+    gear: str = "loose",
+    map_file: str | Path | None = None,
+    correct: Sequence[str] = (),
+    span: Span = (None, None),
+) -> Track:
+    """Read the longest free coast-down of a file.
+
+    Args:
+        path: a file with ``time_s`` and ``theta_loose_rad`` (or ``omega_rad_s``), maybe ``temperature_degC``.
+        gear: ``"loose"`` or ``"drive"``, whose motion counts.
+        map_file: ``record.toml``.
+        correct: kinds of findings of the sensor checks to correct.
+        span: first and last time of the free phase [s]; found where both are ``None``.
+
+    Returns:
+        The coast-down.
+
+    Raises:
+        InputError: columns are missing, or nothing coasts down freely.
+    """
+    return _longest(_tracks(admit(path, None, map_file, correct, needs=(_names(gear),), tolerate=OWN), gear, span))
+
+
+def read_tracks(
+    paths: Sequence[str | Path],
+    gear: str = "loose",
+    map_file: str | Path | None = None,
+    correct: Sequence[str] = (),
+    excluded: Callable[[Sequence[Admitted]], object] = len,
+    span: Span = (None, None),
+) -> list[Track]:
+    """Read all free coast-downs of several files, each file once.
+
+    Args:
+        paths: as for :func:`read_track`.
+        gear: as for :func:`read_track`.
+        map_file: as for :func:`read_track`.
+        correct: as for :func:`read_track`; ``"duplicated-file"`` excludes a file that repeats another's readings.
+        excluded: called with the records that are excluded for that.
+        span: as for :func:`read_track`.
+
+    Returns:
+        The coast-downs, those of one file in order of time.
+
+    Raises:
+        InputError: as for :func:`read_track`, of all files together, or a file repeats the readings of another.
+    """
+    admission = admit_each(paths, None, map_file, correct, needs=(_names(gear),), tolerate=OWN)
+    admitted = admission.all()
+    excluded(admission.repeated)
+    return [track for one in admitted for track in _tracks(one, gear, span)]
+
+
+def make_track(time: np.ndarray, angle: np.ndarray, file: str = "", span: Span = (None, None)) -> Track:
+    """Return the longest free coast-down from bare arrays.
+
+    Args:
+        time: [s], rising, (n,).
+        angle: [rad], (n,).
+        file: named in faults.
+        span: first and last time of the free phase [s]; found where both are ``None``.
+
+    Raises:
+        InputError: nothing coasts down.
+
+    >>> t = np.linspace(0.0, 1.0, 1001)
+    >>> round(make_track(t, 3.0 * t - 1.5 * t**2).speed, 1)
+    3.0
+    """
+    return _longest(make_tracks(time, angle, "angle", file, span))
+
+
+def make_tracks(
+    time: np.ndarray, value: np.ndarray, measured: str = "angle", file: str = "", span: Span = (None, None)
+) -> list[Track]:
+    """Return all free coast-downs from bare arrays, repaired.
+
+    Args:
+        time: [s], rising, (n,).
+        value: angle [rad], speed [rad/s], or the angles of pulses that may be missing or too many [rad], (n,).
+        measured: ``"angle"``, ``"speed"`` or ``"pulses"``.
+        file: named in faults.
+        span: first and last time of the free phase [s]; found where both are ``None``.
+
+    Raises:
+        InputError: nothing coasts down.
+    """
+    time, value = np.asarray(time, float), np.asarray(value, float)
+    name = "omega_rad_s" if measured == "speed" else "theta_loose_rad"
+    some = np.isfinite(time) & np.isfinite(value)
+    lost = len(time) - int(some.sum())
+    found = [_finding("not-finite", name, lost, f"{lost} readings are not numbers: excluded")] if lost else []
+    if 2 * lost > len(time):
+        raise InputError(Fault(name, f"{lost} of {len(time)} readings are not numbers", "record it again", file))
+    time, value = time[some], value[some]
+    if len(time) and (span[0] is not None or span[1] is not None):
+        low, high = (time[0] if span[0] is None else span[0]), (time[-1] if span[1] is None else span[1])
+        inside = (time >= low) & (time <= high)
+        if inside.sum() < FEWEST:
+            what = f"has {inside.sum()} rows between {low:g} and {high:g} s, it covers {time[0]:g} to {time[-1]:g} s"
+            raise InputError(Fault("--from, --to", what, "give times within the record", file))
+        time, value = time[inside], value[inside]
+    if len(time) < FEWEST:
+        raise InputError(Fault("time_s", f"has {len(time)} rows", f"give at least {FEWEST}", file))
+    if measured == "angle" and _are_pulses(time, value):
+        measured = "pulses"
+    prepare = {"speed": _speeds, "angle": _angles, "pulses": _pulses}[measured]
+    points, more = prepare(time, value, name, file)
+    found += more
+    phases = _free(points) if span == (None, None) else [(points.time[0], points.time[-1])]
+    tracks = [track for phase in phases for track in _cut(points, phase, measured, file)]
+    if not tracks:
+        raise _still(points, name, measured, file)
+    record = (points.time[0], points.time[-1])
+    if len(tracks) > 1 or any(t.span[0] > record[0] + 0.02 * (record[1] - record[0]) for t in tracks):
+        spans = ", ".join(f"{t.span[0]:.6g} to {t.span[1]:.6g} s" for t in tracks[:6])
+        what = f"{len(tracks)} free coast-down{'s' * (len(tracks) > 1)} found: {spans}{' ...' * (len(tracks) > 6)}"
+        found.append(_finding("free-phase", name, len(tracks), f"{what} of {record[0]:.6g} to {record[1]:.6g} s",
+                              "give --from and --to where this is wrong"))  # fmt: skip
+    return [track._replace(findings=tuple(found) if at == 0 else ()) for at, track in enumerate(tracks)]
+
+
+class _Points(NamedTuple):
+    """A prepared record: what was measured, and between which points it may have jumped."""
+
+    time: np.ndarray
+    value: np.ndarray
+    sigma: np.ndarray
+    breaks: np.ndarray  # rows at which a new unknown offset of the angle begins
+    quantum: float | None
+    speeds: tuple[np.ndarray, np.ndarray]  # mean speeds of groups, and their times
+    pitch: float | None = None
+
+
+def _names(gear: str) -> tuple[str, ...]:
+    """Columns of which one must be there, the best first."""
+    return (f"theta_{gear}_rad", "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
+
+
+def _tracks(admitted: Admitted, gear: str, span: Span) -> list[Track]:
+    channels = admitted.channels
+    columns, file = channels.columns, channels.file
+    names = [name for name in _names(gear) if name in columns]
+    if gear in channels.meta.get("speeds", ()):  # the angle would be an integrated speed
+        names = [name for name in names if name.startswith("omega")] or names
+    limits = channels.meta.get("span_s", (None, None))
+    span = (limits[0] if span[0] is None else span[0], limits[1] if span[1] is None else span[1])
+    kind = "speed" if names[0].startswith("omega") else "angle"
+    if gear in channels.meta.get("pulses", ()):
+        kind = "pulses"
+    tracks = make_tracks(columns["time_s"], columns[names[0]], kind, file, span)
+    seen = tuple(one for one in admitted.findings if one.kind not in OWN)
+    warm = _temperature(channels, file)
+    return [
+        track._replace(temperature=warm, findings=(*seen * (at == 0), *track.findings))
+        for at, track in enumerate(tracks)
+    ]
+
+
+def _temperature(channels: Channels, file: str) -> float | None:
+    """Return the mean temperature of a record [°C]."""
+    if (values := channels.columns.get("temperature_degC")) is not None:
+        if not np.all(np.isfinite(values)):
+            raise InputError(Fault("temperature_degC", "is not finite everywhere", "cut it out", file))
+        return float(values.mean())
+    stated = channels.meta.get("temperature_degC")
+    return float(stated) if isinstance(stated, int | float) else None
+
+
+def _longest(tracks: list[Track]) -> Track:
+    best = max(tracks, key=lambda track: (track.speed - track.slowest) * len(track.time) ** 0.5)
+    return best._replace(findings=tracks[0].findings)
+
+
+def _finding(kind: str, channel: str, size: float, what: str, remedy: str = "", unit: str = "") -> Finding:
+    return Finding(kind, channel, float(size), unit, what, remedy)
+
+
+def _still(points: _Points, name: str, measured: str, file: str) -> InputError:
+    """Return the fault of a record without a free phase."""
+    speed = points.speeds[1]
+    if measured != "speed" and len(points.time) < FEWEST:
+        remedy = "record a longer coast-down, or with more counts"
+        return InputError(Fault(name, f"changes {len(points.time)} times only", remedy, file))
+    what = f"does not run down: its speed is {np.min(speed):.4g} to {np.max(speed):.4g} rad/s without a free phase"
+    remedy = "record from the release to the standstill, or give --from and --to"
+    return InputError(Fault(name, what, remedy, file))
+
+
+def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[_Points, list[Finding]]:
+    """Return the readings of a speed log: one an update, without dropouts and outliers."""
+    from scipy.ndimage import median_filter
+
+    found: list[Finding] = []
+    if np.median(value) < 0.0:
+        value = -value
+    some = np.ones(len(value), bool)
+    if (zero := _dropouts(value)).any():
+        found.append(_finding("dropouts", name, zero.sum(), f"{zero.sum()} readings of 0 amid motion: excluded"))
+        some &= ~zero
+    time, value = time[some], value[some]
+    kept, every = _updates(value)
+    if every > 1.0:
+        what = f"each reading is held for {every:.3g} rows: one reading per update is used, {kept.sum()} of {len(value)}"
+        found.append(_finding("held", name, every, what))
+        time, value = time[kept], value[kept]
+    step = np.abs(np.diff(value))
+    count = quantum(value)
+    if count is not None and np.median(step[step > 0.0]) > 200 * count:
+        count = None
+    rest = value - median_filter(value, 9, mode="nearest")
+    usual = max(1.4826 * float(np.median(np.abs(rest))), count or 0.0, 1e-6 * float(np.max(np.abs(value))))
+    wild = np.abs(rest) > 8.0 * usual  # nearly none of a normal noise
+    if wild.any() and wild.sum() < 0.1 * len(value):
+        found.append(_finding("outliers", name, wild.sum(), f"{wild.sum()} outliers among {len(value)}: excluded"))
+        time, value = time[~wild], value[~wild]
+    sigma = np.hypot(_local_noise(time, value), (count or 0.0) / np.sqrt(12.0))
+    sigma = np.maximum(sigma, 1e-9 * float(np.abs(value).max(initial=1e-300)))
+    group = max(len(value) // GROUPS, 1)
+    rows = len(value) // group * group
+    coarse = time[:rows].reshape(-1, group).mean(1), np.median(value[:rows].reshape(-1, group), axis=1)
+    return _Points(time, value, sigma, np.zeros(0, int), count, coarse), found
+
+
+def _dropouts(value: np.ndarray) -> np.ndarray:
+    """Return which readings are 0 although the gear turned just before and just after, (n,)."""
+    lost = np.zeros(len(value), bool)
+    zero = np.flatnonzero(value == 0.0)
+    if not zero.size:
+        return lost
+    for run in np.split(zero, np.flatnonzero(np.diff(zero) > 1) + 1):
+        before, after = value[max(run[0] - 3, 0) : run[0]], value[run[-1] + 1 : run[-1] + 4]
+        if not before.size or not after.size or len(run) > 0.05 * len(value):
+            continue
+        early, late = float(np.median(before)), float(np.median(after))
+        lost[run] = late > 0.5 * early > 0.5 * 0.05 * float(np.max(value))
+    return lost
+
+
+def _updates(value: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return which rows hold a new reading, and how many rows one is held; 1 where readings are not held.
+
+    A coarse resolution repeats values, too, but for lengths that follow the speed; a hold is a whole number of updates.
+    """
+    begins = np.flatnonzero(np.diff(value, prepend=np.nan) != 0.0)
+    lasts = np.diff(begins, append=len(value))
+    moving = (value[begins] != 0.0) & (lasts < 0.2 * len(value))
+    all_rows = np.ones(len(value), bool)
+    if moving.sum() < 20 or moving.sum() > 0.8 * lasts[moving].sum():
+        return all_rows, 1.0
+    every = float(np.percentile(lasts[moving], 20))
+    near = lasts[moving][np.abs(lasts[moving] - every) <= max(1.0, 0.2 * every)]
+    every = float(np.mean(near))
+    times = np.maximum(np.round(lasts[moving] / every), 1.0)
+    if every < 1.5 or np.mean(np.abs(lasts[moving] - times * every) <= np.maximum(1.0, 0.15 * every)) < 0.8:
+        return all_rows, 1.0
+    kept = np.zeros(len(value), bool)
+    for begin, length in zip(begins, lasts, strict=True):
+        many = max(round(length / every), 1)
+        kept[begin + np.floor(np.arange(many) * length / many).astype(int)] = True
+    return kept, every
+
+
+def _local_noise(time: np.ndarray, value: np.ndarray) -> np.ndarray:
+    """Return the noise of a series along it, from second differences in ten stretches, (n,)."""
+    if len(value) < 200:
+        return np.full(len(value), noise_of(time, value))
+    edge = np.linspace(0, len(value), 11).astype(int)
+    each = [noise_of(time[a:b], value[a:b]) for a, b in zip(edge[:-1], edge[1:], strict=True)]
+    each = np.maximum(each, 0.2 * float(np.median(each)))
+    return np.interp(np.arange(len(value)), 0.5 * (edge[1:] + edge[:-1]), each)
+
+
+def _angles(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[_Points, list[Finding]]:
+    """Return the edges of an encoder, or the samples of a smooth angle, with the places where it jumps."""
+    found: list[Finding] = []
+    if angle[-1] < angle[0]:
+        angle = -angle
+    count = quantum(angle)
+    spike, jump = _jumps(time, angle, count)
+    if spike.any():
+        found.append(_finding("outliers", name, spike.sum(), f"{spike.sum()} outliers of the angle: excluded"))
+    starts = time[jump]
+    time, angle = time[~spike], angle[~spike]
+    if count is None:
+        kept = np.diff(angle, prepend=np.nan) != 0.0
+        if kept.mean() < 0.7 and kept.sum() > FEWEST and _held_angle(angle, kept):
+            every = len(angle) / kept.sum()
+            what = f"each reading is held for {every:.3g} rows on average: one reading per update is used"
+            found.append(_finding("held", name, every, what))
+            time, angle = time[kept], angle[kept]
+        sigma = np.maximum(_local_noise(time, angle), 1e-12 * float(np.ptp(angle)) + 1e-300)
+    else:
+        edge = edges(time, angle, count)
+        time, angle, slack = edge
+        sigma = np.hypot(np.gradient(angle, time) * slack if len(time) > 2 else 0.0, FLOOR * count)
+    breaks = np.searchsorted(time, starts)
+    if len(breaks):
+        found.append(_finding("jumps", name, len(breaks), f"the angle jumps {len(breaks)} times, first at "
+                              f"{starts[0]:.6g} s: fitted in pieces"))  # fmt: skip
+    return _Points(time, angle, sigma, breaks, count, _means(time, angle)), found
+
+
+def _held_angle(angle: np.ndarray, kept: np.ndarray) -> bool:
+    """Return whether an angle stands still for even lengths while it turns."""
+    lasts = np.diff(np.flatnonzero(kept))
+    return bool(np.percentile(lasts, 75) <= 1.5 * np.percentile(lasts, 25) + 1.0)
+
+
+def _jumps(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return which rows are outliers, (n,), and the rows from which on the angle has another offset."""
+    from scipy.ndimage import median_filter
+
+    step, wait = np.diff(angle), np.diff(time)
+    rest = step - median_filter(step, 15, mode="nearest")
+    usual = 1.4826 * median_filter(np.abs(rest), 101, mode="nearest")
+    limit = np.maximum(12.0 * usual, 6.0 * (count or 0.0)) + 1e-9 * float(np.abs(angle).max(initial=0.0))
+    limit = np.maximum(limit, 2.0 * np.abs(median_filter(step, 15, mode="nearest")))
+    wild = (np.abs(rest) > limit) & (wait < 1.6 * np.median(wait))
+    at = np.flatnonzero(wild) + 1
+    spike = np.zeros(len(angle), bool)
+    jump = []
+    while at.size:
+        first, at = at[0], at[1:]
+        near = at[at <= first + 3]
+        back = [row for row in near if abs(rest[row - 1] + rest[first - 1]) < 0.3 * abs(rest[first - 1])]
+        if back:
+            spike[first : back[0]] = True
+            at = at[at > back[0]]
+        else:
+            jump.append(first)
+    return spike, np.array(jump, int)
+
+
+def _means(time: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times and mean speeds of groups of points."""
+    some = np.unique(np.linspace(0, len(time) - 1, min(GROUPS, max(len(time) // 3, 2)) + 1).astype(int))
+    t = time[some]
+    return 0.5 * (t[1:] + t[:-1]), np.diff(angle[some]) / np.maximum(np.diff(t), 1e-300)
+
+
+def _are_pulses(time: np.ndarray, angle: np.ndarray) -> bool:
+    """Return whether rows are pulses: each moves by one pitch, at uneven times."""
+    step, wait = np.diff(angle), np.diff(time)
+    pitch = np.median(np.abs(step))
+    even = np.mean(np.abs(wait / np.median(wait) - 1.0) < 1e-3) > 0.5
+    return bool(pitch > 0.0 and not even and np.mean(np.abs(np.abs(step) / pitch - 1.0) < 1e-3) > 0.95)
+
+
+def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[_Points, list[Finding]]:
+    """Return pulses with their true numbers: missing ones counted, extra ones excluded, uneven magnets evened."""
+    found: list[Finding] = []
+    pitch = float(np.median(np.abs(np.diff(angle))))
+    kept, number, breaks = count_pulses(time)
+    missing = int(np.sum(np.diff(number[kept]) - 1) - sum(np.diff(number[kept])[breaks - 1] - 1))
+    extra = int((~kept).sum())
+    if missing:
+        share = missing / (missing + kept.sum())
+        found.append(_finding("missing-pulses", name, missing, f"{missing} pulses are missing ({share:.1%}): counted in"))
+    if extra:
+        found.append(_finding("extra-pulses", name, extra, f"{extra} pulses of {len(time)} are too many: excluded"))
+    if extra > 0.3 * len(time):
+        what = f"{extra} of {len(time)} pulses follow no smooth motion"
+        raise InputError(Fault(name, what, "check the threshold of the pulse detection", file))
+    time, number = time[kept], number[kept]
+    angle = pitch * number
+    magnets = 2 * pi / pitch
+    if abs(magnets - round(magnets)) < 1e-3 and round(magnets) > 1:
+        error = _uneven(time, number, round(magnets), breaks)
+        if error is not None:
+            worst = float(np.abs(error).max())
+            what = f"{round(magnets)} magnets stand unevenly, by up to {worst:.2%} of a pitch: corrected"
+            found.append(_finding("uneven-magnets", name, worst * pitch, what, unit="rad"))
+            angle = angle - pitch * error[number % round(magnets)]
+    sigma = np.maximum(_local_noise(time, angle), 1e-6 * pitch)
+    return _Points(time, angle, sigma, breaks, pitch, _means(time, angle), pitch), found
+
+
+def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
+
+    A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
+    real, and the number says how many are missing; amid two numbers it is an extra one.
+
+    Args:
+        time: of the pulses, rising [s], (n,).
+
+    >>> even = np.cumsum(np.linspace(1.0, 1.5, 100))
+    >>> kept, number, breaks = count_pulses(np.delete(even, [30, 31, 60]))
+    >>> bool(kept.all()), int(number[-1]), len(breaks)
+    (True, 99, 0)
+    """
+    count = len(time)
+    kept, number = np.zeros(count, bool), np.zeros(count, np.int64)
+    wait = np.diff(time)
+    calm = np.abs(np.diff(np.log(np.maximum(wait, 1e-300)))) < 0.25  # even magnets, nothing lost: no lock is needed
+    if calm.all():
+        return np.ones(count, bool), np.arange(count), np.zeros(0, int)
+    breaks, row, last = [], 0, 0
+    while row < count - 8:
+        locked = _lock(time[row : row + 16])
+        if locked is None:
+            row += 4
+            continue
+        real, numbers = locked
+        begin = row
+        places = list(begin + np.flatnonzero(real))
+        numbers = list(numbers[real])
+        row, lost = _follow(time, places, numbers, begin + 16)
+        if len(places) >= 20:
+            offset = last + (1 if breaks or kept.any() else 0) - numbers[0]
+            if kept.any():
+                breaks.append(int(kept.sum()))
+            kept[places] = True
+            number[places] = np.array(numbers) + offset
+            last = int(number[places[-1]])
+        row = max(row - lost, begin + 4)
+    return kept, number, np.array(breaks, int)
+
+
+def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return which of some pulses are real and their numbers, by the coarsest period that nearly all are whole of."""
+    since = time - time[0]
+    wait = np.diff(time)
+    if len(time) < 8 or since[-1] <= 0.0:
+        return None
+    longest, shortest = float(np.median(wait)) * 1.3, max(float(np.percentile(wait, 10)) * 0.8, since[-1] / 150)
+    if shortest >= longest:
+        return None
+    period = np.exp(np.arange(np.log(shortest), np.log(longest), 0.1 / max(since[-1] / shortest, 10.0)))
+    bend = np.linspace(-0.25, 0.25, 41)[:, None, None]
+    phase = since * (1.0 - bend * since / since[-1]) / period[:, None]
+    fit = np.abs(np.exp(2j * pi * phase).mean(axis=2))
+    best = fit.max(axis=0)
+    good = np.flatnonzero(best >= max(0.9 * best.max(), 0.75))
+    if not good.size:
+        return None
+    top = good[-1]
+    while top > 0 and best[top - 1] > best[top]:
+        top -= 1
+    chosen = phase[int(np.argmax(fit[:, top])), top]
+    shift = np.angle(np.exp(2j * pi * chosen).mean()) / (2 * pi)
+    number = np.round(chosen - shift).astype(np.int64)
+    real = np.abs(chosen - shift - number) < 0.25
+    real[1:] &= np.diff(number) > 0
+    return (real, number) if real.sum() >= 6 and real[0] else None
+
+
+def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -> tuple[int, int]:
+    """Follow the pulses from a lock on; return the row where the count was lost, and how many were rejected last."""
+    rejected = 0
+    while row < len(time):
+        half = min(8, (len(places) - 1) // 2)
+        a, b, c = places[-1], places[-1 - half], places[-1 - 2 * half]
+        ta, tb, tc = time[a], time[b], time[c]
+        na, nb, nc = numbers[-1], numbers[-1 - half], numbers[-1 - 2 * half]
+        late, early = (na - nb) / (ta - tb), (nb - nc) / (tb - tc)
+        bend = 2.0 * (late - early) / (ta - tc)
+        wait = time[row] - ta
+        now = late + 0.5 * bend * (ta - tb)
+        step = now * wait + 0.5 * bend * wait**2
+        if now <= 0.0 or (bend < 0.0 and wait > -now / bend) or step > max(4 * (na - nc), 40):
+            return row, rejected
+        whole = round(step)
+        if whole >= 1 and abs(step - whole) < 0.3:
+            places.append(row)
+            numbers.append(na + whole)
+            rejected = 0
+        else:
+            rejected += 1
+            if rejected > 6:
+                return row, rejected
+        row += 1
+    return row, 0
+
+
+def _uneven(time: np.ndarray, number: np.ndarray, magnets: int, breaks: np.ndarray) -> np.ndarray | None:
+    """Return by how much each magnet stands off its place [pitches], (magnets,), where that is significant."""
+    from scipy.interpolate import BSpline
+    from scipy.stats import f as fisher
+
+    start = np.concatenate([[0], breaks, [len(time)]])
+    at = int(np.argmax(np.diff(start)))
+    some = slice(start[at], start[at + 1])
+    t, n = time[some], number[some]
+    turns = (n[-1] - n[0]) / magnets
+    free = len(t) - magnets
+    knots = int(min(turns / 3, len(t) / 12, 60))
+    if turns < 6 or knots < 2 or free < 4 * knots + 20:
+        return None
+    inner = t[np.linspace(0, len(t) - 1, knots + 2).astype(int)]
+    vector = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
+    smooth = BSpline.design_matrix(np.clip(t, vector[0], vector[-1]), vector, 3).toarray()
+    place = n % magnets
+    which = np.zeros((len(t), magnets))
+    which[np.arange(len(t)), place] = 1.0
+    which = which - which.mean(axis=1, keepdims=True)
+    target = (n - n[0]).astype(float)
+    without = target - smooth @ np.linalg.lstsq(smooth, target, rcond=None)[0]
+    both = np.column_stack([smooth, which[:, 1:]])
+    numbers = np.linalg.lstsq(both, target, rcond=None)[0]
+    rest = target - both @ numbers
+    dof = len(t) - both.shape[1]
+    if dof < 20:
+        return None
+    ratio = (np.sum(without**2) - np.sum(rest**2)) / (magnets - 1) / max(np.sum(rest**2) / dof, 1e-300)
+    if fisher.sf(ratio, magnets - 1, dof) > 1e-4:
+        return None
+    error = np.concatenate([[0.0], numbers[smooth.shape[1] :]])
+    return error - error.mean()
+
+
+def _free(points: _Points) -> list[tuple[float, float]]:
+    """Return begin and end of the free phases: from where a drive releases to standstill or the next drive."""
+    from scipy.ndimage import median_filter
+
+    time, speed = points.speeds
+    if len(time) < 10:
+        return []
+    speed = np.abs(median_filter(speed, 3, mode="nearest"))
+    bend = np.diff(speed, 2)
+    noise = 1.4826 * float(np.median(np.abs(bend - np.median(bend)))) / np.sqrt(6.0)
+    top = float(np.percentile(speed, 99.5))
+    phases = []
+    for high, low in _falls(speed, max(6.0 * noise, 0.03 * top)):
+        first = float(speed[high])
+        if first < LEAST_PEAK * top or first - speed[low] < LEAST_FALL * first:
+            continue
+        begin = _release(time, speed, high, low)
+        first = float(np.interp(begin, time, speed))
+        slow = np.flatnonzero((speed < max(SLOWEST * first, 2.0 * noise)) & (time > begin))
+        end = time[min(slow[0], low) if slow.size else low]
+        if low == len(time) - 1 and not slow.size:
+            end = points.time[-1]
+        elif not slow.size:  # driven again: the lowest point is not free any more
+            end -= LATE * (end - begin)
+        if end > begin:
+            phases.append((begin, float(end)))
+    return phases
+
+
+def _falls(speed: np.ndarray, least: float) -> list[tuple[int, int]]:
+    """Return the rows between which a speed falls, smaller rises than ``least`` disregarded."""
+    falls, high, low = [], 0, 0
+    rising = True
+    for at, value in enumerate(speed):
+        if rising:
+            if value >= speed[high]:
+                high = at
+            elif value < speed[high] - least:
+                rising, low = False, at
+        elif value <= speed[low]:
+            low = at
+        elif value > speed[low] + least:
+            falls.append((high, low))
+            rising, high = True, at
+    if not rising:
+        falls.append((high, low))
+    return falls
+
+
+def _release(time: np.ndarray, speed: np.ndarray, high: int, low: int) -> float:
+    """Return from when on a falling speed is free: after the knee between a plateau, or a slow ramp, and the fall."""
+    from scipy.stats import f as fisher
+
+    peak = speed[high]
+    below = high + np.flatnonzero(speed[high : low + 1] < peak - 0.3 * (peak - speed[low]))
+    last = min(int(below[0]) if below.size else low, low)
+    some = slice(high, last + 1)
+    t, v = time[some], speed[some]
+    begin = float(time[0] if high == 0 else t[0])
+    whole = float(time[low] - begin)
+    if len(t) < 8:
+        return begin + (LATE * whole if high else 0.0)
+    u = (t - t[0]) / (t[-1] - t[0])
+
+    def misfit(knee: float | None) -> float:
+        if knee is None:
+            table = np.column_stack([np.ones_like(u), u, u**2, u**3])
+        else:
+            after = np.maximum(u - knee, 0.0)
+            table = np.column_stack([np.ones_like(u), u, after, after**2])
+        return float(np.sum((v - table @ np.linalg.lstsq(table, v, rcond=None)[0]) ** 2))
+
+    knees = u[2:-4] if len(u) < 100 else np.linspace(u[2], u[-4], 100)
+    each = [misfit(float(knee)) for knee in knees]
+    best = int(np.argmin(each))
+    ratio = (misfit(None) - each[best]) / max(each[best] / max(len(u) - 5, 1), 1e-300)
+    slope = np.polyfit(u[u <= knees[best]], v[u <= knees[best]], 1)[0] if np.sum(u <= knees[best]) > 1 else 0.0
+    fall = (v[-1] - np.interp(knees[best], u, v)) / (1.0 - knees[best])
+    if fisher.sf(max(ratio, 0.0), 1, len(u) - 5) < 1e-4 and slope > 0.6 * fall:
+        begin = float(t[0] + knees[best] * (t[-1] - t[0]))
+        return begin + LATE * (float(time[low]) - begin)
+    return begin + (LATE * whole if high else 0.0)
+
+
+def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str) -> list[Track]:
+    """Return the tracks of a free phase: one, or several where the angle has an unknown offset in between."""
+    rows = np.flatnonzero((points.time >= phase[0]) & (points.time <= phase[1]))
+    if rows.size < 8:
+        return []
+    first, last = int(rows[0]), int(rows[-1]) + 1
+    inner = [int(row) for row in points.breaks if first < row < last]
+    bounds = [first, *inner, last]
+    tracks = []
+    for low, high in zip(bounds[:-1], bounds[1:], strict=True):
+        least = FEWEST if len(bounds) == 2 else FEWEST // 2
+        if high - low < max(least, 0.03 * (last - first)):
+            continue
+        track = _track(points, low, high, measured, file)
+        tracks += [] if track is None else [track]
+    return tracks
+
+
+def _track(points: _Points, low: int, high: int, measured: str, file: str) -> Track | None:
+    time, value, sigma = points.time[low:high], points.value[low:high], points.sigma[low:high]
+    part = max(min(len(time) // 25, 200), 4)
+    if measured == "speed":
+        if np.median(value) < 0.0:
+            value = -value
+        first, last = float(np.median(value[:part])), float(np.median(value[-part:]))
+    else:
+        if value[-1] < value[0]:
+            value = -value
+        value = value - value[0]
+        at = np.linspace(0, len(time) - 1, max(min(len(time) // part, 25), 3)).astype(int)
+        mean = np.diff(value[at]) / np.diff(time[at])
+        first = float(mean[0] + 0.5 * (mean[0] - mean[1]))
+        last = float(max(mean[-1] + 0.5 * (mean[-1] - mean[-2]), 0.3 * mean[-1]))
+    if not first > 0.0 or last > 0.98 * first:
+        return None
+    span = float(time[0]), float(time[-1])
+    last = max(last, 1e-3 * first)
+    return Track(time - time[0], value, sigma, first, last, points.quantum, file, measured=measured, span=span)
+
+
+def spans(tracks: Sequence[Track]) -> list[dict[str, Any]]:
+    """Return which part of which file each coast-down is, and how it was measured, as JSON can hold it.
+
+    Args:
+        tracks: the coast-downs.
+    """
+    return [
+        {"file": track.file, "from_s": track.span[0], "to_s": track.span[1], "measured": track.measured,
+         "points": len(track.time)}
+        for track in tracks
+    ]  # fmt: skip
