@@ -277,9 +277,11 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     count = quantum(value)
     if count is not None and np.median(step[step > 0.0]) > 200 * count:
         count = None
-    rest = value - median_filter(value, 9, mode="nearest")
-    usual = max(1.4826 * float(np.median(np.abs(rest))), count or 0.0, 1e-6 * float(np.max(np.abs(value))))
+    rest = _off_neighbours(value)
+    around = 1.4826 * median_filter(np.abs(rest), min(101, 2 * (len(value) // 4) + 1), mode="nearest")
+    usual = np.maximum(around, max(0.5 * (count or 0.0), 1e-6 * float(np.max(np.abs(value)))))
     wild = np.abs(rest) > 8.0 * usual  # nearly none of a normal noise
+    wild[:5], wild[-5:] = False, False  # compared with a level, not with a trend
     if wild.any() and wild.sum() < 0.1 * len(value):
         found.append(_finding("outliers", name, wild.sum(), f"{wild.sum()} outliers among {len(value)}: excluded"))
         time, value = time[~wild], value[~wild]
@@ -289,6 +291,17 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     rows = len(value) // group * group
     coarse = time[:rows].reshape(-1, group).mean(1), np.median(value[:rows].reshape(-1, group), axis=1)
     return _Points(time, value, sigma, np.zeros(0, int), count, coarse), found
+
+
+def _off_neighbours(value: np.ndarray) -> np.ndarray:
+    """Return by how much readings deviate from the mean of the medians of five before and five after, (n,)."""
+    if len(value) < 13:
+        return np.zeros(len(value))
+    windows = np.median(np.lib.stride_tricks.sliding_window_view(value, 5), axis=1)
+    rest = np.zeros(len(value))
+    rest[5:-5] = value[5:-5] - 0.5 * (windows[: len(value) - 10] + windows[6:])
+    rest[:5], rest[-5:] = value[:5] - windows[0], value[-5:] - windows[-1]
+    return rest
 
 
 def _dropouts(value: np.ndarray) -> np.ndarray:

@@ -36,8 +36,10 @@ def answered(one: Case, only: slice | None = None) -> Identified | str:
 
 def torque_at(found: Identified, speed: float) -> tuple[float, float, float]:
     """Return torque and interval of a result at a speed."""
+    from scipy.interpolate import CubicSpline  # straight lines would miss a curve by more than fine intervals
+
     curves = found.curves
-    return tuple(float(np.interp(speed, curves["speed_rad_s"], curves[key])) for key in ("torque_N_m", "low_N_m", "high_N_m"))  # type: ignore[return-value]
+    return tuple(float(CubicSpline(curves["speed_rad_s"], curves[key])(speed)) for key in ("torque_N_m", "low_N_m", "high_N_m"))  # type: ignore[return-value]
 
 
 def judged(one: Case, found: Identified) -> dict[str, Any]:
