@@ -176,7 +176,7 @@ def make_tracks(
     prepare = {"speed": _speeds, "angle": _angles, "pulses": _pulses}[measured]
     points, more = prepare(time, value, name, file)
     found += more
-    phases = _free(points) if span == (None, None) else [(points.time[0], points.time[-1])]
+    phases = _free(points) if span == (None, None) else [_given(points)]
     tracks = [track for phase in phases for track in _cut(points, phase, measured, file)]
     if not tracks:
         raise _still(points, name, measured, file)
@@ -619,6 +619,14 @@ def _free(points: _Points) -> list[tuple[float, float]]:
         if end > begin:
             phases.append((begin, float(end)))
     return phases
+
+
+def _given(points: _Points) -> tuple[float, float]:
+    """Return the free phase that a user gave, without a standstill at its end."""
+    time, speed = points.speeds
+    speed = np.abs(speed)
+    slow = np.flatnonzero(speed < SLOWEST * float(np.median(speed[: max(len(speed) // 50, 3)])))
+    return float(points.time[0]), float(time[slow[0]] if slow.size else points.time[-1])
 
 
 def _falls(speed: np.ndarray, least: float) -> list[tuple[int, int]]:
