@@ -26,6 +26,8 @@ POINTS = 120
 """Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more."""
 SURE = 0.01
 """Chance of such residuals under the law with independent errors, below which a law is said not to fit."""
+LINEAR = 0.1
+"""Curvature of residuals, in their own size, up to which a step of generalised least squares is taken."""
 _STEP = 1e-4
 """Deviation of the torque, in its typical size, by which responses are differenced."""
 _NONE = -30.0
@@ -87,7 +89,9 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     at, p_value = _sizes(runs, many)
     solved = _solved(runs, at, prior, shift)
     free = len(best.numbers)
-    numbers = best.numbers + task.scale * solved.move[:free]
+    full = np.zeros(len(x))
+    full[some] = solved.move
+    moved = _moved(task, best, x, full, runs, solved.noise) if any(one > _NONE for one in at) else best
     scale = np.concatenate([task.scale, np.ones(NODES)])
     places = [*range(free), *range(len(some), len(some) + NODES)]
     unit = np.mean(scales, axis=0)
@@ -97,12 +101,24 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
-    moved = best._replace(numbers=numbers, covariance=covariance)
-    if any(standardised(run, moved.law(k), best.starts[k]) is None for k, run in enumerate(data)):
-        moved = best._replace(covariance=covariance)  # the linear step left the laws that slow down
     sizes = tuple(float(np.sqrt(np.exp(one))) if one > _NONE + 1.0 else 0.0 for one in at)
-    return Errors(moved, solved.deviation * unit, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
+    return Errors(moved._replace(covariance=covariance), solved.deviation * unit, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
                   sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
+
+
+def _moved(task: Task, best: Fit, x: np.ndarray, step: np.ndarray, runs: list[_Run], noise: float) -> Fit:
+    """Return the fit at its generalised numbers, as far as residuals are linear on the way there."""
+    before = [task.noted(x, run) for run in range(len(runs))]
+    slopes = [task.slopes_of(x, run) for run in range(len(runs))]
+    for part in (1.0, 0.5, 0.25, 0.125):
+        after = [task.one(x + part * step, run) for run in range(len(runs))]
+        if any(one is None for one in (*before, *after)):
+            continue
+        bend = [a - b - part * j @ step for a, b, j in zip(after, before, slopes, strict=True)]  # type: ignore[operator]
+        if np.mean(np.concatenate(bend) ** 2) < LINEAR**2 * max(noise, best.chi2):
+            model, numbers, starts = task.parted(x + part * step)
+            return best._replace(model=model, numbers=numbers, starts=starts)
+    return best
 
 
 def _nodes(best: Fit, data: list[Binned], low: float, high: float) -> np.ndarray:

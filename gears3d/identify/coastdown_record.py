@@ -26,6 +26,8 @@ LEAST_PEAK = 0.15
 """Share of the highest speed of a record at which a free phase must begin; below it are inching and standstill."""
 GROUPS = 600
 """Mean speeds in which free phases are looked for: 0.2 % of the record each."""
+CALM = 0.01
+"""Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out."""
 LATE = 0.015
 """Share of a free phase by which its use begins after the release found: the release is known no better."""
 OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "merged-edges", "doubled-edges", "drift",
@@ -597,12 +599,17 @@ def _free(points: _Points) -> list[tuple[float, float]]:
     from scipy.ndimage import median_filter
 
     time, speed = points.speeds
-    if len(time) < 10:
-        return []
-    speed = np.abs(median_filter(speed, 3, mode="nearest"))
-    bend = np.diff(speed, 2)
-    noise = 1.4826 * float(np.median(np.abs(bend - np.median(bend)))) / np.sqrt(6.0)
-    top = float(np.percentile(speed, 99.5))
+    while True:
+        if len(time) < 10:
+            return []
+        smooth = np.abs(median_filter(speed, 3, mode="nearest"))
+        bend = np.diff(speed, 2)
+        noise = 1.4826 * float(np.median(np.abs(bend - np.median(bend)))) / np.sqrt(6.0)
+        top = float(np.percentile(smooth, 99.5))
+        if noise < CALM * top or len(time) < 2 * FEWEST:
+            break
+        time, speed = _halved(time, speed)
+    speed = smooth
     phases = []
     for high, low in _falls(speed, max(6.0 * noise, 0.03 * top)):
         first = float(speed[high])
@@ -619,6 +626,15 @@ def _free(points: _Points) -> list[tuple[float, float]]:
         if end > begin:
             phases.append((begin, float(end)))
     return phases
+
+
+def _halved(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return means of pairs of groups, weighted by how long they last: that of an angle is the mean speed of both."""
+    rows = len(time) // 2 * 2
+    edge = np.concatenate([[1.5 * time[0] - 0.5 * time[1]], 0.5 * (time[1:] + time[:-1]), [1.5 * time[-1] - 0.5 * time[-2]]])
+    lasts = np.diff(edge)[:rows].reshape(-1, 2)
+    weight = lasts / lasts.sum(axis=1, keepdims=True)
+    return (time[:rows].reshape(-1, 2) * weight).sum(axis=1), (speed[:rows].reshape(-1, 2) * weight).sum(axis=1)
 
 
 def _given(points: _Points) -> tuple[float, float]:
