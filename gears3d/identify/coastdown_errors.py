@@ -30,7 +30,7 @@ LINEAR = 0.1
 """Curvature of residuals, in their own size, up to which a step of generalised least squares is taken."""
 _STEP = 1e-4
 """Deviation of the torque, in its typical size, by which responses are differenced."""
-_NONE = -30.0
+_NONE = -300.0
 """Logarithm of a variance that is none."""
 
 
@@ -40,6 +40,7 @@ class Errors(NamedTuple):
     Args:
         fit: with numbers and covariance by generalised least squares.
         deviation: of the torque from the law at ``speeds`` (best estimate) [N·m], (NODES,).
+        untaken: further change of the numbers that goes with it, where the fit is not linear so far, (p,).
         speeds: rising [rad/s], (NODES,).
         joint: covariance of numbers and deviations, (p + NODES, p + NODES).
         dof: degrees of freedom of each number's variance, (p,).
@@ -51,6 +52,7 @@ class Errors(NamedTuple):
 
     fit: Fit
     deviation: np.ndarray
+    untaken: np.ndarray
     speeds: np.ndarray
     joint: np.ndarray
     dof: np.ndarray
@@ -101,8 +103,12 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
-    sizes = tuple(float(np.sqrt(np.exp(one))) if one > _NONE + 1.0 else 0.0 for one in at)
-    return Errors(moved._replace(covariance=covariance), solved.deviation * unit, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
+    unit_of = (np.sqrt(solved.noise), np.sqrt(solved.noise), 1.0)
+    sizes = tuple(
+        float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
+    )
+    untaken = best.numbers + full[:free] * task.scale - moved.numbers
+    return Errors(moved._replace(covariance=covariance), solved.deviation * unit, untaken, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
                   sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
 
 
@@ -261,7 +267,7 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
 
     def at(theta: np.ndarray) -> tuple[float, ...]:
         full = [theta[0] - base, theta[1] - base if many else _NONE, theta[-1]]
-        return tuple(one if raw > _NONE + 1.0 else _NONE for one, raw in zip(full, (theta[0], theta[1], theta[-1]), strict=True))
+        return tuple(one if raw > _NONE else _NONE for one, raw in zip(full, (theta[0], theta[1], theta[-1]), strict=True))
 
     def loss(theta: np.ndarray) -> float:
         if np.any(theta > 60.0):

@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.errors import InputError
 from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
-from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, standardised, thin
+from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, last_speed, standardised, thin
 from gears3d.identify.coastdown_record import Track, spans
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.parts import ALONE, UNITS, Model, Share
@@ -163,6 +163,10 @@ def report(choice: Choice, tracks: list[Track]) -> Identified:
     errors = errors_of(choice.best, choice.data)
     best, data = errors.fit, choice.data
     parameters = _parameters(errors)
+    tracks = [
+        track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, choice.best.law(at), start))
+        for at, (track, run, start) in enumerate(zip(tracks, data, choice.best.starts, strict=True))
+    ]
     rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
     is_speed = [track.is_speed for track in data]
     goodness: dict[str, Any] = {
@@ -256,7 +260,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
         nodes = len(errors.speeds)
         hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
         half = band(np.vstack([slope, hats]), errors.joint, quantile)
-        true = torque + errors.deviation @ hats
+        true = torque + errors.untaken @ slope + errors.deviation @ hats
         low, high = np.minimum(low, true - half), np.maximum(high, true + half)
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
 

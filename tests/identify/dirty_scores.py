@@ -39,7 +39,6 @@ def torque_at(found: Identified, speed: float) -> tuple[float, float, float]:
     from scipy.interpolate import CubicSpline  # straight lines would miss a curve by more than fine intervals
 
     curves = found.curves
-    speed = float(np.clip(speed, curves["speed_rad_s"][0], curves["speed_rad_s"][-1]))
     return tuple(float(CubicSpline(curves["speed_rad_s"], curves[key])(speed)) for key in ("torque_N_m", "low_N_m", "high_N_m"))  # type: ignore[return-value]
 
 
