@@ -26,6 +26,9 @@ POINTS = 120
 """Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more."""
 SURE = 0.01
 """Chance of such residuals under the law with independent errors, below which a law is said not to fit."""
+UPPER = 1.0
+"""Rise of minus twice the log-likelihood up to which a deviation of the torque is allowed for: one standard deviation.
+The most likely size is too often none, where noise hides what the law misses."""
 LINEAR = 0.1
 """Curvature of residuals, in their own size, up to which a step of generalised least squares is taken."""
 _STEP = 1e-4
@@ -103,12 +106,14 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
+    points = max(sum(len(run.rest) for run in runs) - len(some), 1)
+    dof = 1.0 / (share**2 / nodes + (1.0 - share) ** 2 / points)
     unit_of = (np.sqrt(solved.noise), np.sqrt(solved.noise), 1.0)
     sizes = tuple(
         float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
     )
     untaken = best.numbers + full[:free] * task.scale - moved.numbers
-    return Errors(moved._replace(covariance=covariance), solved.deviation * unit, untaken, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
+    return Errors(moved._replace(covariance=covariance), solved.deviation * unit, untaken, speeds, joint, dof, float(min(nodes, points)),
                   sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
 
 
@@ -298,4 +303,11 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
         found = minimize(of_live, start[live], method="Nelder-Mead", options={"xatol": 0.1, "fatol": 0.02, "maxiter": 80})
         if found.fun < least:
             least, start[live] = found.fun, found.x
-    return at(start), float(chi2.sf(max(none - least, 0.0), axes))
+    p_value = float(chi2.sf(max(none - least, 0.0), axes))
+    low = start[0] if start[0] > _NONE else -8.0
+    for value in np.arange(low, low + 16.0, 0.5):  # a deviation as large as the record leaves possible
+        theta = np.concatenate([[value], start[1:]])
+        if loss(theta) > least + UPPER:
+            break
+        start[0] = value
+    return at(start), p_value

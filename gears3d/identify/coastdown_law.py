@@ -252,7 +252,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
-    dof = errors.dof_torque if any(errors.sizes[:2]) else 1e6
+    dof = errors.dof_torque if any(errors.sizes[:2]) else float(errors.dof.min())
     quantile = float(stdtrit(dof, REACH))
     half = band(slope, best.covariance, quantile)
     low, high = torque - half, torque + half

@@ -18,8 +18,8 @@ SLOWEST = 0.03
 """Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it."""
 FLOOR = 0.1
 """Error of an edge that always remains, in counts."""
-FEWEST = 50
-"""Edges or readings below which no drag is identified."""
+FEWEST = 20
+"""Edges or readings below which no drag is identified: two to four numbers, a start and their scatter."""
 LEAST_FALL = 0.25
 """Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive."""
 LEAST_PEAK = 0.15
@@ -33,6 +33,13 @@ LATE = 0.015
 OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "merged-edges", "doubled-edges", "drift",
        "integration")  # fmt: skip
 """Findings of the sensor checks that are repaired here, and reported with what became of them."""
+LOCK = 24
+"""Pulses by which a count is locked."""
+LOCKED = 0.8
+"""Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
+10^4 periods are tried."""
+FINEST = 5
+"""Pitches a pulse, on average, beyond which (80 % missing) no period stands out."""
 GEARS = ("loose", "drive")
 Span = tuple[float | None, float | None]
 
@@ -181,7 +188,7 @@ def make_tracks(
     phases = _free(points) if span == (None, None) else [_given(points)]
     tracks = [track for phase in phases for track in _cut(points, phase, measured, file)]
     if not tracks:
-        raise _still(points, name, measured, file)
+        raise _still(points, phases, name, measured, file)
     record = (points.time[0], points.time[-1])
     if len(tracks) > 1 or any(t.span[0] > record[0] + 0.02 * (record[1] - record[0]) for t in tracks):
         spans = ", ".join(f"{t.span[0]:.6g} to {t.span[1]:.6g} s" for t in tracks[:6])
@@ -247,12 +254,17 @@ def _finding(kind: str, channel: str, size: float, what: str, remedy: str = "", 
     return Finding(kind, channel, float(size), unit, what, remedy)
 
 
-def _still(points: _Points, name: str, measured: str, file: str) -> InputError:
+def _still(points: _Points, phases: list[tuple[float, float]], name: str, measured: str, file: str) -> InputError:
     """Return the fault of a record without a free phase."""
     speed = points.speeds[1]
     if measured != "speed" and len(points.time) < FEWEST:
         remedy = "record a longer coast-down, or with more counts"
         return InputError(Fault(name, f"changes {len(points.time)} times only", remedy, file))
+    if phases:
+        low, high = max(phases, key=lambda phase: phase[1] - phase[0])
+        few = int(np.sum((points.time >= low) & (points.time <= high)))
+        what = f"has {few} readings in its free phase, {low:.6g} to {high:.6g} s"
+        return InputError(Fault(name, what, f"record with more counts or updates: {FEWEST} are needed", file))
     what = f"does not run down: its speed is {np.min(speed):.4g} to {np.max(speed):.4g} rad/s without a free phase"
     remedy = "record from the release to the standstill, or give --from and --to"
     return InputError(Fault(name, what, remedy, file))
@@ -418,7 +430,7 @@ def _jumps(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np
 
 def _means(time: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return times and mean speeds of groups of points."""
-    some = np.unique(np.linspace(0, len(time) - 1, min(GROUPS, max(len(time) // 3, 2)) + 1).astype(int))
+    some = np.unique(np.linspace(0, len(time) - 1, min(GROUPS, max(len(time) // (3 if len(time) > 100 else 2), 2)) + 1).astype(int))
     t = time[some]
     return 0.5 * (t[1:] + t[:-1]), np.diff(angle[some]) / np.maximum(np.diff(t), 1e-300)
 
@@ -435,9 +447,11 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     """Return pulses with their true numbers: missing ones counted, extra ones excluded, uneven magnets evened."""
     found: list[Finding] = []
     pitch = float(np.median(np.abs(np.diff(angle))))
+    time = np.unique(time)
     kept, number, breaks = count_pulses(time)
     missing = int(np.sum(np.diff(number[kept]) - 1) - sum(np.diff(number[kept])[breaks - 1] - 1))
-    extra = int((~kept).sum())
+    inner = np.flatnonzero(kept)
+    extra = int((~kept[inner[0] : inner[-1]]).sum()) if inner.size else len(time)
     if missing:
         share = missing / (missing + kept.sum())
         found.append(_finding("missing-pulses", name, missing, f"{missing} pulses are missing ({share:.1%}): counted in"))
@@ -447,6 +461,8 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
         what = f"{extra} of {len(time)} pulses follow no smooth motion"
         raise InputError(Fault(name, what, "check the threshold of the pulse detection", file))
     time, number = time[kept], number[kept]
+    if len(time) < FEWEST:
+        raise InputError(Fault(name, "no smooth motion makes these pulses", "check the threshold of the pulse detection", file))
     angle = pitch * number
     magnets = 2 * pi / pitch
     if abs(magnets - round(magnets)) < 1e-3 and round(magnets) > 1:
@@ -482,7 +498,7 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.ones(count, bool), np.arange(count), np.zeros(0, int)
     breaks, row, last = [], 0, 0
     while row < count - 8:
-        locked = _lock(time[row : row + 16])
+        locked = _lock(time[row : row + LOCK])
         if locked is None:
             row += 4
             continue
@@ -490,7 +506,7 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         begin = row
         places = list(begin + np.flatnonzero(real))
         numbers = list(numbers[real])
-        row, lost = _follow(time, places, numbers, begin + 16)
+        row, lost = _follow(time, places, numbers, begin + min(LOCK, count - begin))
         if len(places) >= 20:
             offset = last + (1 if breaks or kept.any() else 0) - numbers[0]
             if kept.any():
@@ -508,7 +524,8 @@ def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     wait = np.diff(time)
     if len(time) < 8 or since[-1] <= 0.0:
         return None
-    longest, shortest = float(np.median(wait)) * 1.3, max(float(np.percentile(wait, 10)) * 0.8, since[-1] / 150)
+    longest = float(np.median(wait)) * 1.3
+    shortest = max(float(np.percentile(wait, 10)) * 0.8, since[-1] / (FINEST * len(time)))
     if shortest >= longest:
         return None
     period = np.exp(np.arange(np.log(shortest), np.log(longest), 0.1 / max(since[-1] / shortest, 10.0)))
@@ -516,7 +533,7 @@ def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     phase = since * (1.0 - bend * since / since[-1]) / period[:, None]
     fit = np.abs(np.exp(2j * pi * phase).mean(axis=2))
     best = fit.max(axis=0)
-    good = np.flatnonzero(best >= max(0.9 * best.max(), 0.75))
+    good = np.flatnonzero(best >= max(0.92 * best.max(), LOCKED))
     if not good.size:
         return None
     top = good[-1]
@@ -600,7 +617,7 @@ def _free(points: _Points) -> list[tuple[float, float]]:
 
     time, speed = points.speeds
     while True:
-        if len(time) < 10:
+        if len(time) < 6:
             return []
         smooth = np.abs(median_filter(speed, 3, mode="nearest"))
         bend = np.diff(speed, 2)
