@@ -26,9 +26,14 @@ POINTS = 120
 """Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more."""
 SURE = 0.01
 """Chance of such residuals under the law with independent errors, below which a law is said not to fit."""
+UPPER = 1.0
+"""Rise of minus twice the log-likelihood up to which a deviation of the torque is allowed for: one standard deviation.
+The most likely size is too often none, where noise hides what the law misses."""
+LINEAR = 0.1
+"""Curvature of residuals, in their own size, up to which a step of generalised least squares is taken."""
 _STEP = 1e-4
 """Deviation of the torque, in its typical size, by which responses are differenced."""
-_NONE = -30.0
+_NONE = -300.0
 """Logarithm of a variance that is none."""
 
 
@@ -38,6 +43,7 @@ class Errors(NamedTuple):
     Args:
         fit: with numbers and covariance by generalised least squares.
         deviation: of the torque from the law at ``speeds`` (best estimate) [N·m], (NODES,).
+        untaken: further change of the numbers that goes with it, where the fit is not linear so far, (p,).
         speeds: rising [rad/s], (NODES,).
         joint: covariance of numbers and deviations, (p + NODES, p + NODES).
         dof: degrees of freedom of each number's variance, (p,).
@@ -49,6 +55,7 @@ class Errors(NamedTuple):
 
     fit: Fit
     deviation: np.ndarray
+    untaken: np.ndarray
     speeds: np.ndarray
     joint: np.ndarray
     dof: np.ndarray
@@ -87,7 +94,9 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     at, p_value = _sizes(runs, many)
     solved = _solved(runs, at, prior, shift)
     free = len(best.numbers)
-    numbers = best.numbers + task.scale * solved.move[:free]
+    full = np.zeros(len(x))
+    full[some] = solved.move
+    moved = _moved(task, best, x, full, runs, solved.noise) if any(one > _NONE for one in at) else best
     scale = np.concatenate([task.scale, np.ones(NODES)])
     places = [*range(free), *range(len(some), len(some) + NODES)]
     unit = np.mean(scales, axis=0)
@@ -97,12 +106,31 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
-    moved = best._replace(numbers=numbers, covariance=covariance)
-    if any(standardised(run, moved.law(k), best.starts[k]) is None for k, run in enumerate(data)):
-        moved = best._replace(covariance=covariance)  # the linear step left the laws that slow down
-    sizes = tuple(float(np.sqrt(np.exp(one))) if one > _NONE + 1.0 else 0.0 for one in at)
-    return Errors(moved, solved.deviation * unit, speeds, joint, nodes / np.maximum(share, 1e-6) ** 2, float(nodes),
+    points = max(sum(len(run.rest) for run in runs) - len(some), 1)
+    dof = 1.0 / (share**2 / nodes + (1.0 - share) ** 2 / points)
+    unit_of = (np.sqrt(solved.noise), np.sqrt(solved.noise), 1.0)
+    sizes = tuple(
+        float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
+    )
+    untaken = best.numbers + full[:free] * task.scale - moved.numbers
+    fitted = moved._replace(covariance=covariance)
+    return Errors(fitted, solved.deviation * unit, untaken, speeds, joint, dof, float(min(nodes, points)),
                   sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
+
+
+def _moved(task: Task, best: Fit, x: np.ndarray, step: np.ndarray, runs: list[_Run], noise: float) -> Fit:
+    """Return the fit at its generalised numbers, as far as residuals are linear on the way there."""
+    before = [task.noted(x, run) for run in range(len(runs))]
+    slopes = [task.slopes_of(x, run) for run in range(len(runs))]
+    for part in (1.0, 0.5, 0.25, 0.125):
+        after = [task.one(x + part * step, run) for run in range(len(runs))]
+        if any(one is None for one in (*before, *after)):
+            continue
+        bend = [a - b - part * j @ step for a, b, j in zip(after, before, slopes, strict=True)]  # type: ignore[operator]
+        if np.mean(np.concatenate(bend) ** 2) < LINEAR**2 * max(noise, best.chi2):
+            model, numbers, starts = task.parted(x + part * step)
+            return best._replace(model=model, numbers=numbers, starts=starts)
+    return best
 
 
 def _nodes(best: Fit, data: list[Binned], low: float, high: float) -> np.ndarray:
@@ -246,7 +274,7 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
     def at(theta: np.ndarray) -> tuple[float, ...]:
         full = [theta[0] - base, theta[1] - base if many else _NONE, theta[-1]]
         return tuple(
-            one if raw > _NONE + 1.0 else _NONE for one, raw in zip(full, (theta[0], theta[1], theta[-1]), strict=True)
+            one if raw > _NONE else _NONE for one, raw in zip(full, (theta[0], theta[1], theta[-1]), strict=True)
         )
 
     def loss(theta: np.ndarray) -> float:
@@ -280,4 +308,11 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
         )
         if found.fun < least:
             least, start[live] = found.fun, found.x
-    return at(start), float(chi2.sf(max(none - least, 0.0), axes))
+    p_value = float(chi2.sf(max(none - least, 0.0), axes))
+    low = start[0] if start[0] > _NONE else -8.0
+    for value in np.arange(low, low + 16.0, 0.5):  # a deviation as large as the record leaves possible
+        theta = np.concatenate([[value], start[1:]])
+        if loss(theta) > least + UPPER:
+            break
+        start[0] = value
+    return at(start), p_value

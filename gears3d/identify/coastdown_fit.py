@@ -265,6 +265,18 @@ def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float, is_speed: 
     return found[1] if is_speed else start[0] + found[0]
 
 
+def last_speed(track: Binned, law: Law, start: np.ndarray) -> float:
+    """Return the speed at the end of a fitted run [rad/s].
+
+    Args:
+        track: the data.
+        law: of the model.
+        start: its angle [rad] and speed [rad/s].
+    """
+    speed = _run(law, start, track.time[-1:], track.slowest, True)
+    return track.slowest if speed is None else max(float(speed[0]), 1e-3 * track.slowest)
+
+
 def guess(tracks: list[Track], model: Model) -> np.ndarray:
     """Return free numbers from speeds made by differencing: good enough to begin a search with.
 

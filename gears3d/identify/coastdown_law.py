@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.errors import InputError
 from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
-from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, standardised, thin
+from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, last_speed, standardised, thin
 from gears3d.identify.coastdown_record import Track, spans
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.parts import ALONE, UNITS, Model, Share
@@ -65,7 +65,7 @@ def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
         return Choice(_settled(sound[0], data), data, {})
     folds = _folds(data)
     losses = [_held_out(data, found, folds) for found in sound]
-    best = _best(sound, losses)
+    best = _unstructured(sound, losses, _best(sound, losses), data)
     shown = {label(found.model): _finite(loss.mean()) for found, loss in zip(sound, losses, strict=True)}
     return Choice(_settled(sound[best], data), data, shown)
 
@@ -138,6 +138,21 @@ def _best(sound: list[Fit], losses: list[np.ndarray]) -> int:
     return best
 
 
+def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: list[Binned]) -> int:
+    """Return the place of the simplest richer law that leaves no structure, where the one taken does.
+
+    Ranks of blocks overlook what a law misses in few of them, such as at the end of a range of speeds.
+    """
+    if errors_of(sound[best], data).p_structure >= SURE:
+        return best
+    size = len(sound[best].numbers)
+    for at in sorted(range(len(sound)), key=lambda one: len(sound[one].numbers)):
+        better = losses[at].mean() < losses[best].mean()
+        if len(sound[at].numbers) > size and better and errors_of(sound[at], data).p_structure >= SURE:
+            return at
+    return best
+
+
 def report(choice: Choice, tracks: list[Track]) -> Identified:
     """Return the law that was taken as an answer.
 
@@ -148,6 +163,10 @@ def report(choice: Choice, tracks: list[Track]) -> Identified:
     errors = errors_of(choice.best, choice.data)
     best, data = errors.fit, choice.data
     parameters = _parameters(errors)
+    tracks = [
+        track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, choice.best.law(at), start))
+        for at, (track, run, start) in enumerate(zip(tracks, data, choice.best.starts, strict=True))
+    ]
     rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
     is_speed = [track.is_speed for track in data]
     goodness: dict[str, Any] = {
@@ -233,7 +252,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
-    dof = errors.dof_torque if any(errors.sizes[:2]) else 1e6
+    dof = errors.dof_torque if any(errors.sizes[:2]) else float(errors.dof.min())
     quantile = float(stdtrit(dof, REACH))
     half = band(slope, best.covariance, quantile)
     low, high = torque - half, torque + half
@@ -241,7 +260,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
         nodes = len(errors.speeds)
         hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
         half = band(np.vstack([slope, hats]), errors.joint, quantile)
-        true = torque + errors.deviation @ hats
+        true = torque + errors.untaken @ slope + errors.deviation @ hats
         low, high = np.minimum(low, true - half), np.maximum(high, true + half)
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
 

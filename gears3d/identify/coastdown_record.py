@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from math import pi
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,19 +19,28 @@ SLOWEST = 0.03
 """Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it."""
 FLOOR = 0.1
 """Error of an edge that always remains, in counts."""
-FEWEST = 50
-"""Edges or readings below which no drag is identified."""
+FEWEST = 20
+"""Edges or readings below which no drag is identified: two to four numbers, a start and their scatter."""
 LEAST_FALL = 0.25
 """Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive."""
 LEAST_PEAK = 0.15
 """Share of the highest speed of a record at which a free phase must begin; below it are inching and standstill."""
 GROUPS = 600
 """Mean speeds in which free phases are looked for: 0.2 % of the record each."""
+CALM = 0.01
+"""Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out."""
 LATE = 0.015
 """Share of a free phase by which its use begins after the release found: the release is known no better."""
 OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "merged-edges", "doubled-edges", "drift",
        "integration")  # fmt: skip
 """Findings of the sensor checks that are repaired here, and reported with what became of them."""
+LOCK = 24
+"""Pulses by which a count is locked."""
+LOCKED = 0.8
+"""Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
+10^4 periods are tried."""
+FINEST = 5
+"""Pitches a pulse, on average, beyond which (80 % missing) no period stands out."""
 GEARS = ("loose", "drive")
 Span = tuple[float | None, float | None]
 
@@ -177,10 +186,10 @@ def make_tracks(
     prepare = {"speed": _speeds, "angle": _angles, "pulses": _pulses}[measured]
     points, more = prepare(time, value, name, file)
     found += more
-    phases = _free(points) if span == (None, None) else [(points.time[0], points.time[-1])]
+    phases = _free(points) if span == (None, None) else [_given(points)]
     tracks = [track for phase in phases for track in _cut(points, phase, measured, file)]
     if not tracks:
-        raise _still(points, name, measured, file)
+        raise _still(points, phases, name, measured, file)
     record = (points.time[0], points.time[-1])
     if len(tracks) > 1 or any(t.span[0] > record[0] + 0.02 * (record[1] - record[0]) for t in tracks):
         spans = ", ".join(f"{t.span[0]:.6g} to {t.span[1]:.6g} s" for t in tracks[:6])
@@ -246,12 +255,17 @@ def _finding(kind: str, channel: str, size: float, what: str, remedy: str = "", 
     return Finding(kind, channel, float(size), unit, what, remedy)
 
 
-def _still(points: _Points, name: str, measured: str, file: str) -> InputError:
+def _still(points: _Points, phases: list[tuple[float, float]], name: str, measured: str, file: str) -> InputError:
     """Return the fault of a record without a free phase."""
     speed = points.speeds[1]
     if measured != "speed" and len(points.time) < FEWEST:
         remedy = "record a longer coast-down, or with more counts"
         return InputError(Fault(name, f"changes {len(points.time)} times only", remedy, file))
+    if phases:
+        low, high = max(phases, key=lambda phase: phase[1] - phase[0])
+        few = int(np.sum((points.time >= low) & (points.time <= high)))
+        what = f"has {few} readings in its free phase, {low:.6g} to {high:.6g} s"
+        return InputError(Fault(name, what, f"record with more counts or updates: {FEWEST} are needed", file))
     what = f"does not run down: its speed is {np.min(speed):.4g} to {np.max(speed):.4g} rad/s without a free phase"
     remedy = "record from the release to the standstill, or give --from and --to"
     return InputError(Fault(name, what, remedy, file))
@@ -280,9 +294,11 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     count = quantum(value)
     if count is not None and np.median(step[step > 0.0]) > 200 * count:
         count = None
-    rest = value - median_filter(value, 9, mode="nearest")
-    usual = max(1.4826 * float(np.median(np.abs(rest))), count or 0.0, 1e-6 * float(np.max(np.abs(value))))
+    rest = _off_neighbours(value)
+    around = 1.4826 * median_filter(np.abs(rest), min(101, 2 * (len(value) // 4) + 1), mode="nearest")
+    usual = np.maximum(around, max(0.5 * (count or 0.0), 1e-6 * float(np.max(np.abs(value)))))
     wild = np.abs(rest) > 8.0 * usual  # nearly none of a normal noise
+    wild[:5], wild[-5:] = False, False  # compared with a level, not with a trend
     if wild.any() and wild.sum() < 0.1 * len(value):
         found.append(_finding("outliers", name, wild.sum(), f"{wild.sum()} outliers among {len(value)}: excluded"))
         time, value = time[~wild], value[~wild]
@@ -292,6 +308,17 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     rows = len(value) // group * group
     coarse = time[:rows].reshape(-1, group).mean(1), np.median(value[:rows].reshape(-1, group), axis=1)
     return _Points(time, value, sigma, np.zeros(0, int), count, coarse), found
+
+
+def _off_neighbours(value: np.ndarray) -> np.ndarray:
+    """Return by how much readings deviate from the mean of the medians of five before and five after, (n,)."""
+    if len(value) < 13:
+        return np.zeros(len(value))
+    windows = np.median(np.lib.stride_tricks.sliding_window_view(value, 5), axis=1)
+    rest = np.zeros(len(value))
+    rest[5:-5] = value[5:-5] - 0.5 * (windows[: len(value) - 10] + windows[6:])
+    rest[:5], rest[-5:] = value[:5] - windows[0], value[-5:] - windows[-1]
+    return rest
 
 
 def _dropouts(value: np.ndarray) -> np.ndarray:
@@ -338,7 +365,7 @@ def _local_noise(time: np.ndarray, value: np.ndarray) -> np.ndarray:
     if len(value) < 200:
         return np.full(len(value), noise_of(time, value))
     edge = np.linspace(0, len(value), 11).astype(int)
-    each = [noise_of(time[a:b], value[a:b]) for a, b in itertools.pairwise(edge)]
+    each = [noise_of(time[a:b], value[a:b]) for a, b in pairwise(edge)]
     each = np.maximum(each, 0.2 * float(np.median(each)))
     return np.interp(np.arange(len(value)), 0.5 * (edge[1:] + edge[:-1]), each)
 
@@ -406,7 +433,9 @@ def _jumps(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np
 
 def _means(time: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return times and mean speeds of groups of points."""
-    some = np.unique(np.linspace(0, len(time) - 1, min(GROUPS, max(len(time) // 3, 2)) + 1).astype(int))
+    some = np.unique(
+        np.linspace(0, len(time) - 1, min(GROUPS, max(len(time) // (3 if len(time) > 100 else 2), 2)) + 1).astype(int)
+    )
     t = time[some]
     return 0.5 * (t[1:] + t[:-1]), np.diff(angle[some]) / np.maximum(np.diff(t), 1e-300)
 
@@ -423,9 +452,11 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     """Return pulses with their true numbers: missing ones counted, extra ones excluded, uneven magnets evened."""
     found: list[Finding] = []
     pitch = float(np.median(np.abs(np.diff(angle))))
+    time = np.unique(time)
     kept, number, breaks = count_pulses(time)
     missing = int(np.sum(np.diff(number[kept]) - 1) - sum(np.diff(number[kept])[breaks - 1] - 1))
-    extra = int((~kept).sum())
+    inner = np.flatnonzero(kept)
+    extra = int((~kept[inner[0] : inner[-1]]).sum()) if inner.size else len(time)
     if missing:
         share = missing / (missing + kept.sum())
         found.append(
@@ -437,6 +468,10 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
         what = f"{extra} of {len(time)} pulses follow no smooth motion"
         raise InputError(Fault(name, what, "check the threshold of the pulse detection", file))
     time, number = time[kept], number[kept]
+    if len(time) < FEWEST:
+        raise InputError(
+            Fault(name, "no smooth motion makes these pulses", "check the threshold of the pulse detection", file)
+        )
     angle = pitch * number
     magnets = 2 * pi / pitch
     if abs(magnets - round(magnets)) < 1e-3 and round(magnets) > 1:
@@ -472,7 +507,7 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.ones(count, bool), np.arange(count), np.zeros(0, int)
     breaks, row, last = [], 0, 0
     while row < count - 8:
-        locked = _lock(time[row : row + 16])
+        locked = _lock(time[row : row + LOCK])
         if locked is None:
             row += 4
             continue
@@ -480,7 +515,7 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         begin = row
         places = [int(place) for place in begin + np.flatnonzero(real)]
         numbers = list(numbers[real])
-        row, lost = _follow(time, places, numbers, begin + 16)
+        row, lost = _follow(time, places, numbers, begin + min(LOCK, count - begin))
         if len(places) >= 20:
             offset = last + (1 if breaks or kept.any() else 0) - numbers[0]
             if kept.any():
@@ -498,7 +533,8 @@ def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     wait = np.diff(time)
     if len(time) < 8 or since[-1] <= 0.0:
         return None
-    longest, shortest = float(np.median(wait)) * 1.3, max(float(np.percentile(wait, 10)) * 0.8, since[-1] / 150)
+    longest = float(np.median(wait)) * 1.3
+    shortest = max(float(np.percentile(wait, 10)) * 0.8, since[-1] / (FINEST * len(time)))
     if shortest >= longest:
         return None
     period = np.exp(np.arange(np.log(shortest), np.log(longest), 0.1 / max(since[-1] / shortest, 10.0)))
@@ -506,7 +542,7 @@ def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     phase = since * (1.0 - bend * since / since[-1]) / period[:, None]
     fit = np.abs(np.exp(2j * pi * phase).mean(axis=2))
     best = fit.max(axis=0)
-    good = np.flatnonzero(best >= max(0.9 * best.max(), 0.75))
+    good = np.flatnonzero(best >= max(0.92 * best.max(), LOCKED))
     if not good.size:
         return None
     top = good[-1]
@@ -589,12 +625,17 @@ def _free(points: _Points) -> list[tuple[float, float]]:
     from scipy.ndimage import median_filter
 
     time, speed = points.speeds
-    if len(time) < 10:
-        return []
-    speed = np.abs(median_filter(speed, 3, mode="nearest"))
-    bend = np.diff(speed, 2)
-    noise = 1.4826 * float(np.median(np.abs(bend - np.median(bend)))) / np.sqrt(6.0)
-    top = float(np.percentile(speed, 99.5))
+    while True:
+        if len(time) < 6:
+            return []
+        smooth = np.abs(median_filter(speed, 3, mode="nearest"))
+        bend = np.diff(speed, 2)
+        noise = 1.4826 * float(np.median(np.abs(bend - np.median(bend)))) / np.sqrt(6.0)
+        top = float(np.percentile(smooth, 99.5))
+        if noise < CALM * top or len(time) < 2 * FEWEST:
+            break
+        time, speed = _halved(time, speed)
+    speed = smooth
     phases = []
     for high, low in _falls(speed, max(6.0 * noise, 0.03 * top)):
         first = float(speed[high])
@@ -611,6 +652,25 @@ def _free(points: _Points) -> list[tuple[float, float]]:
         if end > begin:
             phases.append((begin, float(end)))
     return phases
+
+
+def _halved(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return means of pairs of groups, weighted by how long they last: that of an angle is the mean speed of both."""
+    rows = len(time) // 2 * 2
+    edge = np.concatenate(
+        [[1.5 * time[0] - 0.5 * time[1]], 0.5 * (time[1:] + time[:-1]), [1.5 * time[-1] - 0.5 * time[-2]]]
+    )
+    lasts = np.diff(edge)[:rows].reshape(-1, 2)
+    weight = lasts / lasts.sum(axis=1, keepdims=True)
+    return (time[:rows].reshape(-1, 2) * weight).sum(axis=1), (speed[:rows].reshape(-1, 2) * weight).sum(axis=1)
+
+
+def _given(points: _Points) -> tuple[float, float]:
+    """Return the free phase that a user gave, without a standstill at its end."""
+    time, speed = points.speeds
+    speed = np.abs(speed)
+    slow = np.flatnonzero(speed < SLOWEST * float(np.median(speed[: max(len(speed) // 50, 3)])))
+    return float(points.time[0]), float(time[slow[0]] if slow.size else points.time[-1])
 
 
 def _falls(speed: np.ndarray, least: float) -> list[tuple[int, int]]:
@@ -677,7 +737,7 @@ def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str) 
     inner = [int(row) for row in points.breaks if first < row < last]
     bounds = [first, *inner, last]
     tracks = []
-    for low, high in itertools.pairwise(bounds):
+    for low, high in pairwise(bounds):
         least = FEWEST if len(bounds) == 2 else FEWEST // 2
         if high - low < max(least, 0.03 * (last - first)):
             continue

@@ -36,9 +36,11 @@ def answered(one: Case, only: slice | None = None) -> Identified | str:
 
 def torque_at(found: Identified, speed: float) -> tuple[float, float, float]:
     """Return torque and interval of a result at a speed."""
+    from scipy.interpolate import CubicSpline  # straight lines would miss a curve by more than fine intervals
+
     curves = found.curves
     return tuple(
-        float(np.interp(speed, curves["speed_rad_s"], curves[key])) for key in ("torque_N_m", "low_N_m", "high_N_m")
+        float(CubicSpline(curves["speed_rad_s"], curves[key])(speed)) for key in ("torque_N_m", "low_N_m", "high_N_m")
     )  # type: ignore[return-value]
 
 
@@ -158,7 +160,14 @@ def halves(seeds: range, verbose: bool = False) -> bool:
                 q = late.parameters[name]  # type: ignore[union-attr]
                 same.append(p.low <= q.high and q.low <= p.high)
         if verbose and not overlap[-1]:
-            print(seed, one.law, one.sensor, [(f.law, torque_at(f, speed), f.warnings[:1]) for f in both], truth)  # type: ignore[union-attr]
+            print(
+                seed,
+                one.law,
+                one.sensor,
+                speed,
+                [(f.law, f.goodness["speed_rad_s"], torque_at(f, speed), f.warnings[:1]) for f in both],
+                truth,
+            )  # type: ignore[union-attr]
     print(f"{len(seeds)} coast-downs cut in two, seeds from {seeds.start}; {missing} with a half without an answer")
     print(f"torques where the halves meet overlap: {share(overlap)}")
     print(f"parameters of the same law overlap:    {share(same)}")

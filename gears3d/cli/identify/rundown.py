@@ -31,6 +31,10 @@ def rundown(
         Path | None,
         typer.Option(metavar="SCENARIO", help="Scenario of the test rig. Required with --meshed or without --inertia."),
     ] = None,
+    begin: Annotated[
+        str, typer.Option("--from", help='Begin of the free phase, e.g. "3.2 s"; default: found in the record.')
+    ] = "",
+    to: Annotated[str, typer.Option("--to", help='End of the free phase, e.g. "41 s"; default: found.')] = "",
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -45,20 +49,30 @@ def rundown(
     from gears3d import identify as ident
     from gears3d.errors import UsageError
 
+    span = (_seconds(begin, "--from"), _seconds(to, "--to"))
     inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
+    read = partial(_tracks, map_file=map_file, correct=correct, inputs=inputs, span=span)
     if [file for file in files if file.suffix == ".toml"]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
             raise UsageError("a campaign file contains inertias and laws: omit the other options")
-        campaign = ident.read_campaign(files[0], partial(_tracks, map_file=map_file, correct=correct, inputs=inputs))
+        campaign = ident.read_campaign(files[0], read)
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
-        read = partial(_tracks, map_file=map_file, correct=correct, inputs=inputs)
         found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
         known = _inertia(inertia, inertia_uncertainty, rig)
-        tracks = _tracks(files, "loose", map_file, correct, inputs)
-        found = ident.identify_rundown(tracks, *known, law=law)
+        found = ident.identify_coastdown(read(files, "loose"), *known, law=law)
     answer(found, ident.rundown_picture, out, as_json, inputs)
+
+
+def _seconds(text: str, key: str) -> float | None:
+    from gears3d.errors import Fault, InputError
+    from gears3d.units import parse
+
+    try:
+        return parse(text, "time") if text else None
+    except InputError as error:
+        raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
 
 
 def _tracks(
@@ -67,12 +81,13 @@ def _tracks(
     map_file: Path | None,
     correct: list[str] | None,
     inputs: list[str | Path | None],
+    span: tuple[float | None, float | None],
 ) -> list[Track]:
     """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
     from gears3d.cli.findings import show_findings, show_repeated
     from gears3d.identify import read_tracks
 
-    tracks = read_tracks(files, gear, map_file, correct or (), show_repeated)
+    tracks = read_tracks(files, gear, map_file, correct or (), show_repeated, span)
     inputs += [track.file for track in tracks]
     for track in tracks:
         show_findings(track.findings, track.file, quiet=True)

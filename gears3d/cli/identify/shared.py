@@ -119,6 +119,18 @@ def _show(found: Identified) -> None:
         table.add_row(name, f"{p.value:.{min(digits, 12)}f}", f"{half:.2g}", p.unit)
     console = Console(highlight=False, emoji=False)
     console.print(table)
+    if (over := found.goodness.get("residual_over_noise")) is not None:
+        sizes = [
+            (found.goodness.get(f"rms_{kind}"), unit) for kind, unit in (("angle_rad", "rad"), ("speed_rad_s", "rad/s"))
+        ]
+        rms = ", ".join(f"{size:.3g} {unit}" for size, unit in sizes if size is not None)
+        structure = f"p = {found.goodness['p_structure']:.2g} for independent errors about this law"
+        console.print(
+            f"residual: rms {rms}, {over:.3g} times the noise of single readings; {structure}", soft_wrap=True
+        )
+        for one in found.goodness["coastdowns"][:10]:
+            span = f"{one['from_s']:.6g} to {one['to_s']:.6g} s, {one['points']} points, measured: {one['measured']}"
+            console.print(f"free phase: {escape(one['file'] or 'record')}: {span}", soft_wrap=True)
     if losses := found.goodness.get("held_out"):
         held = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
         console.print(f"held-out loss (smaller is better): {held}", soft_wrap=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,9 @@ TORN = 0.1
 FITTED = 40
 """Rows to either side by which a jump is measured."""
 MOST = 50_000
+HELD = 2.5
+"""Counts by which an angle moves at once, at least, where readings are held: an encoder that is read at every row and
+stands still in most of them moves by one, seldom two."""
 AT_ONCE = 1 << 18
 """Rows that are looked at at a time."""
 
@@ -50,6 +54,14 @@ def examine(view: View) -> list[Finding]:
     Args:
         view: the record; its time rises, its angles do not wrap.
     """
+    if (updates := _updates(view)) is not None:
+        thin = View({name: values[updates] for name, values in view.columns.items()}, view.declared)
+        return [
+            replace(
+                one, rows=tuple(int(updates[row]) for row in one.rows), evidence=f"{one.evidence} (update, not row)"
+            )
+            for one in examine(thin)
+        ]
     jumps = {name: find(view, name) for name in view.angles}
     out = _left_out(view, jumps)
     skipped = {row for finding in out for row in finding.rows}
@@ -58,6 +70,26 @@ def examine(view: View) -> list[Finding]:
         some = np.array([row not in skipped for row in jump.row], bool)
         found += _of_channel(view, name, Jumps(*(column[some] for column in jump)))
     return found
+
+
+def _updates(view: View) -> np.ndarray | None:
+    """Return the rows with a new reading where a logger holds each reading for several rows; else ``None``.
+
+    An angle that is held stands still and then moves by many counts: no jump. The counts of a slow encoder stand still,
+    too, but move by one.
+    """
+    moved = np.zeros(len(view.time), bool)
+    for name, angle in view.angles.items():
+        change = np.diff(angle)
+        moves = np.abs(change[change != 0.0])
+        if not moves.size or np.median(moves) < HELD * (view.quanta[name] or 0.0):
+            return None
+        moved[1:] |= change != 0.0
+    rows = np.flatnonzero(moved)
+    if len(rows) < 2 * (REACH + 2) or 2 * len(rows) > len(moved):
+        return None
+    low, middle, high = np.percentile(np.diff(rows), (10, 50, 90))
+    return rows if middle >= 2.0 and high - low <= max(1.0, 0.2 * middle) else None
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:

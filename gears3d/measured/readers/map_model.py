@@ -34,9 +34,12 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 class TimeMap(_Part):
     """Where the time comes from: a signal, a rate, or what the file declares when neither is given.
 
-    ``axis`` says whose edges are the moments of the record where both gears are known at edges only.
+    ``axis`` says whose edges are the moments of the record where both gears are known at edges only; ``from`` and
+    ``to`` are the times between which the record is used.
     """
 
+    begin: str | None = Field(default=None, alias="from")
+    to: str | None = None
     channel: str | None = None
     unit: str = ""
     sample_rate: str | None = None
@@ -205,7 +208,9 @@ def _fault(error: Any, file: str) -> Fault:
         table = place[0] if len(place) > 1 else ""
         model = IndexMap if len(place) > 2 and place[1] == "index" else _MODELS.get(table, RecordMap)
         model = DECODERS.get(decoder, model)
-        known = list(model.model_fields) + (["record"] if model is RecordMap else [])
+        known = [field.alias or name for name, field in model.model_fields.items()] + (
+            ["record"] if model is RecordMap else []
+        )
         return Fault(key, "is no key of a map", did_you_mean(place[-1], known), file)
     context = error.get("ctx", {})
     told = _MENDED.get(kind)

@@ -64,6 +64,7 @@ class Mapper:
         time = self._time(clock, sampled) if sampled else np.zeros(0)
         found = {gear: self._turned(gear, chart, signals[gear], time) for gear, chart in charts.items()}
         columns = self._joined(found, time, charts)
+        span = self._span()
         for name, extra in self.chart.extra.items():
             if not sampled:
                 raise self._fault(f"extra.{name}", "has samples, but both gears are time stamps", "leave it out")
@@ -71,7 +72,22 @@ class Mapper:
             columns[name] = (
                 values if len(time) == len(columns["time_s"]) else np.interp(columns["time_s"], time, values)
             )
+        if span != (None, None):
+            self.meta["span_s"] = span
+            low, high = (-np.inf if span[0] is None else span[0]), (np.inf if span[1] is None else span[1])
+            inside = (columns["time_s"] >= low) & (columns["time_s"] <= high)
+            columns = {name: values[inside] for name, values in columns.items()}
         return columns
+
+    def _span(self) -> tuple[float | None, float | None]:
+        """Return between which times the record is used [s]."""
+        from gears3d.units import parse
+
+        limits: list[float | None] = []
+        for key, text in (("time.from", self.chart.time.begin), ("time.to", self.chart.time.to)):
+            with self._at(key):
+                limits.append(None if text is None else parse(text, "time"))
+        return limits[0], limits[1]
 
     def _gear_map(self, gear: str) -> GearMap | None:
         chart: GearMap | None = getattr(self.chart, gear)
