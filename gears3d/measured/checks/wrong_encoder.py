@@ -39,24 +39,30 @@ MULTIPLES = 24
 BESIDE = np.concatenate([-np.arange(1.5, 10.0), np.arange(1.5, 10.0)])
 """Distance of the orders that show the noise, in resolvable orders."""
 CAUSES = (MESH[0], MESH[1], "teeth")
+CALLED = {MESH[0]: "the drive encoder is", MESH[1]: "the loose encoder is", "teeth": "wrong teeth are"}
 
 
 class Verdict(NamedTuple):
     """What is wrong where both angles do not turn as the teeth say.
 
     Args:
-        cause: a column, ``"teeth"``, or empty when the record does not decide.
+        possible: causes that the record does not exclude: columns, or ``"teeth"``.
         margin: difference of chi-square to the next hypothesis.
         factor: by which the ratio of both angles deviates.
         bound: largest error of the factor that rattle can make.
         revolutions: of the slower shaft.
     """
 
-    cause: str
+    possible: tuple[str, ...]
     margin: float
     factor: float
     bound: float
     revolutions: float
+
+    @property
+    def cause(self) -> str:
+        """The only cause that is possible, empty where there are several."""
+        return self.possible[0] if len(self.possible) == 1 else ""
 
 
 class _Series(NamedTuple):
@@ -87,18 +93,21 @@ def judge(view: View, value: float) -> Verdict | None:
     micro = micro._replace(place=left)
     edges = _edges(micro)
     if len(edges) < FEW or turns < 1.0:
-        return Verdict("", 0.0, factor, bound, turns)
+        return Verdict(CAUSES, 0.0, factor, bound, turns)
     orders = _orders(factor)
     hidden = _hidden(view, micro, edges, orders)
     best = min((_explained(one, orders, hidden) for one in _reduced(micro, edges)), key=lambda one: one[0])
     noise, rest = best
-    ranked = sorted(rest, key=rest.__getitem__)
-    margin = (rest[ranked[1]] - rest[ranked[0]]) / noise if 0.0 < noise < np.inf else 0.0
+    first, second = sorted(rest.values())[:2]
+    scale = 1.0 / noise if 0.0 < noise < np.inf else 0.0
     apart = turns * abs(factor - 1.0)
     needed = DECIDED * (1.0 + (SHORT / turns) ** 2) * max(UNRESOLVED / apart, 1.0)
-    if ranked[0] == CAUSES[2] and abs(np.ptp(micro.loose) / np.ptp(micro.drive) - 1.0) < max(0.1, 1.0 / turns):
-        needed *= NESTED if apart > 1.0 else np.inf
-    return Verdict(ranked[0] if margin > needed else "", margin, factor, bound, turns)
+    equal = abs(np.ptp(micro.loose) / np.ptp(micro.drive) - 1.0) < max(0.1, 1.0 / turns)
+    nested = needed * (NESTED if apart > 1.0 else np.inf) if equal else needed
+    best = min(rest, key=rest.__getitem__)
+    limit = nested if best == CAUSES[2] else needed
+    possible = tuple(cause for cause in CAUSES if cause == best or (rest[cause] - first) * scale <= limit)
+    return Verdict(possible, (second - first) * scale, factor, bound, turns)
 
 
 def scale_of(verdict: Verdict, name: str) -> tuple[float, float]:
@@ -122,7 +131,9 @@ def reason(verdict: Verdict) -> str:
     seen = f"{verdict.revolutions:.3g} revolutions"
     if not verdict.cause:
         enough = 1.0 / abs(verdict.factor - 1.0)
-        return f"{seen} do not decide which encoder is wrong, or whether the teeth are: it takes about {enough:.2g}"
+        told = f"{seen} do not decide which encoder is wrong, or whether the teeth are: it takes about {enough:.2g}"
+        out = [CALLED[cause] for cause in CAUSES if cause not in verdict.possible]
+        return told + (f"; {out[0]} excluded" if out else "")
     by = f"(chi-square smaller by {verdict.margin:.3g}, {seen})"
     if verdict.cause == "teeth":
         return f"patterns of both gears repeat at order 1 of their angles {by}: the tooth numbers are wrong"
