@@ -21,7 +21,9 @@ SHORT = 6.0
 UNRESOLVED = 0.3
 """Part of a resolvable order below which a change of a line imitates another order; set likewise."""
 NESTED = 5.0
-"""Further factor for wrong teeth of gears that turn equally fast: they have more lines than a wrong count has."""
+"""Further factor, at gears that turn equally fast, for a cause that has two lines where others have one of these."""
+EQUAL = 0.1
+"""Difference of the speeds below which gears turn equally fast, beyond any wrong count that is looked for."""
 FINE = 20
 """Windows per revolution of the faster shaft: orders up to 4 stay whole in them."""
 MICRO = 16
@@ -96,16 +98,18 @@ def judge(view: View, value: float) -> Verdict | None:
         return Verdict(CAUSES, 0.0, factor, bound, turns)
     orders = _orders(factor)
     hidden = _hidden(view, micro, edges, orders)
-    best = min((_explained(one, orders, hidden) for one in _reduced(micro, edges)), key=lambda one: one[0])
-    noise, rest = best
+    explained = (_explained(one, orders, hidden) for one in _reduced(micro, edges))
+    noise, rest = min(explained, key=lambda one: one[0])
     first, second = sorted(rest.values())[:2]
     scale = 1.0 / noise if 0.0 < noise < np.inf else 0.0
     apart = turns * abs(factor - 1.0)
     needed = DECIDED * (1.0 + (SHORT / turns) ** 2) * max(UNRESOLVED / apart, 1.0)
-    equal = abs(np.ptp(micro.loose) / np.ptp(micro.drive) - 1.0) < max(0.1, 1.0 / turns)
-    nested = needed * (NESTED if apart > 1.0 else np.inf) if equal else needed
     best = min(rest, key=rest.__getitem__)
-    limit = nested if best == CAUSES[2] else needed
+    limit = needed
+    speeds = float(np.ptp(micro.loose) / np.ptp(micro.drive))
+    own, other = orders[best]
+    if abs(speeds - 1.0) < max(EQUAL, 1.0 / turns) and abs(own - other * speeds) > 0.5 * abs(factor - 1.0):
+        limit *= NESTED if apart > 1.0 else np.inf
     possible = tuple(cause for cause in CAUSES if cause == best or (rest[cause] - first) * scale <= limit)
     return Verdict(possible, (second - first) * scale, factor, bound, turns)
 
