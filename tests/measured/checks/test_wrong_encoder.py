@@ -5,6 +5,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.measured.checks import admit, correct, examine
+from gears3d.measured.readers import Channels
 from gears3d.recording import Recording
 from tests.measured.checks.clean import channels
 from tests.measured.checks.encoder_rigs import DRIVE, LOOSE, draw, turned
@@ -47,6 +48,20 @@ def test_few_revolutions_leave_it_undecided_and_say_how_many_decide():
     assert (one.channel, one.correctable) == ("", False)
     assert "it takes about 2.5e+02" in one.evidence
     assert all(way in one.remedy for way in ("either", "[drive]", "[loose]", "gears.*.teeth"))
+
+
+@pytest.mark.parametrize("cause", ["drive", "loose", "teeth"])
+def test_index_marks_decide_alone(cause):
+    rig = turned(cause, 1.02, revolutions=20, patterns=0.0, named=(31, 43) if cause == "teeth" else (30, 43))
+    marks = {}
+    for gear, speed in (("drive", 1.0), ("loose", 30 / 43)):
+        scale = rig.counts / rig.declared if cause == gear else 1.0
+        marks[gear] = (2 * np.pi * scale * np.arange(int(20 * speed))).tolist()
+    about = {"drive": ("drive",), "loose": ("loose",), "teeth": ("drive", "loose")}[cause]
+    record = Channels(rig.columns, "r.csv", {"index_rad": {gear: marks[gear] for gear in about}})
+    (one,) = [each for each in examine(record, rig.scenario) if each.fatal]
+    assert (one.channel, one.correctable) == (COLUMN.get(cause, ""), cause != "teeth")
+    assert "index marks" in one.evidence
 
 
 def test_without_patterns_nothing_is_decided_however_long_the_record():
