@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks.declared import MESH, stated_of
+from gears3d.measured.checks.examination import ALWAYS, examine, refuse_unknown
 from gears3d.measured.checks.examination import correct as undo
-from gears3d.measured.checks.examination import examine, refuse_unknown
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, files_of, read
@@ -110,7 +110,8 @@ def admit(
         path: the file.
         rig: scenario of the bench; ``[condition]`` of the map overrides its keys.
         map_file: ``record.toml``.
-        correct: kinds of findings to correct, also several parted by commas; nothing is corrected that is not named.
+        correct: kinds of findings to correct, also several parted by commas; nothing else is corrected, but
+            for few rows without a reading, which are excluded.
         needs: columns that must be there besides time, alternatives as a tuple: ``("theta_loose_rad",)`` for a gear
             that runs down out of mesh. Without both angles nothing is said of the mesh.
         others: records given before, to find one that is given twice.
@@ -129,11 +130,13 @@ def admit(
     channels = read(path, map_file)
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
     findings = examine(channels, own, others, needs, stated_motion=stated_motion)
+    fatal = {one.kind for one in findings if one.fatal}
+    kinds += [kind for kind in ALWAYS if kind not in kinds and kind not in fatal]
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
     bad = [one for one in done if one.fatal and not one.corrected and one.kind not in tolerate]
     if bad:
         raise InputError([_fault(one, channels.file) for one in bad])
-    channels = undo(channels, findings, kinds) if kinds else channels
+    channels = undo(channels, findings, kinds) if any(one.corrected for one in done) else channels
     stated = stated_of(channels.condition, own, stated_motion)
     motion = _motion(channels, own, needs)
     if own is not None and motion is not None:
@@ -222,7 +225,8 @@ def told(finding: Finding) -> str:
     'gaps: time_s: 3 rows are missing (corrected)'
     """
     place = f"{finding.kind}: {finding.channel}: " if finding.channel else f"{finding.kind}: "
-    remedy = "corrected" if finding.corrected else _remedy(finding)
+    done = "excluded" if finding.kind in ALWAYS else "corrected"
+    remedy = done if finding.corrected else _remedy(finding)
     return f"{place}{finding.evidence}" + (f" ({remedy})" if remedy else "")
 
 

@@ -5,8 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.errors import did_you_mean
+from gears3d.measured.checks.declared import MESH
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.view import View
+
+DROPPED = "drop-outs"
+FEW = 20
+"""Rows without a reading that are excluded without being asked for, at most."""
+SHARE = 1e-3
+"""Part of a record that they may be: flights and impacts lose no more than their own noise."""
+LONGEST = 2
+"""Rows in a row that they may be."""
+FAR = 10.0
+"""So many times as far from zero as they move, the readings around a zero must be for it to be none."""
 
 
 def examine(view: View) -> list[Finding]:
@@ -20,16 +31,18 @@ def examine(view: View) -> list[Finding]:
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Leave rows with NaN or infinity out.
+    """Leave rows without a reading out: NaN, infinity, or a zero far from the readings around it.
 
     Args:
         columns: each (n,).
         findings: of this check.
     """
-    names = {finding.channel for finding in findings}
     good = np.ones(len(columns["time_s"]), bool)
-    for name in names:
-        good &= np.isfinite(columns[name])
+    for finding in findings:
+        values = columns[finding.channel]
+        good &= np.isfinite(values)
+        if finding.kind == DROPPED:
+            good[_zeros(values)] = False
     return {name: values[good] for name, values in columns.items()}
 
 
@@ -81,11 +94,48 @@ def _holes(view: View) -> list[Finding]:
     found = []
     for name in view.used:
         values = view.columns[name]
-        if np.isfinite(values.sum()) or not (bad := np.flatnonzero(~np.isfinite(values))).size:
-            continue
-        told = f"{len(bad)} of {len(values)} rows are not finite numbers, the first is {values[bad[0]]} in row {bad[0]}"
-        some = 2 * len(bad) < len(values)
-        remedy = "" if some else "the channel was not recorded"
-        rows = tuple(map(int, bad[:20]))
-        found.append(Finding("not-finite", name, float(len(bad)), "row", told, remedy, True, some, rows=rows))
+        if not np.isfinite(values.sum()) and (bad := np.flatnonzero(~np.isfinite(values))).size:
+            some = tuple(map(int, bad[:20]))
+            told = f"{len(bad)} of {len(values)} rows are not finite numbers, "
+            told += f"the first is {values[bad[0]]} in row {bad[0]}"
+            if name in MESH and _few(bad, len(values)):
+                found.append(_dropped(name, bad, told))
+                continue
+            part = 2 * len(bad) < len(values)
+            remedy = "" if part else "the channel was not recorded"
+            found.append(Finding("not-finite", name, float(len(bad)), "row", told, remedy, True, part, rows=some))
+        elif name in MESH and (bad := _zeros(values)).size:
+            told = (
+                f"{len(bad)} of {len(values)} rows are zero although the rows around them are not, first row {bad[0]}"
+            )
+            found.append(_dropped(name, bad, told, not _few(bad, len(values))))
     return found
+
+
+def _dropped(name: str, rows: np.ndarray, told: str, fatal: bool = False) -> Finding:
+    some = tuple(map(int, rows[:20]))
+    remedy = "check for poor electrical contact or interference"
+    return Finding(DROPPED, name, float(len(rows)), "row", told, remedy, fatal, True, rows=some)
+
+
+def _few(rows: np.ndarray, total: int) -> bool:
+    """Return whether rows are few and single, so that what is lost with them can be neglected."""
+    if len(rows) > FEW or len(rows) > SHARE * total:
+        return False
+    return not bool(np.any(rows[LONGEST:] - rows[:-LONGEST] == LONGEST))
+
+
+def _zeros(values: np.ndarray) -> np.ndarray:
+    """Return single rows that are exactly zero, while the readings before and after agree far from zero."""
+    at = np.flatnonzero(values == 0.0)
+    if not at.size or 10 * len(at) > len(values):
+        return at[:0]
+    sound = np.flatnonzero(np.isfinite(values) & (values != 0.0))
+    after = np.searchsorted(sound, at)
+    inside = (after >= 2) & (after < len(sound) - 1)
+    at, after = at[inside], after[inside]
+    one, other = values[sound[after - 1]], values[sound[after]]
+    step = np.abs(one - values[sound[after - 2]]) + np.abs(values[sound[after + 1]] - other)
+    near = sound[after] - sound[after - 1] - 1 <= LONGEST
+    away = np.minimum(np.abs(one), np.abs(other)) > FAR * (np.abs(other - one) + step)
+    return at[near & away & (one * other > 0.0)]

@@ -6,11 +6,19 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 MESH = ("theta_drive_rad", "theta_loose_rad")
 """The columns of a record of two gears in mesh."""
+
+
+NEAR = 0.2
+"""Part of a revolution by which the angle between index marks may deviate: a wrong count, not another shaft."""
+FEW = 3
+"""Revolutions between index marks that show a count."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +37,7 @@ class Declared:
         sample_rate: [Hz].
         counts: per revolution, by column.
         stated_rate: that the file itself states and that its time was made of [Hz].
+        marks: angle between index marks over a revolution, by column, where the record has marks.
         noise: standard deviation of a reading that an earlier check found, at least, by column [rad].
     """
 
@@ -43,6 +52,7 @@ class Declared:
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
     stated_rate: float | None = None
+    marks: Mapping[str, float] = field(default_factory=dict)
     noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -93,8 +103,9 @@ def declared(
     asked = tuple(need if isinstance(need, str) else tuple(need) for need in needs)
     one, other = meta.get("base_radius_drive_m"), meta.get("base_radius_loose_m")
     radii = (one, other) if isinstance(one, float) and isinstance(other, float) else None
+    marks = _marks(meta)
     if rig is None:
-        return Declared(asked, radii)
+        return Declared(asked, radii, marks=marks)
     values = rig.rig()
     counts = {
         name: float(sensor.counts_per_revolution)
@@ -113,4 +124,16 @@ def declared(
         rig.sensors.sample_rate,
         counts,
         rate if isinstance(rate := meta.get("stated_rate_Hz"), float) else None,
+        marks,
     )
+
+
+def _marks(meta: Mapping[str, Any]) -> dict[str, float]:
+    """Return the usual angle between neighbouring index marks over a revolution, where it can be one."""
+    found, seen = {}, meta.get("index_rad", {})
+    for name in MESH:
+        passed = np.abs(np.diff(np.array(seen.get(name.split("_")[1], []), float))) / (2 * np.pi)
+        passed = passed[np.abs(passed - 1.0) < NEAR]  # neither lost marks nor one seen twice, nor a geared encoder
+        if len(passed) >= FEW:
+            found[name] = float(np.mean(passed))
+    return found

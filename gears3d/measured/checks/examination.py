@@ -54,7 +54,7 @@ class Check(NamedTuple):
 
 
 CHECKS = (
-    Check(columns.examine, columns.correct, ("not-finite",)),
+    Check(columns.examine, columns.correct, ("drop-outs", "not-finite")),
     Check(clock.examine, clock.correct, ("duplicates", "time-wrap", "time-order", "time-stamps")),
     Check(time_unit.examine, time_unit.correct, ("time-unit",)),
     Check(pace.examine),
@@ -71,6 +71,8 @@ CHECKS = (
     Check(waves.examine, waves.correct, ("encoder-wave",)),
 )
 """In order: each check may trust what those before it found in order, or could correct."""
+ALWAYS = ("drop-outs",)
+"""Kinds that are corrected without being named: a row without a reading can serve nobody."""
 CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.measured.checks.finding import Finding
-from gears3d.measured.checks.view import View
+from gears3d.measured.checks.view import MESH, View
 
 SURE = 7.0
 """Standard deviations of a change, from which it is looked at."""
@@ -18,6 +18,10 @@ REACH = 6
 """Rows to either side, without the next ones, that tell what is usual."""
 TOLD = 20
 """Jumps that are listed, and can be corrected, one by one."""
+FEW = 5
+"""Jumps from which on their sum is compared with the displacement."""
+WITHIN = 1.5
+"""Margin of that, and of the backlash within which gears in mesh stay: run-out adds to it."""
 TORN = 0.1
 """Part of the backlash from which on a jump spoils what is found of flights."""
 FITTED = 40
@@ -187,6 +191,15 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
             Finding("spikes", name, worst, "rad", told, "check for poor electrical contact or interference", rows=some)
         )
     rows, sizes = jumps.row[~spike], jumps.size[~spike]
+    if len(rows) > FEW and _are_motion(view, name, rows, sizes):
+        worst = float(sizes[np.argmax(np.abs(sizes))])
+        told = (
+            f"changes {len(rows)} times within one row, by up to {_counts(view, name, worst)}, first in row {rows[0]},"
+        )
+        told += " and yet the gears stay within the backlash, which they would not if these changes were removed"
+        remedy = "record faster: impacts are too close together for this sample rate"
+        some = tuple(map(int, rows[:TOLD]))
+        return [*found, Finding("jumps", name, worst, "rad", told, remedy, rows=some)]
     if len(rows) > TOLD:
         worst = float(sizes[np.argmax(np.abs(sizes))])
         told = f"jumps {len(rows)} times, by up to {_counts(view, name, worst)}, first in row {rows[0]}"
@@ -195,6 +208,19 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
     for row, size, usual in zip(rows, sizes, jumps.usual[~spike], strict=True):
         found.append(_one(view, name, int(row), *_measured(view, name, int(row), float(size)), float(usual)))
     return found
+
+
+def _are_motion(view: View, name: str, rows: np.ndarray, sizes: np.ndarray) -> bool:
+    """Return whether jumps belong to the motion: their sum is large against the displacement that has them."""
+    declared = view.declared
+    if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
+        return False
+    drive, loose = (view.angles[one] * radius for one, radius in zip(MESH, declared.radii, strict=True))
+    added = np.cumsum(sizes) * declared.radii[MESH.index(name)]
+    slope = np.polyfit(drive - drive[0], loose - loose[0], 1)[0]  # counts or teeth may be wrong as well
+    place = loose - slope * drive
+    spread = float(np.ptp(np.quantile(place, [0.001, 0.999])))
+    return WITHIN * spread < float(np.ptp(np.append(added, 0.0))) and spread < WITHIN * declared.backlash
 
 
 def _measured(view: View, name: str, row: int, size: float) -> tuple[float, float]:

@@ -225,8 +225,8 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
     teeth = f"correct gears.*.teeth ({fits})" if fits else "correct gears.*.teeth"
     if verdict.cause:
         return Finding("ratio", "", off, "1", told, teeth, True)
-    ways = [remedy_for(view, verdict, name) for name in MESH]
-    return Finding("ratio", "", off, "1", told, "either " + ", or ".join([*ways, teeth]), True)
+    ways = [remedy_for(view, verdict, name) if name in MESH else teeth for name in verdict.possible]
+    return Finding("ratio", "", off, "1", told, "either " + ", or ".join(ways), True)
 
 
 def _fitting(view: View, ratio: Ratio) -> str:

@@ -21,7 +21,9 @@ SHORT = 6.0
 UNRESOLVED = 0.3
 """Part of a resolvable order below which a change of a line imitates another order; set likewise."""
 NESTED = 5.0
-"""Further factor for wrong teeth of gears that turn equally fast: they have more lines than a wrong count has."""
+"""Further factor, at gears that turn equally fast, for a cause that has two lines where others have one of these."""
+EQUAL = 0.1
+"""Difference of the speeds below which gears turn equally fast, beyond any wrong count that is looked for."""
 FINE = 20
 """Windows per revolution of the faster shaft: orders up to 4 stay whole in them."""
 MICRO = 16
@@ -38,25 +40,33 @@ MULTIPLES = 24
 """Multiples of half the frequency of the drive that are removed: rattle repeats with one or two of its periods."""
 BESIDE = np.concatenate([-np.arange(1.5, 10.0), np.arange(1.5, 10.0)])
 """Distance of the orders that show the noise, in resolvable orders."""
+MARK = 0.25
+"""Part of the deviation to which the angle between index marks must agree with a right or a wrong count."""
 CAUSES = (MESH[0], MESH[1], "teeth")
+CALLED = {MESH[0]: "the drive encoder is", MESH[1]: "the loose encoder is", "teeth": "wrong teeth are"}
 
 
 class Verdict(NamedTuple):
     """What is wrong where both angles do not turn as the teeth say.
 
     Args:
-        cause: a column, ``"teeth"``, or empty when the record does not decide.
+        possible: causes that the record does not exclude: columns, or ``"teeth"``.
         margin: difference of chi-square to the next hypothesis.
         factor: by which the ratio of both angles deviates.
         bound: largest error of the factor that rattle can make.
         revolutions: of the slower shaft.
     """
 
-    cause: str
+    possible: tuple[str, ...]
     margin: float
     factor: float
     bound: float
     revolutions: float
+
+    @property
+    def cause(self) -> str:
+        """The only cause that is possible, empty where there are several."""
+        return self.possible[0] if len(self.possible) == 1 else ""
 
 
 class _Series(NamedTuple):
@@ -86,19 +96,26 @@ def judge(view: View, value: float) -> Verdict | None:
     turns = min(float(np.ptp(angle)) for angle in (micro.drive, micro.loose)) / (2.0 * np.pi)
     micro = micro._replace(place=left)
     edges = _edges(micro)
-    if len(edges) < FEW or turns < 1.0:
-        return Verdict("", 0.0, factor, bound, turns)
+    marked = _marked(view, factor)
+    if len(marked) == 1 or len(edges) < FEW or turns < 1.0:
+        return Verdict(marked, np.inf if len(marked) == 1 else 0.0, factor, bound, turns)
     orders = _orders(factor)
     hidden = _hidden(view, micro, edges, orders)
-    best = min((_explained(one, orders, hidden) for one in _reduced(micro, edges)), key=lambda one: one[0])
-    noise, rest = best
-    ranked = sorted(rest, key=rest.__getitem__)
-    margin = (rest[ranked[1]] - rest[ranked[0]]) / noise if 0.0 < noise < np.inf else 0.0
+    explained = (_explained(one, orders, hidden) for one in _reduced(micro, edges))
+    noise, rest = min(explained, key=lambda one: one[0])
+    rest = {cause: rest[cause] for cause in marked}
+    first, second = sorted(rest.values())[:2]
+    scale = 1.0 / noise if 0.0 < noise < np.inf else 0.0
     apart = turns * abs(factor - 1.0)
     needed = DECIDED * (1.0 + (SHORT / turns) ** 2) * max(UNRESOLVED / apart, 1.0)
-    if ranked[0] == CAUSES[2] and abs(np.ptp(micro.loose) / np.ptp(micro.drive) - 1.0) < max(0.1, 1.0 / turns):
-        needed *= NESTED if apart > 1.0 else np.inf
-    return Verdict(ranked[0] if margin > needed else "", margin, factor, bound, turns)
+    best = min(rest, key=rest.__getitem__)
+    limit = needed
+    speeds = float(np.ptp(micro.loose) / np.ptp(micro.drive))
+    own, other = orders[best]
+    if abs(speeds - 1.0) < max(EQUAL, 1.0 / turns) and abs(own - other * speeds) > 0.5 * abs(factor - 1.0):
+        limit *= NESTED if apart > 1.0 else np.inf
+    possible = tuple(cause for cause in marked if cause == best or (rest[cause] - first) * scale <= limit)
+    return Verdict(possible, (second - first) * scale, factor, bound, turns)
 
 
 def scale_of(verdict: Verdict, name: str) -> tuple[float, float]:
@@ -122,7 +139,14 @@ def reason(verdict: Verdict) -> str:
     seen = f"{verdict.revolutions:.3g} revolutions"
     if not verdict.cause:
         enough = 1.0 / abs(verdict.factor - 1.0)
-        return f"{seen} do not decide which encoder is wrong, or whether the teeth are: it takes about {enough:.2g}"
+        told = f"{seen} do not decide which encoder is wrong, or whether the teeth are: it takes about {enough:.2g}"
+        out = [CALLED[cause] for cause in CAUSES if cause not in verdict.possible]
+        return told + (f"; {out[0]} excluded" if out else "")
+    if np.isinf(verdict.margin):
+        what = (
+            f"count of the {verdict.cause.split('_')[1]} encoder is" if verdict.cause in MESH else "tooth numbers are"
+        )
+        return f"the angles between index marks show that the {what} wrong"
     by = f"(chi-square smaller by {verdict.margin:.3g}, {seen})"
     if verdict.cause == "teeth":
         return f"patterns of both gears repeat at order 1 of their angles {by}: the tooth numbers are wrong"
@@ -149,6 +173,20 @@ def remedy_for(view: View, verdict: Verdict, name: str) -> str:
     shown = f"{true:.{max(0, min(4, 1 - int(np.floor(np.log10(max(spread, 1e-4))))))}f}"
     low, high = (f"{true + side * spread:.{max(len(shown.partition('.')[2]), 0)}f}" for side in (-1.0, 1.0))
     return f"[{gear}] counts_per_revolution = {shown} instead of {counts:.0f} ({low} to {high})"
+
+
+def _marked(view: View, factor: float) -> tuple[str, ...]:
+    """Return the causes that index marks do not exclude: the angle between them is a true revolution."""
+    left = list(CAUSES)
+    for name, scale in ((MESH[0], 1.0 / factor), (MESH[1], factor)):
+        seen = view.declared.marks.get(name)
+        if seen is None:
+            continue
+        if abs(seen / scale - 1.0) < MARK * abs(factor - 1.0):
+            left = [cause for cause in left if cause == name]
+        elif abs(seen - 1.0) < MARK * abs(factor - 1.0):
+            left = [cause for cause in left if cause != name]
+    return tuple(left) or CAUSES
 
 
 def _orders(factor: float) -> dict[str, tuple[float, float]]:

@@ -127,3 +127,45 @@ def draw(seed, cause=None):
     about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}{' locked' if locked else ''}"
     about += f", lambda {lam:.2f}, b {1e6 * backlash:.0f} um, y {travel:.2f} b"
     return Rig(scenario, {"time_s": time, **read}, cause, true_counts, counts, about)
+
+
+def turned(cause, wrong=1.0, revolutions=100, hopping=False, patterns=10e-6, named=(30, 43), order=2.3):
+    """Return a rig of 30:43 teeth with a wrong count of one encoder, or with other teeth declared.
+
+    ``patterns`` is the run-out of both gears [m]; the eccentricity of the encoders goes with it.
+    """
+    random = np.random.default_rng(5)
+    teeth, module, backlash, counts, mean = (30, 43), 2e-3, 150e-6, 200_000, 20.0
+    r1, r2 = (0.5 * module * z * np.cos(np.deg2rad(20)) for z in teeth)
+    lasting = 2 * np.pi * revolutions / mean
+    amplitude, turn = (0.3 * mean, order * mean) if hopping else (0.02 * mean, order * mean)
+    rows = 600 * revolutions
+    sub = 4
+    scenario = load(
+        BENCH,
+        {
+            "gears.module": f"{module} m",
+            "gears.drive.teeth": named[0],
+            "gears.loose.teeth": named[1],
+            "mount.backlash": f"{backlash} m",
+            "run.duration": f"{lasting!r} s",
+            "run.settle": "0 s",
+            "motion.mean": f"{mean} rad/s",
+            "motion.harmonics": [{"amplitude": f"{amplitude!r} rad/s", "frequency": f"{turn / (2 * np.pi)!r} Hz"}],
+            "sensors.sample_rate": f"{rows / lasting!r} Hz",
+            "sensors.counts_per_revolution": counts,
+        },
+    )
+    time = np.arange(rows * sub) * (lasting / rows / sub)
+    first = mean * time - amplitude / turn * np.cos(turn * time)
+    forced = r1 * amplitude * turn * np.cos(turn * time)
+    flank = patterns * (np.cos(first + 0.3) + np.cos(first * r1 / r2 + 1.0))
+    drag = 6.0 if hopping else 60.0
+    place = fly(forced, flank, flank + backlash, time[1], drag, 0.3, rows, sub)
+    first, time = first[sub - 1 :: sub], time[sub - 1 :: sub]
+    true, read = float(round(counts * wrong)), {}
+    for gear, angle in (("drive", first), ("loose", (r1 * first + place) / r2)):
+        seen = angle + 0.3 * patterns / r1 * np.cos(angle + 2.0) + 2e-5 * random.standard_normal(rows)
+        own = true if gear == cause else counts
+        read[f"theta_{gear}_rad"] = np.floor(seen * own / (2 * np.pi)) * (2 * np.pi / counts)
+    return Rig(scenario, {"time_s": time, **read}, cause, true, counts, f"{cause} {wrong}")

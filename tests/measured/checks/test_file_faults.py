@@ -1,6 +1,7 @@
 """Faults of the file: each found with its size, and undone where that is asked for."""
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 
 from gears3d.errors import InputError, UsageError
@@ -42,11 +43,71 @@ def test_nothing_is_found_in_a_clean_record(record):
 
 def test_rows_with_nan_are_told_and_left_out(record):
     _, columns = record
-    bad = faults.holes(columns, LOOSE, [5, 7000], np.inf)
+    rows = np.arange(5, 50_000, 1000)
+    bad = faults.holes(columns, LOOSE, rows, np.inf)
     one = found(record, bad)[0]
-    assert (one.kind, one.channel, one.size, one.rows, one.fatal) == ("not-finite", LOOSE, 2.0, (5, 7000), True)
+    assert (one.kind, one.channel, one.size, one.rows[:2], one.fatal) == ("not-finite", LOOSE, 50.0, (5, 1005), True)
     mended = correct(channels(bad), [one], ["not-finite"]).columns
-    assert np.array_equal(mended["time_s"], np.delete(columns["time_s"], [5, 7000]))
+    assert np.array_equal(mended["time_s"], np.delete(columns["time_s"], rows))
+
+
+@pytest.mark.parametrize(("value", "name"), [(0.0, LOOSE), (np.nan, LOOSE), (0.0, DRIVE), (np.inf, DRIVE)])
+def test_few_single_rows_without_a_reading_are_excluded_and_reported(record, tmp_path, value, name):
+    rig, columns = record
+    shifted = {key: values + (100.0 if key == name else 0.0) for key, values in columns.items()}
+    rows = [700, 7000, 7001, 90_000]
+    bad = faults.holes(shifted, name, rows, value)
+    path = tmp_path / "r.parquet"
+    pyarrow.parquet.write_table(pyarrow.table(bad), path)
+    own = admit(path, rig)
+    one, gaps = own.findings
+    assert (one.kind, one.channel, one.size, one.fatal, one.corrected) == ("drop-outs", name, 4.0, False, True)
+    assert (gaps.kind, gaps.fatal) == ("gaps", False)
+    assert own.warnings[0].endswith("(excluded)")
+    assert np.array_equal(own.channels.columns[name], np.delete(shifted[name], rows))
+
+
+def test_an_angle_that_starts_at_or_passes_zero_has_no_drop_outs(record):
+    rig, columns = record
+    for row in (0, 40_000):
+        moved = {**columns, LOOSE: columns[LOOSE] - columns[LOOSE][row]}
+        assert [one for one in examine(channels(moved), rig) if one.kind == "drop-outs"] == []
+
+
+def held_back(columns, names, every, seed=None):
+    """Readings are held: for ``every`` rows, or for a random number with that mean."""
+    rows = np.arange(len(columns["time_s"]))
+    changed = dict(columns)
+    for name in names:
+        new = rows % every == 0 if seed is None else np.random.default_rng(seed).random(len(rows)) < 1.0 / every
+        changed[name] = columns[name][np.maximum.accumulate(np.where(new, rows, 0))]
+    return changed
+
+
+@pytest.mark.parametrize("names", [(LOOSE,), (DRIVE, LOOSE)])
+@pytest.mark.parametrize(("every", "seed"), [(2, None), (4, None), (33, None), (3, 5)])
+def test_held_readings_are_reported_with_their_rate_and_can_be_interpolated(record, names, every, seed):
+    rig, columns = record
+    bad = held_back(columns, names, every, seed)
+    findings = examine(channels(bad), rig)
+    assert [(one.kind, one.channel, one.fatal) for one in findings] == [("held", name, False) for name in names]
+    assert all(one.size == pytest.approx(50e3 / every, rel=1e-9 if seed is None else 0.02) for one in findings)
+    mended = correct(channels(bad), findings, ["held"]).columns
+    for name in names:
+        assert np.std(mended[name] - columns[name]) < 0.7 * np.std(bad[name] - columns[name])
+
+
+@pytest.mark.parametrize("every", [5, 20])
+def test_held_counts_stay_counts_when_they_are_interpolated(every):
+    rig, columns = rattling(noise=1e-4, counts=1_600_000)
+    bad = held_back(columns, [LOOSE], every)
+    (one,) = examine(channels(bad), rig)
+    assert (one.kind, one.channel, one.size) == ("held", LOOSE, pytest.approx(50e3 / every))
+    mended = correct(channels(bad), [one], ["held"]).columns
+    count = 2 * np.pi / 1_600_000
+    steps = np.diff(mended[LOOSE]) / count
+    assert np.abs(steps - np.round(steps)).max() < 1e-6
+    assert np.std(mended[LOOSE] - columns[LOOSE]) < 0.1 * np.std(bad[LOOSE] - columns[LOOSE])
 
 
 def test_a_channel_that_is_nan_throughout_is_not_corrected(record):

@@ -1,0 +1,103 @@
+"""Which encoder has a wrong count: named where patterns per revolution decide it, undecided where they do not."""
+
+import numpy as np
+import pytest
+
+from gears3d.errors import InputError
+from gears3d.measured.checks import admit, correct, examine
+from gears3d.measured.readers import Channels
+from gears3d.recording import Recording
+from tests.measured.checks.clean import channels
+from tests.measured.checks.encoder_rigs import DRIVE, LOOSE, draw, turned
+
+COLUMN = {"drive": DRIVE, "loose": LOOSE}
+
+
+def the_ratio(rig):
+    findings = examine(channels(rig.columns), rig.scenario)
+    (one,) = [each for each in findings if each.fatal]
+    assert one.kind == "ratio"
+    return one
+
+
+@pytest.mark.parametrize("hopping", [False, True])
+@pytest.mark.parametrize("cause", ["drive", "loose"])
+@pytest.mark.parametrize("wrong", [1.024, 0.97, 1.004])
+def test_the_encoder_and_its_count_are_named(cause, wrong, hopping):
+    rig = turned(cause, wrong, revolutions=150, hopping=hopping)
+    one = the_ratio(rig)
+    assert (one.channel, one.correctable) == (COLUMN[cause], True)
+    true = rig.declared / rig.counts
+    assert one.parameters["factor"] == pytest.approx(true, abs=one.parameters["uncertainty"])
+    assert one.parameters["uncertainty"] < 1e-3
+    assert f"[{cause}] counts_per_revolution = " in one.remedy
+    seen = float(one.remedy.split("= ")[1].split()[0])
+    assert seen == pytest.approx(rig.counts, rel=1e-4)
+
+
+@pytest.mark.parametrize("teeth", [(31, 43), (30, 44)])
+def test_wrong_teeth_name_no_encoder(teeth):
+    one = the_ratio(turned("teeth", revolutions=150, named=teeth))
+    assert (one.channel, one.correctable) == ("", False)
+    assert "tooth numbers are wrong" in one.evidence
+    assert one.remedy == "correct gears.*.teeth (30:43)"
+
+
+def test_few_revolutions_leave_it_undecided_and_say_how_many_decide():
+    one = the_ratio(turned("drive", 1.004, revolutions=4, patterns=1e-7))
+    assert (one.channel, one.correctable) == ("", False)
+    assert "it takes about 2.5e+02" in one.evidence
+    assert all(way in one.remedy for way in ("either", "[drive]", "[loose]", "gears.*.teeth"))
+
+
+@pytest.mark.parametrize("cause", ["drive", "loose", "teeth"])
+def test_index_marks_decide_alone(cause):
+    rig = turned(cause, 1.02, revolutions=20, patterns=0.0, named=(31, 43) if cause == "teeth" else (30, 43))
+    marks = {}
+    for gear, speed in (("drive", 1.0), ("loose", 30 / 43)):
+        scale = rig.counts / rig.declared if cause == gear else 1.0
+        marks[gear] = (2 * np.pi * scale * np.arange(int(20 * speed))).tolist()
+    about = {"drive": ("drive",), "loose": ("loose",), "teeth": ("drive", "loose")}[cause]
+    record = Channels(rig.columns, "r.csv", {"index_rad": {gear: marks[gear] for gear in about}})
+    (one,) = [each for each in examine(record, rig.scenario) if each.fatal]
+    assert (one.channel, one.correctable) == (COLUMN.get(cause, ""), cause != "teeth")
+    assert "index marks" in one.evidence
+
+
+def test_without_patterns_nothing_is_decided_however_long_the_record():
+    one = the_ratio(turned("loose", 1.02, revolutions=150, patterns=0.0))
+    assert one.channel == ""
+
+
+def test_a_free_fluctuation_at_the_order_of_a_hypothesis_is_no_pattern():
+    """The drive fluctuates freely with 1.02 times its revolutions; only that would point to the drive's encoder."""
+    for cause in ("drive", "loose"):
+        rig = turned(cause, 1.02, revolutions=100, patterns=0.0, hopping=True, order=1.02 if cause == "loose" else 1.0)
+        assert the_ratio(rig).channel in ("", COLUMN[cause])
+
+
+@pytest.mark.parametrize("cause", ["drive", "loose"])
+def test_a_named_count_is_corrected_on_demand(cause, tmp_path):
+    rig = turned(cause, 1.024, revolutions=150)
+    path = tmp_path / "r.parquet"
+    Recording(rig.columns).write(path)
+    with pytest.raises(InputError, match=r"--correct ratio, .*counts_per_revolution"):
+        admit(path, rig.scenario)
+    own = admit(path, rig.scenario, correct=["ratio"])
+    assert [one.kind for one in own.findings if one.kind not in ("wave", "encoder-wave")] == ["ratio"]
+    name = COLUMN[cause]
+    scale = np.polyfit(rig.columns[name], own.channels.columns[name], 1)[0]
+    assert scale == pytest.approx(rig.declared / rig.counts, rel=1e-4)
+    assert [one.kind for one in examine(channels(own.channels.columns), rig.scenario) if one.fatal] == []
+    assert correct(channels(rig.columns), own.findings, []).columns[name] is rig.columns[name]
+
+
+@pytest.mark.slow
+def test_no_rig_at_random_has_the_wrong_encoder_named():
+    for seed in range(5000, 5060):
+        rig = draw(seed)
+        ratio = [one for one in examine(channels(rig.columns), rig.scenario) if one.kind == "ratio"]
+        if rig.cause == "nothing":
+            assert ratio == []
+        elif ratio and ratio[0].channel:
+            assert ratio[0].channel == COLUMN.get(rig.cause), rig.about
