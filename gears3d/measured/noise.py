@@ -473,7 +473,7 @@ def _jitter(
         means = [row[: count * SMOOTHED].reshape(count, SMOOTHED).mean(axis=1) for row in (speed, rest**2)]
         squares.append(means[0] ** 2)
         powers.append(means[1] / norm**2)
-    square, power = np.concatenate(squares), np.concatenate(powers)
+    square, power = np.concatenate([*squares, []]), np.concatenate([*powers, []])
     if len(square) < FEWEST or np.std(square) < 0.05 * np.mean(square):
         return 0.0, np.nan  # one speed: jitter is white noise
     off = square - square.mean()
