@@ -240,5 +240,5 @@ def _visible(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("displacement, range", f"{_um(seen['displacement_range_m'])}, drift {_um(seen['drift_m_s'])} per second")
     )
     strong = [f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in seen["orders"][:3]]
-    lines.append(("displacement, orders", ", ".join(strong) or "none stands out"))
+    lines.append(("displacement, orders", ", ".join(strong) or "none exceeds the noise"))
     return lines
