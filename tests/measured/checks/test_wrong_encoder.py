@@ -92,6 +92,14 @@ def test_a_named_count_is_corrected_on_demand(cause, tmp_path):
     assert correct(channels(rig.columns), own.findings, []).columns[name] is rig.columns[name]
 
 
+def test_short_flights_between_few_rows_are_no_jumps_of_the_encoder():
+    rig = draw(10162)
+    (one,) = [each for each in examine(channels(rig.columns), rig.scenario) if each.kind == "jumps"]
+    assert (one.channel, one.fatal) == (LOOSE, False)
+    lost = {**rig.columns, LOOSE: rig.columns[LOOSE] + 2e-3 * (np.arange(len(rig.columns[LOOSE])) // 1000 % 7)}
+    assert any(each.kind == "jumps" and each.fatal for each in examine(channels(lost), rig.scenario))
+
+
 @pytest.mark.slow
 def test_no_rig_at_random_has_the_wrong_encoder_named():
     for seed in range(5000, 5060):
