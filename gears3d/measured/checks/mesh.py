@@ -25,6 +25,9 @@ NEAR = 0.02
 """How near a mean speed must be to a mistake's, which no teeth tie down."""
 FAR = 10.0
 """Ratio of the drive's speed to the declared one that no test has."""
+SIMILAR = 0.1
+"""Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder look alike:
+twice the 5 % by which counts are wrong in practice."""
 POINTS = 20_000
 TURN = 2 * np.pi
 FACTORS = {
@@ -141,7 +144,7 @@ def _swapped(view: View, ratio: Ratio) -> list[Finding]:
     one, other = view.declared.radii or (1.0, 1.0)
     upside = (other / one) ** 2
     speed = speed_of(view)
-    if abs(upside - 1.0) < 2.0 * ratio.slack + CLOSE or not _is(ratio, upside):
+    if abs(upside - 1.0) < max(2.0 * ratio.slack + CLOSE, SIMILAR) or not _is(ratio, upside):
         return []
     if speed is not None and abs(abs(speed) / (one / other) - 1.0) > 0.2 and abs(abs(speed) - 1.0) < 0.2:
         return []
@@ -223,6 +226,10 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
             "ratio", verdict.cause, off, "1", told, own, True, True, parameters={"factor": times, "uncertainty": error}
         )
     teeth = f"correct gears.*.teeth ({fits})" if fits else "correct gears.*.teeth"
+    one, other = view.declared.radii or (1.0, 1.0)
+    if abs(abs(ratio.value) * (one / other) ** 2 - 1.0) < ratio.slack:
+        teeth += ", or exchange the channels"
+        told += "; interchanged channels would have this ratio as well"
     if verdict.cause:
         return Finding("ratio", "", off, "1", told, teeth, True)
     ways = [remedy_for(view, verdict, name) if name in MESH else teeth for name in verdict.possible]

@@ -84,6 +84,22 @@ def test_channels_that_changed_places(kind):
     assert all(np.array_equal(mended[name], columns[name]) for name in columns)
 
 
+@pytest.mark.parametrize("gear", ["drive", "loose"])
+def test_a_wrong_count_that_imitates_interchanged_channels_is_not_taken_for_them(gear):
+    """Gears of 50 and 51 teeth have the inverse ratio, 4 % from their own, at a wrong count as well."""
+    teeth = (("gears.drive.teeth", 50), ("gears.loose.teeth", 51), ("run.duration", "2 s"))
+    scenario, columns = seen(*happened(RIGAUD, teeth), 0.005, SEED)
+    name, wrong = f"theta_{gear}_rad", (51 / 50) ** (2 if gear == "loose" else -2)
+    (one,) = found(scenario, faults.scaled(columns, **{name: wrong}), "swapped", "ratio")
+    assert (one.kind, one.channel) == ("ratio", "")
+    assert f"[{gear}] counts_per_revolution = " in one.remedy
+    assert "exchange the channels" in one.remedy
+    interchanged = {"time_s": columns["time_s"], DRIVE: columns[LOOSE], LOOSE: columns[DRIVE]}
+    (one,) = found(scenario, interchanged, "swapped", "ratio")
+    assert (one.kind, one.channel) == ("ratio", "")
+    assert "exchange the channels" in one.remedy
+
+
 @pytest.mark.parametrize(("teeth", "off"), [((89, 90), 90 / 89), ((90, 91), 91 / 90), ((91, 90), 90 / 91)])
 def test_other_teeth_than_declared(teeth, off):
     _, columns = record("rattle")
