@@ -9,11 +9,16 @@ from gears3d.measured.checks.view import View
 
 CLOSE = 1e-3
 """How far counts found may be off the declared ones."""
+ALIKE = 0.1
+"""How far they may be off for one of both to be a mistake in the number of lines, not lines taken for edges."""
 NOISY = 0.06
 """Part of the backlash: records with more noise were never cut."""
 ROUNDING = 0.65
 """Noise in counts that rounding alone may seem to make."""
 TIMES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
+ROWS, COUNTS = 3.0, 2.0
+"""Index marks contradict a count by more than what so many rows turn in all, and by so many counts a revolution: a mark
+stands at the row after its edge, and a few counts may be lost."""
 
 
 def examine(view: View) -> list[Finding]:
@@ -22,8 +27,46 @@ def examine(view: View) -> list[Finding]:
     Args:
         view: the record; its time rises, its angles do not wrap.
     """
-    found = [finding for name in view.angles for finding in _counts(view, name)]
+    found = [finding for name in view.angles for finding in (*_between_marks(view, name), *_counts(view, name))]
     return [*found, *_noise(view)]
+
+
+def otherwise(view: View, name: str) -> str:
+    """Return as text that an angle comes in slightly other counts than declared, empty where it does not.
+
+    Args:
+        view: the record.
+        name: of the column.
+    """
+    declared, count = view.declared.counts.get(name), view.quanta[name]
+    seen = 2 * np.pi / count if count else 0.0
+    if declared is None or not CLOSE < abs(seen / declared - 1.0) < ALIKE:
+        return ""
+    return f"{name} was made with {seen:.6g} counts per revolution, the rig declares {declared:.6g}"
+
+
+def _between_marks(view: View, name: str) -> list[Finding]:
+    """Find a count that index marks contradict: between two of them is one true revolution."""
+    seen = view.declared.marks.get(name)
+    turns = float(np.ptp(view.angles[name])) / (2 * np.pi)
+    if seen is None or turns < 1.0:
+        return []
+    count = view.quanta[name] or 0.0
+    row = float(np.quantile(np.abs(view.some_changes(name)), 0.99))
+    error = (ROWS * max(row, count) / turns) / (2 * np.pi)
+    if abs(seen - 1.0) < max(error, COUNTS * count / (2 * np.pi)):
+        return []
+    gear, declared = name.split("_")[1], view.declared.counts.get(name)
+    told = (
+        f"index marks are {seen:.6g} (± {error:.2g}) revolutions of the angle apart: its count per revolution is wrong"
+    )
+    remedy = f"multiply the {gear} angle by {1.0 / seen:.7g} ({1.0 / (seen + error):.7g} to {1.0 / (seen - error):.7g})"
+    if declared is not None:
+        true, spread = declared * seen, declared * error
+        remedy = f"[{gear}] counts_per_revolution = {true:.6g} instead of {declared:.6g} "
+        remedy += f"({true - spread:.6g} to {true + spread:.6g})"
+    remedy += ', or zero = "arbitrary" where the encoder is not on the shaft of the gear'
+    return [Finding("counts", name, seen, "1", told, remedy, True)]
 
 
 def _counts(view: View, name: str) -> list[Finding]:

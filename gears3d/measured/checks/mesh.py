@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measured.checks.counting import otherwise
 from gears3d.measured.checks.declared import Declared
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.checks.time_unit import off_by
@@ -98,11 +99,13 @@ def recounted(declared: Declared, findings: list[Finding]) -> Declared:
         declared: of the bench.
         findings: of any check.
     """
-    counts = dict(declared.counts)
+    counts, marks = dict(declared.counts), dict(declared.marks)
     for finding in findings:
         if finding.kind == "ratio" and finding.channel in counts:
             counts[finding.channel] /= finding.parameters["factor"]
-    return replace(declared, counts=counts)
+        if finding.kind == "ratio":
+            marks.pop(finding.channel, None)  # they were measured with the wrong count
+    return replace(declared, counts=counts, marks=marks)
 
 
 def ratio_of(view: View) -> Ratio | None:
@@ -214,6 +217,7 @@ def _wrong(view: View, ratio: Ratio) -> Finding:
     fits = _fitting(view, ratio)
     if fits:
         told += "; {} teeth would match, {}:{} are declared".format(fits, *(view.declared.teeth or ()))
+    told += "".join(f"; {hint}" for name in MESH if (hint := otherwise(view, name)))
     verdict = judge(view, ratio.value)
     if verdict is None:
         remedy = "correct gears.*.teeth or the counts per revolution, or check for continuously lost counts"

@@ -64,6 +64,41 @@ def test_index_marks_decide_alone(cause):
     assert "index marks" in one.evidence
 
 
+def marked(rig, **scales):
+    """Return the record with index marks once per revolution of the angle times a scale."""
+    speeds = {"drive": 1.0, "loose": 30 / 43}
+    marks = {gear: (2 * np.pi * scale * np.arange(int(20 * speeds[gear]))).tolist() for gear, scale in scales.items()}
+    return Channels(rig.columns, "r.csv", {"index_rad": marks})
+
+
+def test_index_marks_contradict_counts_that_are_wrong_of_both_encoders():
+    rig = turned("nothing", revolutions=20)
+    (one,) = [each for each in examine(marked(rig, drive=0.98, loose=1.0), rig.scenario) if each.fatal]
+    assert (one.kind, one.channel, one.size) == ("counts", DRIVE, pytest.approx(0.98))
+    assert f"[drive] counts_per_revolution = {0.98 * rig.declared:.6g} instead" in one.remedy
+    assert not [each for each in examine(marked(rig, drive=1.0001, loose=0.9999), rig.scenario) if each.fatal]
+    alone = Channels(
+        {name: rig.columns[name] for name in ("time_s", LOOSE)}, "r.csv", {"index_rad": {"loose": [0, 6.2, 12.4, 18.6]}}
+    )
+    (one,) = [each for each in examine(alone, rig.scenario, needs=(LOOSE,)) if each.fatal]
+    assert (one.kind, one.channel) == ("counts", LOOSE)
+
+
+def test_a_corrected_count_is_not_compared_with_the_marks_again():
+    rig = turned("drive", 1.02, revolutions=20)
+    found = examine(marked(rig, drive=rig.counts / rig.declared), rig.scenario)
+    assert [one.kind for one in found if one.fatal] == ["ratio"]
+
+
+def test_counts_of_the_record_that_are_not_those_of_the_rig_are_reported():
+    rig = turned("loose", 1.02, revolutions=20)
+    other = rig.scenario.with_({"sensors.loose.counts_per_revolution": int(rig.counts)})
+    (one,) = [each for each in examine(channels(rig.columns), other) if each.fatal]
+    assert (
+        f"{LOOSE} was made with {rig.declared} counts per revolution, the rig declares {rig.counts:.0f}" in one.evidence
+    )
+
+
 def test_without_patterns_nothing_is_decided_however_long_the_record():
     one = the_ratio(turned("loose", 1.02, revolutions=150, patterns=0.0))
     assert one.channel == ""
