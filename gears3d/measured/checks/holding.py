@@ -24,6 +24,11 @@ FEW = 10
 """Runs of held rows of one channel that make a finding."""
 STEP = 2.5
 """Counts by which a reading changes at once that was held; a gear slow enough to repeat a reading makes one, or two."""
+THROUGHOUT = 0.4
+"""Part of the rows that repeat a reading from which on a channel is held all along; at every second row it is half."""
+LONGER, RARE = 3.0, 7.0
+"""A hold of such a channel is at most so many times as long as nearly all others, or, where updates come at random, as
+long as the longest of their number with a probability of 1 - e^-7."""
 REGULAR = 0.99
 """Part of the updates that come at the same row of so many, from which on they are regular."""
 TIMES = 3.0
@@ -182,13 +187,17 @@ def _frozen(view: View, name: str, still: np.ndarray) -> list[Finding]:
     lasts = np.diff(begins, append=len(still))
     if not len(lasts):
         return []
+    usual, hold = 0.0, _runs(view.angles[name], still, view.quanta[name] or 0.0)
+    if len(hold.first) >= FEW and hold.lasts.sum() > THROUGHOUT * len(view.time):
+        middle, long = (float(one) for one in np.quantile(hold.lasts, [0.5, 0.95]))  # ln 10 apart if at random
+        usual = max(LONGER * long, middle + (long - middle) * (np.log(len(hold.lasts)) + RARE) / np.log(10.0))
     reach = BANDS * view.declared.backlash + 10.0 * (own * view.noise[other] + far * view.noise[name])
     longest = np.argpartition(lasts, -min(5, len(lasts)))[-5:]
     for k in longest[np.argsort(-lasts[longest])]:
         first = int(still[begins[k]])
         last = first + int(lasts[k])
         moved = own * float(np.ptp(view.angles[other][first : last + 1])) if last > first else 0.0
-        if moved > reach:
+        if moved > reach and last - first > usual:
             return [_told(view, name, first, last, moved)]
     return []
 

@@ -10,6 +10,7 @@ from gears3d.measured.readers import Channels
 from gears3d.recording import Recording
 from tests.measured.checks import faults
 from tests.measured.checks.clean import channels, rattling, turning
+from tests.measured.checks.encoder_rigs import turned
 
 LOOSE, DRIVE = faults.LOOSE, faults.DRIVE
 
@@ -95,6 +96,18 @@ def test_held_readings_are_reported_with_their_rate_and_can_be_interpolated(reco
     mended = correct(channels(bad), findings, ["held"]).columns
     for name in names:
         assert np.std(mended[name] - columns[name]) < 0.7 * np.std(bad[name] - columns[name])
+
+
+@pytest.mark.parametrize(("every", "seed"), [(7, None), (20, None), (7, 5)])
+def test_updates_between_which_fast_gears_turn_by_backlashes_are_held_not_frozen(every, seed):
+    """Within a row the gears turn by 2 backlashes; a reading that then stands much longer than all others is frozen."""
+    rig = turned("nothing", revolutions=20, patterns=0.0)
+    bad = held_back(rig.columns, [LOOSE], every, seed)
+    first, *others = examine(channels(bad), rig.scenario)
+    assert (first.kind, first.channel) == ("held", LOOSE)
+    assert {one.kind for one in (first, *others) if one.fatal} == set()
+    bad[LOOSE][5000:5900] = bad[LOOSE][5000]
+    assert ("frozen", LOOSE) in [(one.kind, one.channel) for one in examine(channels(bad), rig.scenario)]
 
 
 @pytest.mark.parametrize("every", [5, 20])
