@@ -126,7 +126,11 @@ def ratio_of(view: View) -> Ratio | None:
     drive = drive - drive.mean()
     if way <= 3.0 * band or float(np.ptp(loose)) <= 3.0 * band / 100.0:
         return None
-    return Ratio(float(drive @ (loose - loose.mean()) / (drive @ drive)), 1.5 * band / way)
+    loose = loose - loose.mean()
+    value = float(drive @ loose / (drive @ drive))
+    # a displacement within a range inclines the line by 1.5 times that range over the way at most, which a step does
+    range_left = max(float(np.ptp(loose - value * drive)), declared.backlash + 6.0 * noise)
+    return Ratio(value, 1.5 * min(band, range_left) / way)
 
 
 def speed_of(view: View) -> float | None:

@@ -94,7 +94,8 @@ def judge(view: View, value: float) -> Verdict | None:
     way = float(np.ptp(micro.drive)) * view.declared.radii[0]
     bound = 1.5 * float(np.ptp(left)) / way  # a step of a bounded displacement inclines a line by no more
     turns = min(float(np.ptp(angle)) for angle in (micro.drive, micro.loose)) / (2.0 * np.pi)
-    micro = micro._replace(place=left)
+    # the displacement would else modulate the lines of the loose gear, and a hypothesis explain it by itself
+    micro = micro._replace(place=left, loose=micro.loose - left / view.declared.radii[1])
     edges = _edges(micro)
     marked = _marked(view, factor)
     if len(marked) == 1 or len(edges) < FEW or turns < 1.0:

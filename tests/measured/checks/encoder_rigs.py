@@ -49,8 +49,22 @@ def fly(forced, low, high, step, drag, restitution, rows, sub):
     return out
 
 
-def draw(seed, cause=None):
-    """Return the rig of a seed."""
+def coloured(seed, length, rows, angle, lines):
+    """Errors of an encoder that are not white [rad], of a seed: 1/f noise and interpolation errors of its lines.
+
+    Each is 0.1 to 2 % of an angle ``length`` (of the backlash), as standard deviation and amplitude.
+    """
+    random = np.random.default_rng([seed, 78])
+    sizes = np.exp(random.uniform(np.log(1e-3), np.log(2e-2), 2)) * length
+    frequency = np.maximum(np.arange(rows // 2 + 1), 1)
+    pink = np.fft.irfft(np.fft.rfft(random.standard_normal(rows)) / np.sqrt(frequency), rows)
+    pink -= pink.mean()
+    waves = [np.cos(times * lines * angle + random.uniform(0, 2 * np.pi)) / times for times in (1, 2)]
+    return sizes[0] * pink / pink.std() + sizes[1] * sum(waves)
+
+
+def draw(seed, cause=None, dirty=False):
+    """Return the rig of a seed; where it is ``dirty``, its encoders have 1/f noise and interpolation errors."""
     random = np.random.default_rng([seed, 77])
 
     def log(low, high):
@@ -122,6 +136,8 @@ def draw(seed, cause=None):
         off = random.uniform(0, 3e-4) * np.cos(angle + phase[6 + k])
         off += random.uniform(0, 3e-5) * np.cos(2 * angle + phase[8 + k])
         seen = angle + off + noise * random.standard_normal(rows)
+        if dirty:
+            seen = seen + coloured(2 * seed + k, backlash / (r1, r2)[k], rows, angle, max(counts // 256, 64))
         read[name] = np.floor(seen * own / (2 * np.pi)) * (2 * np.pi / counts)
     travel = np.ptp(place - flank[sub - 1 :: sub]) / backlash
     about = f"{z1}:{z2}, {revolutions:.0f} rev, wrong {wrong - 1:+.4f}, order {order:.2f}{' locked' if locked else ''}"
@@ -129,13 +145,13 @@ def draw(seed, cause=None):
     return Rig(scenario, {"time_s": time, **read}, cause, true_counts, counts, about)
 
 
-def turned(cause, wrong=1.0, revolutions=100, hopping=False, patterns=10e-6, named=(30, 43), order=2.3):
-    """Return a rig of 30:43 teeth with a wrong count of one encoder, or with other teeth declared.
+def turned(cause, wrong=1.0, revolutions=100, hopping=False, patterns=10e-6, named=(30, 43), order=2.3, teeth=(30, 43)):
+    """Return a rig with a wrong count of one encoder, or with other teeth declared than it has.
 
     ``patterns`` is the run-out of both gears [m]; the eccentricity of the encoders goes with it.
     """
     random = np.random.default_rng(5)
-    teeth, module, backlash, counts, mean = (30, 43), 2e-3, 150e-6, 200_000, 20.0
+    module, backlash, counts, mean = 2e-3, 150e-6, 200_000, 20.0
     r1, r2 = (0.5 * module * z * np.cos(np.deg2rad(20)) for z in teeth)
     lasting = 2 * np.pi * revolutions / mean
     amplitude, turn = (0.3 * mean, order * mean) if hopping else (0.02 * mean, order * mean)

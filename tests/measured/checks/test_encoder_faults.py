@@ -123,6 +123,16 @@ def test_lost_and_extra_counts(kind, name, counts):
     assert found(scenario, mended.columns, "lost-counts", "offset", "drift") == []
 
 
+@pytest.mark.parametrize("kind", ["rattle", "contact"])
+def test_an_encoder_that_loses_counts_again_and_again_cannot_be_used(kind):
+    scenario, columns = record(kind)
+    random = np.random.default_rng(SEED)
+    for row in np.sort(random.choice(np.arange(1000, len(columns[LOOSE]) - 1000), 40, replace=False)):
+        columns = faults.lost(columns, LOOSE, row, random.choice([-1.0, 1.0]) * 1000 * 2 * np.pi / 1_600_000)
+    (one,) = found(scenario, columns, "jumps", "lost-counts")
+    assert (one.kind, one.channel, one.fatal) == ("jumps", LOOSE, True)
+
+
 def test_counts_lost_over_a_while_and_all_along():
     for kind in ("rattle", "contact"):
         scenario, columns = record(kind)

@@ -99,6 +99,14 @@ def test_counts_of_the_record_that_are_not_those_of_the_rig_are_reported():
     )
 
 
+@pytest.mark.parametrize("patterns", [0.0, 10e-6])
+def test_rattle_of_gears_declared_to_turn_equally_fast_names_no_encoder(patterns):
+    """Lines of both angles then coincide in a hypothesis, but for the displacement, which they must not explain."""
+    one = the_ratio(turned("teeth", 1.0, 40, True, patterns, named=(31, 31), order=2.0, teeth=(30, 31)))
+    assert one.channel == ""
+    assert "gears.*.teeth (30:31)" in one.remedy
+
+
 def test_without_patterns_nothing_is_decided_however_long_the_record():
     one = the_ratio(turned("loose", 1.02, revolutions=150, patterns=0.0))
     assert one.channel == ""
@@ -133,6 +141,20 @@ def test_short_flights_between_few_rows_are_no_jumps_of_the_encoder():
     assert (one.channel, one.fatal) == (LOOSE, False)
     lost = {**rig.columns, LOOSE: rig.columns[LOOSE] + 2e-3 * (np.arange(len(rig.columns[LOOSE])) // 1000 % 7)}
     assert any(each.kind == "jumps" and each.fatal for each in examine(channels(lost), rig.scenario))
+
+
+@pytest.mark.parametrize("seed", [70002, *range(500, 504)])
+def test_noise_that_is_not_white_is_no_fatal_finding(seed):
+    """With seed 70002 contacts are so short that changes of speed within a row look like lost counts."""
+    rig = draw(seed, "nothing", dirty=True)
+    assert [one.evidence for one in examine(channels(rig.columns), rig.scenario) if one.fatal] == []
+
+
+@pytest.mark.parametrize("backlashes", [2.0, -2.5])
+def test_a_count_by_which_gears_part_by_few_backlashes_is_noticed(backlashes):
+    way = 2 * np.pi * 40 * 0.5 * 2e-3 * 30 * np.cos(np.deg2rad(20))
+    one = the_ratio(turned("loose", 1.0 + backlashes * 150e-6 / way, revolutions=40))
+    assert one.size * way == pytest.approx(backlashes * 150e-6, rel=0.1)
 
 
 @pytest.mark.slow
