@@ -19,9 +19,11 @@ REACH = 6
 TOLD = 20
 """Jumps that are listed, and can be corrected, one by one."""
 FEW = 5
-"""Jumps from which on their sum is compared with the displacement."""
-WITHIN = 1.5
-"""Margin of that, and of the backlash within which gears in mesh stay: run-out adds to it."""
+"""Jumps from which on their removal is tried."""
+BEYOND = 1.5
+"""Ranges of the displacement beyond which the sum of its jumps cannot be a fault: it would be seen in that range."""
+BANDS = 3.0
+"""Backlashes within which gears in mesh stay: run-out of small ones adds as much, and the declared one may be wrong."""
 TORN = 0.1
 """Part of the backlash from which on a jump spoils what is found of flights."""
 FITTED = 40
@@ -211,16 +213,24 @@ def _of_channel(view: View, name: str, jumps: Jumps) -> list[Finding]:
 
 
 def _are_motion(view: View, name: str, rows: np.ndarray, sizes: np.ndarray) -> bool:
-    """Return whether jumps belong to the motion: their sum is large against the displacement that has them."""
+    """Return whether jumps belong to the motion: without them the gears would part further."""
     declared = view.declared
     if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
         return False
-    drive, loose = (view.angles[one] * radius for one, radius in zip(MESH, declared.radii, strict=True))
-    added = np.cumsum(sizes) * declared.radii[MESH.index(name)]
-    slope = np.polyfit(drive - drive[0], loose - loose[0], 1)[0]  # counts or teeth may be wrong as well
-    place = loose - slope * drive
-    spread = float(np.ptp(np.quantile(place, [0.001, 0.999])))
-    return WITHIN * spread < float(np.ptp(np.append(added, 0.0))) and spread < WITHIN * declared.backlash
+    angles = (view.angles[one] - view.angles[one][0] for one in MESH)
+    drive, loose = (angle * radius for angle, radius in zip(angles, declared.radii, strict=True))
+    added = np.zeros(len(drive))
+    added[rows] = sizes * declared.radii[MESH.index(name)] * (1.0 if name == MESH[1] else -1.0)
+    added = np.cumsum(added)
+    seen = _range(drive, loose)
+    further = BEYOND * seen < float(np.ptp(added)) or seen < _range(drive, loose - added)
+    return further and seen < BANDS * declared.backlash
+
+
+def _range(drive: np.ndarray, loose: np.ndarray) -> float:
+    """Return the range of the displacement [m], whatever the ratio is: counts or teeth may be wrong as well."""
+    slope = np.polyfit(drive, loose, 1)[0]
+    return float(np.ptp(np.quantile(loose - slope * drive, [0.001, 0.999])))
 
 
 def _measured(view: View, name: str, row: int, size: float) -> tuple[float, float]:
