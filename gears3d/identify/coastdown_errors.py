@@ -9,7 +9,7 @@ coast-down see different speeds, so that estimates from single blocks are no rep
 covariances, which with a few effective blocks are too narrow.
 
 Source: Patterson & Thompson 1971, Biometrika 58, 545 (restricted likelihood); Kennedy & O'Hagan 2001, J. R. Stat. Soc.
-B 63, 425 (deviation of a law as a random function); Self & Liang 1987, J. Am. Stat. Assoc. 82, 605 (variance test).
+B 63, 425 (deviation of a law as a random function); Self & Liang 1987, JASA 82, 605 (test of variances).
 """
 
 from __future__ import annotations
@@ -107,15 +107,22 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
     points = max(sum(len(run.rest) for run in runs) - len(some), 1)
-    dof = 1.0 / (share**2 / nodes + (1.0 - share) ** 2 / points)
+    known = np.flatnonzero(prior).tolist()
+    if known:  # what an inertia's own error makes of a variance is known, not estimated
+        sure = [run._replace(slopes=np.delete(run.slopes, known, axis=1)) for run in runs]
+        plain = _solved(sure, (_NONE, _NONE, at[2]), np.delete(prior, known), np.delete(shift, known), solved.noise)
+        own = np.diag(plain.joint)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300)
+    else:
+        own = 1.0 - share
+    dof = 1.0 / (share**2 / nodes + np.clip(own, 1e-6, 1.0) ** 2 / points)
     unit_of = (np.sqrt(solved.noise), np.sqrt(solved.noise), 1.0)
     sizes = tuple(
         float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
     )
     untaken = best.numbers + full[:free] * task.scale - moved.numbers
-    fitted = moved._replace(covariance=covariance)
-    return Errors(fitted, solved.deviation * unit, untaken, speeds, joint, dof, float(min(nodes, points)),
-                  sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
+    moved = moved._replace(covariance=covariance)
+    deviation, dof_torque = solved.deviation * unit, float(min(nodes, points))
+    return Errors(moved, deviation, untaken, speeds, joint, dof, dof_torque, (sizes[0], sizes[1], sizes[2]), p_value)
 
 
 def _moved(task: Task, best: Fit, x: np.ndarray, step: np.ndarray, runs: list[_Run], noise: float) -> Fit:

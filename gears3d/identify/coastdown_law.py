@@ -275,8 +275,10 @@ def _snippet(best: Fit) -> str:
     base = sum(values.get((part.name, "coulomb"), 0.0) for part in shown)
     lines = [f"# at {middle} degC"] * bool(warm)
     if base < 0.0:
-        lines += [f"# the constant torque of the fit is negative, {base:.6g} N m: no scenario can have that; at 0 N m",
-                  "# this drag is too large at every speed: fit another law (--law), or do not use it"]  # fmt: skip
+        lines += [
+            f"# the constant torque of the fit is negative, {base:.6g} N m, which no scenario can have: with 0 N m"
+        ]
+        lines += ["# this drag is too large at every speed: fit another law (--law), or do not use it"]
     lines += ["[drag]", f'torque = "{max(base, 0.0):.6g} N m"']
     for part in shown:
         if (slope := values.get((part.name, "viscous"))) is not None:
@@ -299,7 +301,8 @@ NEGATIVE = {
 """What a negative number means, by its name."""
 
 
-EXPLAINED = 2.0  # residual over noise up to which a law explains a record: its variance is then a quarter noise
+EXPLAINED = 2.0
+"""Residual over noise up to which a law explains a record: its variance is then a quarter noise."""
 
 
 def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tuple[str, ...]:
