@@ -91,7 +91,7 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     runs = [run._replace(slopes=run.slopes[:, some]) for run in runs]
     prior, shift = prior[some], x[some] * prior[some]
     many = len(data) > 1
-    at, p_value = _sizes(runs, many)
+    at, upper, p_value = _sizes(runs, many)
     solved = _solved(runs, at, prior, shift)
     free = len(best.numbers)
     full = np.zeros(len(x))
@@ -101,8 +101,9 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     places = [*range(free), *range(len(some), len(some) + NODES)]
     unit = np.mean(scales, axis=0)
     scale[free:] = unit
-    joint = solved.joint[np.ix_(places, places)] * np.outer(scale, scale)
-    covariance = joint[:free, :free]
+    covariance = (solved.joint[np.ix_(places, places)] * np.outer(scale, scale))[:free, :free]
+    wide = _solved(runs, upper, prior, shift)  # the law's numbers by the likely sizes, the true torque by possible ones
+    joint = wide.joint[np.ix_(places, places)] * np.outer(scale, scale)
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
@@ -119,9 +120,9 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     sizes = tuple(
         float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
     )
-    untaken = best.numbers + full[:free] * task.scale - moved.numbers
+    untaken = best.numbers + wide.move[:free] * task.scale - moved.numbers
     moved = moved._replace(covariance=covariance)
-    deviation, dof_torque = solved.deviation * unit, float(min(nodes, points))
+    deviation, dof_torque = wide.deviation * unit, float(min(nodes, points))
     return Errors(moved, deviation, untaken, speeds, joint, dof, dof_torque, (sizes[0], sizes[1], sizes[2]), p_value)
 
 
@@ -269,8 +270,11 @@ def _solved(
     return _Solved(found[:p], joint, found[p:], s2)
 
 
-def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
-    """Return the logarithms of the random effects' variances over that of the noise, and the chance without them."""
+def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    """Return the random effects' likely sizes, with the largest possible deviation, and the chance without them.
+
+    Sizes are logarithms of variances over that of the noise.
+    """
     from scipy.optimize import minimize
     from scipy.stats import chi2
 
@@ -316,10 +320,11 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
         if found.fun < least:
             least, start[live] = found.fun, found.x
     p_value = float(chi2.sf(max(none - least, 0.0), axes))
+    likely = at(start)
     low = start[0] if start[0] > _NONE else -8.0
     for value in np.arange(low, low + 16.0, 0.5):  # a deviation as large as the record leaves possible
         theta = np.concatenate([[value], start[1:]])
         if loss(theta) > least + UPPER:
             break
         start[0] = value
-    return at(start), p_value
+    return likely, at(start), p_value

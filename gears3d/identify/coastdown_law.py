@@ -252,14 +252,12 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
-    dof = errors.dof_torque if any(errors.sizes[:2]) else float(errors.dof.min())
-    quantile = float(stdtrit(dof, REACH))
-    half = band(slope, best.covariance, quantile)
+    half = band(slope, best.covariance, float(stdtrit(min(float(errors.dof.min()), 1e6), REACH)))
     low, high = torque - half, torque + half
-    if all_of and errors.sizes[0]:
+    if all_of and np.any(errors.deviation):
         nodes = len(errors.speeds)
         hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
-        half = band(np.vstack([slope, hats]), errors.joint, quantile)
+        half = band(np.vstack([slope, hats]), errors.joint, float(stdtrit(errors.dof_torque, REACH)))
         true = torque + errors.untaken @ slope + errors.deviation @ hats
         low, high = np.minimum(low, true - half), np.maximum(high, true + half)
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
