@@ -9,7 +9,7 @@ coast-down see different speeds, so that estimates from single blocks are no rep
 covariances, which with a few effective blocks are too narrow.
 
 Source: Patterson & Thompson 1971, Biometrika 58, 545 (restricted likelihood); Kennedy & O'Hagan 2001, J. R. Stat. Soc.
-B 63, 425 (deviation of a law as a random function); Self & Liang 1987, J. Am. Stat. Assoc. 82, 605 (variance test).
+B 63, 425 (deviation of a law as a random function); Self & Liang 1987, JASA 82, 605 (test of variances).
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     runs = [run._replace(slopes=run.slopes[:, some]) for run in runs]
     prior, shift = prior[some], x[some] * prior[some]
     many = len(data) > 1
-    at, p_value = _sizes(runs, many)
+    at, upper, p_value = _sizes(runs, many)
     solved = _solved(runs, at, prior, shift)
     free = len(best.numbers)
     full = np.zeros(len(x))
@@ -101,21 +101,29 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     places = [*range(free), *range(len(some), len(some) + NODES)]
     unit = np.mean(scales, axis=0)
     scale[free:] = unit
-    joint = solved.joint[np.ix_(places, places)] * np.outer(scale, scale)
-    covariance = joint[:free, :free]
+    covariance = (solved.joint[np.ix_(places, places)] * np.outer(scale, scale))[:free, :free]
+    wide = _solved(runs, upper, prior, shift)  # the law's numbers by the likely sizes, the true torque by possible ones
+    joint = wide.joint[np.ix_(places, places)] * np.outer(scale, scale)
     calm = _solved(runs, (_NONE, _NONE, at[2]), prior, shift, solved.noise).joint
     share = 1.0 - np.clip(np.diag(calm)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300), 0.0, 1.0)
     nodes = max(NODES * (len(data) if at[1] > at[0] else 1) - free, 2)
     points = max(sum(len(run.rest) for run in runs) - len(some), 1)
-    dof = 1.0 / (share**2 / nodes + (1.0 - share) ** 2 / points)
+    known = np.flatnonzero(prior).tolist()
+    if known:  # what an inertia's own error makes of a variance is known, not estimated
+        sure = [run._replace(slopes=np.delete(run.slopes, known, axis=1)) for run in runs]
+        plain = _solved(sure, (_NONE, _NONE, at[2]), np.delete(prior, known), np.delete(shift, known), solved.noise)
+        own = np.diag(plain.joint)[:free] / np.maximum(np.diag(solved.joint)[:free], 1e-300)
+    else:
+        own = 1.0 - share
+    dof = 1.0 / (share**2 / nodes + np.clip(own, 1e-6, 1.0) ** 2 / points)
     unit_of = (np.sqrt(solved.noise), np.sqrt(solved.noise), 1.0)
     sizes = tuple(
         float(np.exp(0.5 * one)) * float(by) if one > _NONE else 0.0 for one, by in zip(at, unit_of, strict=True)
     )
-    untaken = best.numbers + full[:free] * task.scale - moved.numbers
-    fitted = moved._replace(covariance=covariance)
-    return Errors(fitted, solved.deviation * unit, untaken, speeds, joint, dof, float(min(nodes, points)),
-                  sizes, p_value)  # type: ignore[arg-type]  # fmt: skip
+    untaken = best.numbers + wide.move[:free] * task.scale - moved.numbers
+    moved = moved._replace(covariance=covariance)
+    deviation, dof_torque = wide.deviation * unit, float(min(nodes, points))
+    return Errors(moved, deviation, untaken, speeds, joint, dof, dof_torque, (sizes[0], sizes[1], sizes[2]), p_value)
 
 
 def _moved(task: Task, best: Fit, x: np.ndarray, step: np.ndarray, runs: list[_Run], noise: float) -> Fit:
@@ -262,8 +270,11 @@ def _solved(
     return _Solved(found[:p], joint, found[p:], s2)
 
 
-def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
-    """Return the logarithms of the random effects' variances over that of the noise, and the chance without them."""
+def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    """Return the random effects' likely sizes, with the largest possible deviation, and the chance without them.
+
+    Sizes are logarithms of variances over that of the noise.
+    """
     from scipy.optimize import minimize
     from scipy.stats import chi2
 
@@ -309,10 +320,11 @@ def _sizes(runs: list[_Run], many: bool) -> tuple[tuple[float, ...], float]:
         if found.fun < least:
             least, start[live] = found.fun, found.x
     p_value = float(chi2.sf(max(none - least, 0.0), axes))
+    likely = at(start)
     low = start[0] if start[0] > _NONE else -8.0
     for value in np.arange(low, low + 16.0, 0.5):  # a deviation as large as the record leaves possible
         theta = np.concatenate([[value], start[1:]])
         if loss(theta) > least + UPPER:
             break
         start[0] = value
-    return at(start), p_value
+    return likely, at(start), p_value

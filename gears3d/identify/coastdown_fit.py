@@ -177,13 +177,13 @@ class Task(NamedTuple):
         return len(self.model.unsure())
 
     def begin(self, numbers: np.ndarray) -> np.ndarray:
-        """Return where the search begins."""
+        """Return the free numbers to begin with."""
         starts = [[track.first[0] + track.rest[0], track.speed] for track in self.tracks]
         shifts = [self.model.inertias[name].shift for name in self.model.unsure()]
         return np.concatenate([numbers / self.scale, shifts, np.ravel(starts)])
 
     def parted(self, x: np.ndarray) -> tuple[Model, np.ndarray, np.ndarray]:
-        """Return model, numbers of the law, and start of each track."""
+        """Return the model with its inertias, the numbers of the parts, and the starts of the tracks."""
         free, after = len(self.scale), len(self.scale) + self.unsure
         return self.model.shifted(x[free:after]), x[:free] * self.scale, x[after:].reshape(-1, 2)
 

@@ -252,14 +252,12 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
-    dof = errors.dof_torque if any(errors.sizes[:2]) else float(errors.dof.min())
-    quantile = float(stdtrit(dof, REACH))
-    half = band(slope, best.covariance, quantile)
+    half = band(slope, best.covariance, float(stdtrit(min(float(errors.dof.min()), 1e6), REACH)))
     low, high = torque - half, torque + half
-    if all_of and errors.sizes[0]:
+    if all_of and np.any(errors.deviation):
         nodes = len(errors.speeds)
         hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
-        half = band(np.vstack([slope, hats]), errors.joint, quantile)
+        half = band(np.vstack([slope, hats]), errors.joint, float(stdtrit(errors.dof_torque, REACH)))
         true = torque + errors.untaken @ slope + errors.deviation @ hats
         low, high = np.minimum(low, true - half), np.maximum(high, true + half)
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
@@ -275,8 +273,10 @@ def _snippet(best: Fit) -> str:
     base = sum(values.get((part.name, "coulomb"), 0.0) for part in shown)
     lines = [f"# at {middle} degC"] * bool(warm)
     if base < 0.0:
-        lines += [f"# the constant torque of the fit is negative, {base:.6g} N m: no scenario can have that; at 0 N m",
-                  "# this drag is too large at every speed: fit another law (--law), or do not use it"]  # fmt: skip
+        lines += [
+            f"# the constant torque of the fit is negative, {base:.6g} N m, which no scenario can have: with 0 N m"
+        ]
+        lines += ["# this drag is too large at every speed: fit another law (--law), or do not use it"]
     lines += ["[drag]", f'torque = "{max(base, 0.0):.6g} N m"']
     for part in shown:
         if (slope := values.get((part.name, "viscous"))) is not None:
@@ -299,7 +299,8 @@ NEGATIVE = {
 """What a negative number means, by its name."""
 
 
-EXPLAINED = 2.0  # residual over noise up to which a law explains a record: its variance is then a quarter noise
+EXPLAINED = 2.0
+"""Residual over noise up to which a law explains a record: its variance is then a quarter noise."""
 
 
 def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.identify.coastdown_pulses import count_pulses, uneven_magnets
 from gears3d.measured.checks import Admitted, Finding, admit, admit_each
 from gears3d.measured.readers import Channels
 from gears3d.signals import edges, noise_of, quantum
@@ -31,16 +32,12 @@ CALM = 0.01
 """Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out."""
 LATE = 0.015
 """Share of a free phase by which its use begins after the release found: the release is known no better."""
-OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "merged-edges", "doubled-edges", "drift",
+OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "held", "merged-edges", "doubled-edges",
+       "drift",
        "integration")  # fmt: skip
 """Findings of the sensor checks that are repaired here, and reported with what became of them."""
-LOCK = 24
-"""Pulses by which a count is locked."""
-LOCKED = 0.8
-"""Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
-10^4 periods are tried."""
-FINEST = 5
-"""Pitches a pulse, on average, beyond which (80 % missing) no period stands out."""
+RUINED = 0.2
+"""Share of pulses that no smooth motion explains from which on a record is refused."""
 GEARS = ("loose", "drive")
 Span = tuple[float | None, float | None]
 
@@ -294,11 +291,14 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     count = quantum(value)
     if count is not None and np.median(step[step > 0.0]) > 200 * count:
         count = None
-    rest = _off_neighbours(value)
+    rest = value - np.mean(_neighbours(value), axis=0)
+    before, after = _neighbours(value)
+    outside = np.maximum(value - np.maximum(before, after), np.minimum(before, after) - value)  # a bend lies inside
     around = 1.4826 * median_filter(np.abs(rest), min(101, 2 * (len(value) // 4) + 1), mode="nearest")
+    turning = np.abs(rest[value > 0.0])
+    around = np.maximum(around, 0.7 * float(np.median(turning)) if turning.size else 0.0)  # a standstill has no noise
     usual = np.maximum(around, max(0.5 * (count or 0.0), 1e-6 * float(np.max(np.abs(value)))))
-    wild = np.abs(rest) > 8.0 * usual  # nearly none of a normal noise
-    wild[:5], wild[-5:] = False, False  # compared with a level, not with a trend
+    wild = outside > 8.0 * usual  # nearly none of a normal noise
     if wild.any() and wild.sum() < 0.1 * len(value):
         found.append(_finding("outliers", name, wild.sum(), f"{wild.sum()} outliers among {len(value)}: excluded"))
         time, value = time[~wild], value[~wild]
@@ -310,15 +310,14 @@ def _speeds(time: np.ndarray, value: np.ndarray, name: str, file: str) -> tuple[
     return _Points(time, value, sigma, np.zeros(0, int), count, coarse), found
 
 
-def _off_neighbours(value: np.ndarray) -> np.ndarray:
-    """Return by how much readings deviate from the mean of the medians of five before and five after, (n,)."""
+def _neighbours(value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the medians of the five readings before and after each; at the ends those of the inner side, (n,) each."""
     if len(value) < 13:
-        return np.zeros(len(value))
+        return value, value
     windows = np.median(np.lib.stride_tricks.sliding_window_view(value, 5), axis=1)
-    rest = np.zeros(len(value))
-    rest[5:-5] = value[5:-5] - 0.5 * (windows[: len(value) - 10] + windows[6:])
-    rest[:5], rest[-5:] = value[:5] - windows[0], value[-5:] - windows[-1]
-    return rest
+    before = np.concatenate([np.full(5, windows[0]), windows[:-1]])[: len(value)]
+    after = np.concatenate([windows[1:], np.full(5, windows[-1])])[-len(value) :]
+    return before, after
 
 
 def _dropouts(value: np.ndarray) -> np.ndarray:
@@ -376,18 +375,18 @@ def _angles(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     if angle[-1] < angle[0]:
         angle = -angle
     count = quantum(angle)
+    kept = np.diff(angle, prepend=np.nan) != 0.0
+    if kept.mean() < 0.7 and kept.sum() > FEWEST and _held_angle(angle, kept, count):
+        every = len(angle) / kept.sum()
+        what = f"each reading is held for {every:.3g} rows on average: one reading per update is used"
+        found.append(_finding("held", name, every, what))
+        time, angle = time[kept], angle[kept]
     spike, jump = _jumps(time, angle, count)
     if spike.any():
         found.append(_finding("outliers", name, spike.sum(), f"{spike.sum()} outliers of the angle: excluded"))
     starts = time[jump]
     time, angle = time[~spike], angle[~spike]
     if count is None:
-        kept = np.diff(angle, prepend=np.nan) != 0.0
-        if kept.mean() < 0.7 and kept.sum() > FEWEST and _held_angle(angle, kept):
-            every = len(angle) / kept.sum()
-            what = f"each reading is held for {every:.3g} rows on average: one reading per update is used"
-            found.append(_finding("held", name, every, what))
-            time, angle = time[kept], angle[kept]
         sigma = np.maximum(_local_noise(time, angle), 1e-12 * float(np.ptp(angle)) + 1e-300)
     else:
         edge = edges(time, angle, count)
@@ -400,9 +399,11 @@ def _angles(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     return _Points(time, angle, sigma, breaks, count, _means(time, angle)), found
 
 
-def _held_angle(angle: np.ndarray, kept: np.ndarray) -> bool:
-    """Return whether an angle stands still for even lengths while it turns."""
+def _held_angle(angle: np.ndarray, kept: np.ndarray, count: float | None) -> bool:
+    """Return whether an angle stands still for even lengths and then moves by more than a slow encoder's counts."""
     lasts = np.diff(np.flatnonzero(kept))
+    if count is not None and np.median(np.abs(np.diff(angle[kept]))) < 2.5 * count:
+        return False
     return bool(np.percentile(lasts, 75) <= 1.5 * np.percentile(lasts, 25) + 1.0)
 
 
@@ -464,7 +465,7 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
         )
     if extra:
         found.append(_finding("extra-pulses", name, extra, f"{extra} pulses of {len(time)} are too many: excluded"))
-    if extra > 0.3 * len(time):
+    if extra > RUINED * len(time):
         what = f"{extra} of {len(time)} pulses follow no smooth motion"
         raise InputError(Fault(name, what, "check the threshold of the pulse detection", file))
     time, number = time[kept], number[kept]
@@ -475,7 +476,7 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     angle = pitch * number
     magnets = 2 * pi / pitch
     if abs(magnets - round(magnets)) < 1e-3 and round(magnets) > 1:
-        error = _uneven(time, number, round(magnets), breaks)
+        error = uneven_magnets(time, number, round(magnets), breaks)
         if error is not None:
             worst = float(np.abs(error).max())
             what = f"{round(magnets)} magnets stand unevenly, by up to {worst:.2%} of a pitch: corrected"
@@ -483,141 +484,6 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
             angle = angle - pitch * error[number % round(magnets)]
     sigma = np.maximum(_local_noise(time, angle), 1e-6 * pitch)
     return _Points(time, angle, sigma, breaks, pitch, _means(time, angle), pitch), found
-
-
-def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
-
-    A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
-    real, and the number says how many are missing; amid two numbers it is an extra one.
-
-    Args:
-        time: of the pulses, rising [s], (n,).
-
-    >>> even = np.cumsum(np.linspace(1.0, 1.5, 100))
-    >>> kept, number, breaks = count_pulses(np.delete(even, [30, 31, 60]))
-    >>> bool(kept.all()), int(number[-1]), len(breaks)
-    (True, 99, 0)
-    """
-    count = len(time)
-    kept, number = np.zeros(count, bool), np.zeros(count, np.int64)
-    wait = np.diff(time)
-    calm = np.abs(np.diff(np.log(np.maximum(wait, 1e-300)))) < 0.25  # even magnets, nothing lost: no lock is needed
-    if calm.all():
-        return np.ones(count, bool), np.arange(count), np.zeros(0, int)
-    breaks, row, last = [], 0, 0
-    while row < count - 8:
-        locked = _lock(time[row : row + LOCK])
-        if locked is None:
-            row += 4
-            continue
-        real, numbers = locked
-        begin = row
-        places = [int(place) for place in begin + np.flatnonzero(real)]
-        numbers = list(numbers[real])
-        row, lost = _follow(time, places, numbers, begin + min(LOCK, count - begin))
-        if len(places) >= 20:
-            offset = last + (1 if breaks or kept.any() else 0) - numbers[0]
-            if kept.any():
-                breaks.append(int(kept.sum()))
-            kept[places] = True
-            number[places] = np.array(numbers) + offset
-            last = int(number[places[-1]])
-        row = max(row - lost, begin + 4)
-    return kept, number, np.array(breaks, int)
-
-
-def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return which of some pulses are real and their numbers, by the coarsest period that nearly all are whole of."""
-    since = time - time[0]
-    wait = np.diff(time)
-    if len(time) < 8 or since[-1] <= 0.0:
-        return None
-    longest = float(np.median(wait)) * 1.3
-    shortest = max(float(np.percentile(wait, 10)) * 0.8, since[-1] / (FINEST * len(time)))
-    if shortest >= longest:
-        return None
-    period = np.exp(np.arange(np.log(shortest), np.log(longest), 0.1 / max(since[-1] / shortest, 10.0)))
-    bend = np.linspace(-0.25, 0.25, 41)[:, None, None]
-    phase = since * (1.0 - bend * since / since[-1]) / period[:, None]
-    fit = np.abs(np.exp(2j * pi * phase).mean(axis=2))
-    best = fit.max(axis=0)
-    good = np.flatnonzero(best >= max(0.92 * best.max(), LOCKED))
-    if not good.size:
-        return None
-    top = good[-1]
-    while top > 0 and best[top - 1] > best[top]:
-        top -= 1
-    chosen = phase[int(np.argmax(fit[:, top])), top]
-    shift = np.angle(np.exp(2j * pi * chosen).mean()) / (2 * pi)
-    number = np.round(chosen - shift).astype(np.int64)
-    real = np.abs(chosen - shift - number) < 0.25
-    real[1:] &= np.diff(number) > 0
-    return (real, number) if real.sum() >= 6 and real[0] else None
-
-
-def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -> tuple[int, int]:
-    """Follow the pulses from a lock on; return the row where the count was lost, and how many were rejected last."""
-    rejected = 0
-    while row < len(time):
-        half = min(8, (len(places) - 1) // 2)
-        a, b, c = places[-1], places[-1 - half], places[-1 - 2 * half]
-        ta, tb, tc = time[a], time[b], time[c]
-        na, nb, nc = numbers[-1], numbers[-1 - half], numbers[-1 - 2 * half]
-        late, early = (na - nb) / (ta - tb), (nb - nc) / (tb - tc)
-        bend = 2.0 * (late - early) / (ta - tc)
-        wait = time[row] - ta
-        now = late + 0.5 * bend * (ta - tb)
-        step = now * wait + 0.5 * bend * wait**2
-        if now <= 0.0 or (bend < 0.0 and wait > -now / bend) or step > max(4 * (na - nc), 40):
-            return row, rejected
-        whole = round(step)
-        if whole >= 1 and abs(step - whole) < 0.3:
-            places.append(row)
-            numbers.append(na + whole)
-            rejected = 0
-        else:
-            rejected += 1
-            if rejected > 6:
-                return row, rejected
-        row += 1
-    return row, 0
-
-
-def _uneven(time: np.ndarray, number: np.ndarray, magnets: int, breaks: np.ndarray) -> np.ndarray | None:
-    """Return by how much each magnet stands off its place [pitches], (magnets,), where that is significant."""
-    from scipy.interpolate import BSpline
-    from scipy.stats import f as fisher
-
-    start = np.concatenate([[0], breaks, [len(time)]])
-    at = int(np.argmax(np.diff(start)))
-    some = slice(start[at], start[at + 1])
-    t, n = time[some], number[some]
-    turns = (n[-1] - n[0]) / magnets
-    free = len(t) - magnets
-    knots = int(min(turns / 3, len(t) / 12, 60))
-    if turns < 6 or knots < 2 or free < 4 * knots + 20:
-        return None
-    inner = t[np.linspace(0, len(t) - 1, knots + 2).astype(int)]
-    vector = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
-    smooth = BSpline.design_matrix(np.clip(t, vector[0], vector[-1]), vector, 3).toarray()
-    place = n % magnets
-    which = np.zeros((len(t), magnets))
-    which[np.arange(len(t)), place] = 1.0
-    which = which - which.mean(axis=1, keepdims=True)
-    target = (n - n[0]).astype(float)
-    without = target - smooth @ np.linalg.lstsq(smooth, target, rcond=None)[0]
-    both = np.column_stack([smooth, which[:, 1:]])
-    numbers = np.linalg.lstsq(both, target, rcond=None)[0]
-    rest = target - both @ numbers
-    dof = len(t) - both.shape[1]
-    if dof < 20:
-        return None
-    ratio = (np.sum(without**2) - np.sum(rest**2)) / (magnets - 1) / max(np.sum(rest**2) / dof, 1e-300)
-    if fisher.sf(ratio, magnets - 1, dof) > 1e-4:
-        return None
-    error = np.concatenate([[0.0], numbers[smooth.shape[1] :]])
-    return error - error.mean()
 
 
 def _free(points: _Points) -> list[tuple[float, float]]:

@@ -127,11 +127,10 @@ def coasted(law: str, random: np.random.Generator, inertia: float, speeds: list[
             return float(y[1]) - max(last, 1e-4) * speed
 
         slow_enough.terminal = True  # type: ignore[attr-defined]
+        step = pi / (order * speed) if ripple and order * speed * lasts < 5e4 else np.inf
         found = solve_ivp(
             slowing, (0.0, 100 * lasts), [0.0, speed], method="DOP853", rtol=1e-11, atol=1e-11 * speed,
-            events=slow_enough,
-            dense_output=True,
-            max_step=pi / (order * speed) if ripple and order * speed * lasts < 5e4 else np.inf,
+            events=slow_enough, dense_output=True, max_step=step,
         )  # fmt: skip
         phases.append((float(found.t[-1]), found.sol))
     return phases, torque, parameters, last

@@ -1,9 +1,10 @@
-"""How identification handles dirty coast-downs: right, wrong, refused (``tools/bench_identify dirty halves``)."""
+"""What an identification makes of dirty coast-downs, for ``tools/bench_identify dirty`` and ``halves``."""
 
 from __future__ import annotations
 
 import tempfile
 from collections import defaultdict
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def answered(one: Case, only: slice | None = None) -> Identified | str:
             return identify_rundown([chart], one.inertia)
         except GearsError as error:
             return str(error).replace(folder, "")
-        except Exception as error:
+        except Exception as error:  # a crash is to be counted
             return f"CRASH {type(error).__name__}: {error}"
 
 
@@ -77,7 +78,7 @@ def share(hits: list[bool]) -> str:
     return f"{sum(hits)}/{len(hits)} = {np.mean(hits):.1%} ({reach.low:.1%} to {reach.high:.1%})"
 
 
-def dirty(seeds: range, verbose: bool = False) -> bool:
+def dirty(seeds: range, say: Callable[[str], object], verbose: bool = False) -> bool:
     """Print how dirty coast-downs come out; true when a bound is missed."""
     rows = []
     for seed in seeds:
@@ -86,13 +87,8 @@ def dirty(seeds: range, verbose: bool = False) -> bool:
         judge = None if isinstance(found, str) else judged(one, found)
         rows.append((one, found, judge))
         if verbose and (judge is None or not all(judge["points"]) or not all(judge["numbers"])):
-            what = (
-                found
-                if isinstance(found, str)
-                else f"{found.law} {judge['points']} worst {judge['worst']:.2f} width {judge['width']:.3g} "
-                f"{found.warnings[:1]}"
-            )
-            print(seed, one.law, one.sensor, one.dirt, what[:300], flush=True)
+            what = found if isinstance(found, str) else f"{found.law} {judge} {found.warnings[:1]}"
+            say(f"{seed} {one.law} {one.sensor} {one.dirt} {what[:300]}")
     answers = [(one, found, judge) for one, found, judge in rows if judge is not None]
     refused = [judge is None for _, _, judge in rows]
     cases = [all(judge["points"]) for _, _, judge in answers]
@@ -100,19 +96,20 @@ def dirty(seeds: range, verbose: bool = False) -> bool:
     points = [hit for _, _, judge in answers for hit in judge["points"]]
     numbers = [hit for _, _, judge in answers for hit in judge["numbers"]]
     gross = [judge["gross"] for _, _, judge in answers]
-    print(f"{len(rows)} coast-downs, seeds from {seeds.start}")
-    print(f"accepted:                          {share([not one for one in refused])}")
-    print(f"refused:                           {share(refused)}")
-    print(f"crashed:                           {sum(isinstance(f, str) and f.startswith('CRASH') for _, f, _ in rows)}")
-    print(f"torque at half speed within:       {share(middle)}")
-    print(f"torques at all three within:       {share(cases)}")
-    print(f"single torques within:             {share(points)}")
-    print(f"parameters of the true law within: {share(numbers)}")
-    print(f"gross errors without a warning:    {share(gross)}")
-    print(f"first line warns of the residual:  {share([judge['warned'] for _, _, judge in answers])}")
-    print(f"median width of the interval:      {np.median([judge['width'] for *_, judge in answers] or [0]):.3g}")
-    print("\n| kind | records | refused | half-speed torque within | all three within | gross | warned |")
-    print("|---|---|---|---|---|---|---|")
+    say(f"{len(rows)} coast-downs, seeds from {seeds.start}")
+    say(f"accepted:                          {share([not one for one in refused])}")
+    say(f"refused:                           {share(refused)}")
+    say(f"crashed:                           {sum(isinstance(f, str) and f.startswith('CRASH') for _, f, _ in rows)}")
+    say(f"torque at half speed within:       {share(middle)}")
+    say(f"torques at all three within:       {share(cases)}")
+    say(f"single torques within:             {share(points)}")
+    say(f"parameters of the true law within: {share(numbers)}")
+    say(f"gross errors without a warning:    {share(gross)}")
+    say(f"first line warns of the residual:  {share([judge['warned'] for _, _, judge in answers])}")
+    width = np.median([judge["width"] for *_, judge in answers] or [0])
+    say(f"median width of the interval:      {width:.3g} of the torque")
+    say("\n| kind | records | refused | half-speed torque within | all three within | gross | warned |")
+    say("|---|---|---|---|---|---|---|")
     kinds: dict[str, list[Any]] = defaultdict(list)
     for row in rows:
         one = row[0]
@@ -123,16 +120,16 @@ def dirty(seeds: range, verbose: bool = False) -> bool:
         mid = share([j["points"][min(1, len(j["points"]) - 1)] for j in good if j["points"]])
         cells = (name, len(kinds[name]), len(kinds[name]) - len(good), mid, sum(all(j["points"]) for j in good),
                  sum(j["gross"] for j in good), sum(j["warned"] for j in good))  # fmt: skip
-        print("| " + " | ".join(map(str, cells)) + " |")
+        say("| " + " | ".join(map(str, cells)) + " |")
     reasons: dict[str, int] = defaultdict(int)
     for _, found, _ in rows:
         if isinstance(found, str):
             reasons[found[:110]] += 1
-    print("\n" + "\n".join(f"{count} x {why}" for why, count in sorted(reasons.items(), key=lambda r: -r[1])[:15]))
+    say("\n" + "\n".join(f"{count} x {why}" for why, count in sorted(reasons.items(), key=lambda r: -r[1])[:15]))
     return bool(np.mean(refused) > 0.1 or np.mean(middle or [0]) < 0.9 or any(gross))
 
 
-def halves(seeds: range, verbose: bool = False) -> bool:
+def halves(seeds: range, say: Callable[[str], object], verbose: bool = False) -> bool:
     """Print whether intervals from both halves of a coast-down overlap; true when a bound is missed."""
     overlap, same, missing, outside = [], [], 0, []
     for seed in seeds:
@@ -147,7 +144,7 @@ def halves(seeds: range, verbose: bool = False) -> bool:
         if any(isinstance(found, str) for found in both):
             missing += 1
             if verbose:
-                print(seed, one.law, one.sensor, [f for f in both if isinstance(f, str)])
+                say(f"{seed} {one.law} {one.sensor} {[f for f in both if isinstance(f, str)]}")
             continue
         (_, low, high), (_, least, most) = (torque_at(found, speed) for found in both)  # type: ignore[arg-type]
         overlap.append(low <= most and least <= high)
@@ -160,18 +157,12 @@ def halves(seeds: range, verbose: bool = False) -> bool:
                 q = late.parameters[name]  # type: ignore[union-attr]
                 same.append(p.low <= q.high and q.low <= p.high)
         if verbose and not overlap[-1]:
-            print(
-                seed,
-                one.law,
-                one.sensor,
-                speed,
-                [(f.law, f.goodness["speed_rad_s"], torque_at(f, speed), f.warnings[:1]) for f in both],
-                truth,
-            )  # type: ignore[union-attr]
-    print(f"{len(seeds)} coast-downs cut in two, seeds from {seeds.start}; {missing} with a half without an answer")
-    print(f"torques where the halves meet overlap: {share(overlap)}")
-    print(f"parameters of the same law overlap:    {share(same)}")
-    print(f"torques where they meet within:        {share(outside)}")
+            torques = [torque_at(f, speed) for f in (early, late)]  # type: ignore[arg-type]
+            say(f"{seed} {one.law} {one.sensor} at {speed} rad/s: {torques}, true {truth}")
+    say(f"{len(seeds)} coast-downs cut in two, seeds from {seeds.start}; {missing} with a half without an answer")
+    say(f"torques where the halves meet overlap: {share(overlap)}")
+    say(f"parameters of the same law overlap:    {share(same)}")
+    say(f"torques where they meet within:        {share(outside)}")
     return bool(np.mean(overlap or [0]) < 0.9)
 
 

@@ -122,8 +122,7 @@ def test_several_run_downs_share_the_law():
 def test_an_uncertain_inertia_widens_every_torque_alike():
     track, _ = measured("coulomb", "400 000 ppr", seed=2)
     found = identify_rundown([track], shafts.INERTIA, 0.02 * shafts.INERTIA).parameters["coulomb"]
-    wide = (found.high - found.low) / 3.92 / found.value
-    assert 0.01999 < wide < 0.0205  # Student's t of the points of one record widens it by 1.3 %
+    assert (found.high - found.low) / 3.92 / found.value == pytest.approx(0.02, rel=1e-3)
 
 
 def test_the_snippet_goes_into_a_scenario():

@@ -1,0 +1,157 @@
+"""Pulses of a shaft that coasts down: which are real, the number of each, and how unevenly the magnets stand."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+LOCK = 24
+"""Pulses by which a count is locked."""
+LOCKED = 0.8
+"""Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
+10^4 periods are tried."""
+FINEST = 5
+"""Pitches a pulse, on average, beyond which (80 % missing) no period stands out."""
+RECENT, RANDOM = 20, 0.15
+"""Pulses whose deviations from whole numbers are watched, and the root mean square from which on the count is lost: it
+is 0.05 of magnets that stand unevenly by a twentieth of a pitch, and 0.24 of pulses at random."""
+
+
+def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
+
+    A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
+    real, and the number says how many are missing; amid two numbers it is an extra one.
+
+    Args:
+        time: of the pulses, rising [s], (n,).
+
+    >>> even = np.cumsum(np.linspace(1.0, 1.5, 100))
+    >>> kept, number, breaks = count_pulses(np.delete(even, [30, 31, 60]))
+    >>> bool(kept.all()), int(number[-1]), len(breaks)
+    (True, 99, 0)
+    """
+    count = len(time)
+    kept, number = np.zeros(count, bool), np.zeros(count, np.int64)
+    wait = np.diff(time)
+    calm = np.abs(np.diff(np.log(np.maximum(wait, 1e-300)))) < 0.25  # even magnets, nothing lost: no lock is needed
+    if calm.all():
+        return np.ones(count, bool), np.arange(count), np.zeros(0, int)
+    breaks, row, last = [], 0, 0
+    while row < count - 8:
+        locked = _lock(time[row : row + LOCK])
+        if locked is None:
+            row += 4
+            continue
+        real, numbers = locked
+        begin = row
+        places = [begin + int(one) for one in np.flatnonzero(real)]
+        numbers = [int(one) for one in numbers[real]]
+        row, lost = _follow(time, places, numbers, begin + min(LOCK, count - begin))
+        if len(places) >= 20:
+            offset = last + (1 if breaks or kept.any() else 0) - numbers[0]
+            if kept.any():
+                breaks.append(int(kept.sum()))
+            kept[places] = True
+            number[places] = np.array(numbers) + offset
+            last = int(number[places[-1]])
+        row = max(row - lost, begin + 4)
+    return kept, number, np.array(breaks, int)
+
+
+def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return which of some pulses are real and their numbers, by the coarsest period that nearly all are whole of."""
+    since = time - time[0]
+    wait = np.diff(time)
+    if len(time) < 8 or since[-1] <= 0.0:
+        return None
+    longest = float(np.median(wait)) * 1.3
+    shortest = max(float(np.percentile(wait, 10)) * 0.8, since[-1] / (FINEST * len(time)))
+    if shortest >= longest:
+        return None
+    period = np.exp(np.arange(np.log(shortest), np.log(longest), 0.1 / max(since[-1] / shortest, 10.0)))
+    bend = np.linspace(-0.25, 0.25, 41)[:, None, None]
+    phase = since * (1.0 - bend * since / since[-1]) / period[:, None]
+    fit = np.abs(np.exp(2j * pi * phase).mean(axis=2))
+    best = fit.max(axis=0)
+    good = np.flatnonzero(best >= max(0.92 * best.max(), LOCKED))
+    if not good.size:
+        return None
+    top = good[-1]
+    while top > 0 and best[top - 1] > best[top]:
+        top -= 1
+    chosen = phase[int(np.argmax(fit[:, top])), top]
+    shift = np.angle(np.exp(2j * pi * chosen).mean()) / (2 * pi)
+    number = np.round(chosen - shift).astype(np.int64)
+    real = np.abs(chosen - shift - number) < 0.25
+    real[1:] &= np.diff(number) > 0
+    return (real, number) if real.sum() >= 6 and real[0] else None
+
+
+def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -> tuple[int, int]:
+    """Follow the pulses from a lock on; return the row where the count was lost, and how many were rejected last."""
+    rejected = 0
+    deviations = [0.0] * RECENT  # of accepted pulses from whole numbers; those of rejected ones count as large
+    while row < len(time):
+        if np.mean(np.square(deviations[-RECENT:])) > RANDOM**2:
+            return row, rejected
+        half = min(8, (len(places) - 1) // 2)
+        a, b, c = places[-1], places[-1 - half], places[-1 - 2 * half]
+        ta, tb, tc = time[a], time[b], time[c]
+        na, nb, nc = numbers[-1], numbers[-1 - half], numbers[-1 - 2 * half]
+        late, early = (na - nb) / (ta - tb), (nb - nc) / (tb - tc)
+        bend = 2.0 * (late - early) / (ta - tc)
+        wait = time[row] - ta
+        now = late + 0.5 * bend * (ta - tb)
+        step = now * wait + 0.5 * bend * wait**2
+        if now <= 0.0 or (bend < 0.0 and wait > -now / bend) or step > max(4 * (na - nc), 40):
+            return row, rejected
+        whole = round(step)
+        deviations.append(min(abs(step - whole), 0.3))
+        if whole >= 1 and abs(step - whole) < 0.3:
+            places.append(row)
+            numbers.append(na + whole)
+            rejected = 0
+        else:
+            rejected += 1
+            if rejected > 6:
+                return row, rejected
+        row += 1
+    return row, 0
+
+
+def uneven_magnets(time: np.ndarray, number: np.ndarray, magnets: int, breaks: np.ndarray) -> np.ndarray | None:
+    """Return by how much each magnet stands off its place [pitches], (magnets,), where that is significant."""
+    from scipy.interpolate import BSpline
+    from scipy.stats import f as fisher
+
+    start = np.concatenate([[0], breaks, [len(time)]])
+    at = int(np.argmax(np.diff(start)))
+    some = slice(start[at], start[at + 1])
+    t, n = time[some], number[some]
+    turns = (n[-1] - n[0]) / magnets
+    free = len(t) - magnets
+    knots = int(min(turns / 3, len(t) / 12, 60))
+    if turns < 6 or knots < 2 or free < 4 * knots + 20:
+        return None
+    inner = t[np.linspace(0, len(t) - 1, knots + 2).astype(int)]
+    vector = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
+    smooth = BSpline.design_matrix(np.clip(t, vector[0], vector[-1]), vector, 3).toarray()
+    place = n % magnets
+    which = np.zeros((len(t), magnets))
+    which[np.arange(len(t)), place] = 1.0
+    which = which - which.mean(axis=1, keepdims=True)
+    target = (n - n[0]).astype(float)
+    without = target - smooth @ np.linalg.lstsq(smooth, target, rcond=None)[0]
+    both = np.column_stack([smooth, which[:, 1:]])
+    numbers = np.linalg.lstsq(both, target, rcond=None)[0]
+    rest = target - both @ numbers
+    dof = len(t) - both.shape[1]
+    if dof < 20:
+        return None
+    ratio = (np.sum(without**2) - np.sum(rest**2)) / (magnets - 1) / max(np.sum(rest**2) / dof, 1e-300)
+    if fisher.sf(ratio, magnets - 1, dof) > 1e-4:
+        return None
+    error = np.concatenate([[0.0], numbers[smooth.shape[1] :]])
+    return error - error.mean()
