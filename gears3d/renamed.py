@@ -12,9 +12,10 @@ def names_of(new: str, old: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package that was renamed."""
 
     def name_of(name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
+        named = importlib.import_module(new)
+        if name.startswith("__") or not hasattr(named, name):  # what doctest and pytest look for in every module
+            raise AttributeError(f"module {old!r} has no attribute {name!r}")
         warnings.warn(f"{old} is called {new} now; the old name will be removed", DeprecationWarning, stacklevel=2)
-        return getattr(importlib.import_module(new), name)
+        return getattr(named, name)
 
     return name_of

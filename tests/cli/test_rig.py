@@ -42,9 +42,7 @@ def test_without_a_rig_is_usage(words, file, capsys):
     assert "--rig" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "words", [["diagnose"], *(["identify", kind] for kind in ("restitution", "threshold", "backlash"))]
-)
+@pytest.mark.parametrize("words", [["diagnose"], *(["identify", kind] for kind in ("threshold", "backlash"))])
 def test_the_help_says_that_it_is_required(words):
     command = get_command(cli.app)
     for word in words:

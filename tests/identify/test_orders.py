@@ -182,5 +182,5 @@ def test_the_commands_print_json_and_draw(tmp_path, capsys):
         told = json.loads(capsys.readouterr().out)
     assert picture.stat().st_size > 20_000
     assert told["law"] == "backlash"
-    assert set(told) == {"law", "parameters", "goodness", "snippet", "warnings"}
+    assert set(told) == {"law", "parameters", "goodness", "snippet", "warnings", "provenance"}
     assert told["parameters"]["backlash"]["ci95"][0] < 250e-6 < told["parameters"]["backlash"]["ci95"][1]

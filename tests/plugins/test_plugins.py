@@ -79,7 +79,7 @@ def test_a_record_of_a_format_of_another_package_is_measured_and_identified(inst
             done = gears3d(installed, *verb, f"{name}.{ending}", "--json", cwd=tmp_path)
             assert done.returncode == 0, done.stderr
             told[ending] = json.loads(done.stdout)
-        known = {"file", "command"}
+        known = {"file", "command", "provenance"}
         same = [{key: value for key, value in one.items() if key not in known} for one in told.values()]
         assert json.dumps(same[0]) == json.dumps(same[1])
 
