@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -78,10 +79,9 @@ def test_a_record_of_a_format_of_another_package_is_measured_and_identified(inst
         for ending in ("parquet", "riglog"):
             done = gears3d(installed, *verb, f"{name}.{ending}", "--json", cwd=tmp_path)
             assert done.returncode == 0, done.stderr
-            told[ending] = json.loads(done.stdout)
-        known = {"file", "command", "provenance"}
-        same = [{key: value for key, value in one.items() if key not in known} for one in told.values()]
-        assert json.dumps(same[0]) == json.dumps(same[1])
+            json.loads(done.stdout)
+            told[ending] = re.sub("[0-9a-f]{64}", "HASH", done.stdout).replace(f".{ending}", ".ENDING")
+        assert told["parquet"] == told["riglog"]
 
 
 def test_what_its_reader_refuses_is_told_like_any_fault(installed, tmp_path):
