@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import linregress, t
+from scipy.stats import f_oneway, linregress, t
 
 from gears3d.errors import Fault, InputError
 from gears3d.identify.impact_pairs import Pairs
@@ -169,7 +169,10 @@ def identify_restitution_list(lists: Sequence[ImpactList]) -> Identified:
     if len(kinds) > 1:
         raise InputError(Fault("", f"lists hold {' and '.join(kinds)}", "give lists of one kind", lists[0].file))
     before, after = (np.concatenate([getattr(one, name) for one in lists]) for name in ("before", "after"))
-    whole = ImpactList(kinds[0], before, after, np.zeros(len(before)), all(one.linear for one in lists), lists[0].file)
+    drops = [np.unique(one.drop, return_inverse=True)[1] for one in lists]
+    first = np.cumsum([0, *(int(own.max(initial=-1)) + 1 for own in drops)])
+    drop = np.concatenate([own + at for own, at in zip(drops, first, strict=False)])
+    whole = ImpactList(kinds[0], before, after, drop, all(one.linear for one in lists), lists[0].file)
     if whole.kind == "speeds" and whole.linear and len(before) >= ENOUGH and np.ptp(before) > 0.0:
         return _fitted(whole)
     return _mean(whole)
@@ -223,6 +226,8 @@ def _mean(whole: ImpactList) -> Identified:
         values, back = power * np.log(ratio), lambda x: float(np.exp(x))
     count, middle, spread = len(values), float(values.mean()), float(values.std(ddof=1))
     half = float(t.ppf(0.975, count - 1)) * spread / np.sqrt(count)
+    drops, half_of_drops, p_drops = _drops(values, whole.drop)
+    half = max(half, half_of_drops)
     value = back(middle)
     deviation = spread if whole.kind == "speeds" else value * spread
     low, high = _spread_interval(deviation, count)
@@ -234,9 +239,34 @@ def _mean(whole: ImpactList) -> Identified:
     trend: Any = linregress(np.log(whole.before), values) if np.ptp(whole.before) > 0.0 and count > 3 else None
     if trend is not None and trend.pvalue < LEVEL and spread > 0.0:
         notes.append(f"e changes with the {whole.kind} before the impact (p = {trend.pvalue:.1g}): it is no constant")
-    goodness = {"pairs": count, "from": whole.kind, "trend_p_value": None if trend is None else float(trend.pvalue)}
+    if p_drops < LEVEL:
+        notes.append(f"e differs between the {drops} drops (p = {p_drops:.1g}): the interval is that of their scatter")
+    goodness = {
+        "pairs": count,
+        "drops": drops,
+        "from": whole.kind,
+        "trend_p_value": None if trend is None else float(trend.pvalue),
+    }
     text = snippet(parameters if low > 0.0 else {"restitution": parameters["restitution"]})
     return Identified("constant", parameters, goodness, text, {}, _warned(parameters, tuple(notes)))
+
+
+def _drops(values: np.ndarray, drop: np.ndarray) -> tuple[int, float, float]:
+    """Return the number of drops, the 95 % half width by their scatter, and the chance of it if drops were alike.
+
+    Ratios within a drop share its height, ball and reading, so that they are no independent values; the standard error
+    of clusters counts each drop once.
+    """
+    groups = [values[drop == one] for one in np.unique(drop)]
+    count = len(groups)
+    if count < FEWEST or count == len(values):
+        return count, 0.0, 1.0
+    sums = np.array([float(np.sum(own - values.mean())) for own in groups])
+    error = float(np.sqrt(np.sum(sums**2) * count / (count - 1))) / len(values)
+    several = [own for own in groups if len(own) > 1]
+    within = sum(float(np.sum((own - own.mean()) ** 2)) for own in several)
+    p = float(f_oneway(*several).pvalue) if len(several) > 1 and within > 0.0 else 1.0
+    return count, float(t.ppf(0.975, count - 1)) * error, p if np.isfinite(p) else 1.0
 
 
 def _spread_interval(deviation: float, count: int) -> tuple[float, float]:

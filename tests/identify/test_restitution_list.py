@@ -128,3 +128,30 @@ def test_what_is_no_list_is_one_line(header, columns, message, tmp_path, capsys)
     assert end.value.code
     assert message in error
     assert "Traceback" not in error
+
+
+def test_columns_that_occur_again_are_further_drops(tmp_path, capsys):
+    lasted = 0.8 * 0.7 ** np.arange(6)[:, None] * np.exp([0.02, -0.01, 0.0, 0.01] * np.arange(6)[:, None])
+    rows = [";".join(f"{each:.6f};" for each in row) for row in lasted]
+    path = tmp_path / "a.csv"
+    path.write_text("Interval (s);;" * 4 + "\n" + "\n".join(rows) + "\n")
+    found = identified(capsys, path)
+    assert (found["goodness"]["drops"], found["goodness"]["pairs"]) == (4, 20)
+    assert found["parameters"]["restitution"]["value"] == pytest.approx(0.7 * np.exp(0.005), rel=1e-4)
+
+
+@pytest.mark.parametrize("between", [0.0, 0.03])
+def test_the_interval_counts_that_drops_differ(between):
+    from gears3d.identify.restitution_list import ImpactList, identify_restitution_list
+
+    hits, reported = 0, 0
+    for seed in range(300):
+        random = np.random.default_rng(seed)
+        drop = np.repeat(np.arange(8), 6)
+        before = random.uniform(1.0, 2.0, 48)
+        e = np.log(0.6) + between * random.normal(size=8)[drop] + 0.01 * random.normal(size=48)
+        found = identify_restitution_list([ImpactList("durations", before, before * np.exp(e), drop, False, "a")])
+        hits += found.parameters["restitution"].low < 0.6 < found.parameters["restitution"].high
+        reported += any("e differs between the 8 drops" in note for note in found.warnings)
+    assert 0.91 < hits / 300 < 0.99
+    assert reported / 300 > 0.95 if between else reported / 300 < 0.03

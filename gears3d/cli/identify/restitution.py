@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING
 from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, StatedMotion, admitted, answer, inputs_of
 from gears3d.cli.options import Rig
 
+_REPEATED = re.compile(r"\s*\((\d+)\)$")
+"""A column whose name occurs again, as readers number it: another drop in the same table."""
 if TYPE_CHECKING:
     from gears3d.identify.restitution_list import ImpactList
     from gears3d.measured.readers import Signal, Source
@@ -59,10 +62,11 @@ def _lists(files: Sequence[Path]) -> list[ImpactList]:
         if path.suffix.lower() == ".toml" or path.is_dir():
             return []
         source = open_source(path)
-        groups: dict[str, list[Signal]] = {}
+        groups: dict[tuple[str, str], list[Signal]] = {}
         for each in source.signals:
             if each.numeric:
-                groups.setdefault(each.label.rpartition("/")[0], []).append(each)
+                repeat = _REPEATED.search(each.bare)
+                groups.setdefault((each.label.rpartition("/")[0], repeat[1] if repeat else ""), []).append(each)
         lists = [one for signals in groups.values() if (one := _list(source, signals)) is not None]
         if not lists:
             return []
@@ -78,7 +82,8 @@ def _list(source: Source, signals: Sequence[Signal]) -> ImpactList | None:
     from gears3d.recording.columns import unit_of
     from gears3d.units import parse_any
 
-    own = {role: signals[place] for role, place in roles_of([each.bare for each in signals]).items()}
+    names = [_REPEATED.sub("", each.bare) for each in signals]
+    own = {role: signals[place] for role, place in roles_of(names).items()}
     if not own:
         return None
     columns, linear = {}, True

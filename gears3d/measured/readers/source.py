@@ -174,6 +174,8 @@ def split_unit(name: str) -> tuple[str, str]:
 
     >>> split_unit("Winkel 1 [deg]"), split_unit("n / rpm"), split_unit("theta_drive_rad")
     (('Winkel 1', 'deg'), ('n', 'rpm'), ('theta_drive_rad', ''))
+    >>> split_unit("pos (3)"), split_unit("t (s) (2)")  # a number in brackets counts channels
+    (('pos (3)', ''), ('t (2)', 's'))
     """
     text = name.strip()
     opening = _BRACKETS.get(text[-1:])
@@ -182,6 +184,9 @@ def split_unit(name: str) -> tuple[str, str]:
     if opening is not None:
         before, found, unit = text[:-1].rpartition(opening)
         whole = found and before.strip() and not set(unit) & {opening, text[-1]}
+        if whole and unit.strip().isdecimal():
+            name, own = split_unit(before)
+            return f"{name} {opening}{unit}{text[-1]}", own
         return (before.strip(), unit.strip()) if whole else (text, "")
     inside = _INSIDE.search(text)
     if inside is not None and inside.start() > 0:
