@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import f_oneway, linregress, t
+from scipy.stats import f_oneway, linregress, shapiro, t
 
 from gears3d.errors import Fault, InputError
 from gears3d.identify.impact_pairs import Pairs
@@ -21,6 +21,8 @@ ENOUGH = 12
 """Impacts from which laws can compete; each of the groups that are held out has one."""
 READ = 1e-3
 """Relative error of a speed of which the list states none; what is larger shows as scatter."""
+WITHOUT_REBOUND = 0.1
+"""Share of impacts whose rebound has another sense than the rest; more are a mix of conventions."""
 LEVEL = 0.01
 """Chance of a trend that no trend would show."""
 _ROLES = (
@@ -62,6 +64,7 @@ class ImpactList(NamedTuple):
         drop: number of the drop, (n,).
         linear: whether speeds are in m/s, so that a slope means something.
         file: where it is from.
+        notes: what was excluded, one sentence each.
     """
 
     kind: str
@@ -70,6 +73,7 @@ class ImpactList(NamedTuple):
     drop: np.ndarray
     linear: bool
     file: str
+    notes: tuple[str, ...] = ()
 
 
 def roles_of(names: Sequence[str]) -> dict[str, int]:
@@ -107,7 +111,7 @@ def list_of(columns: dict[str, np.ndarray], linear: bool, file: str) -> ImpactLi
     rows = len(next(iter(columns.values())))
     drop = columns.get("drop", np.zeros(rows))
     if {"before", "after"} <= set(columns):
-        return _checked("speeds", np.abs(columns["before"]), np.abs(columns["after"]), drop, linear, file)
+        return _of_speeds(columns["before"], columns["after"], drop, linear, file)
     if {"dropped", "heights"} <= set(columns):
         return _checked("heights", columns["dropped"], columns["heights"], drop, False, file)
     kind = "heights" if "heights" in columns else "durations"
@@ -128,6 +132,23 @@ def list_of(columns: dict[str, np.ndarray], linear: bool, file: str) -> ImpactLi
         what = f"the {kind} rise from {made[0][at]:.4g} to {made[1][at]:.4g} at bounce {at + 1}"
         raise InputError(Fault("", what, "number the drops in a column 'drop', or leave rows out", file))
     return _checked(kind, made[0], made[1], made[2], False, file)
+
+
+def _of_speeds(before: np.ndarray, after: np.ndarray, drop: np.ndarray, linear: bool, file: str) -> ImpactList:
+    """Return the list of speeds with any signs; rows whose rebound has the sense of the approach are excluded."""
+    sense = np.sign(before * after)
+    usual = 1.0 if np.sum(sense > 0.0) >= np.sum(sense < 0.0) else -1.0  # a list has signs or magnitudes
+    bad = np.flatnonzero(sense == -usual)
+    if bad.size > WITHOUT_REBOUND * len(before):
+        what = f"{bad.size} of {len(before)} rebounds have another sense than the rest, the first in row {bad[0] + 1}"
+        remedy = "give all speeds after with the opposite sign, or all as magnitudes; leave impacts without rebound out"
+        raise InputError(Fault("", what, remedy, file))
+    rest = sense != -usual
+    made = _checked("speeds", np.abs(before[rest]), np.abs(after[rest]), drop[rest], linear, file)
+    if not bad.size:
+        return made
+    note = f"{bad.size} of {len(before)} impacts excluded, the first in row {bad[0] + 1}: no rebound, it moves on"
+    return made._replace(notes=(f"{file}: {note}",))
 
 
 def _checked(kind: str, before: np.ndarray, after: np.ndarray, drop: np.ndarray, linear: bool, file: str) -> ImpactList:
@@ -172,7 +193,8 @@ def identify_restitution_list(lists: Sequence[ImpactList]) -> Identified:
     drops = [np.unique(one.drop, return_inverse=True)[1] for one in lists]
     first = np.cumsum([0, *(int(own.max(initial=-1)) + 1 for own in drops)])
     drop = np.concatenate([own + at for own, at in zip(drops, first, strict=False)])
-    whole = ImpactList(kinds[0], before, after, drop, all(one.linear for one in lists), lists[0].file)
+    linear, notes = all(one.linear for one in lists), tuple(note for one in lists for note in one.notes)
+    whole = ImpactList(kinds[0], before, after, drop, linear, lists[0].file, notes)
     if whole.kind == "speeds" and whole.linear and len(before) >= ENOUGH and np.ptp(before) > 0.0:
         return _fitted(whole)
     return _mean(whole)
@@ -203,6 +225,16 @@ def _fitted(whole: ImpactList) -> Identified:
         half = best.quantile * float(np.sqrt(max(row @ best.covariance @ row, 0.0)))
         value = float(row @ best.numbers)
         parameters[name] = Parameter(value, unit, value - half, value + half)
+    rest = whole.after / whole.before - best.mean(pairs)
+    chance, notes = float(shapiro(rest).pvalue), list(whole.notes)
+    if chance < LEVEL:
+        one, ends = parameters["restitution"], (float(rest.mean()), float(np.median(rest)))
+        half = max(one.high - one.value, *(abs(end) for end in ends))
+        parameters["restitution"] = Parameter(one.value, "", one.value - half, one.value + half)
+        notes.append(
+            f"the scatter of e is not normal (p = {chance:.1g}): e is {one.value + ends[0]:.4g} in the mean and "
+            f"{one.value + ends[1]:.4g} at the median; the interval includes both"
+        )
     parameters["standard_deviation"] = Parameter(best.deviation, "", *scatter_interval(pairs, best))
     goodness: dict[str, Any] = {
         "held_out": {name: -2.0 * float(score.mean()) for name, score in scores.items()},
@@ -213,7 +245,7 @@ def _fitted(whole: ImpactList) -> Identified:
     told = curves(pairs, best)
     for one in told["flanks"].values():
         one["lowest_m_s"] = 0.0
-    return Identified(best.terms.name, parameters, goodness, snippet(parameters), told, _warned(parameters, ()))
+    return Identified(best.terms.name, parameters, goodness, snippet(parameters), told, _warned(parameters, tuple(notes)))
 
 
 def _mean(whole: ImpactList) -> Identified:
@@ -235,7 +267,7 @@ def _mean(whole: ImpactList) -> Identified:
         "restitution": Parameter(value, "", back(middle - half), back(middle + half)),
         "standard_deviation": Parameter(deviation, "", low, high),
     }
-    notes = ["the law is taken as constant"] if whole.kind == "speeds" else []
+    notes = [*whole.notes, *(["the law is taken as constant"] if whole.kind == "speeds" else [])]
     trend: Any = linregress(np.log(whole.before), values) if np.ptp(whole.before) > 0.0 and count > 3 else None
     if trend is not None and trend.pvalue < LEVEL and spread > 0.0:
         notes.append(f"e changes with the {whole.kind} before the impact (p = {trend.pvalue:.1g}): it is no constant")

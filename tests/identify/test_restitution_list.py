@@ -155,3 +155,29 @@ def test_the_interval_counts_that_drops_differ(between):
         reported += any("e differs between the 8 drops" in note for note in found.warnings)
     assert 0.91 < hits / 300 < 0.99
     assert reported / 300 > 0.95 if between else reported / 300 < 0.03
+
+
+def test_a_scatter_that_is_not_normal_is_reported_with_mean_and_median(tmp_path, capsys):
+    random = np.random.default_rng(1)
+    before = random.uniform(0.9, 1.4, 200)
+    e = 0.25 + random.exponential(0.06, size=200)
+    found = identified(capsys, table(tmp_path / "a.csv", "v_before,v_after", before, before * e))
+    low, high = found["parameters"]["restitution"]["ci95"]
+    assert low <= e.mean() + 1e-3
+    assert low <= np.median(e) + 1e-3
+    assert high >= e.mean() - 1e-3
+    assert any("the scatter of e is not normal" in note for note in found["warnings"])
+
+
+@pytest.mark.parametrize("signs", [1.0, -1.0])
+def test_impacts_that_move_on_are_excluded(signs, tmp_path, capsys):
+    before = np.linspace(1.0, 2.0, 30)
+    after = signs * before * (0.5 + 0.01 * np.sin(np.arange(30)))
+    after[7] *= -1.0
+    found = identified(capsys, table(tmp_path / "a.csv", "v_before,v_after", before, after))
+    assert found["goodness"]["pairs"] == 29
+    assert any("1 of 30 impacts excluded, the first in row 8" in note for note in found["warnings"])
+    after[10:16] *= -1.0
+    with pytest.raises(SystemExit):
+        main(["identify", "restitution", str(table(tmp_path / "b.csv", "v_before,v_after", before, after))])
+    assert "7 of 30 rebounds have another sense than the rest" in capsys.readouterr().err
