@@ -245,7 +245,9 @@ def _fitted(whole: ImpactList) -> Identified:
     told = curves(pairs, best)
     for one in told["flanks"].values():
         one["lowest_m_s"] = 0.0
-    return Identified(best.terms.name, parameters, goodness, snippet(parameters), told, _warned(parameters, tuple(notes)))
+    return Identified(
+        best.terms.name, parameters, goodness, snippet(parameters), told, _warned(parameters, tuple(notes))
+    )
 
 
 def _mean(whole: ImpactList) -> Identified:

@@ -99,8 +99,54 @@ def test_a_proposed_map_reads_the_file_to_the_truth(name, tmp_path, rig):
 
 def test_what_is_unsure_is_said(tmp_path):
     path = write(tmp_path / "run.csv", {"t": 1e3 * TIME, "speed 1": OMEGA[0], "speed 2": OMEGA[1]})
-    text, _ = proposed(path)
-    assert "NOT SURE of the unit" in text
+    text = propose(path, None, path.parent)
+    assert "DOUBTFUL in 3 points" in text.splitlines()[0]
+    assert text.count("NOT SURE of the unit") == 3
+    chart = tmp_path / "record.toml"
+    chart.write_text(text)
+    with pytest.raises(InputError, match=r"time.unit: is missing: t tells none .*write unit"):
+        read(chart)
+    chart.write_text(text.replace('# unit = "s"', 'unit = "ms"').replace('# unit = "rpm"', 'unit = "rad/s"'))
+    found = read(chart).columns
+    np.testing.assert_allclose(found["time_s"], TIME, atol=1e-9)
+    np.testing.assert_allclose(turns(found["theta_drive_rad"]), turns(DRIVE), rtol=0, atol=2e-5)
+
+
+NOISE = np.random.default_rng(3)
+STRANGE = {
+    "weather": {"time_s": 600 * np.arange(500), "temp": 15 + NOISE.normal(size=500), "wind_speed [rpm]": np.arange(500),
+                "wind_direction [deg]": NOISE.integers(0, 360, 500), "rain_total": np.cumsum(NOISE.random(500))},
+    "power": {"time [s]": np.arange(500) / 10, "voltage": 230 + NOISE.normal(size=500), "energy": np.arange(500) / 7,
+              "output_voltage": np.arange(500), "input_voltage": 12 + NOISE.normal(size=500)},
+    "place": {"time [s]": np.arange(500), "lat [deg]": 48 + np.arange(500) / 1e5, "lon [deg]": np.arange(500) / 1e5},
+    "temperatures": {"t [s]": TIME[:500], "T1": 20 + TIME[:500], "T2": 20 + 0.7 * TIME[:500]},
+    "sales": {"t [s]": TIME[:500], "in": np.arange(500) * 3, "out": np.arange(500) * 2},
+    "no names": {"0": TIME[:500], "1": 7 * TIME[:500], "2": 3 * TIME[:500]},
+    "commands": {"t [s]": TIME[:500], "target angle [deg]": 7 * TIME[:500], "load 1": TIME[:500], "load 2": TIME[:500]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("with_rig", [False, True])
+@pytest.mark.parametrize("name", STRANGE)
+def test_tables_of_other_things_are_no_gears(name, with_rig, tmp_path, rig):
+    path = write(tmp_path / "run.csv", STRANGE[name])
+    with pytest.raises(InputError, match="no signal looks like the angle or speed of a gear"):
+        propose(path, rig if with_rig else None)
+
+
+def test_a_speed_that_is_alone_is_no_other_signals_gear(tmp_path, rig):
+    columns = {"t [s]": TIME, "throttle": TIME, "rpm": 30 / np.pi * OMEGA[1], "coolant": 60 + TIME, "n2 command": TIME}
+    text = propose(write(tmp_path / "run.csv", columns), rig)
+    assert '[loose]\nchannel = "rpm"' in text
+    assert "[drive]" not in text
+
+
+def test_a_rig_that_fits_neither_speed_nor_teeth_gives_no_condition(tmp_path, rig):
+    columns = {"t [s]": TIME, "angle 1 [deg]": np.degrees(DRIVE) / 100, "angle 2 [deg]": np.degrees(LOOSE)}
+    text, found = proposed(write(tmp_path / "run.csv", columns), rig)
+    assert not found.condition
+    assert "it may be another rig, or no rig at all" in text
+    assert "DOUBTFUL in 2 points" in text.splitlines()[0]
 
 
 def test_another_speed_than_the_rigs_becomes_a_condition(tmp_path, rig):

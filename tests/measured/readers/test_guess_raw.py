@@ -104,6 +104,24 @@ def test_counts_since_the_last_sample_are_added_up(tmp_path, slow_rig):
         np.testing.assert_allclose(turns(found.columns[name]), turns(angle), rtol=0, atol=2 * np.pi / 8000)
 
 
+@pytest.mark.parametrize("names", [("d1 [counts]", "d2 [counts]"), ("increments 1", "increments 2")])
+def test_increments_are_not_taken_for_counts(names, tmp_path, slow_rig):
+    angles = FAST[COARSE], SLOW[COARSE]
+    counted = [np.diff(np.floor(angle * 8000 / (2 * np.pi)), prepend=0.0) for angle in angles]
+    columns = {"t [s]": FINE[COARSE], names[0]: counted[0], names[1]: counted[1]}
+    text, found = proposed(write(tmp_path / "run.csv", columns), slow_rig)
+    assert text.count("increments = true") == 2
+    np.testing.assert_allclose(turns(found.columns["theta_loose_rad"]), turns(angles[1]), rtol=0, atol=2 * np.pi / 8000)
+
+
+def test_counts_that_go_forth_and_back_are_not_taken_for_increments(tmp_path, slow_rig):
+    angle = 0.2 * np.sin(2 * np.pi * 3.0 * FINE[COARSE]) + 0.3
+    counts = np.floor(angle * 8000 / (2 * np.pi))
+    columns = {"t [s]": FINE[COARSE], "enc 1 [counts]": counts, "enc 2 [counts]": np.floor(counts * 2 / 3)}
+    text, _ = proposed(write(tmp_path / "run.csv", columns), slow_rig)
+    assert "increments" not in text
+
+
 def test_increments_of_a_speed_are_refused(tmp_path):
     path = write(tmp_path / "run.csv", {"t [s]": FINE[:50], "n [rpm]": FINE[:50]})
     chart = tmp_path / "record.toml"

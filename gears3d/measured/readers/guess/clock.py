@@ -10,8 +10,8 @@ from gears3d.measured.readers.source import Source
 from gears3d.measured.readers.stated import stated_rate
 from gears3d.measured.readers.unit import to_si
 
-SLOWEST, FASTEST = 200.0, 2e6
-"""Rates at which rattle is recorded [Hz]."""
+SLOWEST, FASTEST = 1.0, 2e6
+"""Rates at which gears are recorded [Hz]: loggers of coast-downs to counters of edges."""
 
 
 CONTRADICTS = 0.1
@@ -27,6 +27,7 @@ class Clock(NamedTuple):
         rate: of the samples [Hz], where there is no signal.
         step: between two samples [s].
         whys: reasons, one sentence each.
+        sure: whether something gives the unit.
     """
 
     clue: Clue | None
@@ -34,6 +35,7 @@ class Clock(NamedTuple):
     rate: float | None
     step: float
     whys: tuple[str, ...]
+    sure: bool = True
 
 
 def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
@@ -100,4 +102,4 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
         return None
     told = ", ".join(f"{1.0 / sizes[unit]:g} Hz if in {unit}" for unit in able)
     sure = f"{able[0]} makes {1 / sizes[able[0]]:g} Hz" if len(able) == 1 else f"NOT SURE of the unit: {told}"
-    return Clock(clue, able[0], None, sizes[able[0]], (first, sure))
+    return Clock(clue, able[0], None, sizes[able[0]], (first, sure), len(able) == 1)

@@ -24,12 +24,27 @@ STEADY = 0.5
 _WORDS = {
     "time": r"^(t|time|zeit|timestamp|sec|seconds|sekunden|temps|tiempo|x)$|time|zeit|(^|_)t(_|$)",
     "loose": r"loose|driven|output|abtrieb|losrad|idle|wheel|slave|secondary|ausgang|(^|[_ .-])(out|ab|sek)($|[_ .-])"
-    r"|(?<![0-9.])2(?![0-9])",
+    r"|(?<![0-9.])(?<!/-)2(?![0-9])",
     "drive": r"drive|driving|input|antrieb|pinion|ritzel|motor|master|primary|eingang|(^|[_ .-])(in|an|prim)($|[_ .-])"
     r"|(?<![0-9.])1(?![0-9])",
-    "angle": r"theta|phi|angle|winkel|angular|pos|encoder|count|θ|φ|ϕ|drehwinkel|rotation",
+    "angle": r"theta|phi|angle|winkel|angular|pos|encoder|(^|[_ .-])enc|count|incr|inkrement|ticks|θ|φ|ϕ|rotation"
+    r"|drehgeber",
     "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
 }
+_GEARS = r"drive|driving|driven|loose|antrieb|abtrieb|pinion|ritzel|losrad|motor|gear|zahnrad|shaft|welle|rotor|spindle|wheel"
+"""Words for what turns; in, out, 1 and 2 may be anything."""
+_NEVER = (
+    r"temp|wind(?!el)|rain|regen|heading|azimuth|latitude|longitude|direction|target|command|soll(?!rad)|humid|feucht|error"
+    r"|(?<![a-z])(lat|lon|lng|alt)(?![a-z])"
+)
+"""Words of quantities that are no measured angle or speed of a gear in any unit: weather, places on earth, commands."""
+_OTHER = (
+    r"druck|press|volt|spannung|curr|strom|power|leistung|energ|torque|moment|force|kraft|acc|beschl|oil|coolant"
+    r"|level|volume|price|throttle|load|status|(?<![a-z])mode|frequency|noise|(?<![a-z])mic|sound|schall|strain|dms"
+    r"|(?<![a-z])([xyzptuiva]|id|nr|no|run|trial|toss|day|year|hour|minute|month|date|kpa|mbar|psi)(?![a-z])"
+)
+"""Words of other quantities; a unit of rotation or a word for an angle outweighs them."""
+_ROTATES = r"theta|phi|angle|winkel|(^|[_ .-])enc|rotation|drehzahl|omega|rpm|θ|φ|ϕ|ω"
 _ENDINGS = {
     "rpm": "rpm",
     "deg": "deg",
@@ -43,6 +58,8 @@ _ENDINGS = {
     "us": "us",
     "ns": "ns",
 }
+_WHOLE = {"rpm": "rpm", "u/min": "rpm", "deg": "deg", "rad": "rad", "rev": "rev", "revs": "rev"}
+"""Names that are nothing but a unit."""
 _ENDING = re.compile(r"(?<=[a-z0-9])[ _-](" + "|".join(sorted(_ENDINGS, key=len, reverse=True)) + ")$", re.IGNORECASE)
 
 
@@ -81,6 +98,22 @@ class Clue(NamedTuple):
         return re.search(_WORDS[word], name) is not None
 
     @property
+    def foreign(self) -> bool:
+        """Whether its name is that of another quantity, as temperatures, positions on earth, or commands are."""
+        name = self.signal.bare.lower()
+        if re.search(_NEVER, name):
+            return True
+        rotates = self.family in ("angle", "speed", "counts") or re.search(_ROTATES, name)
+        return not rotates and re.search(_OTHER, name) is not None
+
+    @property
+    def shown(self) -> bool:
+        """Whether the file shows that it is of a gear: by a unit of rotation, or by a word for it."""
+        if self.family in ("angle", "speed", "counts") or self.says("angle") or self.says("speed"):
+            return True
+        return re.search(_GEARS, self.signal.bare.lower()) is not None
+
+    @property
     def whole(self) -> bool:
         """Whether all values are whole numbers."""
         return bool(np.array_equal(self.values, np.round(self.values)))
@@ -88,8 +121,10 @@ class Clue(NamedTuple):
     @property
     def differences(self) -> bool:
         """Whether it holds counts since the last sample: whole numbers that stay about one value and are no speed."""
-        plain = not self.unit and self.period is None and not self.moves and not self.rising and self.whole
-        return plain and self.says("angle") and not self.says("speed") and len(np.unique(self.values[:1000])) > 1
+        plain = self.family in ("", "counts") and not self.unit.lower().endswith("/s") and self.whole
+        plain = plain and self.period is None and not self.moves and not self.rising
+        called = self.family == "counts" or (self.says("angle") and not self.says("speed"))
+        return plain and called and len(np.unique(self.values[:1000])) > 1
 
     @property
     def travel(self) -> float:
@@ -140,6 +175,8 @@ def _unit(signal: Signal) -> tuple[str, str]:
         return signal.unit, "unit told by the file"
     if signal.told_unit:
         return signal.told_unit, "unit behind the name"
+    if signal.bare.lower() in _WHOLE:
+        return _WHOLE[signal.bare.lower()], "the name is a unit"
     if match := _ENDING.search(signal.label):
         return _ENDINGS[match[1].lower()], "unit at the end of the name"
     if unit_of(signal.label):

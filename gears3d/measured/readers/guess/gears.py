@@ -34,6 +34,7 @@ class Choice(NamedTuple):
         turned: by the gear over the rows that were looked at, with its sign [rad].
         whys: reasons, one sentence each.
         increments: whether it holds the counts since the last sample.
+        sure: whether something gives the unit.
     """
 
     clue: Clue
@@ -42,6 +43,7 @@ class Choice(NamedTuple):
     turned: float
     whys: tuple[str, ...]
     increments: bool = False
+    sure: bool = True
 
 
 class Bench(NamedTuple):
@@ -82,15 +84,9 @@ def candidates(found: list[Clue], clock: Clue | None) -> list[Clue]:
         for each in found
         if each is not clock
         and each.family in ("angle", "speed", "counts", "")
+        and not each.foreign
         and (each.signal.rows == rows or rows is None or each.signal.rows is None)
-        and (
-            each.family
-            or each.says("angle")
-            or each.says("speed")
-            or each.says("drive")
-            or each.says("loose")
-            or each.moves
-        )
+        and (each.shown or each.says("drive") or each.says("loose") or each.moves)
     ]
 
 
@@ -136,17 +132,20 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
     """
     which = 0 if gear == "drive" else 1
     counts, why = _counts(clue, bench.counts[which])
-    if clue.unit:
+    if clue.unit and not (clue.differences and _adds_up(clue, counts, _expected(which, bench, lasts, mate)[0])):
         return _choice(clue, clue.unit, counts, lasts, (f"{clue.unit}: {clue.told_by}", *why))
     if clue.differences:
-        whys = ("whole numbers about one value: counts since the last sample", *why)
+        told = f"{clue.unit}: {clue.told_by}; " if clue.unit else ""
+        whys = (told + "whole numbers about one value: counts since the last sample", *why)
         turned = 0.0 if counts is None else 2.0 * pi / counts * float(clue.values.sum())
         return Choice(clue, "counts", counts, turned, whys, True)
     if clue.whole and abs(clue.travel) > 100.0 and not clue.says("speed"):
         return _choice(clue, "counts", counts, lasts, ("whole numbers that go on: counts of an encoder", *why))
-    angle = clue.moves and not (clue.says("speed") and not clue.says("angle"))
+    called = clue.says("angle") and not clue.says("speed")
+    angle = called or (clue.moves and not (clue.says("speed") and not clue.says("angle")))
     units = _ANGLES if angle else _SPEEDS
     goes = "it goes on and on: an angle" if angle else "it stays about one value: a speed"
+    goes = "it is called an angle" if angle and not clue.moves else goes
     if clue.period is not None:
         unit = {360.0: "deg", 1.0: "rev"}.get(clue.period, "rad")
         return _choice(clue, unit, None, lasts, (f"begins anew every {clue.period:.6g}: {unit}",))
@@ -158,18 +157,55 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
         near = min(units, key=lambda unit: abs(abs(sizes[unit]) / wanted - 1.0))
         if abs(abs(sizes[near]) / wanted - 1.0) < LIKE:
             why = f"{near} fits {source}: {show(abs(sizes[near]) / lasts, 'speed', 4)} against "
-            return _choice(clue, near, None, lasts, (goes, why + show(wanted / lasts, "speed", 4)))
+            found = _choice(clue, near, None, lasts, (goes, why + show(wanted / lasts, "speed", 4)))
+            return found._replace(sure=mate is None or mate.sure)
         if mate is not None and bench.teeth is None:
             near = min(units, key=lambda unit: abs(log(abs(sizes[unit]) / wanted)) if sizes[unit] else inf)
             parts = {unit: abs(size) / wanted for unit, size in sizes.items()}
             parts = {unit: part for unit, part in parts.items() if RATIO > part > 1.0 / RATIO}
             if near in parts:
                 why = ", ".join(f"{part:.4g} times the other gear's if in {unit}" for unit, part in parts.items())
-                sure = "its travel is " if len(parts) == 1 else "NOT SURE of the unit, its travel is "
-                return _choice(clue, near, None, lasts, (goes, sure + why))
+                if len(parts) == 1:
+                    found = _choice(clue, near, None, lasts, (goes, f"its travel is {why}"))
+                    return found._replace(sure=mate.sure)
+                unsure = _choice(clue, near, None, lasts, (goes, f"NOT SURE of the unit, its travel is {why}"))
+                return unsure._replace(sure=False)
     told = ", ".join(f"{show(abs(size) / lasts, 'speed', 3)} if in {unit}" for unit, size in sizes.items())
     unsure = f"NOT SURE of the unit, nothing tells it: {told}"
-    return _choice(clue, units[0], None, lasts, (goes, unsure))
+    return _choice(clue, units[0], None, lasts, (goes, unsure))._replace(sure=False)
+
+
+def supported(chosen: dict[str, Choice], bench: Bench, lasts: float) -> dict[str, Choice]:
+    """Return the signals that the file or the rig shows to be of a gear; what merely goes on or stays is none.
+
+    Args:
+        chosen: signals of the gears.
+        bench: what is known of the rig.
+        lasts: time over which the signals were looked at [s].
+    """
+    sure = bench.mean and in_mesh(chosen, bench) and all(each.sure for each in chosen.values())
+    if sure and bench.mean and abs(abs(chosen["drive"].turned) / (abs(bench.mean) * lasts) - 1.0) < LIKE:
+        return chosen
+    return {gear: choice for gear, choice in chosen.items() if choice.clue.shown}
+
+
+def _part(chosen: dict[str, Choice], bench: Bench) -> float | None:
+    """Return the travel of the loose gear over that which the teeth make of the drive's."""
+    if len(chosen) < 2 or not chosen["drive"].turned or bench.teeth is None:
+        return None
+    drive, loose = bench.teeth
+    return abs(chosen["loose"].turned * loose) / abs(chosen["drive"].turned * drive)
+
+
+def in_mesh(chosen: dict[str, Choice], bench: Bench) -> bool | None:
+    """Return whether both gears turn as their teeth make them; ``None`` where that is not known.
+
+    Args:
+        chosen: signals of the gears.
+        bench: what is known of the rig.
+    """
+    part = _part(chosen, bench)
+    return None if part is None else abs(part - 1.0) < FITS
 
 
 def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
@@ -187,7 +223,7 @@ def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
         return f"{text}; give --rig to hold that against the teeth"
     drive, loose = bench.teeth
     part = turns[1] * loose / (turns[0] * drive)
-    if abs(part - 1.0) < FITS:
+    if in_mesh(chosen, bench):
         return f"{text}, as {drive} and {loose} teeth in mesh do"
     return (
         f"{text}: NOT as {drive} and {loose} teeth in mesh do, {part:.4g} times as much of the loose gear; look at "
@@ -223,6 +259,13 @@ def _score(one: Clue, other: Clue, at: int, to: int) -> float:
         score += 3.0 * (each.family in ("angle", "counts") or (not each.family and each.moves))
         score += 1.0 * bool(each.family) + 1.0 * (each.says("angle") or each.says("speed"))
     return score + 2.0 * (one.family == other.family) + 1.0 * (at < to)
+
+
+def _adds_up(clue: Clue, counts: float | None, wanted: float) -> bool:
+    """Return whether the sum of the values is what the gear should turn by, within what the mean speed tells."""
+    if counts is None or not wanted:
+        return False
+    return abs(abs(2.0 * pi / counts * float(clue.values.sum())) / wanted - 1.0) < LIKE
 
 
 def _counts(clue: Clue, told: float | None) -> tuple[float | None, tuple[str, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,19 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.formats import open_source
 from gears3d.measured.readers.guess.clock import Clock, find_clock
 from gears3d.measured.readers.guess.clues import Clue, clues
-from gears3d.measured.readers.guess.gears import FASTEST, Bench, Choice, bench_of, candidates, fit, mesh_note, pick
+from gears3d.measured.readers.guess.gears import (
+    FASTEST,
+    RATIO,
+    Bench,
+    Choice,
+    bench_of,
+    candidates,
+    fit,
+    in_mesh,
+    mesh_note,
+    pick,
+    supported,
+)
 from gears3d.measured.readers.guess.pulses import Pulses, pulses, two_level
 from gears3d.measured.readers.map_model import RecordMap
 from gears3d.measured.readers.mapping import Mapper
@@ -45,10 +58,17 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
     flat = [each for each in found if each is not clock.clue and two_level(each)]
     able = [each for each in candidates(found, clock.clue) if not any(each is one for one in flat)]
     raw = pulses(flat, bench, clock.step * rows, source.file) if len(able) < 2 else {}
-    chosen = {} if raw else fit(pick(able, bench, clock.step * rows), bench)
+    taken = {} if raw else fit(pick(able, bench, clock.step * rows), bench)
+    chosen = supported(taken, bench, clock.step * rows)
     if not chosen and not raw:
         remedy = "raw channels need decode = { kind = ... } in a record.toml; " + source.listing()
-        raise InputError(Fault("drive", "no signal looks like the angle or speed of a gear", remedy, source.file))
+        what = "no signal looks like the angle or speed of a gear"
+        if taken:
+            names = " and ".join(repr(each.clue.signal.name) for each in taken.values())
+            what += f": {names} might, but no unit, no name" + (", nor the rig's teeth and speed" if rig else "")
+            what += " shows it" + ("" if rig else "; a --rig with teeth and speed may")
+            remedy = "write a record.toml where they are; " + source.listing()
+        raise InputError(Fault("drive", what, remedy, source.file))
     for gear, choice in chosen.items():
         if choice.unit == "counts" and choice.counts is None:
             remedy = f"give --rig with sensors.{gear}.counts_per_revolution"
@@ -56,6 +76,19 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
             raise InputError(Fault(f"{gear}.counts_per_revolution", what, remedy, source.file))
     text = _written(source, path, beside, clock, chosen, raw, bench, found)
     Mapper(source, RecordMap.model_validate(tomllib.loads(text)), "the proposed map").columns()
+    doubts = text.count("NOT SURE") + text.count(": NOT as ")
+    first, _, rest = text.partition("\n")
+    if doubts:
+        first = first.replace("; check what", f": DOUBTFUL in {doubts} points, marked NOT; check what")
+    unsure = [gear for gear, choice in chosen.items() if not choice.sure]
+    return f"{first}\n" + _without_units(rest, [*unsure, *([] if clock.sure else ["time"])])
+
+
+def _without_units(text: str, unsure: list[str]) -> str:
+    """Return a map in which units that nothing gives are comments: reading it then asks for them."""
+    for table in unsure:
+        form = rf'(?m)^(\[{table}\]\nchannel = .*\n)unit = (".*")$'
+        text = re.sub(form, r"\1# unit = \2  # write the right one: nothing gives it", text)
     return text
 
 
@@ -121,8 +154,15 @@ def _condition(chosen: dict[str, Choice], bench: Bench, clock: Clock) -> list[st
     if drive is None or not bench.mean:
         return []
     speed = abs(drive.turned) / (clock.step * len(drive.clue.values))
-    if abs(speed / bench.mean - 1.0) < 0.02:
+    if abs(speed / bench.mean - 1.0) < 0.02 or not speed:
         return []
+    if not drive.sure or not clock.sure:
+        return []
+    if in_mesh(chosen, bench) is False and not 1.0 / RATIO < speed / bench.mean < RATIO:
+        why = (
+            f"# NOT SURE: the drive would turn at {show(speed, 'speed', 4)}, the rig at {show(bench.mean, 'speed', 4)}"
+        )
+        return ["", why + ", and the loose gear does not fit: it may be another rig, or no rig at all"]
     if speed > FASTEST:
         why = f"# NOT SURE: the drive would turn at {show(speed, 'speed', 4)}: its unit or that of time is another one"
         return ["", why]
