@@ -31,7 +31,10 @@ _WORDS = {
     r"|drehgeber",
     "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
 }
-_GEARS = r"drive|driving|driven|loose|antrieb|abtrieb|pinion|ritzel|losrad|motor|gear|zahnrad|shaft|welle|rotor|spindle|wheel"
+_GEARS = (
+    r"drive|driving|driven|loose|antrieb|abtrieb|pinion|ritzel|losrad|motor|gear|zahnrad"
+    r"|shaft|welle|rotor|spindle|wheel"
+)
 """Words for what turns; in, out, 1 and 2 may be anything."""
 _NEVER = (
     r"temp|wind(?!el)|rain|regen|heading|azimuth|latitude|longitude|direction|target|command|soll(?!rad)|humid|feucht|error"

@@ -46,6 +46,9 @@ def two_level(clue: Clue) -> bool:
     low, high = float(clue.values.min()), float(clue.values.max())
     if clue.family in ("time", "angle", "speed", "counts") or high <= low:
         return False
+    other = clue.foreign or clue.says("angle") or clue.says("speed")  # "encoder A" is logic, "pos" a position at stops
+    if other and np.any((clue.values != low) & (clue.values != high)):
+        return False
     place = (clue.values - low) / (high - low)
     up, down = float(np.mean(place > 1.0 - NEAR)), float(np.mean(place < NEAR))
     return up + down > SHARE and min(up, down) > 0.0 and len(np.flatnonzero(np.diff(place > 0.5))) > 1
