@@ -231,4 +231,4 @@ def _sensors(reader: Reader, section: dict[str, Any]) -> Sensors:
         reader.unknown(table, place, list(keys.SENSOR))
         own = {name: reader.value(table, place, name, key) for name, key in keys.SENSOR.items() if name in table}
         sensors.append(Sensor(**{**{name: values[name] for name in keys.SENSOR}, **own}))
-    return Sensors(values["sample_rate"], sensors[0], sensors[1])
+    return Sensors(values["sample_rate"], sensors[0], sensors[1], "sample_rate" in section)

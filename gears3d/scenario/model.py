@@ -107,11 +107,12 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Both encoders and their ``sample_rate``, Hz."""
+    """Both encoders and their ``sample_rate``, Hz; ``stated``: whether it was given, and is no default."""
 
     sample_rate: float
     drive: Sensor
     loose: Sensor
+    stated: bool = True
 
 
 @dataclass(frozen=True, repr=False)

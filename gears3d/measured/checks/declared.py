@@ -121,7 +121,7 @@ def declared(
         sum(abs(harmonic.amplitude) for harmonic in rig.motion.harmonics) if "harmonics" in stated else 0.0,
         "harmonics" in stated,
         rig.motion.mean if rig.motion.record is None else None,
-        rig.sensors.sample_rate,
+        rig.sensors.sample_rate if rig.sensors.stated else None,
         counts,
         rate if isinstance(rate := meta.get("stated_rate_Hz"), float) else None,
         marks,

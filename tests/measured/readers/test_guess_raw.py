@@ -180,3 +180,38 @@ def test_epochs_lose_no_digits(unit, tmp_path):
     chart = tmp_path / "record.toml"
     chart.write_text(f'format = 1\n[time]\nchannel = "time"\nunit = "{unit}"\n[drive]\nchannel = "a"\nunit = "deg"\n')
     np.testing.assert_allclose(read(tmp_path / "run.csv", chart).columns["time_s"], 0.002 * np.arange(300), atol=1e-7)
+
+
+def test_a_time_that_contradicts_the_rigs_rate_is_an_error(tmp_path, slow_rig):
+    columns = {"t [s]": 10 * FINE[COARSE], "drive [rad]": FAST[COARSE], "loose [rad]": SLOW[COARSE]}
+    path = write(tmp_path / "run.csv", columns)
+    with pytest.raises(InputError, match=r"time: t \[s\] in s makes 500 Hz, the rig sensors.sample_rate = 5000 Hz"):
+        propose(path, slow_rig)
+    assert 'unit = "s"' in propose(path)
+
+
+def test_a_rig_that_states_no_rate_contradicts_none(tmp_path):
+    sections = {"gears": {"module": "3 mm", "drive": {"teeth": TEETH[0]}, "loose": {"teeth": TEETH[1]}}}
+    rig = load({"format": 1, **sections, "mount": {"backlash": "200 um"}, "motion": {"mean": f"{7.3 * 60} rpm"}})
+    columns = {"drive [rad]": FAST[COARSE], "loose [rad]": SLOW[COARSE]}
+    text, found = proposed(write(tmp_path / "run.csv", columns, "Sample rate: 5 kHz"), rig)
+    assert "declared by the file" in text
+    assert not [each for each in examine(found, rig) if each.kind == "sample-rate"]
+
+
+def test_a_column_that_rises_at_the_stated_rate_is_the_time(tmp_path, slow_rig):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"data": np.column_stack([FINE, FAST, SLOW])[COARSE], "fs": 5000.0})
+    _, found = proposed(tmp_path / "run.mat", slow_rig)
+    np.testing.assert_allclose(turns(found.columns["theta_drive_rad"]), turns(FAST[COARSE]), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(turns(found.columns["theta_loose_rad"]), turns(SLOW[COARSE]), rtol=0, atol=1e-12)
+
+
+def test_positions_at_stops_are_no_quadrature(tmp_path):
+    random = np.random.default_rng(2)
+    stops = [np.repeat(random.choice([0, 900, 450], 80, p=[0.48, 0.48, 0.04]), 9) for _ in range(2)]
+    columns = {"t [s]": np.arange(720) / 10, "pos": stops[0], "speed": np.roll(stops[0], 4)}
+    with pytest.raises(InputError) as caught:
+        propose(write(tmp_path / "run.csv", columns))
+    assert "quadrature" not in str(caught.value)

@@ -55,13 +55,10 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     own = next((each.signal for each in found if each.signal.clock or each.signal.axis), None)
     noted = stated_rate(source.notes)
     told = 1.0 / own.clock[1] if own is not None and own.clock is not None else noted
-    if told and rate and abs(told / rate - 1.0) > CONTRADICTS:
-        what = f"the file states {told:g} Hz, the rig sensors.sample_rate = {rate:g} Hz"
-        remedy = f'correct the rig, or write sensors.sample_rate = "{told:g} Hz" below [condition] of a map'
-        raise InputError(Fault("time", what, remedy, source.file))
-    alone = [] if own is not None and own.clock is not None else alone
+    if own is not None and own.clock is not None:  # a column of a matrix may be the time that the rate makes, too
+        alone = [each for each in alone if each.step is not None and _steps_at(each.step, told)]
     for each in named + [one for one in alone if not one.says("loose")]:
-        taken = _of_signal(each, noted or rate, named)
+        taken = _of_signal(each, told or rate, named)
         if taken is not None:
             return taken
     if own is not None and own.clock is not None:
@@ -70,7 +67,8 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
         if value:
             return Clock(None, "", value, 1.0 / value, (f"no signal is a time; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
-    uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3]
+    gears = [each for each in found if each.says("drive") or each.says("loose") or each.says("angle")]
+    uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3 and not gears]
     stamps = uneven[0] if uneven else None
     if stamps is not None:
         what = f"{stamps!r} rises unevenly: it may be the times of edges, and of which encoder is not to be guessed"
@@ -79,6 +77,30 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     raise InputError(
         Fault("time", "is not to be guessed: no signal rises evenly, no rate is told", remedy, source.file)
     )
+
+
+def _steps_at(step: float, rate: float | None) -> bool:
+    """Return whether a signal rises by one sample, or by the time of one in s, ms or us."""
+    return step == 1.0 or (rate is not None and any(abs(step * rate / unit - 1.0) < 1e-3 for unit in (1.0, 1e3, 1e6)))
+
+
+def refuse_contradiction(clock: Clock, rig: float | None, file: str) -> None:
+    """Refuse a file whose own rate, stated or made by its time, is not that of the rig.
+
+    Args:
+        clock: of the file.
+        rig: rate of the rig's sensors [Hz], where it is stated.
+        file: named in the fault.
+
+    Raises:
+        InputError: they differ by more than 10 %.
+    """
+    rate = 1.0 / clock.step
+    if not rig or abs(rate / rig - 1.0) <= CONTRADICTS or (clock.clue is not None and clock.clue.family != "time"):
+        return
+    what = "the file states" if clock.clue is None else f"{clock.clue.signal.name} in {clock.unit} makes"
+    remedy = f'correct the rig, or write sensors.sample_rate = "{rate:.6g} Hz" below [condition] of a map'
+    raise InputError(Fault("time", f"{what} {rate:.6g} Hz, the rig sensors.sample_rate = {rig:g} Hz", remedy, file))
 
 
 def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | None:

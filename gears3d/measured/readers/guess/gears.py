@@ -68,7 +68,8 @@ def bench_of(rig: Scenario | None) -> Bench:
         return Bench()
     counts = (rig.sensors.drive.counts_per_revolution, rig.sensors.loose.counts_per_revolution)
     mean = rig.motion.mean if rig.motion.record is None else None
-    return Bench((rig.gears.drive.teeth, rig.gears.loose.teeth), mean, counts, rig.sensors.sample_rate)
+    rate = rig.sensors.sample_rate if rig.sensors.stated else None  # a default states nothing about a file
+    return Bench((rig.gears.drive.teeth, rig.gears.loose.teeth), mean, counts, rate)
 
 
 def candidates(found: list[Clue], clock: Clue | None) -> list[Clue]:

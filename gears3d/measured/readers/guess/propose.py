@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.formats import open_source
-from gears3d.measured.readers.guess.clock import Clock, find_clock
+from gears3d.measured.readers.guess.clock import Clock, find_clock, refuse_contradiction
 from gears3d.measured.readers.guess.clues import Clue, clues
 from gears3d.measured.readers.guess.gears import (
     FASTEST,
@@ -69,6 +69,7 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
             what += " shows it" + ("" if rig else "; a --rig with teeth and speed may")
             remedy = "write a record.toml where they are; " + source.listing()
         raise InputError(Fault("drive", what, remedy, source.file))
+    refuse_contradiction(clock, bench.sample_rate, source.file)
     for gear, choice in chosen.items():
         if choice.unit == "counts" and choice.counts is None:
             remedy = f"give --rig with sensors.{gear}.counts_per_revolution"
