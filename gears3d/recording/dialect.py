@@ -39,7 +39,8 @@ MISSING = (
 )
 """Cells of numbers that are not there."""
 _UNITS = (
-    "s ms us µs μs ns min h rad mrad deg ° grad rev U turn turns rpm 1/min min-1 min^-1 r/min U/min rev/min rad/s deg/s"
+    "s ms us µs μs ns min h sec msec Sek rad mrad deg ° grad Grad degrees radians rev U Umdr turn turns rpm 1/min min-1"
+    " min^-1 r/min U/min rev/min rad/s deg/s"
     " °/s rev/s 1/s Hz kHz MHz V mV A mA N kN Nm N·m mNm m mm um µm μm nm g m/s mm/s m/s^2 m/s² m/s2 rad/s^2 rad/s²"
     " °C degC K Pa kPa bar count counts cts inc incr ticks pulses samples - -- % 1"
 )

@@ -105,6 +105,9 @@ def open_text(path: Path, data: bytes | None = None) -> TextTable:
         return TextTable(path, sniff(head, len(head) < HEAD), data)
     except (OSError, ValueError) as error:
         why = str(error) or type(error).__name__
+        if why == "has no rows" and re.search(rb"(?i)[,;\t ](true|false)\s*[,;\t\r\n]", head):
+            what = "has no rows of numbers: cells are True and False"
+            raise InputError(Fault("", what, "write 1 and 0", str(path))) from error
         if why == "has no rows":
             raise InputError(Fault("", why, "numbers below the line of column names", str(path))) from error
         raise InputError(Fault("", f"cannot be read as CSV: {why}", REMEDY, str(path))) from error

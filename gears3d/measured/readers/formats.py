@@ -11,6 +11,8 @@ from gears3d.measured.readers.plugged import open_plugged
 from gears3d.measured.readers.source import Source
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
+CATMAN = range(5009, 5020)
+"""First number of files of catman: 5012 or near it, as published readers of the format have it."""
 HEAD = 4096
 """Bytes by which a format is known."""
 READABLE = "Parquet, CSV, XLSX, ODS, MATLAB, HDF5, TDMS, MDF, UFF 58 and WAV are read"
@@ -20,6 +22,12 @@ _OTHERS = {
     b"\xd0\xcf\x11\xe0": ("is an old spreadsheet", "export the sheet as CSV"),
     b"7z\xbc\xaf": ("is a 7z archive", "unpack it"),
     b"%PDF": ("is a PDF", "export the numbers as CSV"),
+    b"|CF,": ("is a file of imc (.raw, .dat)", "export it as MDF 4, MATLAB or ASCII in imc STUDIO or FAMOS"),
+    b"\x93NUMPY": ("is an array of NumPy", 'numpy.savetxt("a.csv", array, delimiter=",", header="time_s,...")'),
+    b"ARROW1": ("is an Arrow (Feather) file", "write Parquet: pyarrow.parquet.write_table"),
+    b"version https://git-lfs": ("is a pointer of Git LFS and not the file itself", "git lfs pull"),
+    b"<!DOCTYPE": ("is a web page and not the file itself", "download the raw file"),
+    b"<html": ("is a web page and not the file itself", "download the raw file"),
 }
 
 
@@ -91,6 +99,13 @@ def _open(path: Path, head: bytes) -> Source:
     for mark, (what, remedy) in _OTHERS.items():
         if head.startswith(mark):
             raise InputError(Fault("", what, remedy, str(path)))
+    if path.suffix.lower() == ".bin" and int.from_bytes(head[:2], "little") in CATMAN:
+        what = f"is a file of catman (version {int.from_bytes(head[:2], 'little')})"
+        raise InputError(Fault("", what, "export it as MATLAB, MDF 4 or ASCII in catman", str(path)))
+    if re.match(rb"\x80[\x02-\x05]", head):
+        raise InputError(Fault("", "is a pickle of Python, which could run code", "export CSV or Parquet", str(path)))
+    if re.match(rb"\s*[{\[]\s*[\"{\[]", head) and path.suffix.lower() == ".json":
+        raise InputError(Fault("", "is JSON", "write a table: CSV or Parquet", str(path)))
     if path.suffix.lower() in (".parquet", ".mat", ".tdms", ".mf4", ".mdf", ".h5", ".hdf5"):
         what = f"does not begin as a {path.suffix.lower()} file does"
         raise InputError(Fault("", what, f"it is damaged, or something else: {READABLE}", str(path)))

@@ -144,6 +144,8 @@ def _walk(path: str, node: Any, clock: tuple[float, float] | None, found: dict[s
         return
     clock = clock_of(fields) or clock
     unit = next((as_text(value) for key, value in fields.items() if key.lower() in _UNITS), "")
+    about = fields.get("DataInfo")  # of a timeseries
+    unit = unit or (as_text(about.get("Units")) if isinstance(about, Mapping) else "")
     axes = _axes(path, fields)
     for axis, known in axes.values():
         found[joined(path, axis)] = Stated((), (known,) if known else ())

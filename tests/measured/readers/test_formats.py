@@ -303,6 +303,13 @@ def test_a_missing_library_is_named_with_the_line_that_installs_it(module, kind,
         (b"PK\x03\x04rest", "cannot be read as a spreadsheet: File is not a zip file"),
         (b"\x1f\x8b\x08", "is compressed by gzip"),
         (bytes(range(256)) * 8, "is no text"),
+        (b"|CF,2,1,1;|CK,1,3,1,1;" + bytes(99), "is a file of imc .*export it as MDF 4"),
+        (b"\x93NUMPY\x01\x00v\x00{'descr'", "is an array of NumPy .*numpy.savetxt"),
+        (b"ARROW1\x00\x00", "is an Arrow .*write Parquet"),
+        (b"\x80\x04\x95\x0b\x00", "is a pickle of Python"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "pointer of Git LFS"),
+        (b"<!DOCTYPE html><html><body>404</body></html>", "is a web page"),
+        (b"t,a,b\n0,True,False\n1,False,True\n", "cells are True and False .*write 1 and 0"),
         (b"hello world\n", "has no rows"),
     ],
 )
@@ -314,6 +321,19 @@ def test_what_is_no_record_is_told(content, message, tmp_path):
         read(tmp_path / "none.tdms")
     with pytest.raises(InputError, match=r"has no signals\.parquet"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("run.bin", (5012).to_bytes(2, "little") + bytes(500), r"is a file of catman \(version 5012\) .*MATLAB, MDF 4"),
+        ("run.json", b'{"time": [0, 1], "drive": [1, 2]}', "is JSON .*CSV or Parquet"),
+    ],
+)
+def test_files_of_other_software_are_named_with_the_way_out(name, content, message, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        read(tmp_path / name)
 
 
 @pytest.mark.parametrize("kind", [np.int16, np.float32])

@@ -207,3 +207,15 @@ def test_a_proposal_works_or_is_an_input_error(names, kinds, tmp_path_factory):
     except InputError as error:
         found = error
     assert isinstance(found, InputError) or len(found.columns["time_s"]) == 500
+
+
+def test_a_gear_of_another_rate_is_reported(tmp_path, rig):
+    from asammdf import MDF, Signal
+
+    file = MDF(version="4.10")
+    file.append([Signal(DRIVE, TIME, name="phi_drive", unit="rad")])
+    file.append([Signal(LOOSE[::2], TIME[::2], name="phi_loose", unit="rad")])
+    file.save(tmp_path / "run.mf4")
+    text, _ = proposed(tmp_path / "run.mf4", rig)
+    assert "NOT taken: 'group 2/phi_loose' has another rate" in text
+    assert "DOUBTFUL in 1 point," in text.splitlines()[0]

@@ -239,3 +239,13 @@ def test_matrices_that_end_before_their_numbers_end_no_process(element, tmp_path
     path.write_bytes(data)
     with pytest.raises(InputError, match="cannot be read as MATLAB"):
         open_source(path)
+
+
+def test_timeseries_are_proposed_by_the_names_of_their_structures(tmp_path):
+    angle = 2 * np.pi * 3 * np.arange(500) / 1000
+    made = {name: {"Time": np.arange(500) / 1000, "Data": k * angle, "DataInfo": {"Units": "rad"}}
+            for name, k in (("loose", 2.0), ("drive", 3.0))}  # fmt: skip
+    scipy.io.savemat(tmp_path / "run.mat", made)
+    text = propose(tmp_path / "run.mat", None, tmp_path)
+    assert '[drive]\nchannel = "drive/Data"\nunit = "rad"' in text
+    assert '[loose]\nchannel = "loose/Data"\nunit = "rad"' in text

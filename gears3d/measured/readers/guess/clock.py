@@ -96,7 +96,8 @@ def refuse_contradiction(clock: Clock, rig: float | None, file: str) -> None:
         InputError: they differ by more than 10 %.
     """
     rate = 1.0 / clock.step
-    if not rig or abs(rate / rig - 1.0) <= CONTRADICTS or (clock.clue is not None and clock.clue.family != "time"):
+    uneven = clock.clue is not None and (clock.clue.family != "time" or clock.clue.step is None)  # times of edges
+    if not rig or abs(rate / rig - 1.0) <= CONTRADICTS or uneven:
         return
     what = "the file states" if clock.clue is None else f"{clock.clue.signal.name} in {clock.unit} makes"
     remedy = f'correct the rig, or write sensors.sample_rate = "{rate:.6g} Hz" below [condition] of a map'

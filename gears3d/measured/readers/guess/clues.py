@@ -61,6 +61,8 @@ _ENDINGS = {
     "us": "us",
     "ns": "ns",
 }
+_NAMELESS = ("data", "values", "value", "y", "samples")
+"""Names that structures give the samples of whatever they are called themselves."""
 _WHOLE = {"rpm": "rpm", "u/min": "rpm", "deg": "deg", "rad": "rad", "rev": "rev", "revs": "rev"}
 """Names that are nothing but a unit."""
 _ENDING = re.compile(r"(?<=[a-z0-9])[ _-](" + "|".join(sorted(_ENDINGS, key=len, reverse=True)) + ")$", re.IGNORECASE)
@@ -91,9 +93,15 @@ class Clue(NamedTuple):
     moves: bool
     period: float | None
 
+    @property
+    def word(self) -> str:
+        """Its name, or that of its group where it is merely called data or values."""
+        group, _, name = self.signal.label.lower().rpartition("/")
+        return group.rpartition("/")[2] if group and name in _NAMELESS else self.signal.bare.lower()
+
     def says(self, word: str) -> bool:
         """Return whether its name speaks of a word: ``time``, ``drive``, ``loose``, ``angle``, ``speed``."""
-        name = self.signal.bare.lower()
+        name = self.word
         if re.fullmatch(r"(.* )?column \d+", name):
             return False
         if word == "drive" and re.search(_WORDS["loose"], name):
@@ -103,7 +111,7 @@ class Clue(NamedTuple):
     @property
     def foreign(self) -> bool:
         """Whether its name is that of another quantity, as temperatures, positions on earth, or commands are."""
-        name = self.signal.bare.lower()
+        name = self.word
         if re.search(_NEVER, name):
             return True
         rotates = self.family in ("angle", "speed", "counts") or re.search(_ROTATES, name)
@@ -114,7 +122,7 @@ class Clue(NamedTuple):
         """Whether the file shows that it is of a gear: by a unit of rotation, or by a word for it."""
         if self.family in ("angle", "speed", "counts") or self.says("angle") or self.says("speed"):
             return True
-        return re.search(_GEARS, self.signal.bare.lower()) is not None
+        return re.search(_GEARS, self.word) is not None
 
     @property
     def whole(self) -> bool:

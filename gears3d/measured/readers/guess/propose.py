@@ -77,10 +77,11 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
             raise InputError(Fault(f"{gear}.counts_per_revolution", what, remedy, source.file))
     text = _written(source, path, beside, clock, chosen, raw, bench, found)
     Mapper(source, RecordMap.model_validate(tomllib.loads(text)), "the proposed map").columns()
-    doubts = text.count("NOT SURE") + text.count(": NOT as ")
+    doubts = text.count("NOT SURE") + text.count(": NOT as ") + text.count("# NOT taken")
     first, _, rest = text.partition("\n")
     if doubts:
-        first = first.replace("; check what", f": DOUBTFUL in {doubts} points, marked NOT; check what")
+        points = f"{doubts} point{'s' if doubts > 1 else ''}"
+        first = first.replace("; check what", f": DOUBTFUL in {points}, marked NOT; check what")
     unsure = [gear for gear, choice in chosen.items() if not choice.sure]
     return f"{first}\n" + _without_units(rest, [*unsure, *([] if clock.sure else ["time"])])
 
@@ -116,9 +117,21 @@ def _written(
     used = {choice.clue.signal.name for choice in chosen.values()}
     used |= {name for each in raw.values() for name in each.used}
     used |= {clock.clue.signal.name} if clock.clue else set()
-    left = [each.signal.name for each in found if each.signal.name not in used]
+    rest = [each for each in found if each.signal.name not in used]
+    others = [each for each in rest if len(chosen) == 1 and _of_other_rate(each, next(iter(chosen.values())).clue)]
+    lines += [
+        f"# NOT taken: {_quiet(repr(each.signal.name))} has another rate or number of samples: resample it to one time"
+        for each in others[:3]
+    ]
+    left = [each.signal.name for each in rest]
     lines += ["", f"# left out: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
     return "\n".join(lines) + "\n"
+
+
+def _of_other_rate(clue: Clue, taken: Clue) -> bool:
+    """Return whether a signal may be the other gear, but for its samples."""
+    turns = clue.shown and not clue.foreign and clue.family not in ("time", "samples", "other")
+    return turns and (clue.signal.rows, clue.signal.clock) != (taken.signal.rows, taken.signal.clock)
 
 
 def _clock_lines(clock: Clock, chosen: dict[str, Choice]) -> list[str]:
