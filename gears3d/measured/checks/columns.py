@@ -18,6 +18,8 @@ LONGEST = 2
 """Rows in a row that they may be."""
 FAR = 10.0
 """So many times as far from zero as they move, the readings around a zero must be for it to be none."""
+FARTHEST = 1e12
+"""Angle [rad] that no gear reaches: ten years at 30 000 rpm."""
 
 
 def examine(view: View) -> list[Finding]:
@@ -104,6 +106,9 @@ def _holes(view: View) -> list[Finding]:
             part = 2 * len(bad) < len(values)
             remedy = "" if part else "the channel was not recorded"
             found.append(Finding("not-finite", name, float(len(bad)), "row", told, remedy, True, part, rows=some))
+        elif name in MESH and (far := float(np.max(np.abs(values), initial=0.0))) > FARTHEST:
+            told = f"goes to {far:.3g} rad, {far / (2.0 * np.pi):.3g} revolutions: no angle of a gear"
+            found.append(Finding("too-large", name, far, "rad", told, "correct the unit or the decoder", True))
         elif name in MESH and (bad := _zeros(values)).size:
             told = (
                 f"{len(bad)} of {len(values)} rows are zero although the rows around them are not, first row {bad[0]}"

@@ -76,8 +76,21 @@ class Mapper:
             self.meta["span_s"] = span
             low, high = (-np.inf if span[0] is None else span[0]), (np.inf if span[1] is None else span[1])
             inside = (columns["time_s"] >= low) & (columns["time_s"] <= high)
+            if not inside.any():
+                self._refuse_span(columns["time_s"], span)
             columns = {name: values[inside] for name, values in columns.items()}
         return columns
+
+    def _refuse_span(self, time: np.ndarray, span: tuple[float | None, float | None]) -> None:
+        key, value = ("from", span[0]) if span[0] is not None else ("to", span[1])
+        chart = self.chart.time
+        told = chart.begin if key == "from" else chart.to
+        what = f"is {told!r}" + (f" and time.to {chart.to!r}" if key == "from" and chart.to else "")
+        low, high = float(np.nanmin(time)), float(np.nanmax(time))
+        if value is not None and span[1] is not None and value >= span[1] and key == "from":
+            raise self._fault("time.from", f"{what}: nothing lies between", "give time.from < time.to")
+        remedy = f"the record goes from {low:.6g} s to {high:.6g} s"
+        raise self._fault(f"time.{key}", f"{what}: no row lies there", remedy)
 
     def _span(self) -> tuple[float | None, float | None]:
         """Return between which times the record is used [s]."""
@@ -171,6 +184,10 @@ class Mapper:
         with self._at("time.unit"):
             factor, _ = to_si(unit, ("time",))
         values = self._take(clock.name)
+        step = float(np.nanmedian(np.diff(values))) * factor if len(values) > 1 else 0.0
+        if rate is not None and step > 0.0 and abs(rate * step - 1.0) > CONTRADICTS:
+            what = f"is {rate:g} Hz, {clock.name} in {unit} makes {1.0 / step:.6g} Hz"
+            raise self._fault("time.sample_rate", what, "leave out time.sample_rate or time.channel")
         if values[0] * factor > EPOCH:  # seconds since 1970 have no digits left for microseconds
             values -= values[0]
         return scaled(values, factor)

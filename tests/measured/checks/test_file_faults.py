@@ -307,3 +307,10 @@ def test_one_angle_is_enough_where_nothing_meshes(tmp_path):
     ]
     Recording(columns).write(tmp_path / "down.csv")
     assert "theta_loose_rad" in admit(tmp_path / "down.csv", needs=(LOOSE,)).channels.columns
+
+
+def test_angles_that_no_gear_reaches_are_refused(record):
+    far = {**record[1], DRIVE: 1e300 * record[1]["time_s"]}
+    one = next(one for one in found(record, far) if one.kind == "too-large")
+    assert (one.channel, one.fatal, one.correctable) == (DRIVE, True, False)
+    assert "no angle of a gear" in one.evidence

@@ -219,3 +219,17 @@ def test_a_gear_of_another_rate_is_reported(tmp_path, rig):
     text, _ = proposed(tmp_path / "run.mf4", rig)
     assert "NOT taken: 'group 2/phi_loose' has another rate" in text
     assert "DOUBTFUL in 1 point," in text.splitlines()[0]
+
+
+@pytest.mark.parametrize(("factor", "meant"), [(np.pi / 180, "rad were meant"), (1 / 360, "revolutions"), (0.05, "")])
+def test_a_speed_far_from_the_rigs_is_doubtful_and_no_condition(factor, meant, tmp_path, rig):
+    columns = {"t [s]": TIME, "drive [rad]": factor * DRIVE, "loose [rad]": factor * LOOSE}
+    text, found = proposed(write(tmp_path / "run.csv", columns), rig)
+    assert not found.condition
+    assert "NOT SURE: the drive would turn at" in text
+    assert ("as if " + meant in text) == bool(meant)
+
+
+def test_a_time_that_does_not_change_is_doubtful(tmp_path, rig):
+    path = write(tmp_path / "run.csv", {"t [s]": 0 * TIME, "drive [rad]": DRIVE, "loose [rad]": LOOSE})
+    assert "NOT SURE: 't [s]' is called a time and does not change" in propose(path, rig)

@@ -201,6 +201,18 @@ def test_a_run_down_by_stamps_is_known_at_its_edges(tmp_path):
             'time.sample_rate="1 kHz"\n[drive]\nchannel="a"\ndecode={kind="counter",bits=8}',
             r"counts_per_revolution: is missing",
         ),
+        (
+            '[drive]\nchannel="a"\nunit="rad"\n[time]\nchannel="t"\nunit="s"\nsample_rate="1 Hz"',
+            r"time.sample_rate: is 1 Hz, t in s makes \d+ Hz \(leave out time.sample_rate or time.channel",
+        ),
+        (
+            '[drive]\nchannel="a"\nunit="rad"\n[time]\nchannel="t"\nunit="s"\nfrom="99 s"',
+            r"time.from: is '99 s': no row lies there \(the record goes from",
+        ),
+        (
+            '[drive]\nchannel="a"\nunit="rad"\n[time]\nchannel="t"\nunit="s"\nfrom="2 s"\nto="1 s"',
+            r"time.from: is '2 s' and time.to '1 s': nothing lies between",
+        ),
         ('file="x"\n[[record]]\nfile="y"', r"file: stands beside \[\[record\]\]"),
         ('[[record]]\ngroup="y"', r"record\[0\].file: is missing"),
         ("record=[1]", r"record: is no list of tables"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 from gears3d.errors import Fault, InputError
@@ -16,6 +17,10 @@ SLOWEST, FASTEST = 1.0, 2e6
 
 CONTRADICTS = 0.1
 """Part by which two stated rates may differ."""
+
+
+_TIME = re.compile(r"t|time|zeit|timestamp|time_s")
+"""Names of a time."""
 
 
 class Clock(NamedTuple):
@@ -65,7 +70,12 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
         return Clock(None, "", None, own.clock[1], (f"declared by the file: a sample every {own.clock[1]:g} s",))
     for value, why in ((noted, "the file's own words tell the rate"), (rate, "rate of the rig's sensors")):
         if value:
-            return Clock(None, "", value, 1.0 / value, (f"no signal is a time; {why}",))
+            named = next(
+                (each.name for each in source.signals if each.numeric and _TIME.fullmatch(each.bare.lower())), ""
+            )
+            still = bool(named) and not any(each.signal.name == named for each in found)
+            stands = f"NOT SURE: {named!r} is called a time and does not change" if still else "no signal is a time"
+            return Clock(None, "", value, 1.0 / value, (f"{stands}; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
     gears = [each for each in found if each.says("drive") or each.says("loose") or each.says("angle")]
     uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3 and not gears]

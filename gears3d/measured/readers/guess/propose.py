@@ -6,6 +6,7 @@ import json
 import os
 import re
 import tomllib
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,18 @@ from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
+
+MEANT = {
+    "rad were meant where it says deg": pi / 180.0,
+    "deg were meant where it says rad": 180.0 / pi,
+    "rad/s were meant where it says deg/s": pi / 180.0,
+    "revolutions were meant where it says deg": 1.0 / 360.0,
+    "time were in ms and not in s": 1e-3,
+    "time were in s and not in ms": 1e3,
+}
+"""What a speed means that is so many times that of the rig."""
+CLOSE = 0.02
+"""Part by which such a speed may be off: the speed of a run is hardly set better."""
 
 
 def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | None = None) -> str:
@@ -172,16 +185,17 @@ def _condition(chosen: dict[str, Choice], bench: Bench, clock: Clock) -> list[st
         return []
     if not drive.sure or not clock.sure:
         return []
-    if in_mesh(chosen, bench) is False and not 1.0 / RATIO < speed / bench.mean < RATIO:
-        why = (
-            f"# NOT SURE: the drive would turn at {show(speed, 'speed', 4)}, the rig at {show(bench.mean, 'speed', 4)}"
-        )
-        return ["", why + ", and the loose gear does not fit: it may be another rig, or no rig at all"]
-    if speed > FASTEST:
-        why = f"# NOT SURE: the drive would turn at {show(speed, 'speed', 4)}: its unit or that of time is another one"
-        return ["", why]
-    why = f"# the drive turns at {show(speed, 'speed', 4)} and not at the rig's {show(bench.mean, 'speed', 4)}"
-    return ["", why, "[condition]", f'motion.mean = "{show(speed, "speed", 4)}"']
+    told, own = show(speed, "speed", 4), show(bench.mean, "speed", 4)
+    if speed > FASTEST or not 1.0 / RATIO < speed / abs(bench.mean) < RATIO:
+        meant = next((what for what, part in MEANT.items() if abs(speed / abs(bench.mean) / part - 1.0) < CLOSE), "")
+        why = f"# NOT SURE: the drive would turn at {told}, the rig at {own}" + (f", as if {meant}" if meant else "")
+        alone = in_mesh(chosen, bench) is False
+        return [
+            "",
+            why + (", and the loose gear does not fit: it may be another rig, or no rig at all" if alone else ""),
+        ]
+    why = f"# the drive turns at {told} and not at the rig's {own}"
+    return ["", why, "[condition]", f'motion.mean = "{told}"']
 
 
 def _comments(whys: tuple[str, ...] | list[str]) -> list[str]:
