@@ -184,7 +184,7 @@ class Mapper:
         with self._at("time.unit"):
             factor, _ = to_si(unit, ("time",))
         values = self._take(clock.name)
-        step = float(np.nanmedian(np.diff(values))) * factor if len(values) > 1 else 0.0
+        step = float(np.nanmedian(np.diff(values))) * factor if rate is not None and len(values) > 1 else 0.0
         if rate is not None and step > 0.0 and abs(rate * step - 1.0) > CONTRADICTS:
             what = f"is {rate:g} Hz, {clock.name} in {unit} makes {1.0 / step:.6g} Hz"
             raise self._fault("time.sample_rate", what, "leave out time.sample_rate or time.channel")
