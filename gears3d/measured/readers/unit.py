@@ -25,6 +25,9 @@ _ALIASES = {
 }
 _SPELT = {alias: unit for unit, aliases in _ALIASES.items() for alias in aliases.split()}
 
+_CASELESS = {unit.lower(): unit for unit in ("rpm", "rad/s", "deg/s", "rad", "deg", "rev/s")}
+"""Units that are the same in capitals."""
+
 
 def is_counts(unit: str) -> bool:
     """Return whether a unit is the count of an encoder, or counts a second.
@@ -54,6 +57,8 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
 
     >>> to_si("U/min", ("angle", "speed")), to_si("counts", ("angle", "speed"), 4.0)
     ((0.10471975511965977, 'speed'), (1.5707963267948966, 'angle'))
+    >>> to_si("Rad/S", ("speed",))
+    (1.0, 'speed')
     """
     from gears3d.units import parse_any
 
@@ -67,6 +72,8 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
             raise InputError(Fault("", f"{text} are no unit here", f"give a unit of {' or '.join(families)}"))
         return 2.0 * pi / counts, family
     text = _SPELT.get(text, text)
+    if text.lower() in _CASELESS:  # "Rad/S", "DEG/S", "RPM"
+        text = _CASELESS[text.lower()]
     number, _, rest = text.partition(" ")
     quantity = text if _is_float(number) else f"1 {text}"
     if rest.strip() in _SPELT and quantity == text:

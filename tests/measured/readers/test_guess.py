@@ -233,3 +233,19 @@ def test_a_speed_far_from_the_rigs_is_doubtful_and_no_condition(factor, meant, t
 def test_a_time_that_does_not_change_is_doubtful(tmp_path, rig):
     path = write(tmp_path / "run.csv", {"t [s]": 0 * TIME, "drive [rad]": DRIVE, "loose [rad]": LOOSE})
     assert "NOT SURE: 't [s]' is called a time and does not change" in propose(path, rig)
+
+
+def test_two_uneven_columns_are_no_times_of_edges(tmp_path):
+    time = np.cumsum(np.random.default_rng(1).uniform(0.5, 2.0, 50))
+    path = write(tmp_path / "run.csv", {"0": time, "1": np.cos(time)})
+    with pytest.raises(InputError, match="time: is not to be guessed"):
+        propose(path)
+    with pytest.raises(InputError, match="it may be the times of edges"):
+        propose(write(tmp_path / "stamps.csv", {"0": time}))
+
+
+def test_units_in_capitals_and_names_with_a_stroke(tmp_path):
+    columns = {"t [s]": TIME, "input velocity (Rad/S)": OMEGA[0], "output (RAD/S)": OMEGA[1], "Target/4": TIME}
+    text, found = proposed(write(tmp_path / "run.csv", columns))
+    assert "Target" not in text.split("# left out")[0]
+    np.testing.assert_allclose(turns(found.columns["theta_drive_rad"]), turns(DRIVE), rtol=0, atol=2e-5)

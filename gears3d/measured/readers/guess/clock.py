@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.guess.clues import Clue
+from gears3d.measured.readers.guess.pulses import two_level
 from gears3d.measured.readers.source import Source
 from gears3d.measured.readers.stated import stated_rate
 from gears3d.measured.readers.unit import to_si
@@ -78,7 +79,8 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
             return Clock(None, "", value, 1.0 / value, (f"{stands}; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
     gears = [each for each in found if each.says("drive") or each.says("loose") or each.says("angle")]
-    uneven = [each.signal.name for each in rising if each.step is None and len(found) < 3 and not gears]
+    other = [each for each in found if not each.rising and not two_level(each)]  # beside stamps stands a direction only
+    uneven = [each.signal.name for each in rising if each.step is None and not gears and not other and len(found) < 3]
     stamps = uneven[0] if uneven else None
     if stamps is not None:
         what = f"{stamps!r} rises unevenly: it may be the times of edges, and of which encoder is not to be guessed"

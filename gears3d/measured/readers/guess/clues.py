@@ -97,7 +97,10 @@ class Clue(NamedTuple):
     def word(self) -> str:
         """Its name, or that of its group where it is merely called data or values."""
         group, _, name = self.signal.label.lower().rpartition("/")
-        return group.rpartition("/")[2] if group and name in _NAMELESS else self.signal.bare.lower()
+        if group and name in _NAMELESS:
+            return group.rpartition("/")[2]
+        bare = self.signal.bare.lower()
+        return bare if re.search(r"[^\W\d_]{2}|^[^\W\d_]", bare) else self.signal.label.lower()  # "Rpm/4" is no group
 
     def says(self, word: str) -> bool:
         """Return whether its name speaks of a word: ``time``, ``drive``, ``loose``, ``angle``, ``speed``."""
