@@ -249,3 +249,10 @@ def test_units_in_capitals_and_names_with_a_stroke(tmp_path):
     text, found = proposed(write(tmp_path / "run.csv", columns))
     assert "Target" not in text.split("# left out")[0]
     np.testing.assert_allclose(turns(found.columns["theta_drive_rad"]), turns(DRIVE), rtol=0, atol=2e-5)
+
+
+def test_a_velocity_without_unit_gets_none_from_the_other_gear_alone(tmp_path):
+    columns = {"time_s": TIME, "wheel_rpm": 30 / np.pi * OMEGA[1], "velocity": 0.3 * OMEGA[1]}
+    text = propose(write(tmp_path / "run.csv", columns), None, tmp_path)
+    assert '\n# unit = "' in text.split("[drive]")[1].split("[loose]")[0]
+    assert '[loose]\nchannel = "wheel_rpm"\nunit = "rpm"' in text

@@ -166,9 +166,6 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
             parts = {unit: part for unit, part in parts.items() if RATIO > part > 1.0 / RATIO}
             if near in parts:
                 why = ", ".join(f"{part:.4g} times the other gear's if in {unit}" for unit, part in parts.items())
-                if len(parts) == 1:
-                    found = _choice(clue, near, None, lasts, (goes, f"its travel is {why}"))
-                    return found._replace(sure=mate.sure)
                 unsure = _choice(clue, near, None, lasts, (goes, f"NOT SURE of the unit, its travel is {why}"))
                 return unsure._replace(sure=False)
     told = ", ".join(f"{show(abs(size) / lasts, 'speed', 3)} if in {unit}" for unit, size in sizes.items())
