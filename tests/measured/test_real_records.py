@@ -72,6 +72,19 @@ def test_a_wheel_with_eight_uneven_magnets(tool, tmp_path, capsys):
         assert row[4] == "agrees"
 
 
+def test_speeds_of_telemetry_with_held_readings(tool, tmp_path, capsys):
+    time, angle = turned(lambda v: 0.05 + 0.01 * v + 0.001 * v**2, 18.0, 0.6)
+    at = np.arange(0.0, time[-1], 0.1)
+    speed = np.round(np.interp(at, time, np.gradient(angle, time)), 2)
+    rows = [f"18.5 -0.002 -0.05 {v:.2f} 0.6 {10 * t:.2f} 0.00 1 0.00 {100 * k + 13643}"
+            for k, (t, v) in enumerate([(0.0, 0.0)] * 30 + list(zip(at, speed, strict=True)))]  # fmt: skip
+    (tmp_path / "disengaged.txt").write_text("\n".join(rows))
+    code, found = table(tool, capsys, tmp_path, "telemetry")
+    assert (code, [row[4] for row in found]) == (0, ["agrees", "agrees"])
+    assert number(found[1][2])[0] == pytest.approx(0.25, rel=0.01)
+    assert number(found[1][3])[0] == pytest.approx(0.25, rel=0.01)
+
+
 def test_rollers_whose_counts_are_logged_at_events(tool, tmp_path, capsys):
     edges = []
     for place in (0, 1):
