@@ -247,7 +247,7 @@ def test_two_uneven_columns_are_no_times_of_edges(tmp_path):
 def test_units_in_capitals_and_names_with_a_stroke(tmp_path):
     columns = {"t [s]": TIME, "input velocity (Rad/S)": OMEGA[0], "output (RAD/S)": OMEGA[1], "Target/4": TIME}
     text, found = proposed(write(tmp_path / "run.csv", columns))
-    assert "Target" not in text.split("# left out")[0]
+    assert "Target" not in text.split("# not used")[0]
     np.testing.assert_allclose(turns(found.columns["theta_drive_rad"]), turns(DRIVE), rtol=0, atol=2e-5)
 
 

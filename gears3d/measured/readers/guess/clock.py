@@ -53,7 +53,7 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
         rate: of the rig's sensors [Hz], where it is known.
 
     Raises:
-        InputError: nothing tells it.
+        InputError: nothing gives it.
     """
     rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
     named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
@@ -69,7 +69,7 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
             return taken
     if own is not None and own.clock is not None:
         return Clock(None, "", None, own.clock[1], (f"declared by the file: a sample every {own.clock[1]:g} s",))
-    for value, why in ((noted, "the file's own words tell the rate"), (rate, "rate of the rig's sensors")):
+    for value, why in ((noted, "the file states the rate in words"), (rate, "rate of the rig's sensors")):
         if value:
             named = next(
                 (each.name for each in source.signals if each.numeric and _TIME.fullmatch(each.bare.lower())), ""
@@ -87,7 +87,7 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
         remedy = f'write [loose] with channel = {stamps!r}, counts_per_revolution and decode = {{ kind = "stamps" }}'
         raise InputError(Fault("time", what, remedy, source.file))
     raise InputError(
-        Fault("time", "is not to be guessed: no signal rises evenly, no rate is told", remedy, source.file)
+        Fault("time", "is not to be guessed: no signal rises evenly, no rate is stated", remedy, source.file)
     )
 
 
@@ -131,7 +131,7 @@ def _of_signal(clue: Clue, rate: float | None, named: list[Clue]) -> Clock | Non
     if rate:
         unit = min(sizes, key=lambda each: abs(sizes[each] * rate - 1.0))
         if abs(sizes[unit] * rate - 1.0) < 0.05:
-            return Clock(clue, unit, None, sizes[unit], (first, f"{unit} makes {1 / sizes[unit]:g} Hz, as told"))
+            return Clock(clue, unit, None, sizes[unit], (first, f"{unit} makes {1 / sizes[unit]:g} Hz, as stated"))
     able = [unit for unit, size in sizes.items() if size > 0.0 and SLOWEST <= 1.0 / size <= FASTEST]
     if not able:
         return None

@@ -186,7 +186,7 @@ def _clue(signal: Signal, values: np.ndarray) -> Clue | None:
 def _unit(signal: Signal) -> tuple[str, str]:
     """Return the unit of a signal and where it is told."""
     if signal.unit:
-        return signal.unit, "unit told by the file"
+        return signal.unit, "unit stated by the file"
     if signal.told_unit:
         return signal.told_unit, "unit behind the name"
     if signal.bare.lower() in _WHOLE:

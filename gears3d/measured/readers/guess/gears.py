@@ -141,15 +141,15 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
         turned = 0.0 if counts is None else 2.0 * pi / counts * float(clue.values.sum())
         return Choice(clue, "counts", counts, turned, whys, True)
     if clue.whole and abs(clue.travel) > 100.0 and not clue.says("speed"):
-        return _choice(clue, "counts", counts, lasts, ("whole numbers that go on: counts of an encoder", *why))
+        return _choice(clue, "counts", counts, lasts, ("whole numbers that keep on: counts of an encoder", *why))
     called = clue.says("angle") and not clue.says("speed")
     angle = called or (clue.moves and not (clue.says("speed") and not clue.says("angle")))
     units = _ANGLES if angle else _SPEEDS
-    goes = "it goes on and on: an angle" if angle else "it stays about one value: a speed"
+    goes = "it keeps on rising or falling: an angle" if angle else "it stays about one value: a speed"
     goes = "it is called an angle" if angle and not clue.moves else goes
     if clue.period is not None:
         unit = {360.0: "deg", 1.0: "rev"}.get(clue.period, "rad")
-        return _choice(clue, unit, None, lasts, (f"begins anew every {clue.period:.6g}: {unit}",))
+        return _choice(clue, unit, None, lasts, (f"starts again every {clue.period:.6g}: {unit}",))
     wanted, source = _expected(which, bench, lasts, mate)
     sizes = {unit: _choice(clue, unit, None, lasts, ()).turned for unit in units}
     sizes = {unit: size for unit, size in sizes.items() if abs(size) < FASTEST * lasts} or sizes
@@ -169,7 +169,7 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
                 unsure = _choice(clue, near, None, lasts, (goes, f"NOT SURE of the unit, its travel is {why}"))
                 return unsure._replace(sure=False)
     told = ", ".join(f"{show(abs(size) / lasts, 'speed', 3)} if in {unit}" for unit, size in sizes.items())
-    unsure = f"NOT SURE of the unit, nothing tells it: {told}"
+    unsure = f"NOT SURE of the unit, nothing gives it: {told}"
     return _choice(clue, units[0], None, lasts, (goes, unsure))._replace(sure=False)
 
 
@@ -272,7 +272,7 @@ def _counts(clue: Clue, told: float | None) -> tuple[float | None, tuple[str, ..
     if told:
         return told, (f"{told:g} counts a revolution: of the rig",)
     if clue.period is not None:
-        return clue.period, (f"it begins anew every {clue.period:g} counts: taken for a revolution",)
+        return clue.period, (f"it starts again every {clue.period:g} counts: taken for a revolution",)
     return None, ()
 
 

@@ -137,7 +137,7 @@ def _written(
         for each in others[:3]
     ]
     left = [each.signal.name for each in rest]
-    lines += ["", f"# left out: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
+    lines += ["", f"# not used: {_quiet(', '.join(left[:20]))}" + (" ..." if len(left) > 20 else "")] if left else []
     return "\n".join(lines) + "\n"
 
 
@@ -159,7 +159,7 @@ def _clock_lines(clock: Clock, chosen: dict[str, Choice]) -> list[str]:
 def _gear_lines(gear: str, choice: Choice) -> list[str]:
     clue = choice.clue
     name = clue.signal.bare
-    whys = [f"{name!r} speaks of the {gear} gear" if clue.says(gear) else "taken in the order of the file"]
+    whys = [f"{name!r} names the {gear} gear" if clue.says(gear) else "taken in the order of the file"]
     lines = [f"[{gear}]", f"channel = {_text(clue.signal.name)}", f"unit = {_text(choice.unit)}"]
     if choice.increments:
         lines.append("increments = true")
@@ -168,7 +168,7 @@ def _gear_lines(gear: str, choice: Choice) -> list[str]:
     if clue.period is not None:
         unit = "rev" if choice.unit == "rad" else choice.unit
         lines.append(f'wraps_at = "{1.0 if choice.unit == "rad" else clue.period:.12g} {unit}"')
-        whys.append(f"it begins anew every {clue.period:.6g}")
+        whys.append(f"it starts again every {clue.period:.6g}")
     if choice.turned < 0.0:
         lines.append("sign = -1")
         whys.append("it runs backwards, and angles are positive in the gear's own sense of rotation")
