@@ -141,6 +141,8 @@ def fit(
     dof = points - len(best.x) + task.unsure
     if dof <= 0 or not np.all(np.isfinite(best.fun)) or np.all(best.fun[:points] == _IMPOSSIBLE):
         return None
+    if not np.all(np.any(best.jac[:, : len(begin)], axis=0)):  # a number that moves nothing: these are not its data
+        return None
     chi2 = float(np.sum(best.fun[:points] ** 2)) / dof
     best.jac[:points] /= np.sqrt(max(chi2, 1e-300))  # what is known of the inertias keeps its weight
     _, sizes, ways = np.linalg.svd(best.jac, full_matrices=False)

@@ -17,8 +17,14 @@ RECENT, RANDOM = 20, 0.15
 """Pulses whose deviations from whole numbers are watched, and the root mean square from which on the count is lost: it
 is 0.05 of magnets that stand unevenly by a twentieth of a pitch, and 0.24 of pulses at random."""
 
+CALM = 0.25
+"""Change of the logarithm of the wait from pulse to pulse below which none is missing (log 2) nor too many."""
 
-def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+ENDS = 8
+"""Pulses at either end that may be less calm: near standstill waits change by half from one to the next."""
+
+
+def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
 
     A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
@@ -26,6 +32,7 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     Args:
         time: of the pulses, rising [s], (n,).
+        magnets: that make pulses in a revolution; they may stand unevenly.
 
     >>> even = np.cumsum(np.linspace(1.0, 1.5, 100))
     >>> kept, number, breaks = count_pulses(np.delete(even, [30, 31, 60]))
@@ -34,10 +41,12 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     count = len(time)
     kept, number = np.zeros(count, bool), np.zeros(count, np.int64)
-    wait = np.diff(time)
-    calm = np.abs(np.diff(np.log(np.maximum(wait, 1e-300)))) < 0.25  # even magnets, nothing lost: no lock is needed
-    if calm.all():
-        return np.ones(count, bool), np.arange(count), np.zeros(0, int)
+    rough = np.flatnonzero(np.abs(np.diff(_evened_waits(time, magnets))) >= CALM)
+    inner = rough[(rough >= ENDS) & (rough < count - 2 - ENDS)]
+    if not rough.size or (not inner.size and count > 4 * ENDS):  # nothing lost: no lock is needed
+        early, late = rough[rough < ENDS], rough[rough >= ENDS]
+        kept[(early[-1] + 1 if early.size else 0) : (late[0] + 2 if late.size else count)] = True
+        return kept, np.arange(count), np.zeros(0, int)
     breaks, row, last = [], 0, 0
     while row < count - 8:
         locked = _lock(time[row : row + LOCK])
@@ -58,6 +67,23 @@ def count_pulses(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             last = int(number[places[-1]])
         row = max(row - lost, begin + 4)
     return kept, number, np.array(breaks, int)
+
+
+def _evened_waits(time: np.ndarray, magnets: int) -> np.ndarray:
+    """Return the logarithms of the waits between pulses, without what repeats in every revolution, (n - 1,).
+
+    The pattern is that of all revolutions together: where pulses are missing or too many it is smeared, and no wait is
+    evened that should not be.
+    """
+    wait = np.log(np.maximum(np.diff(time), 1e-300))
+    if magnets < 2 or len(wait) < 4 * magnets:
+        return wait
+    turns = len(wait) // magnets
+    table = wait[: turns * magnets].reshape(turns, magnets)
+    slope = np.arange(magnets) / magnets - 0.5
+    trend = np.gradient(table.mean(axis=1)) if turns > 1 else np.zeros(turns)
+    pattern = np.median(table - table.mean(axis=1)[:, None] - trend[:, None] * slope, axis=0)
+    return wait - np.resize(pattern, len(wait))
 
 
 def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

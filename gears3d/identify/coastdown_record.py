@@ -454,7 +454,9 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     found: list[Finding] = []
     pitch = float(np.median(np.abs(np.diff(angle))))
     time = np.unique(time)
-    kept, number, breaks = count_pulses(time)
+    magnets = 2 * pi / pitch
+    whole = round(magnets) if abs(magnets - round(magnets)) < 1e-3 else 1
+    kept, number, breaks = count_pulses(time, whole)
     missing = int(np.sum(np.diff(number[kept]) - 1) - sum(np.diff(number[kept])[breaks - 1] - 1))
     inner = np.flatnonzero(kept)
     extra = int((~kept[inner[0] : inner[-1]]).sum()) if inner.size else len(time)
@@ -474,14 +476,13 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
             Fault(name, "no smooth motion makes these pulses", "check the threshold of the pulse detection", file)
         )
     angle = pitch * number
-    magnets = 2 * pi / pitch
-    if abs(magnets - round(magnets)) < 1e-3 and round(magnets) > 1:
-        error = uneven_magnets(time, number, round(magnets), breaks)
+    if whole > 1:
+        error = uneven_magnets(time, number, whole, breaks)
         if error is not None:
             worst = float(np.abs(error).max())
-            what = f"{round(magnets)} magnets stand unevenly, by up to {worst:.2%} of a pitch: corrected"
+            what = f"{whole} magnets stand unevenly, by up to {worst:.2%} of a pitch: corrected"
             found.append(_finding("uneven-magnets", name, worst * pitch, what, unit="rad"))
-            angle = angle - pitch * error[number % round(magnets)]
+            angle = angle - pitch * error[number % whole]
     sigma = np.maximum(_local_noise(time, angle), 1e-6 * pitch)
     return _Points(time, angle, sigma, breaks, pitch, _means(time, angle), pitch), found
 
