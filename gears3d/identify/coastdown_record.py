@@ -36,6 +36,8 @@ OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "
        "drift",
        "integration")  # fmt: skip
 """Findings of the sensor checks that are repaired here, and reported with what became of them."""
+TOLERATED = (*OWN, "drop-outs")
+"""Findings that never end a coast-down; rows without a reading are excluded by the checks, however many they are."""
 RUINED = 0.2
 """Share of pulses that no smooth motion explains from which on a record is refused."""
 GEARS = ("loose", "drive")
@@ -94,7 +96,7 @@ def read_track(
     Raises:
         InputError: columns are missing, or nothing coasts down freely.
     """
-    return _longest(_tracks(admit(path, None, map_file, correct, needs=(_names(gear),), tolerate=OWN), gear, span))
+    return _longest(_tracks(admit(path, None, map_file, correct, needs=(_names(gear),), tolerate=TOLERATED), gear, span))
 
 
 def read_tracks(
@@ -121,7 +123,7 @@ def read_tracks(
     Raises:
         InputError: as for :func:`read_track`, of all files together, or a file repeats the readings of another.
     """
-    admission = admit_each(paths, None, map_file, correct, needs=(_names(gear),), tolerate=OWN)
+    admission = admit_each(paths, None, map_file, correct, needs=(_names(gear),), tolerate=TOLERATED)
     admitted = admission.all()
     excluded(admission.repeated)
     return [track for one in admitted for track in _tracks(one, gear, span)]

@@ -215,8 +215,14 @@ def within_sight(every: Pairs) -> Pairs:
 
 def _too_few(every: Pairs, pairs: Pairs, left_out: tuple[str, ...]) -> Fault:
     lowest = float(np.min(every.lowest, initial=np.inf))
-    above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
-    what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
+    fastest = float(np.max(every.approach, initial=0.0))
+    if np.isfinite(lowest) and fastest > 0.0 and lowest >= fastest:
+        what = f"has {len(every.time)} impacts, but no impact is fast enough for its rebound to be seen"
+        what += f": they approach with {1e3 * float(np.min(every.approach)):.3g} to {1e3 * fastest:.3g} mm/s, and only "
+        what += f"rebounds above {1e3 * lowest:.3g} mm/s rise above the noise; {FEWEST} are needed"
+    else:
+        above = f"above {1e3 * lowest:.3g} mm/s, where none is overlooked" if np.isfinite(lowest) else "in a row"
+        what = f"shows {len(pairs.time)} of {len(every.time)} impacts with a rebound {above}; {FEWEST} are needed"
     what = "; ".join([what, *left_out])
     return Fault("restitution", what, "record longer, with a larger fluctuation amplitude, or with more counts")
 

@@ -131,7 +131,7 @@ def admit(
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
     findings = examine(channels, own, others, needs, stated_motion=stated_motion)
     fatal = {one.kind for one in findings if one.fatal}
-    kinds += [kind for kind in ALWAYS if kind not in kinds and kind not in fatal]
+    kinds += [kind for kind in ALWAYS if kind not in kinds and (kind not in fatal or kind in tolerate)]
     done = tuple(replace(one, corrected=one.correctable and one.kind in kinds) for one in findings)
     bad = [one for one in done if one.fatal and not one.corrected and one.kind not in tolerate]
     if bad:

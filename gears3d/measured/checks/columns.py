@@ -12,8 +12,8 @@ from gears3d.measured.checks.view import View
 DROPPED = "drop-outs"
 FEW = 20
 """Rows without a reading that are excluded without being asked for, at most."""
-SHARE = 1e-3
-"""Part of a record that they may be: flights and impacts lose no more than their own noise."""
+SHARE = 0.01
+"""Part of a record that they may be, as of damaged rows; the flights that they interrupt are lost, no others."""
 LONGEST = 2
 """Rows in a row that they may be."""
 FAR = 10.0

@@ -27,7 +27,7 @@ from gears3d.measured.readers.decode import (
 )
 from gears3d.measured.readers.map_model import Counter, GearMap, Quadrature, Stamps, Tacho
 from gears3d.measured.readers.source import Signal
-from gears3d.measured.readers.unit import scaled, to_si
+from gears3d.measured.readers.unit import is_counts, scaled, to_si
 from gears3d.recording.columns import unit_of
 
 ANGLE = ("angle", "speed")
@@ -190,8 +190,28 @@ def _stamps(inputs: Inputs, decode: Stamps) -> Edges:
     values, name = inputs.of("channel")
     with inputs.at("decode.clock"):
         clock = None if decode.clock is None else parse(decode.clock, "frequency")
+    with inputs.at("unit"):
+        factor = _stamp_unit(inputs, decode)
+    if factor != 1.0:
+        values = scaled(values, factor)
     direction = inputs.of("decode.direction")[0] if decode.direction else None
     return stamped(values, _counts(inputs), name, clock, decode.bits, direction)
+
+
+def _stamp_unit(inputs: Inputs, decode: Stamps) -> float:
+    """Return the seconds in the unit of time stamps; 1 for ticks of a clock, and where neither map nor file tells."""
+    own = inputs.chart.unit
+    unit = own or inputs.signals["channel"].told_unit or unit_of(inputs.signals["channel"].label)
+    if decode.clock is not None:
+        if own and not is_counts(own):
+            raise InputError(Fault("", f"is {own!r}, but decode.clock makes them ticks", "give unit or decode.clock"))
+        return 1.0
+    if not unit:
+        return 1.0
+    if is_counts(unit):
+        remedy = 'give decode.clock, such as clock = "20 MHz", or a unit of time'
+        raise InputError(Fault("", f"is {unit!r}: stamps in ticks need the frequency of their clock", remedy))
+    return to_si(unit, ("time",))[0]
 
 
 def _counts(inputs: Inputs) -> float:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, refuse_large, unique
+from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
 from gears3d.measured.readers.structures import COLUMNS, Stated, Tree, stated
 
 BLOCK = 1 << 18
@@ -89,7 +90,11 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
             rows = [each.shape[place.along] for each, place in found]
             more = max((_at_once(each, path) for each, _ in found), default=0)
             refuse_large(path, rows if most is None else [min(row, most) for row in rows], more)
-            return {name: _values(file[places[name].dataset], places[name], most) for name in names}
+            whole = Whole()
+            return {
+                name: _values(file[places[name].dataset], places[name], most, partial(whole.floats, name))
+                for name in names
+            }
 
     return Source(str(path), form, tuple(signals), load, {}, tuple(notes))
 
@@ -179,15 +184,16 @@ def _at_once(dataset: Any, path: Path) -> int:
     return 2 * math.prod(dataset.chunks or (1,)) * dataset.dtype.itemsize
 
 
-def _values(dataset: Any, place: _Place, most: int | None) -> np.ndarray:
+def _values(dataset: Any, place: _Place, most: int | None, floats: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     count = dataset.shape[place.along] if most is None else min(dataset.shape[place.along], most)
     values = np.zeros(count)
     for start in range(0, count, BLOCK):
         part = slice(start, min(start + BLOCK, count))
         if place.at is None:
-            values[part] = dataset.fields(place.field)[part] if place.field else dataset[part]
+            block = dataset.fields(place.field)[part] if place.field else dataset[part]
         else:
-            values[part] = dataset[part, place.at] if place.along == 0 else dataset[place.at, part]
+            block = dataset[part, place.at] if place.along == 0 else dataset[place.at, part]
+        values[part] = floats(np.asarray(block))
     return values
 
 

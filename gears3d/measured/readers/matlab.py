@@ -13,7 +13,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.inputs import most_bytes, refuse_beyond
 from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.matlab_size import loaded_bytes
-from gears3d.measured.readers.source import Signal, Source, seconds, unique
+from gears3d.measured.readers.source import Signal, Source, Whole, seconds, unique
 from gears3d.measured.readers.structures import COLUMNS, Stated, as_number, children, joined, stated
 
 PLAIN = (
@@ -85,7 +85,8 @@ def _source(path: Path, form: str, held: dict[str, Any], units: dict[str, str]) 
     )
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
-        return {name: arrays[name][:most].astype(np.float64) for name in names}
+        whole = Whole()
+        return {name: whole.floats(name, arrays[name][:most]) for name in names}
 
     with reading(path, "MATLAB"):
         notes = tuple(_notes("", held, 0))

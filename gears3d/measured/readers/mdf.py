@@ -14,7 +14,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, refuse_large, unique
+from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
 
 COPIES = 6
 """Of the largest block, while asammdf takes it apart."""
@@ -48,13 +48,13 @@ def open_mdf(path: Path) -> Source:
 
     def load(names: Sequence[str], most: int | None) -> dict[str, np.ndarray]:
         with reading(path, "MDF"), _bounded() as room, path.open("rb") as raw, asammdf.MDF(raw) as file:
-            arrays = {}
+            arrays, whole = {}, Whole()
             for name in names:
                 group, index = places[name]
                 room.left = _declared(file, path, group, index, len(names))
                 count = -1 if most is None else most
                 samples = file.get(group=group, index=index, samples_only=True, record_count=count if most else None)[0]
-                arrays[name] = np.asarray(samples, dtype=np.float64)
+                arrays[name] = whole.floats(name, np.asarray(samples))
         return arrays
 
     return Source(str(path), "MDF", tuple(signals), load, {}, notes)

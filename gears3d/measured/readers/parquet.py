@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import reading
-from gears3d.measured.readers.source import Signal, Source, refuse_large, seconds
+from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, seconds
 from gears3d.measured.readers.structures import clock_of
 from gears3d.recording.arrow import floats_of
 
@@ -57,11 +57,12 @@ def open_parquet(path: Path) -> Source:
         arrays = {name: np.zeros(count) for name in names}
         with reading(path, "Parquet"), pq.ParquetFile(path, buffer_size=BUFFER) as file:
             stamps: dict[str, Any] = {}
+            whole = Whole()
             done = 0
             for batch in _batches(file, names):
                 size = min(batch.num_rows, count - done)
                 for name, values in arrays.items():
-                    values[done : done + size] = _floats(batch.column(name), stamps, name)[:size]
+                    values[done : done + size] = _floats(batch.column(name), stamps, name, whole)[:size]
                 done += size
                 if done == count:
                     break
@@ -89,8 +90,8 @@ def _signal(column: Any, rows: int, clock: tuple[float, float] | None) -> Signal
     return Signal(column.name, unit, rows, clock, numeric=dated or any(test(kind) for test in tests))
 
 
-def _floats(column: Any, stamps: dict[str, Any], name: str) -> np.ndarray:
-    """Return a column as numbers; dates count from the first batch's first."""
+def _floats(column: Any, stamps: dict[str, Any], name: str, whole: Whole) -> np.ndarray:
+    """Return a column as numbers; dates count from the first batch's first, long whole numbers from their origin."""
     import pyarrow as pa
 
     if pa.types.is_dictionary(column.type):
@@ -99,6 +100,11 @@ def _floats(column: Any, stamps: dict[str, Any], name: str) -> np.ndarray:
         times = column.cast(pa.timestamp("ns")).to_numpy(zero_copy_only=False)
         first = stamps.setdefault(name, times[:1])
         return seconds(np.concatenate([first, times]))[1:]
+    if column.type in (pa.int64(), pa.uint64()):
+        known = column.is_valid().to_numpy(zero_copy_only=False)
+        values = np.full(len(column), np.nan)
+        values[known] = whole.floats(name, column.drop_null().to_numpy(zero_copy_only=False))
+        return values
     if column.type != pa.float64():  # casting loads pyarrow.compute, which takes longer than most records
         column = column.cast(pa.float64(), safe=False)
     return floats_of(column)

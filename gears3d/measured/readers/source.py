@@ -15,6 +15,8 @@ from gears3d.inputs import refuse_beyond
 
 SHOWN = 24
 """Signals that a fault lists."""
+LONG = 2**53
+"""Whole numbers from which on float64 does not hold every one."""
 _BRACKETS = {"]": "[", ")": "("}
 _INSIDE = re.compile(r"\[([^\[\]]{1,12})\]")
 LONGEST = 200
@@ -233,6 +235,42 @@ def refuse_large(file: str | Path, rows: Iterable[int], more: float = 0.0) -> No
     if min(counts, default=0) < 0:
         raise InputError(Fault("", f"declares {min(counts)} samples", "damaged: export again", str(file)))
     refuse_beyond(8.0 * sum(counts) + more, file, f"{len(counts)} of its signals", "name fewer channels, cut the file")
+
+
+class Whole:
+    """Turns columns of one file into float64; whole numbers too long for that become distances from a common origin.
+
+    Epochs in nanoseconds have 19 digits, float64 holds 16. The origin is the first reading of the first such column, for
+    all columns that are that near to it: stamps of both gears stay on one axis of time.
+    """
+
+    def __init__(self) -> None:
+        self._origins: list[int] = []
+        self._own: dict[str, int | None] = {}
+
+    def floats(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Return the next values of a column, float64, (n,).
+
+        Args:
+            name: of the column.
+            values: numbers of any type, (n,).
+
+        >>> Whole().floats("t", np.array([1_700_000_000_000_000_000, 1_700_000_000_000_000_040])).tolist()
+        [0.0, 40.0]
+        """
+        if values.dtype.kind not in "iu" or values.dtype.itemsize < 8 or not len(values):
+            return values.astype(np.float64)
+        if name not in self._own:
+            first = int(values[0])
+            near = [one for one in self._origins if abs(first - one) < LONG]
+            if abs(first) >= LONG and not near:
+                self._origins.append(first)
+                near = [first]
+            self._own[name] = near[0] if abs(first) >= LONG else None
+        origin = self._own[name]
+        if origin is None:
+            return values.astype(np.float64)
+        return (values.astype(np.int64) - np.array(origin).astype(np.int64)).astype(np.float64)
 
 
 def seconds(times: np.ndarray) -> np.ndarray:

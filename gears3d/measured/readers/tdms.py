@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gears3d.measured.readers.foreign import library, reading
-from gears3d.measured.readers.source import Signal, Source, refuse_large, seconds
+from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, seconds
 
 
 def open_tdms(path: Path) -> Source:
@@ -37,7 +38,8 @@ def open_tdms(path: Path) -> Source:
         with reading(path, "TDMS"), path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
             channels = {name: file[places[name][0]][places[name][1]] for name in names}
             refuse_large(path, [len(each) if most is None else min(len(each), most) for each in channels.values()])
-            return {name: _values(channel, most) for name, channel in channels.items()}
+            whole = Whole()
+            return {name: _values(channel, most, partial(whole.floats, name)) for name, channel in channels.items()}
 
     return Source(str(path), "TDMS", tuple(signals), load, {}, tuple(notes))
 
@@ -51,14 +53,14 @@ def _signal(group: str, channel: Any) -> Signal:
     return Signal(f"{group}/{channel.name}", unit, len(channel), clock, numeric=kind in "biufM")
 
 
-def _values(channel: Any, most: int | None) -> np.ndarray:
+def _values(channel: Any, most: int | None, floats: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     if np.dtype(channel.dtype).kind == "M":
         return seconds(channel[:most])
     values = np.zeros(len(channel) if most is None else min(len(channel), most))
     done = 0
     for chunk in channel.data_chunks():
         part = chunk[:][: len(values) - done]
-        values[done : done + len(part)] = part
+        values[done : done + len(part)] = floats(part)
         done += len(part)
         if done == len(values):
             break
