@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from gears3d.identify.assemblies import identify_assemblies as identify_assemblies
     from gears3d.identify.assemblies import identify_mesh_drag as identify_mesh_drag
     from gears3d.identify.campaign import Campaign as Campaign
+    from gears3d.identify.campaign import is_campaign as is_campaign
     from gears3d.identify.campaign import read_campaign as read_campaign
     from gears3d.identify.coastdown import identify_coastdown as identify_coastdown
     from gears3d.identify.coastdown import identify_rundown as identify_rundown
@@ -63,6 +64,7 @@ _HOME = {
     "identify_restitution_list": "restitution_list",
     "identify_threshold": "threshold",
     "identify_transmission_error": "transmission",
+    "is_campaign": "campaign",
     "orders_picture": "pictures",
     "read_campaign": "campaign",
     "read_contacts": "contact",

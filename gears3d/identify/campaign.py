@@ -56,6 +56,19 @@ def read_campaign(path: str | Path, read: Callable[[Sequence[Path], str], list[T
     return _Campaign(Path(path), read).read()
 
 
+def is_campaign(path: str | Path) -> bool:
+    """Return whether a TOML file is a campaign, not the map of a record; one that cannot be read counts as one.
+
+    Args:
+        path: the file.
+    """
+    try:
+        document = tomllib.loads(read_text(Path(path)))
+    except (OSError, ValueError, RecursionError):
+        return True
+    return not {"file", "record", "time", "loose", "drive"} & document.keys()
+
+
 class _Campaign:
     """Reads a campaign; every fault names its key."""
 

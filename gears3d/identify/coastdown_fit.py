@@ -315,7 +315,8 @@ def guess(tracks: list[Track], model: Model) -> np.ndarray:
 
 def _differenced(track: Track) -> tuple[np.ndarray, np.ndarray]:
     """Return speeds [rad/s] and decelerations [rad/s²] of a coast-down, by differences over long stretches."""
-    at = np.linspace(0, len(track.time), min(_STRETCHES, len(track.time) // 4) + 1).astype(int)
+    count = len(track.time)
+    at = np.linspace(0, count, min(_STRETCHES, max(count // 4, min(count - 1, 4))) + 1).astype(int)
     if track.measured == "speed":
         size = np.diff(at)
         speed, middle = (np.add.reduceat(x, at[:-1]) / size for x in (track.value, track.time))

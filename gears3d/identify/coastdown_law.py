@@ -16,6 +16,8 @@ from gears3d.identify.parts import ALONE, UNITS, Model, Share
 
 BLOCKS = 20
 """Blocks of a coast-down in time that are held out in turn."""
+FEW = 20
+"""Readings below which each is held out alone, and a warning says on how few the intervals rest."""
 PATIENT = 300
 """Steps of the last search."""
 LEVEL = 0.01
@@ -95,13 +97,18 @@ def _finite(value: float) -> float | None:
 
 
 def _folds(data: list[Binned]) -> list[list[np.ndarray]]:
-    """Return for two folds the block that each bin belongs to where it is held out, -1 where it trains."""
+    """Return for two folds the block that each bin belongs to where it is held out, -1 where it trains.
+
+    Of few readings each is a block and a fold of its own, so that enough are left to train.
+    """
+    few = sum(len(track.time) for track in data) < FEW
     folds = []
-    for fold in range(2):
+    for fold in range(max(len(track.time) for track in data) if few else 2):
         marks = []
         for track in data:
-            block = np.arange(len(track.time)) * BLOCKS // len(track.time)
-            marks.append(np.where(block % 2 == fold, block, -1))
+            count = len(track.time)
+            block = np.arange(count) * min(BLOCKS, count) // count
+            marks.append(np.where(block == fold if few else block % 2 == fold, block, -1))
         folds.append(marks)
     return folds
 
@@ -315,6 +322,10 @@ def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[s
         far = goodness["residual_over_noise"] > EXPLAINED
         what = f"the law does not explain the record{why}" if far or not causes else " and ".join(causes)
         found.append(f"the residual has structure ({size}): {what}; the intervals include that")
+    if goodness["points"] < FEW:
+        sure = min(float(errors.dof.min()), float(goodness["points"]))
+        found.append(f"{goodness['points']} readings only: the intervals rest on {sure:.2g} degrees of freedom, and a "
+                     "richer law would hardly show")  # fmt: skip
     for name, parameter in parameters.items():
         kind = name.rpartition(".")[2]
         if parameter.low <= 0.0 <= parameter.high:

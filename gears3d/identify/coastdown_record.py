@@ -22,6 +22,11 @@ FLOOR = 0.1
 """Error of an edge that always remains, in counts."""
 FEWEST = 20
 """Edges or readings below which no drag is identified: two to four numbers, a start and their scatter."""
+SHORT = 50
+"""Rows of a file below which readings were taken by hand or by a slow display: each counts, and fewer are enough."""
+LEAST = {"speed": 5, "angle": 6, "pulses": 8}
+"""Readings of a short file below which nothing is identified: one number of a law, the start, and three degrees of
+freedom for their scatter; pulses show their own numbers only amid others."""
 LEAST_FALL = 0.25
 """Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive."""
 LEAST_PEAK = 0.15
@@ -171,24 +176,26 @@ def make_tracks(
     if 2 * lost > len(time):
         raise InputError(Fault(name, f"{lost} of {len(time)} readings are not numbers", "record it again", file))
     time, value = time[some], value[some]
+    fewest = _fewest(len(time), measured)
     if len(time) and (span[0] is not None or span[1] is not None):
         low, high = (time[0] if span[0] is None else span[0]), (time[-1] if span[1] is None else span[1])
         inside = (time >= low) & (time <= high)
-        if inside.sum() < FEWEST:
+        if inside.sum() < fewest:
             what = f"has {inside.sum()} rows between {low:g} and {high:g} s, it covers {time[0]:g} to {time[-1]:g} s"
             raise InputError(Fault("--from, --to", what, "give times within the record", file))
         time, value = time[inside], value[inside]
-    if len(time) < FEWEST:
-        raise InputError(Fault("time_s", f"has {len(time)} rows", f"give at least {FEWEST}", file))
+    if len(time) < fewest:
+        raise InputError(Fault("time_s", f"has {len(time)} rows", f"give at least {fewest}", file))
     if measured == "angle" and _are_pulses(time, value):
         measured = "pulses"
     prepare = {"speed": _speeds, "angle": _angles, "pulses": _pulses}[measured]
     points, more = prepare(time, value, name, file)
     found += more
     phases = _free(points) if span == (None, None) else [_given(points)]
-    tracks = [track for phase in phases for track in _cut(points, phase, measured, file)]
+    fewest = min(fewest, _fewest(len(time), measured))
+    tracks = [track for phase in phases for track in _cut(points, phase, measured, file, fewest)]
     if not tracks:
-        raise _still(points, phases, name, measured, file)
+        raise _still(points, phases, name, measured, file, fewest)
     record = (points.time[0], points.time[-1])
     if len(tracks) > 1 or any(t.span[0] > record[0] + 0.02 * (record[1] - record[0]) for t in tracks):
         spans = ", ".join(f"{t.span[0]:.6g} to {t.span[1]:.6g} s" for t in tracks[:6])
@@ -254,17 +261,24 @@ def _finding(kind: str, channel: str, size: float, what: str, remedy: str = "", 
     return Finding(kind, channel, float(size), unit, what, remedy)
 
 
-def _still(points: _Points, phases: list[tuple[float, float]], name: str, measured: str, file: str) -> InputError:
+def _fewest(rows: int, measured: str) -> int:
+    """Return how many readings a coast-down must have, in a file of some rows."""
+    return FEWEST if rows >= SHORT else LEAST[measured]
+
+
+def _still(
+    points: _Points, phases: list[tuple[float, float]], name: str, measured: str, file: str, fewest: int
+) -> InputError:
     """Return the fault of a record without a free phase."""
     speed = points.speeds[1]
-    if measured != "speed" and len(points.time) < FEWEST:
+    if measured != "speed" and len(points.time) < fewest:
         remedy = "record a longer coast-down, or with more counts"
         return InputError(Fault(name, f"changes {len(points.time)} times only", remedy, file))
     if phases:
         low, high = max(phases, key=lambda phase: phase[1] - phase[0])
         few = int(np.sum((points.time >= low) & (points.time <= high)))
         what = f"has {few} readings in its free phase, {low:.6g} to {high:.6g} s"
-        return InputError(Fault(name, what, f"record with more counts or updates: {FEWEST} are needed", file))
+        return InputError(Fault(name, what, f"record with more counts or updates: {fewest} are needed", file))
     what = f"does not run down: its speed is {np.min(speed):.4g} to {np.max(speed):.4g} rad/s without a free phase"
     remedy = "record from the release to the standstill, or give --from and --to"
     return InputError(Fault(name, what, remedy, file))
@@ -473,7 +487,7 @@ def _pulses(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
         what = f"{extra} of {len(time)} pulses follow no smooth motion"
         raise InputError(Fault(name, what, "check the threshold of the pulse detection", file))
     time, number = time[kept], number[kept]
-    if len(time) < FEWEST:
+    if len(time) < _fewest(len(kept), "pulses"):
         raise InputError(
             Fault(name, "no smooth motion makes these pulses", "check the threshold of the pulse detection", file)
         )
@@ -495,7 +509,7 @@ def _free(points: _Points) -> list[tuple[float, float]]:
 
     time, speed = points.speeds
     while True:
-        if len(time) < 6:
+        if len(time) < 5:
             return []
         smooth = np.abs(median_filter(speed, 3, mode="nearest"))
         bend = np.diff(speed, 2)
@@ -597,17 +611,17 @@ def _release(time: np.ndarray, speed: np.ndarray, high: int, low: int) -> float:
     return begin + (LATE * whole if high else 0.0)
 
 
-def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str) -> list[Track]:
+def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str, fewest: int) -> list[Track]:
     """Return the tracks of a free phase: one, or several where the angle has an unknown offset in between."""
     rows = np.flatnonzero((points.time >= phase[0]) & (points.time <= phase[1]))
-    if rows.size < 8:
+    if rows.size < min(8, fewest):
         return []
     first, last = int(rows[0]), int(rows[-1]) + 1
     inner = [int(row) for row in points.breaks if first < row < last]
     bounds = [first, *inner, last]
     tracks = []
     for low, high in pairwise(bounds):
-        least = FEWEST if len(bounds) == 2 else FEWEST // 2
+        least = fewest if len(bounds) == 2 else max(fewest // 2, LEAST[measured])
         if high - low < max(least, 0.03 * (last - first)):
             continue
         track = _track(points, low, high, measured, file)
@@ -617,7 +631,7 @@ def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str) 
 
 def _track(points: _Points, low: int, high: int, measured: str, file: str) -> Track | None:
     time, value, sigma = points.time[low:high], points.value[low:high], points.sigma[low:high]
-    part = max(min(len(time) // 25, 200), 4)
+    part = max(min(len(time) // 25, 200), 4 if len(time) >= FEWEST else 1)
     if measured == "speed":
         if np.median(value) < 0.0:
             value = -value

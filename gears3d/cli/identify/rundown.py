@@ -52,7 +52,7 @@ def rundown(
     span = (_seconds(begin, "--from"), _seconds(to, "--to"))
     inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
     read = partial(_tracks, map_file=map_file, correct=correct, inputs=inputs, span=span)
-    if [file for file in files if file.suffix == ".toml"]:
+    if [file for file in files if file.suffix == ".toml" and ident.is_campaign(file)]:
         if len(files) > 1 or inertia or law or meshed or drive_alone:
             raise UsageError("a campaign file contains inertias and laws: omit the other options")
         campaign = ident.read_campaign(files[0], read)
