@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gears3d.identify.assemblies import Run, identify_assemblies
+from gears3d.errors import Fault, InputError
+from gears3d.identify.coastdown_fit import guess_inertia
 from gears3d.identify.coastdown_law import choose, report
 from gears3d.identify.coastdown_record import Track, read_tracks
 from gears3d.identify.law import Identified
@@ -13,7 +15,12 @@ from gears3d.identify.parts import ALONE, CANDIDATES, Inertia, Share, plain, ter
 
 
 def identify_coastdown(
-    files: Sequence[str | Path | Track], inertia: float, inertia_uncertainty: float = 0.0, law: str | None = None
+    files: Sequence[str | Path | Track],
+    inertia: float | None,
+    inertia_uncertainty: float = 0.0,
+    law: str | None = None,
+    torque: float = 0.0,
+    torque_uncertainty: float = 0.0,
 ) -> Identified:
     """Identify the drag on a gear from records of its coast-down.
 
@@ -24,12 +31,15 @@ def identify_coastdown(
     Args:
         files: records of the same drag, each with one or several free coast-downs; columns ``time_s`` and
             ``theta_loose_rad`` or ``omega_rad_s``; or tracks.
-        inertia: of what coasts down [kg·m²].
+        inertia: of what coasts down [kg·m²]; ``None``: identified from spin-ups under a known torque in addition.
         inertia_uncertainty: its standard deviation [kg·m²]; a coast-down gives the ratio of drag and inertia only.
         law: such as ``"coulomb+viscous"``, fitted whether it is the best or not.
+        torque: known, under which the gear spins up where its speed rises [N·m]; 0: rises are excluded as driven.
+        torque_uncertainty: its standard deviation [N·m].
 
     Returns:
-        ``coulomb`` [N·m], ``viscous`` [N·m·s/rad], ``coefficient`` [N·m at 1 rad/s] and ``exponent`` of the law found.
+        ``coulomb`` [N·m], ``viscous`` [N·m·s/rad], ``coefficient`` [N·m at 1 rad/s] and ``exponent`` of the law found,
+        with spin-ups ``inertia`` [kg·m²], too, unless it is known exactly.
         Records at several temperatures have numbers at each, ``drag@40.coulomb``, and a trend.
 
     Raises:
@@ -46,15 +56,42 @@ def identify_coastdown(
     ('coulomb', 0.2085)
     """
     tracks = [file for file in files if isinstance(file, Track)]
-    tracks += read_tracks([file for file in files if not isinstance(file, Track)])
+    tracks += read_tracks([file for file in files if not isinstance(file, Track)], torque=torque)
+    spread = torque_uncertainty / torque if torque else 0.0
+    inertia, inertia_uncertainty = _inertia(tracks, inertia, inertia_uncertainty, spread)
     warm = [None if track.temperature is None else round(track.temperature) for track in tracks]
-    if None not in warm and len(set(warm)) > 1:
+    torques = [track.torque for track in tracks]
+    if None not in warm and len(set(warm)) > 1 and not any(torques):
         made = (Share(ALONE),), (("inertia", 1.0),)
         runs = [Run(track, *made, temperature=at) for track, at in zip(tracks, warm, strict=True)]
         known = {"inertia": Inertia(inertia, inertia_uncertainty)}
         return identify_assemblies(runs, known, None if law is None else {ALONE: law})
     laws = CANDIDATES if law is None else (terms_of(law),)
-    return report(choose(tracks, [plain(terms, inertia, len(tracks), inertia_uncertainty) for terms in laws]), tracks)
+    models = [plain(terms, inertia, len(tracks), inertia_uncertainty, torques) for terms in laws]
+    return report(choose(tracks, models), tracks, spread)
+
+
+UNKNOWN = 10.0
+"""Standard deviation of an inertia that nobody knows, over its first guess: it holds no fit."""
+
+
+def _inertia(tracks: list[Track], inertia: float | None, sigma: float, spread: float) -> tuple[float, float]:
+    """Return the inertia to begin with, and what is known of it."""
+    spins = sum(track.torque > 0.0 for track in tracks)
+    if inertia is not None:
+        if spins and spread:
+            what = "is uncertain, but the inertia is known: the records then say what the torque is"
+            raise InputError(Fault("torque", what, "omit the inertia, or the uncertainty of the torque"))
+        return inertia, sigma
+    if not spins or spins == len(tracks):
+        what = f"is not known: {len(tracks) - spins} coast-downs and {spins} spin-ups under a known torque are there"
+        remedy = "record both: either alone gives a ratio of torque and inertia only; or give the inertia"
+        raise InputError(Fault("inertia", what, remedy))
+    found = guess_inertia(tracks)
+    if not found > 0.0:
+        remedy = "check the torque, and that rises of the speed are spin-ups under it"
+        raise InputError(Fault("inertia", "comes out negative: spin-ups and coast-downs contradict", remedy))
+    return found, UNKNOWN * found
 
 
 identify_rundown = identify_coastdown

@@ -51,6 +51,7 @@ class Errors(NamedTuple):
         sizes: deviation of the torque common to all runs and of each run, over the typical torque; 1/f noise over the
             independent noise of a point.
         p_structure: chance of such residuals if the law held and errors were independent.
+        shifts: standard deviation of each unsure inertia's shift, in standard deviations of what was known before.
     """
 
     fit: Fit
@@ -62,6 +63,7 @@ class Errors(NamedTuple):
     dof_torque: float
     sizes: tuple[float, float, float]
     p_structure: float
+    shifts: np.ndarray
 
 
 class _Run(NamedTuple):
@@ -80,7 +82,7 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
         best: by least squares.
         data: the runs as they were fitted.
     """
-    low, high = min(run.slowest for run in data), max(run.speed for run in data)
+    low, high = min(run.slowest for run in data), max(max(run.speed, run.fastest) for run in data)
     speeds = _nodes(best, data, low, high)
     task, x = Task.of(best, data)
     scales = _typical(best, speeds)
@@ -122,8 +124,12 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
     )
     untaken = best.numbers + wide.move[:free] * task.scale - moved.numbers
     moved = moved._replace(covariance=covariance)
+    unsure = [some.index(one) for one in range(free, free + task.unsure)]
+    shifts = np.sqrt(np.maximum(np.diag(solved.joint)[unsure], 0.0))
     deviation, dof_torque = wide.deviation * unit, float(min(nodes, points))
-    return Errors(moved, deviation, untaken, speeds, joint, dof, dof_torque, (sizes[0], sizes[1], sizes[2]), p_value)
+    return Errors(
+        moved, deviation, untaken, speeds, joint, dof, dof_torque, (sizes[0], sizes[1], sizes[2]), p_value, shifts
+    )
 
 
 def _moved(task: Task, best: Fit, x: np.ndarray, step: np.ndarray, runs: list[_Run], noise: float) -> Fit:

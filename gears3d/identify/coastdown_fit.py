@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from gears3d.identify.coastdown_record import Track
-from gears3d.identify.motion import Law, coasting
+from gears3d.identify.motion import Law, coasting, spinning_up
 from gears3d.identify.parts import Model
 
 BINS = 400
@@ -37,6 +37,7 @@ class Binned(NamedTuple):
         speed: of the track at its start [rad/s].
         slowest: at its end [rad/s].
         is_speed: whether the value is a speed [rad/s], not an angle [rad].
+        fastest: of the track [rad/s]; the speed at its end where a known torque spins it up.
     """
 
     time: np.ndarray
@@ -46,6 +47,7 @@ class Binned(NamedTuple):
     speed: float
     slowest: float
     is_speed: bool
+    fastest: float = 0.0
 
 
 class Fit(NamedTuple):
@@ -83,7 +85,8 @@ def thin(track: Track) -> Binned:
     is_speed = track.measured == "speed"
     chosen = np.unique(np.linspace(0, len(track.time) - 1, BINS).astype(int))
     time, sigma = track.time[chosen], track.sigma[chosen]
-    return Binned(time, track.value[chosen], np.zeros(len(chosen)), sigma, track.speed, track.slowest, is_speed)
+    zero = np.zeros(len(chosen))
+    return Binned(time, track.value[chosen], zero, sigma, track.speed, track.slowest, is_speed, track.fastest)
 
 
 def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
@@ -105,7 +108,7 @@ def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
     rest = np.add.reduceat((track.value - model) * weight, edge) / total
     first = _run(law, start, time, track.slowest, is_speed)
     assert first is not None
-    return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest, is_speed)
+    return Binned(time, rest, first, 1.0 / np.sqrt(total), track.speed, track.slowest, is_speed, track.fastest)
 
 
 def fit(
@@ -238,11 +241,20 @@ class Task(NamedTuple):
             if (there := self.one(moved, run)) is not None:
                 slopes[:, place] = (there - at) / (moved[place] - x[place])
         all_torques = slopes[:, : len(names)] @ (x[: len(names)] * linear)  # less inertia acts like more of each
+        if self.model.runs[run].torque:
+            all_torques = all_torques + self.slope_of_torque(x, run, at)
         for place, share in enumerate(self.model.weights(run), start=len(names)):
             slopes[:, place] = -share * all_torques
         if not self.tracks[run].is_speed:
             slopes[:, first + 2 * run] = -1.0 / self.tracks[run].sigma[self.masks[run]]
         return slopes
+
+    def slope_of_torque(self, x: np.ndarray, run: int, at: np.ndarray) -> np.ndarray:
+        """Return the slope of one run's residuals in its known torque, relative."""
+        runs = list(self.model.runs)
+        runs[run] = runs[run]._replace(torque=runs[run].torque * (1.0 + _STEP))
+        there = self._replace(model=self.model._replace(runs=tuple(runs))).one(x, run)
+        return np.zeros_like(at) if there is None else (there - at) / _STEP
 
 
 def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | None:
@@ -259,6 +271,9 @@ def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | Non
 
 def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float, is_speed: bool) -> np.ndarray | None:
     """Return angle or speed; a law with a driving part need not hold down to rest."""
+    if law.push:
+        risen = spinning_up(law, start[1], since, "speed" if is_speed else "")
+        return None if risen is None else risen[1] if is_speed else start[0] + risen[0]
     drives = law.coulomb < 0.0 or law.viscous < 0.0 or law.coefficient < 0.0 or law.table is not None
     slowest = min(_BELOW * last, 0.9 * start[1]) if drives else 0.0
     found = coasting(law, start[1], since, slowest, "speed" if is_speed else "")
@@ -287,7 +302,8 @@ def guess(tracks: list[Track], model: Model) -> np.ndarray:
         model: parts, and what each track has of them.
     """
     parted = [_differenced(track) for track in tracks]
-    slowing = np.concatenate([slow for _, slow in parted])
+    pushes = [each.torque / model.inertia(run) for run, each in enumerate(model.runs)]
+    slowing = np.concatenate([slow + push for (_, slow), push in zip(parted, pushes, strict=True)])
     names = model.names()
     powers = [place for place, (_, name) in enumerate(names) if name == "exponent"]
     linear = [place for place in range(len(names)) if place not in powers]
@@ -311,6 +327,24 @@ def guess(tracks: list[Track], model: Model) -> np.ndarray:
             numbers[linear] = found / size
             best = numbers
     return best
+
+
+def guess_inertia(tracks: list[Track]) -> float:
+    """Return the inertia that coast-downs and spin-ups under known torques have in common [kg·m²], roughly.
+
+    Differenced accelerations are one parabola over the speed, less the torque over the inertia where there is one; not
+    positive where they do not fit together.
+
+    Args:
+        tracks: of both kinds.
+    """
+    parted = [_differenced(track) for track in tracks]
+    speed = np.concatenate([speed for speed, _ in parted])
+    slowing = np.concatenate([slow for _, slow in parted])
+    push = np.concatenate([np.full(len(one), track.torque) for (one, _), track in zip(parted, tracks, strict=True)])
+    u = speed / speed.max()
+    found, *_ = np.linalg.lstsq(np.column_stack([np.ones_like(u), u, u**2, -push]), slowing, rcond=None)
+    return 1.0 / float(found[3]) if found[3] > 0.0 else 0.0
 
 
 def _differenced(track: Track) -> tuple[np.ndarray, np.ndarray]:

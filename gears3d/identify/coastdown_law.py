@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.errors import InputError
+from gears3d.errors import Fault, InputError
 from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
 from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, last_speed, standardised, thin
 from gears3d.identify.coastdown_record import Track, spans
@@ -26,6 +26,8 @@ POINTS = 200
 """Of a curve."""
 REACH = 0.975
 """Quantile of 95 % intervals."""
+LOOSE = 0.5
+"""Relative standard deviation of an inertia from which on it may be of any size: its interval reaches to zero."""
 ALIKE = 0.99
 """Correlation of two numbers from which on the speeds hardly separate them."""
 
@@ -160,18 +162,24 @@ def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: l
     return best
 
 
-def report(choice: Choice, tracks: list[Track]) -> Identified:
+def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> Identified:
     """Return the law that was taken as an answer.
 
     Args:
         choice: the law.
-        tracks: the coast-downs.
+        tracks: the coast-downs, and spin-ups under known torques.
+        torque_spread: relative standard deviation of these torques: drag and inertia are proportional to them.
+
+    Raises:
+        InputError: spin-ups and coast-downs do not determine the inertia.
     """
     errors = errors_of(choice.best, choice.data)
     best, data = errors.fit, choice.data
-    parameters = _parameters(errors)
+    parameters = _parameters(errors, torque_spread)
     tracks = [
-        track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, choice.best.law(at), start))
+        track._replace(speed=track.fastest, slowest=max(float(start[1]), 0.0))
+        if track.torque
+        else track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, best.law(at), start))
         for at, (track, run, start) in enumerate(zip(tracks, data, choice.best.starts, strict=True))
     ]
     rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
@@ -196,13 +204,26 @@ def report(choice: Choice, tracks: list[Track]) -> Identified:
     return Identified(label(best.model), parameters, goodness, _snippet(best), curves, warnings)
 
 
-def _parameters(errors: Errors) -> dict[str, Parameter]:
-    """Return the free numbers with their intervals, those of parts as ``part.name``."""
+def _parameters(errors: Errors, torque_spread: float) -> dict[str, Parameter]:
+    """Return the free numbers with their intervals, those of parts as ``part.name``; with spin-ups the inertia, too."""
     from scipy.special import stdtrit
 
     best = errors.fit
-    wide = stdtrit(np.minimum(errors.dof, 1e6), REACH) * np.sqrt(np.maximum(np.diag(best.covariance), 0.0))
+    scale = np.array([name != "exponent" for _, name in best.model.names()]) * best.numbers * torque_spread
+    error = np.sqrt(np.maximum(np.diag(best.covariance), 0.0) + scale**2)
+    wide = stdtrit(np.minimum(errors.dof, 1e6), REACH) * error
     parameters = {}
+    if any(run.torque for run in best.model.runs):
+        dof = float(np.minimum(errors.dof, 1e6).min())
+        for name, sigma in zip(best.model.unsure(), errors.shifts, strict=True):
+            own = best.model.inertias[name]
+            value = own.value + own.shift * own.sigma
+            sd = float(np.hypot(sigma * own.sigma, torque_spread * value))
+            if sd > LOOSE * abs(value):
+                remedy = "record coast-downs and spin-ups over the same speeds, or give --inertia"
+                raise InputError(Fault("inertia", "is not determined by these spin-ups and coast-downs", remedy))
+            half = float(stdtrit(dof, REACH)) * sd
+            parameters[name] = Parameter(value, "kg m^2", value - half, value + half)
     for (part, name), value, half in zip(best.model.names(), best.numbers, wide, strict=True):
         key = name if part == ALONE else f"{part}.{name}"
         parameters[key] = Parameter(float(value), UNITS[name], float(value - half), float(value + half))

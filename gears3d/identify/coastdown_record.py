@@ -64,6 +64,8 @@ class Track(NamedTuple):
         findings: of the sensor checks and of the repair.
         measured: ``"angle"``, ``"speed"`` or ``"pulses"``.
         span: first and last point in the time of the record [s].
+        torque: known, that spins the gear up here [N·m]; 0 of a coast-down.
+        fastest: highest speed [rad/s], that at the last point of a spin-up.
     """
 
     time: np.ndarray
@@ -77,6 +79,8 @@ class Track(NamedTuple):
     findings: tuple[Finding, ...] = ()
     measured: str = "angle"
     span: tuple[float, float] = (0.0, 0.0)
+    torque: float = 0.0
+    fastest: float = 0.0
 
 
 def read_track(
@@ -101,7 +105,9 @@ def read_track(
     Raises:
         InputError: columns are missing, or nothing coasts down freely.
     """
-    return _longest(_tracks(admit(path, None, map_file, correct, needs=(_names(gear),), tolerate=TOLERATED), gear, span))
+    return _longest(
+        _tracks(admit(path, None, map_file, correct, needs=(_names(gear),), tolerate=TOLERATED), gear, span)
+    )
 
 
 def read_tracks(
@@ -111,6 +117,7 @@ def read_tracks(
     correct: Sequence[str] = (),
     excluded: Callable[[Sequence[Admitted]], object] = len,
     span: Span = (None, None),
+    torque: float = 0.0,
 ) -> list[Track]:
     """Read all free coast-downs of several files, each file once.
 
@@ -121,6 +128,7 @@ def read_tracks(
         correct: as for :func:`read_track`; ``"duplicated-file"`` excludes a file that repeats another's readings.
         excluded: called with the records that are excluded for that.
         span: as for :func:`read_track`.
+        torque: known, under which the gear spins up in phases of rising speed, which are then used, too [N·m].
 
     Returns:
         The coast-downs, those of one file in order of time.
@@ -131,7 +139,7 @@ def read_tracks(
     admission = admit_each(paths, None, map_file, correct, needs=(_names(gear),), tolerate=TOLERATED)
     admitted = admission.all()
     excluded(admission.repeated)
-    return [track for one in admitted for track in _tracks(one, gear, span)]
+    return [track for one in admitted for track in _tracks(one, gear, span, torque)]
 
 
 def make_track(time: np.ndarray, angle: np.ndarray, file: str = "", span: Span = (None, None)) -> Track:
@@ -154,7 +162,12 @@ def make_track(time: np.ndarray, angle: np.ndarray, file: str = "", span: Span =
 
 
 def make_tracks(
-    time: np.ndarray, value: np.ndarray, measured: str = "angle", file: str = "", span: Span = (None, None)
+    time: np.ndarray,
+    value: np.ndarray,
+    measured: str = "angle",
+    file: str = "",
+    span: Span = (None, None),
+    torque: float = 0.0,
 ) -> list[Track]:
     """Return all free coast-downs from bare arrays, repaired.
 
@@ -164,6 +177,7 @@ def make_tracks(
         measured: ``"angle"``, ``"speed"`` or ``"pulses"``.
         file: named in faults.
         span: first and last time of the free phase [s]; found where both are ``None``.
+        torque: known, under which the gear spins up in phases of rising speed, which are then used, too [N·m].
 
     Raises:
         InputError: nothing coasts down.
@@ -191,15 +205,21 @@ def make_tracks(
     prepare = {"speed": _speeds, "angle": _angles, "pulses": _pulses}[measured]
     points, more = prepare(time, value, name, file)
     found += more
-    phases = _free(points) if span == (None, None) else [_given(points)]
+    phases = _free(points) if span == (None, None) or torque else [_given(points)]
     fewest = min(fewest, _fewest(len(time), measured))
     tracks = [track for phase in phases for track in _cut(points, phase, measured, file, fewest)]
+    if torque:
+        risen = [one for phase in _risen(points) for one in _cut(points, phase, measured, file, fewest, torque)]
+        tracks = sorted([*tracks, *risen], key=lambda one: one.span)
     if not tracks:
         raise _still(points, phases, name, measured, file, fewest)
     record = (points.time[0], points.time[-1])
     if len(tracks) > 1 or any(t.span[0] > record[0] + 0.02 * (record[1] - record[0]) for t in tracks):
         spans = ", ".join(f"{t.span[0]:.6g} to {t.span[1]:.6g} s" for t in tracks[:6])
-        what = f"{len(tracks)} free coast-down{'s' * (len(tracks) > 1)} found: {spans}{' ...' * (len(tracks) > 6)}"
+        risen = sum(track.torque > 0.0 for track in tracks)
+        what = f"{len(tracks) - risen} free coast-down{'s' * (len(tracks) - risen != 1)}"
+        what += f" and {risen} spin-up{'s' * (risen != 1)}" * bool(risen)
+        what += f" found: {spans}{' ...' * (len(tracks) > 6)}"
         found.append(_finding("free-phase", name, len(tracks), f"{what} of {record[0]:.6g} to {record[1]:.6g} s",
                               "give --from and --to where this is wrong"))  # fmt: skip
     return [track._replace(findings=tuple(found) if at == 0 else ()) for at, track in enumerate(tracks)]
@@ -222,7 +242,7 @@ def _names(gear: str) -> tuple[str, ...]:
     return (f"theta_{gear}_rad", "theta_rad", f"omega_{gear}_rad_s", "omega_rad_s")
 
 
-def _tracks(admitted: Admitted, gear: str, span: Span) -> list[Track]:
+def _tracks(admitted: Admitted, gear: str, span: Span, torque: float = 0.0) -> list[Track]:
     channels = admitted.channels
     columns, file = channels.columns, channels.file
     names = [name for name in _names(gear) if name in columns]
@@ -233,7 +253,7 @@ def _tracks(admitted: Admitted, gear: str, span: Span) -> list[Track]:
     kind = "speed" if names[0].startswith("omega") else "angle"
     if gear in channels.meta.get("pulses", ()):
         kind = "pulses"
-    tracks = make_tracks(columns["time_s"], columns[names[0]], kind, file, span)
+    tracks = make_tracks(columns["time_s"], columns[names[0]], kind, file, span, torque)
     seen = tuple(one for one in admitted.findings if one.kind not in OWN)
     warm = _temperature(channels, file)
     return [
@@ -537,6 +557,13 @@ def _free(points: _Points) -> list[tuple[float, float]]:
     return phases
 
 
+def _risen(points: _Points) -> list[tuple[float, float]]:
+    """Return begin and end of the spin-ups, which are the falls of the record in reversed time."""
+    time, speed = points.speeds
+    back = points._replace(time=-points.time[::-1], speeds=(-time[::-1], speed[::-1]))
+    return [(-end, -begin) for begin, end in reversed(_free(back))]
+
+
 def _halved(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return means of pairs of groups, weighted by how long they last: that of an angle is the mean speed of both."""
     rows = len(time) // 2 * 2
@@ -611,8 +638,10 @@ def _release(time: np.ndarray, speed: np.ndarray, high: int, low: int) -> float:
     return begin + (LATE * whole if high else 0.0)
 
 
-def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str, fewest: int) -> list[Track]:
-    """Return the tracks of a free phase: one, or several where the angle has an unknown offset in between."""
+def _cut(
+    points: _Points, phase: tuple[float, float], measured: str, file: str, fewest: int, torque: float = 0.0
+) -> list[Track]:
+    """Return the tracks of a phase: one, or several where the angle has an unknown offset in between."""
     rows = np.flatnonzero((points.time >= phase[0]) & (points.time <= phase[1]))
     if rows.size < min(8, fewest):
         return []
@@ -624,12 +653,12 @@ def _cut(points: _Points, phase: tuple[float, float], measured: str, file: str, 
         least = fewest if len(bounds) == 2 else max(fewest // 2, LEAST[measured])
         if high - low < max(least, 0.03 * (last - first)):
             continue
-        track = _track(points, low, high, measured, file)
+        track = _track(points, low, high, measured, file, torque)
         tracks += [] if track is None else [track]
     return tracks
 
 
-def _track(points: _Points, low: int, high: int, measured: str, file: str) -> Track | None:
+def _track(points: _Points, low: int, high: int, measured: str, file: str, torque: float = 0.0) -> Track | None:
     time, value, sigma = points.time[low:high], points.value[low:high], points.sigma[low:high]
     part = max(min(len(time) // 25, 200), 4 if len(time) >= FEWEST else 1)
     if measured == "speed":
@@ -644,9 +673,15 @@ def _track(points: _Points, low: int, high: int, measured: str, file: str) -> Tr
         mean = np.diff(value[at]) / np.diff(time[at])
         first = float(mean[0] + 0.5 * (mean[0] - mean[1]))
         last = float(max(mean[-1] + 0.5 * (mean[-1] - mean[-2]), 0.3 * mean[-1]))
+    span = float(time[0]), float(time[-1])
+    if torque:
+        if not last > 1.02 * max(first, 0.0):
+            return None
+        first = max(first, 1e-3 * last)
+        return Track(time - time[0], value, sigma, first, first, points.quantum, file, measured=measured, span=span,
+                     torque=torque, fastest=last)  # fmt: skip
     if not first > 0.0 or last > 0.98 * first:
         return None
-    span = float(time[0]), float(time[-1])
     last = max(last, 1e-3 * first)
     return Track(time - time[0], value, sigma, first, last, points.quantum, file, measured=measured, span=span)
 
@@ -659,6 +694,6 @@ def spans(tracks: Sequence[Track]) -> list[dict[str, Any]]:
     """
     return [
         {"file": track.file, "from_s": track.span[0], "to_s": track.span[1], "measured": track.measured,
-         "points": len(track.time)}
+         "points": len(track.time)} | ({"torque_N_m": track.torque} if track.torque else {})
         for track in tracks
     ]  # fmt: skip

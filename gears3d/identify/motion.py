@@ -24,6 +24,7 @@ class Law(NamedTuple):
         exponent: of the speed.
         more: coefficient and exponent of each further power.
         table: speeds [rad/s], rising, and further decelerations there [rad/s²], straight in between.
+        push: acceleration by a known torque that spins the shaft up [rad/s²]; no part of the drag.
     """
 
     coulomb: float = 0.0
@@ -32,6 +33,7 @@ class Law(NamedTuple):
     exponent: float = 2.0
     more: tuple[tuple[float, float], ...] = ()
     table: tuple[np.ndarray, np.ndarray] | None = None
+    push: float = 0.0
 
     def deceleration(self, speed: np.ndarray) -> np.ndarray:
         """Return the deceleration [rad/s²] at speeds [rad/s], (n,).
@@ -85,12 +87,50 @@ def coasting(
     """
     if not speed > slowest:
         return None
-    nodes = slowest + (speed - slowest) * _CROWDED
+    return _between(law, slowest + (speed - slowest) * _CROWDED, since, only)
+
+
+def spinning_up(law: Law, speed: float, since: np.ndarray, only: str = "") -> tuple[np.ndarray, np.ndarray] | None:
+    """Return angle and speed of a shaft that a known torque spins up against a drag law, the angle from 0.
+
+    The same quadratures as of a coast-down, from the first speed up to the one that the torque would give without drag,
+    or to the terminal speed where the drag equals the torque.
+
+    Args:
+        law: of the deceleration, and the acceleration by the torque.
+        speed: at the start [rad/s].
+        since: time since the start [s], (n,).
+        only: ``"speed"`` where the angle is not needed.
+
+    >>> spinning_up(Law(viscous=1.0, push=2.0), 0.0, np.array([1.0]))[1].round(6).tolist()  # 2 (1 - 1/e)
+    [1.264241]
+    """
+    if speed < 0.0 or not len(since) or not law.push > 0.0:
+        return None
+    top = speed + 1.5 * law.push * float(since[-1]) + 1e-300  # a drag with a driving part may add to the torque
+    grid = np.linspace(speed, top, NODES + 1)
+    ahead = law.push - law.deceleration(grid)
+    if not (np.all(np.isfinite(ahead[1:])) and ahead[1 if np.isinf(ahead[0]) else 0] > 0.0):
+        return None
+    if np.any(stuck := ahead <= 0.0):
+        low, high = grid[int(np.argmax(stuck)) - 1], grid[int(np.argmax(stuck))]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if law.push > float(law.deceleration(np.array(middle))) else (low, middle)
+        top = low
+    if not top > speed:
+        return None
+    return _between(law, top + (speed - top) * _CROWDED, since, only)
+
+
+def _between(law: Law, nodes: np.ndarray, since: np.ndarray, only: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return angle and speed on the way from the first to the last node."""
     width = -np.diff(nodes)
     inner = 0.5 * (nodes[:-1] + nodes[1:])[:, None] + 0.5 * width[:, None] * _GAUSS
-    slowing = law.deceleration(inner)
-    at_nodes = law.deceleration(nodes)
-    if not (np.all(slowing > 0.0) and np.all(np.isfinite(slowing)) and np.all(at_nodes[:-1] > 0.0)):
+    slowing = law.deceleration(inner) - law.push
+    at_nodes = law.deceleration(nodes) - law.push
+    sense = np.sign(width[0])
+    if not (np.all(sense * slowing > 0.0) and np.all(np.isfinite(slowing)) and np.all(sense * at_nodes[:-1] > 0.0)):
         return None
     time = np.concatenate([[0.0], np.cumsum(width * (_WEIGHTS / slowing).sum(axis=1))])
     way = np.concatenate([[0.0], np.cumsum(width * (_WEIGHTS * inner / slowing).sum(axis=1))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,10 +69,12 @@ class Assembly(NamedTuple):
     Args:
         shares: parts that slow it.
         inertias: name of an inertia and how often it counts, at the recorded speed.
+        torque: known, that spins the shaft up in this run [N·m]; 0: it coasts down.
     """
 
     shares: tuple[Share, ...]
     inertias: tuple[tuple[str, float], ...]
+    torque: float = 0.0
 
 
 class Model(NamedTuple):
@@ -135,7 +137,7 @@ class Model(NamedTuple):
 
         >>> model = plain(("coulomb", "power"), 2.0, 1)
         >>> model.law(np.array([1.0, 4.0, 1.5]), 0)
-        Law(coulomb=0.5, viscous=0.0, coefficient=2.0, exponent=1.5, more=(), table=None)
+        Law(coulomb=0.5, viscous=0.0, coefficient=2.0, exponent=1.5, more=(), table=None, push=0.0)
         """
         per = 1.0 / self.inertia(run)
         coulomb = viscous = 0.0
@@ -156,7 +158,7 @@ class Model(NamedTuple):
             if "exponent" in own:
                 powers.append((per * n ** (1.0 + own["exponent"]) * own["coefficient"], own["exponent"]))
         first = powers[0] if powers else (0.0, 2.0)
-        return Law(coulomb, viscous, *first, more=tuple(powers[1:]))
+        return Law(coulomb, viscous, *first, more=tuple(powers[1:]), push=per * self.runs[run].torque)
 
     def within(self, runs: list[int]) -> Model:
         """Return the model of some of the runs, with the parts that are in them.
@@ -169,7 +171,9 @@ class Model(NamedTuple):
         return self._replace(parts=tuple(part for part in self.parts if part.name in present), runs=chosen)
 
 
-def plain(terms: tuple[str, ...], inertia: float, runs: int, sigma: float = 0.0) -> Model:
+def plain(
+    terms: tuple[str, ...], inertia: float, runs: int, sigma: float = 0.0, torques: Sequence[float] = ()
+) -> Model:
     """Return the model of run-downs that all have one drag.
 
     Args:
@@ -177,9 +181,11 @@ def plain(terms: tuple[str, ...], inertia: float, runs: int, sigma: float = 0.0)
         inertia: of what runs down [kg·m²].
         runs: how many.
         sigma: standard deviation of the inertia [kg·m²].
+        torques: known torque that spins each run up [N·m], 0 of coast-downs; all coast down unless given.
     """
     one = Assembly((Share(ALONE),), (("inertia", 1.0),))
-    return Model((Part(ALONE, terms),), (one,) * runs, {"inertia": Inertia(inertia, sigma)})
+    made = tuple(one._replace(torque=torque) for torque in torques) or (one,) * runs
+    return Model((Part(ALONE, terms),), made, {"inertia": Inertia(inertia, sigma)})
 
 
 def terms_of(law: str) -> tuple[str, ...]:

@@ -22,6 +22,14 @@ def rundown(
     inertia_uncertainty: Annotated[
         str, typer.Option(help='Standard deviation of the inertia, e.g. "0.002 kg m^2".')
     ] = "",
+    torque: Annotated[
+        str,
+        typer.Option(
+            help='Known torque under which the gear spins up where its speed rises, e.g. "0.2 N m": identifies the'
+            " inertia, too, where neither --inertia nor --rig gives it."
+        ),
+    ] = "",
+    torque_uncertainty: Annotated[str, typer.Option(help='Standard deviation of the torque, e.g. "0.004 N m".')] = "",
     law: Annotated[str | None, typer.Option(help='Fit this law, e.g. "coulomb+viscous"; default: the best.')] = None,
     meshed: Annotated[list[Path] | None, typer.Option(help="Coast-down of both gears in mesh; repeatable.")] = None,
     drive_alone: Annotated[
@@ -45,23 +53,32 @@ def rundown(
     With --meshed and --drive-alone: the mesh drag, in addition to the drag of each gear alone.
 
     Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
+
+    Drag and inertia from spin-ups and coast-downs: gears3d identify rundown record.toml --torque "0.2 N m"
     """
     from gears3d import identify as ident
     from gears3d.errors import UsageError
 
     span = (_seconds(begin, "--from"), _seconds(to, "--to"))
     inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
+    push = _quantity(torque, "torque", "--torque") if torque else 0.0
+    doubt = _quantity(torque_uncertainty, "torque", "--torque-uncertainty") if torque_uncertainty else 0.0
+    if torque_uncertainty and not torque:
+        raise UsageError("--torque-uncertainty needs --torque")
     read = partial(_tracks, map_file=map_file, correct=correct, inputs=inputs, span=span)
     if [file for file in files if file.suffix == ".toml" and ident.is_campaign(file)]:
-        if len(files) > 1 or inertia or law or meshed or drive_alone:
+        if len(files) > 1 or inertia or law or meshed or drive_alone or torque:
             raise UsageError("a campaign file contains inertias and laws: omit the other options")
         campaign = ident.read_campaign(files[0], read)
         found = ident.identify_assemblies(*campaign)
     elif meshed or drive_alone:
+        if torque:
+            raise UsageError("--torque goes with coast-downs of one gear alone: omit --meshed and --drive-alone")
         found = _mesh(files, drive_alone or [], meshed or [], rig, read)
     else:
-        known = _inertia(inertia, inertia_uncertainty, rig)
-        found = ident.identify_coastdown(read(files, "loose"), *known, law=law)
+        known = (None, 0.0) if torque and not inertia and rig is None else _inertia(inertia, inertia_uncertainty, rig)
+        tracks = read(files, "loose", torque=push)
+        found = ident.identify_coastdown(tracks, *known, law=law, torque=push, torque_uncertainty=doubt)
     answer(found, ident.rundown_picture, out, as_json, inputs)
 
 
@@ -82,12 +99,13 @@ def _tracks(
     correct: list[str] | None,
     inputs: list[str | Path | None],
     span: tuple[float | None, float | None],
+    torque: float = 0.0,
 ) -> list[Track]:
     """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
     from gears3d.cli.findings import show_findings, show_repeated
     from gears3d.identify import read_tracks
 
-    tracks = read_tracks(files, gear, map_file, correct or (), show_repeated, span)
+    tracks = read_tracks(files, gear, map_file, correct or (), show_repeated, span, torque)
     inputs += [track.file for track in tracks]
     for track in tracks:
         show_findings(track.findings, track.file, quiet=True)
@@ -126,22 +144,26 @@ def _mesh(
     )
 
 
-def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
-    from gears3d.errors import Fault, InputError, UsageError
+def _quantity(text: str, family: str, key: str) -> float:
+    """Return an inertia or torque in SI; a standard deviation may be 0."""
+    from gears3d.errors import Fault, InputError
     from gears3d.units import parse
 
-    def quantity(text: str, key: str) -> float:
-        try:
-            value = parse(text, "inertia")
-        except InputError as error:
-            raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
-        if value < 0.0 or (value == 0.0 and key == "--inertia"):
-            raise InputError(Fault(key, f"is {text!r}", "give a positive inertia"))
-        return value
+    try:
+        value = parse(text, family)
+    except InputError as error:
+        raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
+    if value < 0.0 or (value == 0.0 and not key.endswith("uncertainty")):
+        raise InputError(Fault(key, f"is {text!r}", f"give a positive {family}"))
+    return value
 
-    spread = quantity(uncertainty, "--inertia-uncertainty") if uncertainty else 0.0
+
+def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
+    from gears3d.errors import UsageError
+
+    spread = _quantity(uncertainty, "inertia", "--inertia-uncertainty") if uncertainty else 0.0
     if inertia:
-        return quantity(inertia, "--inertia"), spread
+        return _quantity(inertia, "inertia", "--inertia"), spread
     if rig is None:
         reason = "a coast-down determines only the ratio of drag and inertia"
         raise UsageError(f"Missing option '--inertia' or '--rig': {reason}; e.g. --inertia \"0.0695 kg m^2\"")
