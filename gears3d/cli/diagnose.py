@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, RequiredRig, StatedMotion, command, to_folder
+from gears3d.cli.options import Begin, Correct, End, MapFile, RequiredRig, StatedMotion, command, span_of, to_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +26,8 @@ def diagnose(
     ] = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
     stated_motion: StatedMotion = False,
     bodies: Annotated[
         bool, typer.Option("--3d/--no-3d", help="Measure the held-out error reduction in the 3D engine as well.")
@@ -58,7 +60,8 @@ def diagnose(
     bench = load(rig)
     if not records and map_file is None:
         raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out found")
-    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion)
+    span = span_of(begin, to)
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
     admitted = admission.all()
     show_repeated(admission.repeated)
     with bars() as track:

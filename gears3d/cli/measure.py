@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, StatedMotion, command
+from gears3d.cli.options import Begin, Correct, End, MapFile, StatedMotion, command, span_of
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
@@ -30,6 +30,8 @@ def measure(
         bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is measured.")
     ] = False,
     correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
     stated_motion: StatedMotion = False,
     out: Annotated[
         Path | None,
@@ -59,7 +61,8 @@ def measure(
         return
     if not records and map_file is None:
         raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
-    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion)
+    span = span_of(begin, to)
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
     show_repeated(admission.repeated)
     single = len(files_of(records or [], map_file)) == 1
     places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)

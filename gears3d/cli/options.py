@@ -61,6 +61,10 @@ MapFile = Annotated[Path | None, typer.Option("--map", help="record.toml that de
 Correct = Annotated[
     list[str] | None, typer.Option(metavar="KIND,...", help="Findings of the sensor gate to correct; repeatable.")
 ]
+Begin = Annotated[
+    str, typer.Option("--from", metavar="TIME", help='Use the record from here on, in its own time, e.g. "3.2 s".')
+]
+End = Annotated[str, typer.Option("--to", metavar="TIME", help='Use the record up to here, e.g. "41 s".')]
 StatedMotion = Annotated[
     bool,
     typer.Option(
@@ -71,3 +75,30 @@ StatedMotion = Annotated[
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
 ]
+
+
+def span_of(begin: str, to: str) -> tuple[float | None, float | None]:
+    """Return the part of a record between ``--from`` and ``--to`` [s]; ``None`` where one is not given.
+
+    Args:
+        begin: time with its unit, empty if not given.
+        to: time with its unit, empty if not given.
+
+    Raises:
+        InputError: one is no time, or they are in the wrong order.
+
+    >>> span_of("3200 ms", "")
+    (3.2, None)
+    """
+    from gears3d.errors import Fault, InputError
+    from gears3d.units import parse
+
+    limits: list[float | None] = []
+    for key, text in (("--from", begin), ("--to", to)):
+        try:
+            limits.append(parse(text, "time") if text else None)
+        except InputError as error:
+            raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
+    if limits[0] is not None and limits[1] is not None and limits[0] >= limits[1]:
+        raise InputError(Fault("--from, --to", f"are {begin!r} and {to!r}", "give an earlier and a later time"))
+    return limits[0], limits[1]

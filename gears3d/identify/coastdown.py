@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gears3d.identify.assemblies import Run, identify_assemblies
 from gears3d.errors import Fault, InputError
+from gears3d.identify.assemblies import Run, identify_assemblies
 from gears3d.identify.coastdown_fit import guess_inertia
 from gears3d.identify.coastdown_law import choose, report
 from gears3d.identify.coastdown_record import Track, read_tracks

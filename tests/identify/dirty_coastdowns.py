@@ -43,9 +43,7 @@ class Coast:
         below = np.flatnonzero(passed <= speed)
         if passed[0] < speed or not below.size:
             return None
-        some = slice(
-            max(below[0] - 1, 0), below[0] + 1
-        )  # a drifting drag changes by more than fine intervals in a step
+        some = slice(max(below[0] - 1, 0), below[0] + 1)  # within a step a drifting drag moves further than intervals
         moment = np.interp(-speed, -passed[some], time[some])
         return float(self.torque(np.array([speed]), np.array([moment - self.start]))[0])
 

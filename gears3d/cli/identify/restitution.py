@@ -7,7 +7,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, StatedMotion, admitted, answer, inputs_of
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Begin,
+    Correct,
+    End,
+    Files,
+    MapFile,
+    Out,
+    StatedMotion,
+    admitted,
+    answer,
+    inputs_of,
+    span_of,
+)
 from gears3d.cli.options import Rig
 
 _REPEATED = re.compile(r"\s*\((\d+)\)$")
@@ -22,6 +35,8 @@ def restitution(
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
     stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
@@ -46,7 +61,7 @@ def restitution(
         from gears3d.identify.restitution_list import EXPECTED
 
         raise UsageError(f"Missing option '--rig' for rattle records; a list of impacts needs none, but {EXPECTED}")
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
     found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())

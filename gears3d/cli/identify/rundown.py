@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.identify.shared import AsJson, Correct, Files, MapFile, Out, answer
+from gears3d.cli.identify.shared import AsJson, Begin, Correct, End, Files, MapFile, Out, answer, span_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -39,10 +39,8 @@ def rundown(
         Path | None,
         typer.Option(metavar="SCENARIO", help="Scenario of the test rig. Required with --meshed or without --inertia."),
     ] = None,
-    begin: Annotated[
-        str, typer.Option("--from", help='Begin of the free phase, e.g. "3.2 s"; default: found in the record.')
-    ] = "",
-    to: Annotated[str, typer.Option("--to", help='End of the free phase, e.g. "41 s"; default: found.')] = "",
+    begin: Begin = "",
+    to: End = "",
     map_file: MapFile = None,
     correct: Correct = None,
     out: Out = None,
@@ -59,7 +57,7 @@ def rundown(
     from gears3d import identify as ident
     from gears3d.errors import UsageError
 
-    span = (_seconds(begin, "--from"), _seconds(to, "--to"))
+    span = span_of(begin, to)
     inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
     push = _quantity(torque, "torque", "--torque") if torque else 0.0
     doubt = _quantity(torque_uncertainty, "torque", "--torque-uncertainty") if torque_uncertainty else 0.0
@@ -80,16 +78,6 @@ def rundown(
         tracks = read(files, "loose", torque=push)
         found = ident.identify_coastdown(tracks, *known, law=law, torque=push, torque_uncertainty=doubt)
     answer(found, ident.rundown_picture, out, as_json, inputs)
-
-
-def _seconds(text: str, key: str) -> float | None:
-    from gears3d.errors import Fault, InputError
-    from gears3d.units import parse
-
-    try:
-        return parse(text, "time") if text else None
-    except InputError as error:
-        raise InputError([Fault(key, fault.message, fault.remedy) for fault in error.faults]) from None
 
 
 def _tracks(

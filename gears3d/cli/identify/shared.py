@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gears3d.cli.options import Begin as Begin
 from gears3d.cli.options import Correct as Correct
+from gears3d.cli.options import End as End
 from gears3d.cli.options import MapFile as MapFile
 from gears3d.cli.options import RequiredRig as RequiredRig
 from gears3d.cli.options import StatedMotion as StatedMotion
 from gears3d.cli.options import command, to_picture
+from gears3d.cli.options import span_of as span_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,6 +36,7 @@ def admitted(
     correct: Sequence[str] | None = None,
     needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
     stated_motion: bool = False,
+    span: tuple[float | None, float | None] = (None, None),
 ) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition.
 
@@ -43,6 +47,7 @@ def admitted(
         correct: kinds of findings to correct.
         needs: required columns in addition to time, alternatives as a tuple.
         stated_motion: whether the rig's ``[motion]`` is a statement about the records.
+        span: first and last time of the part of each record that is used [s].
 
     Raises:
         InputError: a file cannot be used.
@@ -51,7 +56,9 @@ def admitted(
     from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
-    admission = admit_each(files, load(rig), map_file, correct or (), needs=needs, stated_motion=stated_motion)
+    admission = admit_each(
+        files, load(rig), map_file, correct or (), needs=needs, stated_motion=stated_motion, span=span
+    )
     records = admission.all()
     show_repeated(admission.repeated)
     for record in records:

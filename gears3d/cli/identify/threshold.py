@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from gears3d.cli.identify.shared import (
     AsJson,
+    Begin,
     Correct,
+    End,
     Files,
     MapFile,
     Out,
@@ -13,6 +15,7 @@ from gears3d.cli.identify.shared import (
     admitted,
     answer,
     inputs_of,
+    span_of,
 )
 
 
@@ -21,6 +24,8 @@ def threshold(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
     stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
@@ -34,7 +39,7 @@ def threshold(
     from gears3d import identify as ident
 
     sweeps = []
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
     for record in records:
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from gears3d.cli.identify.shared import (
     AsJson,
+    Begin,
     Correct,
+    End,
     Files,
     MapFile,
     Out,
@@ -13,6 +15,7 @@ from gears3d.cli.identify.shared import (
     admitted,
     answer,
     inputs_of,
+    span_of,
 )
 
 
@@ -21,6 +24,8 @@ def transmission_error(
     rig: RequiredRig,
     map_file: MapFile = None,
     correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
     stated_motion: StatedMotion = False,
     out: Out = None,
     as_json: AsJson = False,
@@ -31,5 +36,5 @@ def transmission_error(
     """
     from gears3d.identify import identify_transmission_error, orders_picture
 
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion)
+    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
     answer(identify_transmission_error(records), orders_picture, out, as_json, inputs_of(records))

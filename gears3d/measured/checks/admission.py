@@ -14,7 +14,7 @@ from gears3d.measured.checks.examination import ALWAYS, examine, refuse_unknown
 from gears3d.measured.checks.examination import correct as undo
 from gears3d.measured.checks.finding import Finding
 from gears3d.measured.drive_motion import DriveMotion, drive_motion
-from gears3d.measured.readers import Channels, files_of, read
+from gears3d.measured.readers import Channels, Span, files_of, read, within
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
@@ -103,6 +103,7 @@ def admit(
     others: Sequence[Channels] = (),
     tolerate: Sequence[str] = (),
     stated_motion: bool = False,
+    span: Span = (None, None),
 ) -> Admitted:
     """Read a measured record, examine its sensors and return it with the rig of its condition.
 
@@ -118,6 +119,7 @@ def admit(
         tolerate: kinds of findings that the caller handles itself: they are never fatal.
         stated_motion: whether the rig's ``[motion]`` is a statement about this record; otherwise the drive's encoder
             alone says how the drive moved, but for keys of ``motion`` under ``[condition]`` of the map.
+        span: first and last time of the part that is used, in the record's own time [s].
 
     Returns:
         The record, the rig and what was found.
@@ -127,7 +129,7 @@ def admit(
         UsageError: a kind cannot be corrected.
     """
     kinds = _kinds(correct)
-    channels = read(path, map_file)
+    channels = within(read(path, map_file), span)
     own = rig if rig is None else _conditioned(rig, channels, map_file or path)
     findings = examine(channels, own, others, needs, stated_motion=stated_motion)
     fatal = {one.kind for one in findings if one.fatal}
@@ -154,6 +156,7 @@ def admit_each(
     others: Sequence[Channels] = (),
     tolerate: Sequence[str] = (),
     stated_motion: bool = False,
+    span: Span = (None, None),
 ) -> Admission:
     """Examine several records and sort them into those that may be used, those that are excluded and the faults.
 
@@ -166,6 +169,7 @@ def admit_each(
         others: records given before these, to find one that is given twice.
         tolerate: as for :func:`admit`.
         stated_motion: as for :func:`admit`.
+        span: as for :func:`admit`, of each record.
 
     Returns:
         What became of each file.
@@ -180,7 +184,15 @@ def admit_each(
         known = [*others, *(one.channels for one in admitted)]
         try:
             one = admit(
-                path, rig, chart, correct, needs=needs, others=known, tolerate=tolerate, stated_motion=stated_motion
+                path,
+                rig,
+                chart,
+                correct,
+                needs=needs,
+                others=known,
+                tolerate=tolerate,
+                stated_motion=stated_motion,
+                span=span,
             )
         except InputError as error:
             faults += error.faults

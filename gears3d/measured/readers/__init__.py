@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gears3d.measured.readers.channels import Channels as Channels
+    from gears3d.measured.readers.channels import Span as Span
     from gears3d.measured.readers.channels import read as read
+    from gears3d.measured.readers.channels import within as within
     from gears3d.measured.readers.formats import open_source as open_source
     from gears3d.measured.readers.guess import propose as propose
     from gears3d.measured.readers.maps import files_of as files_of
@@ -23,10 +25,12 @@ _HOME = {
     "Reader": "plugged",
     "Signal": "source",
     "Source": "source",
+    "Span": "channels",
     "files_of": "maps",
     "open_source": "formats",
     "propose": "guess",
     "read": "channels",
+    "within": "channels",
 }
 
 

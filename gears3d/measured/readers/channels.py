@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,50 @@ def read(path: str | Path, map_file: str | Path | None = None) -> Channels:
     mapper = Mapper(open_source(path), chart, str(map_file))
     columns = mapper.columns()
     told = {"title": chart.title} if chart.title else {}
-    return Channels(columns, str(path), mapper.meta | told, flat(chart.condition))
+    found = Channels(columns, str(path), mapper.meta | told, flat(chart.condition))
+    return within(found, mapper.span(), "time.from, time.to")
+
+
+Span = tuple[float | None, float | None]
+"""First and last time of the part of a record that is used [s]; ``None``: from its beginning, to its end."""
+
+
+def within(channels: Channels, span: Span, keys: str = "--from, --to") -> Channels:
+    """Return the part of a record between two of its own times; the metadata tells which part it is.
+
+    Args:
+        channels: the record, unchecked.
+        span: first and last time [s].
+        keys: named in the fault: what gave the times.
+
+    Raises:
+        InputError: there are no rows between these times.
+
+    >>> rows = Channels({"time_s": np.array([0.0, 1.0, 2.0, 3.0])})
+    >>> within(rows, (1.0, None)).columns["time_s"].tolist()
+    [1.0, 2.0, 3.0]
+    """
+    time = channels.columns.get("time_s")
+    if span == (None, None) or time is None or not np.any(np.isfinite(time)):
+        return channels
+    low, high = (-np.inf if span[0] is None else span[0]), (np.inf if span[1] is None else span[1])
+    inside = (time >= low) & (time <= high)
+    first, last = float(np.nanmin(time)), float(np.nanmax(time))
+    if not inside.any():
+        asked = f"{low:.6g} to {high:.6g} s".replace("-inf", "the beginning").replace("inf s", "the end")
+        what = f"has 0 rows from {asked}, the record covers {first:.6g} to {last:.6g} s"
+        raise InputError(Fault(keys, what, "give times within the record, in its own time", channels.file))
+    columns = {
+        name: values[inside] if np.shape(values)[:1] == time.shape else values
+        for name, values in channels.columns.items()
+    }
+    used = columns["time_s"]
+    text = f"{used[0]:.6g} to {used[-1]:.6g} s of {first:.6g} to {last:.6g} s are used, "
+    text += f"{len(used)} of {len(time)} rows"
+    note = {"kind": "part-used", "channel": "time_s", "size": float(len(used)), "unit": "row", "text": text}
+    meta: Mapping[str, Any] = channels.meta
+    decoded = [*meta.get("decoded", []), note | {"harmless": False}]
+    return replace(channels, columns=columns, meta={**meta, "span_s": span, "decoded": decoded})
 
 
 def _as_named(source: Source) -> Channels:

@@ -64,7 +64,6 @@ class Mapper:
         time = self._time(clock, sampled) if sampled else np.zeros(0)
         found = {gear: self._turned(gear, chart, signals[gear], time) for gear, chart in charts.items()}
         columns = self._joined(found, time, charts)
-        span = self._span()
         for name, extra in self.chart.extra.items():
             if not sampled:
                 raise self._fault(f"extra.{name}", "has samples, but both gears are time stamps", "leave it out")
@@ -72,13 +71,11 @@ class Mapper:
             columns[name] = (
                 values if len(time) == len(columns["time_s"]) else np.interp(columns["time_s"], time, values)
             )
-        if span != (None, None):
-            self.meta["span_s"] = span
-            low, high = (-np.inf if span[0] is None else span[0]), (np.inf if span[1] is None else span[1])
-            inside = (columns["time_s"] >= low) & (columns["time_s"] <= high)
-            if not inside.any():
-                self._refuse_span(columns["time_s"], span)
-            columns = {name: values[inside] for name, values in columns.items()}
+        span = self.span()
+        low, high = (-np.inf if span[0] is None else span[0]), (np.inf if span[1] is None else span[1])
+        time = columns["time_s"]
+        if span != (None, None) and not np.any((time >= low) & (time <= high)):
+            self._refuse_span(time, span)
         return columns
 
     def _refuse_span(self, time: np.ndarray, span: tuple[float | None, float | None]) -> None:
@@ -92,8 +89,12 @@ class Mapper:
         remedy = f"the record goes from {low:.6g} s to {high:.6g} s"
         raise self._fault(f"time.{key}", f"{what}: no row lies there", remedy)
 
-    def _span(self) -> tuple[float | None, float | None]:
-        """Return between which times the record is used [s]."""
+    def span(self) -> tuple[float | None, float | None]:
+        """Return between which times the record is used [s].
+
+        Raises:
+            InputError: one is no time.
+        """
         from gears3d.units import parse
 
         limits: list[float | None] = []

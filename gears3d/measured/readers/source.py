@@ -240,8 +240,8 @@ def refuse_large(file: str | Path, rows: Iterable[int], more: float = 0.0) -> No
 class Whole:
     """Turns columns of one file into float64; whole numbers too long for that become distances from a common origin.
 
-    Epochs in nanoseconds have 19 digits, float64 holds 16. The origin is the first reading of the first such column, for
-    all columns that are that near to it: stamps of both gears stay on one axis of time.
+    Epochs in nanoseconds have 19 digits, float64 holds 16. The origin is the first reading of the first such column,
+    for all columns that are that near to it: stamps of both gears stay on one axis of time.
     """
 
     def __init__(self) -> None:
