@@ -19,11 +19,13 @@ LAWS = ("coulomb", "viscous", "coulomb+viscous", "quadratic", "stribeck", "drift
 CATALOGUE = {"coulomb", "viscous", "coulomb+viscous"}
 """Laws whose parameters can be compared by name; of the others only the torque."""
 SENSORS = ("encoder", "speed", "pulses")
+ALL = ("driven", "driven-after", "standstill", "several", "gap", "flicker")
 DIRT = {
-    "encoder": ("driven", "standstill", "several", "gap", "flicker", "torn", "wrong-start", "nan"),
-    "speed": ("driven", "standstill", "several", "gap", "flicker", "torn", "wrong-start", "held", "zeros", "outliers"),
-    "pulses": ("driven", "standstill", "several", "gap", "flicker", "missing", "extra", "uneven"),
+    "encoder": (*ALL, "torn", "wrong-start", "nan", "interpolation", "wrong-counts"),
+    "speed": (*ALL, "torn", "wrong-start", "held", "zeros", "outliers"),
+    "pulses": (*ALL, "missing", "extra", "uneven"),
 }
+"""Counts that are wrong by one factor all the time are not among these: no coast-down shows them."""
 
 
 @dataclass
@@ -197,6 +199,12 @@ def assembled(random: np.random.Generator, phases: Any, torque: Any, lasts: floa
         add(length, lambda t, s=solution: s(t)[0], lambda t, s=solution: s(t)[1])
         if last == 0.0 and ("standstill" in dirt or at + 1 < len(phases)):
             add(lasts * random.uniform(0.03, 0.5), lambda t: 0.0 * t, lambda t: 0.0 * t)
+    if "driven-after" in dirt:
+        top = float(phases[0][1](0.0)[1])
+        end = float(phases[-1][1](phases[-1][0])[1]) * (last > 0)
+        ramp(end, max(top * random.uniform(0.2, 0.9), 1.2 * end), lasts * random.uniform(0.05, 0.4))
+        high = float(pieces[-1][3](np.array([now]))[0])
+        add(lasts * random.uniform(0.02, 0.3), lambda t: high * t, lambda t: high + 0.0 * t)
     return pieces, coasts
 
 
@@ -243,6 +251,13 @@ def encoder(one: Case, random: np.random.Generator, pieces: Any, top: float) -> 
     step = 2 * pi / counts
     if "flicker" in one.dirt:
         angle = angle + step * 10 ** random.uniform(-0.5, 1.0) * flicker(random, len(time))
+    if "interpolation" in one.dirt:  # sine and cosine of a line are uneven: an error that repeats with each line
+        wave = random.choice([1, 2]) * angle / step / random.choice([4, 20, 100])
+        angle = angle + step * 10 ** random.uniform(-1.0, 0.5) * np.sin(2 * pi * wave + random.uniform(0, 2 * pi))
+    if "wrong-counts" in one.dirt:  # lost or counted too often in bursts, such as by disturbances of the supply
+        share = random.dirichlet(np.ones(random.integers(1, 5))) * random.uniform(-0.05, 0.05)
+        for at, part in zip(random.uniform(begin, end, len(share)), share, strict=True):
+            angle = angle + np.where(time >= at, part * angle[-1], 0.0)
     angle = np.floor(angle / step + random.uniform()) * step * (1 if random.random() < 0.8 else -1)
     if "wrong-start" in one.dirt:
         angle[: random.integers(2, 12)] = 0.0

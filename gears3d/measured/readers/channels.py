@@ -96,8 +96,11 @@ def within(channels: Channels, span: Span, keys: str = "--from, --to") -> Channe
     inside = (time >= low) & (time <= high)
     first, last = float(np.nanmin(time)), float(np.nanmax(time))
     if not inside.any():
-        asked = f"{low:.6g} to {high:.6g} s".replace("-inf", "the beginning").replace("inf s", "the end")
-        what = f"has 0 rows from {asked}, the record covers {first:.6g} to {last:.6g} s"
+        asked = (
+            "the beginning" if span[0] is None else f"{low:.6g} s",
+            "the end" if span[1] is None else f"{high:.6g} s",
+        )
+        what = f"has 0 rows from {asked[0]} to {asked[1]}, the record covers {first:.6g} to {last:.6g} s"
         raise InputError(Fault(keys, what, "give times within the record, in its own time", channels.file))
     columns = {
         name: values[inside] if np.shape(values)[:1] == time.shape else values
