@@ -24,8 +24,8 @@ LEVEL = 0.01
 """A richer law is taken when its better prediction would come by chance this rarely."""
 POINTS = 200
 """Of a curve."""
-REACH = 0.975
-"""Quantile of 95 % intervals."""
+REACH, NORMAL = 0.975, 1.96
+"""Quantile of 95 % intervals, and its place in a normal distribution."""
 LOOSE = 0.5
 """Relative standard deviation of an inertia from which on it may be of any size: its interval reaches to zero."""
 ALIKE = 0.99
@@ -198,9 +198,9 @@ def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> I
         "coastdowns": spans(tracks),
         "findings": [one.to_dict() for track in tracks for one in track.findings],
     }
-    curves = _curves(errors, tracks)
+    curves = _curves(errors, tracks, torque_spread)
     curves["residuals"] = [(track.time, rest) for track, rest in zip(data, rests, strict=True)]
-    warnings = _warnings(errors, parameters, goodness)
+    warnings = _warnings(errors, data, parameters, goodness)
     return Identified(label(best.model), parameters, goodness, _snippet(best), curves, warnings)
 
 
@@ -241,12 +241,17 @@ def _rest(track: Binned, best: Fit, run: int) -> np.ndarray:
     return found * track.sigma
 
 
-def _curves(errors: Errors, tracks: list[Track]) -> dict[str, Any]:
+def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any]:
     """Return the torque over the speed with its 95 % band: of the whole drag, and of each part."""
     best = errors.fit
     speed = np.linspace(min(t.slowest for t in tracks), max(t.speed for t in tracks), POINTS)
     most = max(range(len(tracks)), key=lambda run: len(best.model.runs[run].shares))
     whole = _torque(errors, best.model.runs[most].shares, most, speed, True)
+    # all torques are in proportion to the known one of spin-ups
+    for key, side in (("low_N_m", -1.0), ("high_N_m", 1.0)) if spread else ():
+        half = side * (whole[key] - whole["torque_N_m"])
+        more = NORMAL * spread * np.abs(whole["torque_N_m"])
+        whole[key] = whole["torque_N_m"] + side * np.hypot(half, more)
     parts = {
         part.name: {"speed_rad_s": speed, **_torque(errors, (Share(part.name),), most, speed, False)}
         for part in best.model.parts
@@ -331,7 +336,9 @@ EXPLAINED = 2.0
 """Residual over noise up to which a law explains a record: its variance is then a quarter noise."""
 
 
-def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tuple[str, ...]:
+def _warnings(
+    errors: Errors, data: list[Binned], parameters: dict[str, Parameter], goodness: dict[str, Any]
+) -> tuple[str, ...]:
     found = []
     best = errors.fit
     if errors.p_structure < SURE:
@@ -344,8 +351,9 @@ def _warnings(errors: Errors, parameters: dict[str, Parameter], goodness: dict[s
         what = f"the law does not explain the record{why}" if far or not causes else " and ".join(causes)
         found.append(f"the residual has structure ({size}): {what}; the intervals include that")
     if goodness["points"] < FEW:
-        sure = min(float(errors.dof.min()), float(goodness["points"]))
-        found.append(f"{goodness['points']} readings only: the intervals rest on {sure:.2g} degrees of freedom, and a "
+        starts = sum(1 if track.is_speed else 2 for track in data)
+        sure = goodness["points"] - len(best.numbers) - starts
+        found.append(f"{goodness['points']} readings only: the intervals rest on {sure} degrees of freedom, and a "
                      "richer law would hardly show")  # fmt: skip
     for name, parameter in parameters.items():
         kind = name.rpartition(".")[2]

@@ -33,12 +33,17 @@ def rundown_picture(found: Identified) -> Figure:
         upper.plot(rpm, part["torque_N_m"], color=colour, linestyle="--", linewidth=1, label=name)
         upper.fill_between(rpm, part["low_N_m"], part["high_N_m"], color=colour, alpha=0.2)
     upper.set(xlabel="speed [rpm]", ylabel="drag torque [N·m]", title=_title(found))
-    upper.set_ylim(0.0, 1.1 * float(max(curves["high_N_m"].max(), curves["torque_N_m"].max())))
+    upper.set_ylim(
+        min(0.0, 1.1 * float(curves["low_N_m"].min())),
+        1.1 * float(max(curves["high_N_m"].max(), curves["torque_N_m"].max())),
+    )
     upper.legend(frameon=False)
+    measured = {one["measured"] for one in found.goodness.get("coastdowns", [])}
+    factor, unit = (1.0, "rad/s") if measured == {"speed"} else (1e6, "µrad")
     for time, rest in curves["residuals"]:
-        lower.plot(time, rest * 1e6, ".", color=POINTS, markersize=2)
+        lower.plot(time, rest * factor, ".", color=POINTS, markersize=2)
     lower.axhline(0.0, color=LINE, linewidth=1)
-    lower.set(xlabel="time since the release [s]", ylabel="measured − law [µrad]")
+    lower.set(xlabel="time since the release [s]", ylabel=f"measured − law [{unit}]")
     return figure
 
 

@@ -83,6 +83,13 @@ def test_too_few_rebounds_are_refused_by_name():
         found_in(1, count=8)
 
 
+def test_impacts_too_slow_for_the_noise_are_said_with_their_speeds():
+    record = bounces(1, count=60, restitution=0.5)
+    record.summary["quality"]["flight_height_min_m"] = 60.0
+    with pytest.raises(InputError, match=r"no impact is fast enough .* approach with .* to 3\d\.?\d* mm/s, and only"):
+        identify_restitution([record], RIG)
+
+
 def test_impacts_without_rebound_bound_it():
     found = found_in(4, count=40, restitution=0.01)
     parameter = found.parameters["restitution"]
