@@ -41,6 +41,8 @@ OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "
        "drift",
        "integration")  # fmt: skip
 """Findings of the sensor checks that are repaired here, and reported with what became of them."""
+PACE = ("gaps", "jitter")
+"""Findings about even sampling, that times of pulses do not have."""
 TOLERATED = (*OWN, "drop-outs")
 """Findings that never end a coast-down; rows without a reading are excluded by the checks, however many they are."""
 RUINED = 0.2
@@ -254,7 +256,8 @@ def _tracks(admitted: Admitted, gear: str, span: Span, torque: float = 0.0) -> l
     if gear in channels.meta.get("pulses", ()):
         kind = "pulses"
     tracks = make_tracks(columns["time_s"], columns[names[0]], kind, file, span, torque)
-    seen = tuple(one for one in admitted.findings if one.kind not in OWN)
+    beside = (*OWN, *PACE) if kind == "pulses" else OWN
+    seen = tuple(one for one in admitted.findings if one.kind not in beside)
     warm = _temperature(channels, file)
     return [
         track._replace(temperature=warm, findings=(*seen * (at == 0), *track.findings))

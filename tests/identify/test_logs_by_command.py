@@ -185,6 +185,14 @@ def test_pulses_in_ms_are_repaired_and_reported(tmp_path, capsys, dirt):
     assert dirt in err
     assert answer["goodness"]["coastdowns"][0]["measured"] == "pulses"
     assert answer["goodness"]["coastdowns"][0]["to_s"] < 30.0
+    assert not {"gaps", "jitter"} & kinds(answer).keys()
+
+
+def test_waits_between_pulses_are_added_up(tmp_path, capsys):
+    time = pulses()
+    chart = write(tmp_path, {"pulse": np.diff(time, prepend=0.0)}, PULSES.replace("unit", "increments = true\nunit"))
+    answer, _ = answered(capsys, chart, *KNOWN)
+    covers(answer)
 
 
 @pytest.mark.parametrize(

@@ -192,6 +192,8 @@ def _stamps(inputs: Inputs, decode: Stamps) -> Edges:
         clock = None if decode.clock is None else parse(decode.clock, "frequency")
     with inputs.at("unit"):
         factor = _stamp_unit(inputs, decode)
+    if inputs.chart.increments:  # a log of the waits between edges
+        values = np.cumsum(values)
     if factor != 1.0:
         values = scaled(values, factor)
     direction = inputs.of("decode.direction")[0] if decode.direction else None
