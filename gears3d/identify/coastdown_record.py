@@ -416,7 +416,8 @@ def _angles(time: np.ndarray, angle: np.ndarray, name: str, file: str) -> tuple[
     count = quantum(angle)
     kept = np.diff(angle, prepend=np.nan) != 0.0
     if kept.mean() < 0.7 and kept.sum() > FEWEST and _held_angle(angle, kept, count):
-        every = len(angle) / kept.sum()
+        lasts = np.diff(np.flatnonzero(kept))
+        every = float(np.mean(lasts[lasts <= 3.0 * np.median(lasts)]))  # without a standstill
         what = f"each reading is held for {every:.3g} rows on average: one reading per update is used"
         found.append(_finding("held", name, every, what))
         time, angle = time[kept], angle[kept]
@@ -443,7 +444,8 @@ def _held_angle(angle: np.ndarray, kept: np.ndarray, count: float | None) -> boo
     lasts = np.diff(np.flatnonzero(kept))
     if count is not None and np.median(np.abs(np.diff(angle[kept]))) < 2.5 * count:
         return False
-    return bool(np.percentile(lasts, 75) <= 1.5 * np.percentile(lasts, 25) + 1.0)
+    few, many = np.percentile(lasts, [25, 75])
+    return bool(many >= 2.0 and many <= 1.5 * few + 1.0)  # at standstill alone, nothing is held while it turns
 
 
 def _jumps(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np.ndarray, np.ndarray]:
