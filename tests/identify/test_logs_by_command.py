@@ -10,7 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gears3d import cli
+from gears3d.identify import identify_coastdown, make_tracks
 from gears3d.identify.motion import Law, spinning_up
+from tests.identify import dirty_scores
 
 INERTIA = 0.02
 DRY, SLOPE = 0.04, 0.0004
@@ -324,3 +326,48 @@ def test_a_torque_that_is_not_constant_is_said_first(tmp_path, capsys):
     answer, _ = answered(capsys, speeds(tmp_path, up[0], values), "--torque", "0.3 N m")
     low, high = answer["parameters"]["inertia"]["ci95"]
     assert answer["warnings"][0].startswith("the residual has structure") or low <= INERTIA <= high
+
+
+def shown(what, hits):
+    """Print a share and return it: ``pytest --slow -s -k draws`` gives the numbers of docs/identifying.md."""
+    print(f"{what}: {sum(hits)} of {len(hits)}")  # noqa: T201 - the documentation has these numbers
+    return float(np.mean(hits))
+
+
+@pytest.mark.slow
+def test_draws_of_spin_ups_are_covered():
+    hits = {name: [] for name in ("inertia", "coulomb", "viscous")}
+    for seed in range(100, 140):
+        tracks = make_tracks(*spun(0.3, seed), "speed", torque=0.3)
+        found = identify_coastdown(tracks, None, law="coulomb+viscous").parameters
+        for name, truth in (("inertia", INERTIA), ("coulomb", DRY), ("viscous", SLOPE)):
+            hits[name].append(found[name].low <= truth <= found[name].high)
+    for name, one in hits.items():
+        assert shown(name, one) >= 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", ["viscous", "coulomb", "coulomb+viscous"])
+def test_draws_of_seven_readings_are_covered(law):
+    """Torques at a quarter, half and three quarters of the speeds, all three within, whichever law was taken."""
+    rate = 6.5e-4
+    drag = {
+        "viscous": lambda w: rate * w,
+        "coulomb": lambda w: 0.04,
+        "coulomb+viscous": lambda w: 0.8 * rate * (w + 30),
+    }
+    time = np.arange(0.0, 840.0, 120.0)
+    true = {"viscous": 72.0 * np.exp(-rate * time), "coulomb": 72.0 - 0.04 * time,
+            "coulomb+viscous": 102.0 * np.exp(-0.8 * rate * time) - 30.0}[law]  # fmt: skip
+    hits = []
+    for seed in range(60):
+        rpm = np.round(true * 30 / np.pi + 2.0 * np.random.default_rng(seed).normal(size=7))
+        found = identify_coastdown(make_tracks(time, rpm * np.pi / 30, "speed"), 1.0)
+        low, high = found.goodness["speed_rad_s"]
+        within = []
+        for part in dirty_scores.SPEEDS:
+            at = low + part * (high - low)
+            _, least, most = dirty_scores.torque_at(found, at)
+            within.append(least <= drag[law](at) <= most)
+        hits.append(all(within))
+    assert shown(law, hits) >= 0.9
