@@ -203,7 +203,7 @@ def _stamps(inputs: Inputs, decode: Stamps) -> Edges:
 def _stamp_unit(inputs: Inputs, decode: Stamps) -> float:
     """Return the seconds in the unit of time stamps; 1 for ticks of a clock, and where neither map nor file tells."""
     own = inputs.chart.unit
-    unit = own or inputs.signals["channel"].told_unit or unit_of(inputs.signals["channel"].label)
+    unit = own or inputs.signals["channel"].told_unit
     if decode.clock is not None:
         if own and not is_counts(own):
             raise InputError(Fault("", f"is {own!r}, but decode.clock makes them ticks", "give unit or decode.clock"))
@@ -213,7 +213,12 @@ def _stamp_unit(inputs: Inputs, decode: Stamps) -> float:
     if is_counts(unit):
         remedy = 'give decode.clock, such as clock = "20 MHz", or a unit of time'
         raise InputError(Fault("", f"is {unit!r}: stamps in ticks need the frequency of their clock", remedy))
-    return to_si(unit, ("time",))[0]
+    try:
+        return to_si(unit, ("time",))[0]
+    except InputError:
+        if own:
+            raise
+        return 1.0  # what the file states of another family is about the edges, not about their times
 
 
 def _counts(inputs: Inputs) -> float:
