@@ -140,7 +140,7 @@ def test_a_map_whose_times_lie_outside_names_them(tmp_path, capsys):
     time = np.arange(0.0, 30.0, 0.02)
     code, _, err = said(capsys, "identify", "rundown", speeds(tmp_path, time, speed(time), 'from = "90 s"\n'), *KNOWN)
     assert code == 3
-    assert "time.from, time.to: has 0 rows from 90 s" in err
+    assert "time.from: is '90 s': no row lies there" in err
 
 
 def test_held_readings_dropouts_and_torn_rows_are_reported(tmp_path, capsys):
