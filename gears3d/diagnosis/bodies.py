@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, contribution, fit
+from gears3d.diagnosis.freed import free_contact, free_flight
 from gears3d.diagnosis.heldout import Split, parts_of, worth
 from gears3d.diagnosis.named import table
-from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals, without
+from gears3d.diagnosis.prediction import CHANNELS, added, impact_sigma, reading_error, residuals
 from gears3d.diagnosis.verdict import heldout
 from gears3d.diagnosis.zeros import in_mesh
 from gears3d.effects import Code, SensorEffect
@@ -253,8 +254,7 @@ def _flights(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
     ])  # fmt: skip
     fast = speed[:, :: max((speed.shape[1] - 1) // (path.shape[1] - 1), 1)]
     rest = seen.loose - path - reading_error(sensors, "loose", path, fast)
-    x = seen.time - seen.time.mean(axis=1, keepdims=True)
-    return without(rest / seen.sigma, (1.0 / seen.sigma, x / seen.sigma)).ravel()
+    return free_flight(one, rest)
 
 
 def _contacts(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
@@ -266,7 +266,7 @@ def _contacts(one: Evidence, bench: Bench, sensors: Sequence[Any]) -> Array:
         loose = loose + reading_error(sensors, "loose", loose, speed * of_drive / of_loose)
         drive = drive + reading_error(sensors, "drive", drive, speed)
         rest[rows] = seen.place[rows] - (of_loose * loose - of_drive * drive)
-    return without((rest / seen.sigma)[None], ((1.0 / seen.sigma)[None],))[0] if len(rest) else rest
+    return free_contact(one, rest)
 
 
 def _impacts(one: Evidence, bench: Bench) -> Array:

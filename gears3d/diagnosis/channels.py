@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis import blows
+from gears3d.diagnosis.coloured import Slow
 from gears3d.diagnosis.leaving import leaving
 from gears3d.measured.segmentation.kinks import kinks
 from gears3d.measured.segmentation.zones import clearance
@@ -187,6 +188,7 @@ class Channels(NamedTuple):
         partings: ends of contacts.
         blows: with and without a rebound that was seen.
         corners: of the path.
+        slow: 1/f noise, in addition to the standard deviations of the points.
     """
 
     flights: Flights
@@ -198,6 +200,7 @@ class Channels(NamedTuple):
     blows: blows.Blows = blows.none()
     partings: Partings = Partings(np.zeros(0), np.zeros(0), np.zeros(0, int))
     corners: Corners = Corners(np.zeros(0), np.zeros(0), np.zeros(0, int), np.zeros(0), np.zeros(0))
+    slow: Slow = Slow()
 
 
 def channels(cut: Segments) -> Channels:
@@ -216,7 +219,11 @@ def channels(cut: Segments) -> Channels:
     contacts = Contacts(*(np.append(one, more) for one, more in zip(contacts, beside, strict=True)))
     left_out = {"flight": few, "loss": stray, "impact": silent, "contact": moving}
     partings = Partings(*_angles(cut, cut.contacts["end_s"]), cut.contacts["flank"].astype(int))
-    return Channels(flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut), partings, corners)
+    drive, loose = cut.track.models
+    slow = Slow(cut.track.model.flicker, drive.flicker, loose.flicker)
+    return Channels(
+        flights, contacts, impacts, losses, _drive(cut), left_out, blows.blows(cut), partings, corners, slow
+    )
 
 
 def nothing() -> Channels:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.diagnosis.coloured import filter_of, roots_of, whitened
+
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
 
@@ -59,15 +61,48 @@ def free_flight(one: Evidence, path: Array) -> Array:
 
     Args:
         one: the record.
-        path: angle at the points of its flights [rad], (f, BINS).
+        path: angle at the points of its flights, real or complex [rad], (f, BINS).
     """
-    flights = one.channels.flights
     if not len(path):
         return np.zeros(0)
+    return freed(_weighted(one, path), _starts(one)).ravel()
+
+
+def back_flight(one: Evidence, rest: Array) -> Array:
+    """Return the transpose of :func:`free_flight`, applied to residuals of flights, (f, BINS).
+
+    Args:
+        one: the record.
+        rest: in standard deviations, (f * BINS,).
+    """
+    flights = one.channels.flights
+    value = freed(rest.reshape(flights.time.shape), _starts(one))
+    roots = _roots(one)
+    return value / flights.sigma if roots is None else np.einsum("fji,fj->fi", roots, value)
+
+
+def _weighted(one: Evidence, path: Array) -> Array:
+    roots = _roots(one)
+    return path / one.channels.flights.sigma if roots is None else np.einsum("fij,fj->fi", roots, path)
+
+
+def _roots(one: Evidence) -> Array | None:
+    """Return what makes the points of flights white; ``None`` where they have no noise but white."""
+    flights, slow = one.channels.flights, one.channels.slow.loose
+    if slow <= 0.0 or not len(flights.time):
+        return None
+    if "roots" not in one.kept:
+        one.kept["roots"] = roots_of(flights.time, flights.sigma, slow)
+    return one.kept["roots"]
+
+
+def _starts(one: Evidence) -> list[Array]:
+    """Return start angle and speed of each flight, orthonormal, each (f, BINS)."""
     if "flight" not in one.kept:
-        x = flights.time - flights.time.mean(axis=1, keepdims=True)
-        one.kept["flight"] = orthonormal((1.0 / flights.sigma, x / flights.sigma))
-    return freed(path / flights.sigma, one.kept["flight"]).ravel()
+        time = one.channels.flights.time
+        x = time - time.mean(axis=1, keepdims=True)
+        one.kept["flight"] = orthonormal((_weighted(one, np.ones_like(x)), _weighted(one, x)))
+    return one.kept["flight"]
 
 
 def free_contact(one: Evidence, place: Array) -> Array:
@@ -79,10 +114,8 @@ def free_contact(one: Evidence, place: Array) -> Array:
     """
     if not len(place):
         return place
-    sigma = one.channels.contacts.sigma
-    if "contact" not in one.kept:
-        one.kept["contact"] = orthonormal(((1.0 / sigma)[None],))
-    return freed((place / sigma)[None], one.kept["contact"])[0]
+    seen = one.channels.contacts
+    return _free_in_time(one, "contact", seen.time, seen.sigma, one.channels.slow.place, place, (np.ones_like(place),))
 
 
 def free_drive(one: Evidence, angle: Array) -> Array:
@@ -93,11 +126,26 @@ def free_drive(one: Evidence, angle: Array) -> Array:
         angle: at its points of the drive's motion [rad], (d,).
     """
     seen = one.channels.drive
-    if "drive" not in one.kept:
-        swing = one.motion.speed(seen.time) - one.motion.mean
-        free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
-        one.kept["drive"] = orthonormal(tuple(column[None] for column in free))
-    return freed((angle / seen.sigma)[None], one.kept["drive"])[0]
+    swing = one.motion.speed(seen.time) - one.motion.mean
+    free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
+    sigma = np.full(len(seen.time), seen.sigma)
+    return _free_in_time(one, "drive", seen.time, sigma, one.channels.slow.drive, angle, free)
+
+
+def _free_in_time(
+    one: Evidence, name: str, time: Array, sigma: Array, slow: float, values: Array, free: tuple[Array, ...]
+) -> Array:
+    """Return readings made white, without their share of columns that are free."""
+    if (key := ("white", name)) not in one.kept:
+        one.kept[key] = filter_of(time, sigma, slow) if slow > 0.0 else None
+    by = one.kept[key]
+
+    def white(column: Array) -> Array:
+        return column / sigma if by is None else whitened(column, by)
+
+    if name not in one.kept:
+        one.kept[name] = orthonormal(tuple(white(column)[None] for column in free))
+    return freed(white(values)[None], one.kept[name])[0]
 
 
 def speed_of(one: Evidence, channel: str) -> Array:

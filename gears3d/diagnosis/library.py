@@ -149,6 +149,8 @@ def _among(old: Evidence, new: Evidence, name: str) -> slice | Array | None:
         return slice(None)
     if name not in ("contact", "impact") or len(now.time) > len(before.time):
         return None
+    if name == "contact" and new.channels.slow.place > 0.0:  # points are made white by those before them
+        return None
     order = np.argsort(before.time, kind="stable")
     place = order[np.minimum(np.searchsorted(before.time, now.time, sorter=order), len(order) - 1)]
     same = all(np.array_equal(one[place], other) for one, other in zip(before, now, strict=True))

@@ -163,14 +163,15 @@ def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
     return free_flight(one, path)
 
 
-def bend(x: Array, sigma: Array) -> Array:
+def bend(one: Evidence) -> Array:
     """Return what a unit deceleration does to the points of flights, free of start angle and speed, (f, BINS).
 
     Args:
-        x: time of the points from the middle of each flight [s].
-        sigma: their standard deviations [rad].
+        one: the record.
     """
-    return without(-0.5 * x * x / sigma, (1.0 / sigma, x / sigma))
+    time = one.channels.flights.time
+    x = time - time.mean(axis=1, keepdims=True)
+    return free_flight(one, -0.5 * x * x).reshape(time.shape)
 
 
 def _contact_base(one: Evidence) -> Array:

@@ -89,8 +89,7 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
         flights = one.channels.flights
         if not len(flights.time):
             continue
-        x = flights.time - flights.time.mean(axis=1, keepdims=True)
-        shape = bend(x, flights.sigma)
+        shape = bend(one)
         square = np.sum(shape**2, axis=1)
         slow.append(np.sum(shape * rest.reshape(-1, BINS), axis=1) / square)
         weight.append(np.sqrt(square))

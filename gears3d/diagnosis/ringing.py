@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
-from gears3d.diagnosis.freed import freed, orthonormal
+from gears3d.diagnosis.freed import free_flight
 from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 
 Array = np.ndarray
@@ -87,8 +87,7 @@ class _Blows(NamedTuple):
         last: blow before each flight, -1 before any, (f,).
         since: time from it to the points of the flight [s], (f, BINS).
         width: time that a point is a mean over [s], (f, 1).
-        sure: one over the standard deviation of the points, (f, 1).
-        columns: start angle and speed of the flights, orthonormal, each (f, BINS).
+        heard: the record whose flights they are.
     """
 
     apart: Array
@@ -96,8 +95,7 @@ class _Blows(NamedTuple):
     last: Array
     since: Array
     width: Array
-    sure: Array
-    columns: list[Array]
+    heard: Evidence
 
 
 def _blows(one: Evidence) -> _Blows:
@@ -108,8 +106,7 @@ def _blows(one: Evidence) -> _Blows:
     last = np.searchsorted(time, flights.time[:, 0], side="right") - 1
     since = np.maximum(flights.time - time[np.maximum(last, 0)][:, None], 0.0)
     width = (flights.time[:, -1:] - flights.time[:, :1]) / (BINS - 1)
-    x, sure = flights.time - flights.time.mean(axis=1, keepdims=True), 1.0 / flights.sigma
-    return _Blows(np.diff(time, prepend=time[0]), jump, last, since, width, sure, orthonormal((sure, x * sure)))
+    return _Blows(np.diff(time, prepend=time[0]), jump, last, since, width, one)
 
 
 def _ringing(one: _Blows, turn: float, damping: float) -> Array:
@@ -120,5 +117,4 @@ def _ringing(one: _Blows, turn: float, damping: float) -> Array:
         now = now * kept + jump
         state.append(now)
     wave = np.where(one.last < 0, 0j, np.array(state)[np.maximum(one.last, 0)])[:, None] * np.exp(pole * one.since)
-    wave = wave * (np.sinc(turn * one.width / (2.0 * pi)) * one.sure)
-    return freed(wave, one.columns).ravel()
+    return free_flight(one.heard, wave * np.sinc(turn * one.width / (2.0 * pi)))

@@ -53,7 +53,7 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
     flights = one.channels.flights
     if len(flights.time) < FEWEST:
         return one
-    shape = bend(flights.time - flights.time.mean(axis=1, keepdims=True), flights.sigma)
+    shape = bend(one)
     square, rest = np.sum(shape**2, axis=1), rest.reshape(shape.shape)
     slow, sigma = np.sum(shape * rest, axis=1) / square, square**-0.5
     off = np.abs(slow - np.median(slow))

@@ -12,7 +12,7 @@ import numpy as np
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.falling import between, fallen, held_back, step_of
-from gears3d.diagnosis.freed import free_flight
+from gears3d.diagnosis.freed import back_flight, free_flight
 from gears3d.diagnosis.structure import (
     FEWEST,
     LOWEST,
@@ -122,15 +122,12 @@ def paths_of(one: Evidence, slowing: Array) -> Array:
         one: the record.
         slowing: on the fine grid of its flights, real or complex [rad/s²], (f, n).
     """
-    path = held_back(one, slowing)
-    whole = free_flight(one, np.real(path))
-    return (whole + 1j * free_flight(one, np.imag(path)) if np.iscomplexobj(path) else whole).reshape(-1, BINS)
+    return free_flight(one, held_back(one, slowing)).reshape(-1, BINS)
 
 
 def _backwards(one: Evidence, rest: Array) -> Array:
     """Return the transpose of ``paths_of``: what points of flights say of decelerations on the fine grid, (f, n)."""
-    sigma = one.channels.flights.sigma
-    value = free_flight(one, rest.reshape(-1, BINS) * sigma).reshape(-1, BINS) / sigma
+    value = back_flight(one, rest)
     below, part, each = between(one)
     spread = np.zeros_like(one.fine[0])
     np.add.at(spread, (each, below), (1.0 - part) * value)

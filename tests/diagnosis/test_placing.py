@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import BINS, without
+from gears3d.diagnosis.coloured import Slow
 from gears3d.diagnosis.evidence import _fine
 from gears3d.diagnosis.placing import placed, pulled
 
@@ -35,7 +36,8 @@ def _record(random, speed, pull):
     whole = np.linspace(0.0, 13.0, 4000)
     blows = np.array([0.0, 0.0, GAP, GAP])
     impacts = SimpleNamespace(flank=np.array([0, 0, 1, 1]), drive=np.zeros(4), loose=-blows / RADII[1])
-    channels = SimpleNamespace(flights=flights, impacts=impacts, drive=SimpleNamespace(time=whole, angle=speed * whole))
+    drive = SimpleNamespace(time=whole, angle=speed * whole)
+    channels = SimpleNamespace(flights=flights, impacts=impacts, drive=drive, slow=Slow())
     x = time - time.mean(axis=1, keepdims=True)
     rest = without(bent / SIGMA, (np.ones_like(x), x)).ravel()
     return SimpleNamespace(channels=channels, fine=fine, at=where, kept={}, radii=RADII), rest

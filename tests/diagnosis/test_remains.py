@@ -7,6 +7,7 @@ import pytest
 
 from gears3d.diagnosis import BINS, without
 from gears3d.diagnosis.amiss import amiss
+from gears3d.diagnosis.coloured import Slow
 from gears3d.diagnosis.ringing import rung
 from gears3d.diagnosis.structure import binned, parted, scanned
 from tests.diagnosis.blind_tables import rate
@@ -80,7 +81,7 @@ def test_what_rings_after_blows_is_told_with_its_frequency_and_noise_rings_not(d
     free = (1.0 / sigma, x / sigma)
     impacts = SimpleNamespace(time=struck, velocity=speed, rebound=-0.4 * speed)
     flights = SimpleNamespace(time=time, sigma=sigma)
-    record = SimpleNamespace(channels=SimpleNamespace(impacts=impacts, flights=flights))
+    record = SimpleNamespace(channels=SimpleNamespace(impacts=impacts, flights=flights, slow=Slow()), kept={})
     noise = random.normal(size=time.shape)
     sure = np.ones(len(time))
     (found,) = rung([record] * 2, [without(ring / sigma + noise, free).ravel()] * 2, sure)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import BINS, without
+from gears3d.diagnosis.coloured import Slow
 from gears3d.diagnosis.evidence import _fine
 from gears3d.diagnosis.waving import waved
 from tests.diagnosis.blind_tables import rate
@@ -26,7 +27,7 @@ def _record(random, speed, size, order, lasts=(0.02, 0.12), begins=None, count=F
     fine, at = _fine(SimpleNamespace(flights=flights))
     x = time - time.mean(axis=1, keepdims=True)
     rest = without(path / SIGMA, (np.ones_like(x), x)).ravel()
-    return SimpleNamespace(channels=SimpleNamespace(flights=flights), fine=fine, at=at, kept={}), rest
+    return SimpleNamespace(channels=SimpleNamespace(flights=flights, slow=Slow()), fine=fine, at=at, kept={}), rest
 
 
 def _found(random, size=0.0, order=5.43, locked=(0.0, 0.0, 0.0), highest=40, **about):
