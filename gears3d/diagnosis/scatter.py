@@ -1,7 +1,8 @@
 """Restitution that scatters: more variance of the rebounds than their own errors, in proportion to the speed.
 
 Rebounds below a record's threshold of sight were not seen. They count by the chance of that: without them, restitution
-would be found too large and its scatter too small.
+would be found too large and its scatter too small. Under noise a record overlooks stronger ones as well, whatever their
+speed; how often is estimated with the scatter, so that rebounds that were overlooked are not held for weak ones.
 """
 
 from __future__ import annotations
@@ -22,6 +23,10 @@ FEWEST = 20
 """Rebounds without which nothing is said of their scatter."""
 STRAY = 0.003
 """Part of the blows that may be anything: cut wrongly, or run together."""
+MISSED, USUAL = 0.9, 0.1
+"""Part of the rebounds above the threshold of sight that a record overlooks at most, and its mean beforehand."""
+OVERLOOKED = (-4.0, 0.0)
+"""Logits of that part at which a fit begins: 2 % and a half of ``MISSED``."""
 TRUST = 0.3
 """Standard deviation of the logarithm of the factor by which stated errors may be off."""
 SURE = 30.0
@@ -65,12 +70,14 @@ class Scatter(NamedTuple):
         sigma: of the value.
         gain: fall of chi-square against errors of the speeds alone.
         noise: factor on the stated errors of the speeds.
+        missed: part of the rebounds above the threshold of sight that were overlooked.
     """
 
     value: float
     sigma: float
     gain: float
     noise: float
+    missed: float
 
 
 def rebounds(records: Sequence[Evidence]) -> Rebounds:
@@ -130,10 +137,10 @@ def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter
     plain, found = _likeliest(every, cost, np.zeros(0))
     value = abs(float(found.x[1]))
     step = max(0.05 * value, 1e-4)
-    profile = [cost(np.array([found.x[0], value + k * step])) for k in (-1.0, 0.0, 1.0)]
+    profile = [cost(np.array([found.x[0], value + k * step, *found.x[2:]])) for k in (-1.0, 0.0, 1.0)]
     bend = (profile[0] - 2.0 * profile[1] + profile[2]) / step**2
     sigma = float(np.sqrt(2.0 / bend)) if bend > 0.0 else np.inf
-    return Scatter(value, sigma, float(plain.fun - found.fun), float(np.exp(found.x[0])))
+    return Scatter(value, sigma, float(plain.fun - found.fun), _worse(found.x[0]), _missed(found.x[2]))
 
 
 def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
@@ -160,12 +167,14 @@ def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
     plain, found = _likeliest(every, cost, begin)
     if plain.fun - found.fun < SURE:
         return list(records)
-    mean = base + columns @ found.x[2:]
-    made, sigma = working(every, mean, float(found.x[1]), float(np.exp(found.x[0])))
+    mean = base + columns @ found.x[3:]
+    made, sigma = working(every, mean, float(found.x[1]), _worse(found.x[0]), _missed(found.x[2]))
     return [_with(one, made[every.record == k], sigma[every.record == k]) for k, one in enumerate(records)]
 
 
-def working(every: Rebounds, mean: Array, deviation: float, noise: float = 1.0) -> tuple[Array, Array]:
+def working(
+    every: Rebounds, mean: Array, deviation: float, noise: float = 1.0, missed: float = 0.0
+) -> tuple[Array, Array]:
     """Return for each blow the coefficient and its standard deviation that have its likelihood's slope and bend, (b,).
 
     Args:
@@ -173,6 +182,7 @@ def working(every: Rebounds, mean: Array, deviation: float, noise: float = 1.0) 
         mean: coefficient of each, (b,).
         deviation: of the scatter.
         noise: factor on the stated errors.
+        missed: part of the rebounds above the threshold of sight that were overlooked.
 
     >>> none, one = np.array([np.nan]), np.ones(1)
     >>> seen = Rebounds(np.array([0.5]), 0.0 * one, 0.2 * one, one, one, 0 * one)
@@ -184,8 +194,10 @@ def working(every: Rebounds, mean: Array, deviation: float, noise: float = 1.0) 
     spread = np.hypot(deviation, noise * every.error)
     at = (every.cut - mean) / spread
     ratio = np.exp(-0.5 * at**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(at))
-    bend = np.maximum(ratio * (ratio + at), 1e-12)
-    made = np.where(every.seen, every.ratio, mean - ratio / bend * spread)
+    weak = 1.0 / (1.0 + missed / max(1.0 - missed, 1e-12) * np.exp(-log_ndtr(at)))  # chance that it was weak
+    pull = weak * ratio
+    bend = np.maximum(pull * (pull + at), 1e-12)
+    made = np.where(every.seen, every.ratio, mean - pull / bend * spread)
     return made, np.where(every.seen, spread, spread / np.sqrt(bend))
 
 
@@ -201,20 +213,32 @@ def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
     return replace(one, channels=one.channels._replace(impacts=Impacts(*(column[kept] for column in impacts))))
 
 
+def _worse(log: float) -> float:
+    """Return the factor on the stated errors, no less than 1: what errors as they are stated explain is no scatter."""
+    return float(np.exp(max(log, 0.0)))
+
+
+def _missed(logit: float) -> float:
+    """Return the part of the rebounds above the threshold of sight that were overlooked."""
+    return STRAY + (MISSED - STRAY) / (1.0 + float(np.exp(-np.clip(logit, -50.0, 50.0))))
+
+
 def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], float]:
-    """Return minus twice the log-likelihood of (logarithm of the noise, scatter, what the mean has more...)."""
+    """Return minus twice the log-likelihood of (log of the noise, scatter, part missed, what the mean has more...)."""
     seen = every.seen
 
     def cost(numbers: Array) -> float:
-        mean = base + columns @ numbers[2:]
-        spread = np.hypot(np.exp(numbers[0]) * every.error, numbers[1])
+        mean, missed = base + columns @ numbers[3:], _missed(numbers[2])
+        spread = np.hypot(_worse(numbers[0]) * every.error, numbers[1])
         spread = np.maximum(spread, 1e-9)
         normal = -0.5 * np.square((every.ratio[seen] - mean[seen]) / spread[seen]) - np.log(
             np.sqrt(2.0 * np.pi) * spread[seen]
         )
+        shown = np.logaddexp(normal + np.log1p(-STRAY), np.log(STRAY)) + np.log1p(-missed)
         below = log_ndtr((every.cut[~seen] - mean[~seen]) / spread[~seen])
-        likely = np.logaddexp(np.concatenate([normal, below]) + np.log1p(-STRAY), np.log(STRAY))
-        return float(-2.0 * np.sum(likely) + (numbers[0] / TRUST) ** 2)
+        hidden = np.logaddexp(below + np.log1p(-missed), np.log(missed))
+        likely = float(np.sum(shown) + np.sum(hidden))
+        return -2.0 * likely + (numbers[0] / TRUST) ** 2 + 2.0 * missed / USUAL + (numbers[2] / 10.0) ** 2
 
     return cost
 
@@ -228,10 +252,11 @@ def _likeliest(every: Rebounds, cost: Callable[[Array], float], begin: Array) ->
     wide = max(1.4826 * float(np.median(np.abs(apart))), usual)
     options = {"xatol": 1e-5, "fatol": 1e-3, "maxiter": 4000, "maxfev": 4000, "adaptive": True}
 
-    def least(function: Callable[[Array], float], start: list[float]) -> Any:
-        first = minimize(function, [*start, *begin], method="Nelder-Mead", options=options)
-        return minimize(function, first.x, method="Nelder-Mead", options=options) if len(begin) else first
+    def least(function: Callable[[Array], float], starts: list[list[float]]) -> Any:
+        tried = [minimize(function, [*one, *begin], method="Nelder-Mead", options=options) for one in starts]
+        best = min(tried, key=lambda each: each.fun)
+        return minimize(function, best.x, method="Nelder-Mead", options=options) if len(begin) else best
 
-    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [0.5])
-    tried = [least(cost, start) for start in ([0.0, wide], [0.2, 0.3 * usual])]
-    return plain, min(tried, key=lambda each: each.fun)
+    plain = least(lambda x: cost(np.concatenate([x[:1], [0.0], x[1:]])), [[0.5, logit] for logit in OVERLOOKED])
+    few, many = OVERLOOKED[0], float(plain.x[1])
+    return plain, least(cost, [[0.0, wide, few], [0.2, 0.3 * usual, few], [0.2, 0.3 * usual, many]])
