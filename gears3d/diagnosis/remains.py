@@ -111,10 +111,20 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
 
 
 def _locked(records: Sequence[Evidence], gear: str) -> list[float]:
-    """Return the order of the drive's slowest fluctuation in each record, 0 where it has none."""
+    """Return the order of the drive's strongest fluctuation in each record, 0 where it has none.
+
+    Rattle repeats with that one; a weak harmonic at an order of the drive has all whole orders for its multiples.
+    """
     ratio = {"drive": 1.0, "loose": records[0].radii[0] / records[0].radii[1]}[gear] if records else 1.0
-    slowest = [float(one.motion.harmonics[:, 2].min()) if len(one.motion.harmonics) else 0.0 for one in records]
-    return [turn / max(abs(one.motion.mean) * ratio, 1e-9) for turn, one in zip(slowest, records, strict=True)]
+    return [_strongest(one.motion.harmonics) / max(abs(one.motion.mean) * ratio, 1e-9) for one in records]
+
+
+def _strongest(harmonics: Array) -> float:
+    """Return the angular frequency of the harmonic of greatest speed [rad/s], 0 without any."""
+    if not len(harmonics):
+        return 0.0
+    cosine, sine, turn = harmonics.T
+    return float(turn[np.argmax(np.hypot(cosine, sine) * turn)])
 
 
 def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
@@ -139,7 +149,8 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
     speed, flank = (np.concatenate([getattr(one, name) for one in seen]) for name in ("velocity", "flank"))
     approach = np.concatenate([_approach(one) for one in records])
-    yield from binned("impact.speed", value, sure, approach, "m/s", least=1.0)
+    record = np.repeat(np.arange(len(seen)), [len(one.time) for one in seen])
+    yield from binned("impact.speed", value, sure, approach, "m/s", least=1.0, record=record)
     yield from binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0)
     usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
     share = usual / np.maximum(np.abs(speed), 1e-9)  # what becomes of restitution at the usual speed
@@ -148,7 +159,7 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     for gear in ("drive", "loose"):
         turns = [getattr(one, gear) for one in seen]
         over = np.mod(np.concatenate(turns), 2.0 * np.pi)
-        teeth += binned("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0)
+        teeth += binned("impact.tooth", value, sure, over, "m/s", 3 * PIECES, 1.0, record)
         orders += scanned(f"impact.order_{gear}", value, sure, turns, highest, "m/s", _locked(records, gear), 1.0)
     most = max((one.gain for one in teeth), default=np.inf)
     yield from [one for one in orders if one.gain > FOREIGN * most] or teeth

@@ -98,10 +98,12 @@ def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, 
     rate = 1.0 / (known.step * together)
     turn, power = welch(place, rate, nperseg=min(int(SECONDS * rate), len(place)), detrend="linear")
     total = np.concatenate([[0.0], np.cumsum(power)]) * turn[1]
-    slowest = min((each.frequency for each in one.rig.motion.harmonics), default=0.0)
+    # lines stand apart by the strongest harmonic's frequency; weak ones are slower, but carry no rattle
+    strongest = max(one.rig.motion.harmonics, key=lambda each: each.amplitude, default=None)
+    between = 0.0 if strongest is None else strongest.frequency
 
     def width(middle: Array) -> Array:
-        return np.maximum(WIDE * middle, slowest)
+        return np.maximum(WIDE * middle, between)
 
     def about(middle: Array) -> Array:
         half = 0.5 * width(middle)

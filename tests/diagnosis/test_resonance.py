@@ -11,13 +11,15 @@ RATE, LASTS, BACKLASH = 5000.0, 4.0, 3e-4
 SPEEDS = (5.0, 9.0, 21.0)
 
 
-def _bench(place, speeds=SPEEDS, fluctuation=4.0):
+def _bench(place, speeds=SPEEDS, fluctuation=4.0, few=0):
     """Records with a displacement of ``place(time, speed)`` [m]."""
     time = np.arange(0.0, LASTS, 1.0 / RATE)
     rig = SimpleNamespace(backlash=BACKLASH)
     records, tracks = [], {}
     for speed in speeds:
-        motion = SimpleNamespace(mean=speed, harmonics=[SimpleNamespace(frequency=fluctuation, amplitude=0.1 * speed)])
+        strong = SimpleNamespace(frequency=fluctuation, amplitude=0.1 * speed)
+        weak = [SimpleNamespace(frequency=speed / (2.0 * np.pi), amplitude=0.005 * speed)] * few
+        motion = SimpleNamespace(mean=speed, harmonics=[strong, *weak])
         one = SimpleNamespace(rig=SimpleNamespace(motion=motion, rig=lambda: rig))
         tracks[id(one)] = SimpleNamespace(
             radii=(1.0, 1.0), drive=place(time, speed), loose=np.zeros_like(time), step=1.0 / RATE
@@ -51,6 +53,18 @@ def test_what_rings_at_every_speed_is_told_with_its_frequency(damping):
     assert found.structure.name == "impact.duration"
     assert 3e-6 < found.structure.size < 3e-5
     assert found.power.shape == (len(SPEEDS), len(found.frequency))
+
+
+def test_lines_of_the_rattle_are_none_though_the_drive_has_a_weak_and_slow_harmonic():
+    def place(time, speed):
+        """One fall across the gap and back in each period of 1/7 s: lines at all multiples of 7 Hz."""
+        part = np.mod(7.0 * time, 1.0)
+        return 1e-7 * np.random.default_rng(int(10 * speed)).normal(size=len(time)) + 4.0 * BACKLASH * part * (
+            1.0 - part
+        )
+
+    assert resonance(*_bench(place, fluctuation=7.0, few=0)) is None
+    assert resonance(*_bench(place, fluctuation=7.0, few=1)) is None
 
 
 def test_rattle_alone_and_an_order_that_moves_with_the_speed_are_none():
