@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.amiss import amiss
+from gears3d.diagnosis.amiss import amiss, unspent
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
 from gears3d.diagnosis.experiments import Experiment, experiments
@@ -35,6 +35,7 @@ from gears3d.diagnosis.verdict import (
     judged,
     name_law,
     power,
+    predictive,
     remaining,
     upheld,
 )
@@ -194,6 +195,8 @@ def _diagnosed(
         left = [*kicks, *same]
         kept = [] if kicks else upheld(found, left)
         if len(kept) == len(found.fit.causes):
+            kept = predictive(found)
+        if len(kept) == len(found.fit.causes):
             break
         found = keeping(found, kept)
     if left and not kicks and (law := with_others(seen)) is not None:
@@ -211,6 +214,7 @@ def _diagnosed(
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted_all}
     tell("done", 1.0)
     off, more = shared(found.records, found.fit.rest, amiss(found.records, found.fit.rest), amiss)
+    off += [one for one in unspent(found) if one.name not in {each.name for each in [*left, *off]}]
     left, odd = [*left, *off], [*odd, *more]
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"

@@ -16,6 +16,9 @@ from gears3d.diagnosis.prediction import CHANNELS, residuals, rms_of
 Array = np.ndarray
 STRETCHES = 4
 """Stretches that a lone record is cut into."""
+WORSE = 15.0
+"""Fall of the log-likelihood of held-out data that refutes causes: as much as a cause must gain to be accepted, half of
+30 in chi-square."""
 UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad", "visit": "m"}
 """Units of the channels, and of visits to the flanks."""
 
@@ -30,6 +33,7 @@ class Split(NamedTuple):
         noise: the same of noise alone.
         likelihood: gain in log-likelihood.
         sizes: root mean square errors by channel, of base and extended [its unit].
+        gains: gain in log-likelihood by channel.
     """
 
     held: tuple[str, ...]
@@ -38,6 +42,7 @@ class Split(NamedTuple):
     noise: float
     likelihood: float
     sizes: dict[str, tuple[float, float]]
+    gains: dict[str, float] = {}  # noqa: RUF012 - of a tuple, never written to
 
     @property
     def gain(self) -> float:
@@ -88,10 +93,27 @@ def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> 
     seen = [name for name in CHANNELS if name in before and len(before[name])]
     level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
     base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
-    likelihood = sum(0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen)
+    gains = {n: 0.5 * float(before[n] @ before[n] - after[n] @ after[n]) / max(level[n], 1.0) for n in seen}
     sizes = {name: (rms_of(before[name], [held], name), rms_of(after[name], [held], name)) for name in seen}
     noise = float(np.mean([min(level[n], float(np.mean(after[n] ** 2))) for n in seen]))
-    return Split((held.name,), base, extended, noise, likelihood, sizes)
+    return Split((held.name,), base, extended, noise, sum(gains.values()), sizes, gains)
+
+
+def refuted(found: Sequence[Split]) -> set[str]:
+    """Return the channels that causes predict worse than the rig as it is, in held-out data of any split or of all.
+
+    Args:
+        found: for each held-out record or stretch.
+
+    >>> one = Split(("a",), 3.0, 1.1, 1.0, 40.0, {}, {"flight": 60.0, "loss": -20.0})
+    >>> refuted([one, one._replace(gains={"flight": 12.0, "loss": 25.0})])
+    {'loss'}
+    >>> refuted([one._replace(gains={"flight": -3.0})] * 2)
+    {'flight'}
+    """
+    total = {name: sum(one.gains.get(name, 0.0) for one in found) for one in found for name in one.gains}
+    none = {name for name, gain in total.items() if gain < 0.0} if sum(total.values()) < 0.0 else set()
+    return none | {name for one in found for name, gain in one.gains.items() if gain < -WORSE}
 
 
 def _stretches(one: Evidence) -> list[Evidence]:

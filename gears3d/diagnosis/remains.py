@@ -151,7 +151,7 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     approach = np.concatenate([_approach(one) for one in records])
     record = np.repeat(np.arange(len(seen)), [len(one.time) for one in seen])
     yield from binned("impact.speed", value, sure, approach, "m/s", least=1.0, record=record)
-    yield from binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0)
+    yield from binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0, record)
     usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
     share = usual / np.maximum(np.abs(speed), 1e-9)  # what becomes of restitution at the usual speed
     value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share

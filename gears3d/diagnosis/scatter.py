@@ -194,7 +194,9 @@ def working(
     spread = np.hypot(deviation, noise * every.error)
     at = (every.cut - mean) / spread
     ratio = np.exp(-0.5 * at**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(at))
-    weak = 1.0 / (1.0 + missed / max(1.0 - missed, 1e-12) * np.exp(-log_ndtr(at)))  # chance that it was weak
+    weak = 1.0 / (
+        1.0 + missed / max(1.0 - missed, 1e-12) * np.exp(np.minimum(-log_ndtr(at), 700.0))
+    )  # chance that it was weak
     pull = weak * ratio
     bend = np.maximum(pull * (pull + at), 1e-12)
     made = np.where(every.seen, every.ratio, mean - pull / bend * spread)

@@ -24,7 +24,8 @@ ACCEPT = 30.0
 SMALLEST = 0.01
 """Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
 LARGEST = 3.0
-"""Size in units above which a cause is none: it makes up for what is hardly its own."""
+"""Size in units above which a cause is none: it makes up for what is hardly its own. The drive's motion is measured as
+such, and may be of any size."""
 APART = 5.0
 """Times the usual error of contact of a record from which on one does not agree with the others."""
 FAR = (100.0, 30.0, 12.0, 7.0)
@@ -145,6 +146,17 @@ def _search(
     return Search(now, base, left, known, list(records))
 
 
+def next_cause(found: Search) -> Scored | None:
+    """Return the cause that a search would accept next; ``None`` where no candidate gains enough.
+
+    Args:
+        found: by the search.
+    """
+    more = {gear: dear(found.records, gear) for gear in ("drive", "loose", "")}
+    left = score(found.known, found.fit.rest, directions(found.records, found.fit))
+    return next(iter(_able(left, more, found.fit.causes)), None)
+
+
 def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = ()) -> list[Scored]:
     """Return the candidates that would gain enough at a size that matters, most first.
 
@@ -164,7 +176,7 @@ def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = 
         size = float(np.hypot.reduce(one.units))
         if size <= SMALLEST:
             small |= set(one.candidate.channels)
-        elif size < LARGEST and not small & set(one.candidate.channels):
+        elif size < _largest(one.candidate) and not small & set(one.candidate.channels):
             able.append(one)
     return able
 
@@ -237,7 +249,11 @@ def _within(cause: Cause) -> bool:
     """Whether the size of a cause is one that a rig may have."""
     sizes = 2 if cause.candidate.phased else 1
     size = float(np.hypot.reduce(cause.numbers[:sizes])) / cause.candidate.unit
-    return SMALLEST / 2.0 < size < LARGEST and cause.possible
+    return SMALLEST / 2.0 < size < _largest(cause.candidate) and cause.possible
+
+
+def _largest(one: Candidate) -> float:
+    return np.inf if one.kind == "drive_motion" else LARGEST
 
 
 def directions(records: Sequence[Evidence], now: Fit) -> Array | None:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, fit
+from gears3d.diagnosis.cause import Cause, contribution, fit
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
-from gears3d.diagnosis.heldout import UNITS, Split
+from gears3d.diagnosis.heldout import UNITS, Split, refuted, splits
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
 from gears3d.diagnosis.pockets import Pocket
@@ -274,6 +274,25 @@ def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
              for name, span in spans.items()}  # fmt: skip
     bad = {name for name in worth if worth[name] > SHARE * max(taken[name], 1e-9)}
     return [cause for cause in found.fit.causes if not bad.intersection(cause.candidate.channels)]
+
+
+def predictive(found: Search) -> list[Cause]:
+    """Return the causes without the weakest of those that predict their channel worse than the rig as it is.
+
+    A law of as many numbers as there are speeds or turns fits anything; what is held out shows that it is none.
+
+    Args:
+        found: by the search.
+    """
+    causes = list(found.fit.causes)
+    if not causes or not (bad := refuted(splits(found.records, causes))):
+        return causes
+    parts = [contribution(found.records, [one.effect] if one.effect is not None else []) for one in causes]
+    touched = [any(np.any(part[found.known.spans[name]]) for name in bad) for part in parts]
+    gains = [fit(found.records, found.base, causes[:k] + causes[k + 1 :]).chi2 for k in range(len(causes))]
+    at = [k for k, own in enumerate(touched) if own]
+    weakest = min(at, key=lambda k: gains[k], default=None)
+    return [one for k, one in enumerate(causes) if k != weakest]
 
 
 def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:

@@ -142,12 +142,18 @@ def test_a_record_of_another_motion_than_the_rig_file_is_used_as_measured(tmp_pa
     assert harmonic["amplitude_rad_s"]["value"] == pytest.approx(true.harmonics[0].amplitude, rel=1e-3)
 
 
-def test_a_harmonic_of_the_drive_is_a_cause_only_where_the_motion_is_stated(tmp_path):
+@pytest.mark.parametrize("amplitude", [0.3, 8.0])
+def test_a_harmonic_of_the_drive_of_any_size_is_a_cause_only_where_the_motion_is_stated(tmp_path, amplitude):
     sine = {"amplitude": "10 rpm", "frequency": "3 Hz"}
-    true = {"motion.harmonics": [sine, {"amplitude": "0.3 rpm", "frequency": "7.3 Hz"}]}
+    true = {"motion.harmonics": [sine, {"amplitude": f"{amplitude} rpm", "frequency": "7.3 Hz"}]}
     rig = {"motion.harmonics": [sine]}
     path = written(tmp_path / "r.parquet", true)
-    assert [one.kind for one in judged(path, rig, stated_motion=True).causes] == ["drive_motion"]
+    stated = judged(path, rig, stated_motion=True)
+    assert [one.kind for one in stated.causes] == ["drive_motion"]
+    assert stated.verdict == "explained"
+    numbers = stated.causes[0].parameters
+    assert numbers["frequency"].value == pytest.approx(7.3, rel=1e-4)
+    assert numbers["amplitude"].value == pytest.approx(amplitude * 2.0 * np.pi / 60.0, rel=1e-3)
     found = judged(path, rig)
     assert not found.causes
     assert len(found.to_dict()["records"][0]["drive_motion"]["harmonics"]) == 2

@@ -85,14 +85,7 @@ def test_two_at_once_are_both_named_at_twice_the_limit():
 @pytest.mark.parametrize(
     ("kind", "records"),
     [
-        pytest.param(
-            "cogging_speed",
-            SHORTER,
-            marks=pytest.mark.xfail(
-                reason="two records of 2 s: a cogging torque that depends on speed is explained by a wrong cause",
-                strict=True,
-            ),
-        ),
+        ("cogging_speed", SHORTER),
         pytest.param("bearing_defect", THREE, marks=pytest.mark.slow),
     ],
 )

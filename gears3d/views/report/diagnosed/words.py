@@ -45,6 +45,7 @@ STRUCTURES = {
     "contact.order_loose": "a displacement in contact with an order of the loose gear",
     "contact.loss_phase": "a time of contact loss that depends on speed",
     "flight.all": "deviations in free flight without a pattern over speed, angle or time",
+    "drive.all": "deviations of the drive's angle from its stated motion without a pattern over the angle",
     "contact.all": "deviations of the displacement in contact without a pattern over angle, speed or time",
 }
 """Residual patterns in words, by their names in the contract."""
