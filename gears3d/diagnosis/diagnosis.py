@@ -19,7 +19,7 @@ from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.kicked import thrown
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.quantisation import of_counts, shared
-from gears3d.diagnosis.readied import delay_of, ready, searched, with_one_flank
+from gears3d.diagnosis.readied import along_another, delay_of, ready, searched, with_one_flank
 from gears3d.diagnosis.remains import structures
 from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
@@ -303,21 +303,33 @@ def _measured(
     admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None], paths: Paths
 ) -> tuple[list[Evidence], list[Note]]:
     """Return the records that can be measured, and what is to be said of them and of the others."""
-    records, faults, delay = [], [], delay_of(admitted)
+    records: dict[str, Evidence] = {}
+    faults: dict[str, InputError] = {}
+    delay = delay_of(admitted)
     for k, one in enumerate(admitted):
         tell(f"measuring {one.file}", 0.1 + 0.5 * k / len(admitted))
         assert one.rig is not None
         try:
-            records.append(ready(one, delay, paths=paths))
+            records[one.file] = ready(one, delay, paths=paths)
         except InputError as error:
-            faults += error.faults
+            faults[one.file] = error
     if not records:
-        raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *faults])
-    records = with_one_flank(admitted, records, paths)
-    left_out = [
-        Note("not-measured", f"record excluded: {one.key} {one.message}", one.remedy, one.file) for one in faults
-    ]
-    return records, [*notes, *left_out]
+        every = [fault for error in faults.values() for fault in error.faults]
+        raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *every])
+    told, own = [], list(records.values())
+    for one in admitted:
+        if (error := faults.get(one.file)) is None:
+            continue
+        first = error.faults[0]
+        if (found := along_another(one, own, delay, paths)) is None:
+            told += [Note("not-measured", f"record excluded: {fault.key} {fault.message}", fault.remedy, one.file)
+                     for fault in error.faults]  # fmt: skip
+        else:
+            records[one.file], like = found
+            text = f"segmented along the flanks of {like}, as by itself it {first.message}"
+            told.append(Note("flanks-of-another", text, "record longer, or with less noise", one.file))
+    kept = [records[one.file] for one in admitted if one.file in records]
+    return with_one_flank(admitted, kept, paths), [*notes, *told]
 
 
 def _left(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:

@@ -26,6 +26,7 @@ from gears3d.diagnosis.zeros import turn
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
 from gears3d.measured.segmentation import alike, segments_of
+from gears3d.measured.segmentation.explained import ENOUGH
 from gears3d.measured.segmentation.segments import DOUBTFUL
 from gears3d.measured.segmentation.smoothing import Shape
 
@@ -113,6 +114,31 @@ def with_one_flank(admitted: Sequence[Admitted], records: list[Evidence], paths:
         return made if made.doubt < one.doubt - BETTER else one
 
     return [anew(one) for one in records]
+
+
+def along_another(
+    one: Admitted, records: Sequence[Evidence], delay: float, paths: Paths | None = None
+) -> tuple[Evidence, str] | None:
+    """Return a record that cannot be measured by itself, cut from the flanks of another on, and whose these are.
+
+    Records of one rig have the same flanks; slow noise hides them in one record rather than in another. The cut must
+    explain as much as that of any record; else ``None``.
+
+    Args:
+        one: the record.
+        records: of the same rig, those that could be measured.
+        delay: as for :func:`ready`.
+        paths: of the records, as far as they are known.
+    """
+    sure = [each for each in records if each.flanks is not None and each.flanks.gap is not None]
+    if not sure:
+        return None
+    best = min(sure, key=lambda each: each.doubt)
+    try:
+        made = ready(one, delay, paths=paths, like=best.flanks)
+    except InputError:
+        return None
+    return (made, best.name) if made.doubt < 1.0 - ENOUGH else None
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:

@@ -8,7 +8,7 @@ import pytest
 from gears3d import cli
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import candidates
-from gears3d.errors import InputError
+from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
@@ -229,3 +229,30 @@ def test_the_command_ends_without_a_traceback(tmp_path, rows, capsys):
         assert not stop.value.code
         assert "The data are insufficient for a verdict: the longest record has" in said.out
         assert 'data-note="too-short"' in (tmp_path / "out/report.html").read_text()
+
+
+@pytest.mark.parametrize(("backlash", "kept"), [("250 um", 2), ("150 um", 1)])
+def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_where_these_explain_it(
+    tmp_path, monkeypatch, backlash, kept
+):
+    from gears3d.diagnosis import readied
+
+    good = written(tmp_path / "good.parquet", {"drag.torque": "0.33 N m"})
+    bad = written(
+        tmp_path / "bad.parquet", {"drag.torque": "0.33 N m", "motion.mean": "33 rpm", "mount.backlash": backlash}
+    )
+    alone = readied.segments_of
+
+    def failing(known, rig, file, **more):
+        if file == str(bad):
+            raise InputError(Fault("theta_loose_rad", "is not explained", "", file))
+        return alone(known, rig, file, **more)
+
+    monkeypatch.setattr("gears3d.diagnosis.readied.segments_of", failing)
+    bench = load(BENCH, PLAIN)
+    found = diagnose([admit(one, bench) for one in (bad, good)], bench)
+    assert [one["name"] for one in found.records] == [str(bad), str(good)][-kept:]
+    assert [one.kind for one in found.causes] == ["drag_coulomb"]
+    note = next(one for one in found.notes if one.record == str(bad))
+    assert note.kind == ("flanks-of-another" if kept == 2 else "not-measured")
+    assert not note.blocks
