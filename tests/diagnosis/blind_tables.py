@@ -44,6 +44,8 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", "hidden where it leaves no trace, and nothing named: " + _count(unseen, _right)]
     if nulls := [row for row in rows if _part(row) in NULLS]:
         yield from ["", *_nulls(nulls)]
+    if dirty := [row for row in rows if row["part"] == "dirt"]:
+        yield from ["", *_dirty(dirty)]
     if strange := [row for row in rows if _part(row) == "unknown"]:
         yield from ["", *_strange(strange)]
     if two := [row for row in rows if row["part"] == "two"]:
@@ -135,6 +137,18 @@ def _nulls(rows: list[dict[str, Any]]) -> Iterable[str]:
         own = [row for row in rows if _part(row) == part]
         cells = [part, f"{len(own)} ({sum(row['records'] for row in own)})", _count(own, lambda r: r["causes"])]
         cells += [_count(own, lambda r, v=v: r["verdict"] == v) for v in ("unexplained", "not_decidable")]
+        yield "| " + " | ".join(cells) + " |"
+
+
+def _dirty(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return what was named of dirty records of rigs with nothing hidden; a harmonic of the drive is really there."""
+    yield "| nothing hidden, dirt | named, but a harmonic of the drive | unexplained | not decidable | records used |"
+    yield "|---|---|---|---|---|"
+    groups = [("all", rows), *((f"{100 * x:.2g} % noise", [r for r in rows if r["noise"] == x]) for x in (FINE, 0.015))]
+    for name, own in groups:
+        cells = [name, _count(own, lambda r: any(one["kind"] != "drive_motion" for one in r["causes"]))]
+        cells += [_count(own, lambda r, v=v: r["verdict"] == v) for v in ("unexplained", "not_decidable")]
+        cells.append(rate(sum(row["used"] for row in own), sum(row["records"] for row in own)))
         yield "| " + " | ".join(cells) + " |"
 
 

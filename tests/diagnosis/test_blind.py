@@ -68,6 +68,9 @@ def test_tables_count_what_rows_say():
     assert "| drag_viscous | drag_viscous 1, *unexplained* 1 |" in lines
     assert "| drag_viscous, coefficient | 4, 4 % (1) | – |" in lines
     assert any(line.startswith(f"| short | 1 (5) | {rate(1, 1)}") for line in lines)
+    dirty = [{**row, "part": "dirt", "hidden": [], "used": used, "causes": [{"kind": kind, "or": []}]}
+             for used, kind in ((5, "drive_motion"), (3, "drag_viscous"))]  # fmt: skip
+    assert f"| all | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 2)} | {rate(8, 10)} |" in list(tables(dirty))
 
 
 def test_limits_are_looked_for_at_every_size_and_in_every_setting():
