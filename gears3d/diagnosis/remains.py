@@ -191,7 +191,8 @@ def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
 def _loss(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
     value = np.concatenate(parts["loss"])
     speed = np.concatenate([one.motion.speed(one.channels.losses.time) for one in records])
-    yield from binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0)
+    record = np.repeat(np.arange(len(records)), [len(part) for part in parts["loss"]])
+    yield from binned("contact.loss_phase", value, np.ones_like(value), speed, "sigma", least=1.0, record=record)
 
 
 def _drive(records: Sequence[Evidence], parts: dict[str, list[Array]]) -> Iterator[Structure]:
