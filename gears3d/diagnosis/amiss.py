@@ -50,8 +50,8 @@ def amiss(records: Sequence[Evidence], rest: Array) -> list[Structure]:
     Returns:
         One ``CHANNEL.all`` each, with the root mean square of its points, and no place.
     """
-    told = [off for name in ASKED if (off := _off(records, rest, name, FAR)) is not None]
-    return sorted(told, key=lambda one: -one.gain)
+    found = [off for name in ASKED if (off := _off(records, rest, name, FAR)) is not None]
+    return sorted(found, key=lambda one: -one.gain)
 
 
 def _off(records: Sequence[Evidence], rest: Array, name: str, far: float = 0.0) -> Structure | None:

@@ -316,20 +316,20 @@ def _measured(
     if not records:
         every = [fault for error in faults.values() for fault in error.faults]
         raise InputError([*(Fault("", note.text, note.remedy, note.record) for note in notes), *every])
-    told, own = [], list(records.values())
+    stated, own = [], list(records.values())
     for one in admitted:
         if (error := faults.get(one.file)) is None:
             continue
         first = error.faults[0]
         if (found := along_another(one, own, delay, paths)) is None:
-            told += [Note("not-measured", f"record excluded: {fault.key} {fault.message}", fault.remedy, one.file)
+            stated += [Note("not-measured", f"record excluded: {fault.key} {fault.message}", fault.remedy, one.file)
                      for fault in error.faults]  # fmt: skip
         else:
             records[one.file], like = found
             text = f"segmented along the flanks of {like}, as by itself it {first.message}"
-            told.append(Note("flanks-of-another", text, "record longer, or with less noise", one.file))
+            stated.append(Note("flanks-of-another", text, "record longer, or with less noise", one.file))
     kept = [records[one.file] for one in admitted if one.file in records]
-    return with_one_flank(admitted, kept, paths), [*notes, *told]
+    return with_one_flank(admitted, kept, paths), [*notes, *stated]
 
 
 def _left(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:

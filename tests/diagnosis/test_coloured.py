@@ -45,10 +45,10 @@ def seen(offset=0.0, seed=1):
 def test_residuals_are_white_and_no_larger_than_one_under_slow_noise():
     for one in map(without_strays, seen()):
         assert one.channels.slow.place > 0.0
-        told = residuals(one)
+        rest = residuals(one)
         for name in ("contact", "flight"):
-            assert 0.4 < np.std(told[name]) < 1.2, name
-        own = told["contact"][np.argsort(one.channels.contacts.time)]
+            assert 0.4 < np.std(rest[name]) < 1.2, name
+        own = rest["contact"][np.argsort(one.channels.contacts.time)]
         means = own[: len(own) // 50 * 50].reshape(-1, 50).mean(axis=1) * np.sqrt(50.0)
         assert np.std(means) < 1.4  # of white noise 1; of this one, weighted as white, 13
 
