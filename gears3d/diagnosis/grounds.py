@@ -34,6 +34,8 @@ OTHER_RIG = 0.5
 """Part of what the rig claims by which two of its numbers must be off to doubt that it is this bench."""
 SIZED = 0.1
 """Part of the backlash from which on a deviation is told to be one of the gears' size as well."""
+OF_SPEED = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
+"""Torques that depend on speed alone, with how many numbers each has."""
 POINTS = 20_000
 NEEDS = {"torque": "flights", "impact": "impacts"}
 
@@ -213,6 +215,28 @@ def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
         text = f"the records probably belong to a different rig: {', '.join(off)}"
         notes.append(Note("other-rig", text, "check which scenario belongs to these records", "", True))
     return notes
+
+
+def of_speeds(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Note]:
+    """Return that a law of speed has as many numbers as records have mean speeds, so that no record tests it.
+
+    Args:
+        records: all.
+        effects: that were accepted.
+    """
+    speeds = np.sort([abs(one.motion.mean) for one in records if len(one.channels.flights.time)])
+    if len(speeds) < 2:
+        return []
+    count = 1 + int(np.count_nonzero(speeds[1:] > ALIKE * speeds[:-1]))
+    laws = [one.kind for one in effects if one.kind in OF_SPEED]
+    numbers = sum(OF_SPEED[kind] for kind in laws)
+    if not 2 <= count <= numbers:
+        return []
+    text = (
+        f"{' and '.join(laws)} have {numbers} numbers together, the records {count} mean speeds: no record tests how "
+    )
+    text += "the torque depends on speed"
+    return [Note("few-speeds", text, f"add records at {numbers + 1 - count} or more other mean speeds")]
 
 
 def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from gears3d.diagnosis.cause import fit
-from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records
+from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records, of_speeds
 from gears3d.diagnosis.library import score
 from gears3d.diagnosis.quantisation import alone, are_coarse
 from gears3d.diagnosis.search import directions
@@ -53,7 +53,13 @@ def part(
     named = sorted([*name_causes(found, others), *beside], key=lambda one: -one.gain)
     weak = _not_carried(found)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
-    told = [*notes, *of_records(found.records), *of_causes(rig, own), *(why for why in weak if why is not None)]
+    told = [
+        *notes,
+        *of_records(found.records),
+        *of_causes(rig, own),
+        *of_speeds(found.records, own),
+        *(why for why in weak if why is not None),
+    ]
     blocked = any(one.blocks for one in told)
     stays = [why is None and not blocked for why in weak]
     kept = [cause.effect for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]

@@ -256,3 +256,17 @@ def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_
     note = next(one for one in found.notes if one.record == str(bad))
     assert note.kind == ("flanks-of-another" if kept == 2 else "not-measured")
     assert not note.blocks
+
+
+@pytest.mark.parametrize(("laws", "noted"), [(["drag_power"], True), (["drag_viscous"], False)])
+def test_a_law_of_speed_of_as_many_numbers_as_speeds_is_noted(laws, noted):
+    from types import SimpleNamespace
+
+    from gears3d.diagnosis.grounds import of_speeds
+
+    flown = SimpleNamespace(flights=SimpleNamespace(time=np.zeros(3)))
+    records = [SimpleNamespace(motion=SimpleNamespace(mean=mean), channels=flown) for mean in (5.0, 5.2, -9.0)]
+    effects = [SimpleNamespace(kind=kind) for kind in laws]
+    found = of_speeds(records, effects)
+    assert [note.kind for note in found] == ["few-speeds"] * noted
+    assert not any(note.blocks for note in found)
