@@ -26,13 +26,13 @@ class Slow(NamedTuple):
 
     Args:
         place: of the displacement [m].
-        drive: of the angle of the drive gear [rad].
-        loose: of the angle of the loose gear [rad].
+        drive_angle: of the angle of the drive gear [rad].
+        loose_angle: of the angle of the loose gear [rad].
     """
 
     place: float = 0.0
-    drive: float = 0.0
-    loose: float = 0.0
+    drive_angle: float = 0.0
+    loose_angle: float = 0.0
 
 
 class Filter(NamedTuple):

@@ -88,7 +88,7 @@ def _weighted(one: Evidence, path: Array) -> Array:
 
 def _roots(one: Evidence) -> Array | None:
     """Return what makes the points of flights white; ``None`` where they have no noise but white."""
-    flights, slow = one.channels.flights, one.channels.slow.loose
+    flights, slow = one.channels.flights, one.channels.slow.loose_angle
     if slow <= 0.0 or not len(flights.time):
         return None
     if "roots" not in one.kept:
@@ -129,7 +129,7 @@ def free_drive(one: Evidence, angle: Array) -> Array:
     swing = one.motion.speed(seen.time) - one.motion.mean
     free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
     sigma = np.full(len(seen.time), seen.sigma)
-    return _free_in_time(one, "drive", seen.time, sigma, one.channels.slow.drive, angle, free)
+    return _free_in_time(one, "drive", seen.time, sigma, one.channels.slow.drive_angle, angle, free)
 
 
 def _free_in_time(
