@@ -12,9 +12,11 @@ from gears3d.diagnosis.diagnosis import Diagnosis as Diagnosis
 from gears3d.diagnosis.diagnosis import diagnose as diagnose
 from gears3d.diagnosis.evidence import uncut as uncut
 from gears3d.diagnosis.extending import extended_text as extended_text
+from gears3d.diagnosis.freed import in_units as in_units
 from gears3d.diagnosis.placing import pulled as pulled
 from gears3d.diagnosis.prediction import CHANNELS as CHANNELS
 from gears3d.diagnosis.prediction import added as added
+from gears3d.diagnosis.prediction import bend as bend
 from gears3d.diagnosis.prediction import impact_sigma as impact_sigma
 from gears3d.diagnosis.prediction import loss_sigma as loss_sigma
 from gears3d.diagnosis.prediction import residuals as residuals

@@ -92,6 +92,23 @@ def whitened(values: Array, by: Filter) -> Array:
     return found
 
 
+def restored(white: Array, by: Filter) -> Array:
+    """Return the readings that :func:`whitened` makes some values of, in their unit, (n,).
+
+    Args:
+        white: in standard deviations of what is new in each, (n,).
+        by: of :func:`filter_of`.
+
+    >>> by = filter_of(np.arange(4.0), np.full(4, 0.1), 1.0)
+    >>> restored(whitened(np.array([1.0, -2.0, 0.5, 3.0]), by), by).round(9).tolist()
+    [1.0, -2.0, 0.5, 3.0]
+    """
+    found, made = np.zeros(len(white)), np.zeros(len(white))
+    _readings(by.decay, by.gain, by.root, np.ascontiguousarray(white[by.order], float), made)
+    found[by.order] = made
+    return found
+
+
 def roots_of(time: Array, sigma: Array, slow: float) -> Array:
     """Return matrices that make the points of each flight white, (f, b, b).
 
@@ -149,3 +166,18 @@ def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Ar
         for a in range(parts):
             state[a] += gain[i, a] * new
         made[i] = new / root[i]
+
+
+@njit(cache=True)
+def _readings(decay: Array, gain: Array, root: Array, white: Array, made: Array) -> None:
+    """Write the readings of which some values are what is new, in its standard deviations."""
+    count, parts = decay.shape
+    state = np.zeros(parts)
+    for i in range(count):
+        new = white[i] * root[i]
+        made[i] = new
+        for a in range(parts):
+            state[a] *= decay[i, a]
+            made[i] += state[a]
+        for a in range(parts):
+            state[a] += gain[i, a] * new

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.diagnosis.coloured import filter_of, roots_of, whitened
+from gears3d.diagnosis.coloured import Filter, filter_of, restored, roots_of, whitened
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
@@ -112,10 +112,7 @@ def free_contact(one: Evidence, place: Array) -> Array:
         one: the record.
         place: at its points of contact [m], (c,).
     """
-    if not len(place):
-        return place
-    seen = one.channels.contacts
-    return _free_in_time(one, "contact", seen.time, seen.sigma, one.channels.slow.place, place, (np.ones_like(place),))
+    return _free_in_time(one, "contact", place, (np.ones_like(place),)) if len(place) else place
 
 
 def free_drive(one: Evidence, angle: Array) -> Array:
@@ -127,18 +124,41 @@ def free_drive(one: Evidence, angle: Array) -> Array:
     """
     seen = one.channels.drive
     swing = one.motion.speed(seen.time) - one.motion.mean
-    free = (np.ones_like(angle), seen.time - seen.time.mean(), swing)
-    sigma = np.full(len(seen.time), seen.sigma)
-    return _free_in_time(one, "drive", seen.time, sigma, one.channels.slow.drive_angle, angle, free)
+    return _free_in_time(one, "drive", angle, (np.ones_like(angle), seen.time - seen.time.mean(), swing))
 
 
-def _free_in_time(
-    one: Evidence, name: str, time: Array, sigma: Array, slow: float, values: Array, free: tuple[Array, ...]
-) -> Array:
-    """Return readings made white, without their share of columns that are free."""
+def in_units(one: Evidence, name: str, rest: Array) -> Array:
+    """Return residuals of contact [m] or of the drive [rad] as readings, (n,).
+
+    Args:
+        one: the record.
+        name: ``"contact"`` or ``"drive"``.
+        rest: in standard deviations, as :func:`free_contact` or :func:`free_drive` has them, (n,).
+    """
+    if not len(rest):
+        return rest
+    by = _filter(one, name)
+    sigma = one.channels.contacts.sigma if name == "contact" else one.channels.drive.sigma
+    return rest * sigma if by is None else restored(rest, by)
+
+
+def _filter(one: Evidence, name: str) -> Filter | None:
+    """Return what makes readings of contact or of the drive white; ``None`` where they have no noise but white."""
+    seen, slow = one.channels, one.channels.slow
+    size = slow.place if name == "contact" else slow.drive_angle
     if (key := ("white", name)) not in one.kept:
-        one.kept[key] = filter_of(time, sigma, slow) if slow > 0.0 else None
-    by = one.kept[key]
+        if name == "contact":
+            one.kept[key] = filter_of(seen.contacts.time, seen.contacts.sigma, size) if size > 0.0 else None
+        else:
+            sigma = np.full(len(seen.drive.time), seen.drive.sigma)
+            one.kept[key] = filter_of(seen.drive.time, sigma, size) if size > 0.0 else None
+    return one.kept[key]
+
+
+def _free_in_time(one: Evidence, name: str, values: Array, free: tuple[Array, ...]) -> Array:
+    """Return readings of contact or of the drive made white, without their share of columns that are free."""
+    by = _filter(one, name)
+    sigma = one.channels.contacts.sigma if name == "contact" else one.channels.drive.sigma
 
     def white(column: Array) -> Array:
         return column / sigma if by is None else whitened(column, by)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from markupsafe import Markup
 
-from gears3d.diagnosis import impact_sigma, loss_sigma, pulled, without
+from gears3d.diagnosis import bend, impact_sigma, in_units, loss_sigma, pulled
 from gears3d.diagnosis.cause import contribution
 from gears3d.diagnosis.channels import BINS
 from gears3d.diagnosis.evidence import Evidence
@@ -114,11 +114,10 @@ def samples(records: Sequence[Evidence], name: str, rest: Array) -> Samples:
 
 
 def _flights(one: Evidence, rest: Array) -> tuple[list[Array], int]:
-    seen, size = one.channels.flights, one.channels.flights.time.size
+    size = one.channels.flights.time.size
     if not size:
         return [np.zeros(0)] * 7, 0
-    x = seen.time - seen.time.mean(axis=1, keepdims=True)
-    shape = without(-0.5 * x * x / seen.sigma, (1.0 / seen.sigma, x / seen.sigma))
+    shape = bend(one)
     square = np.sum(shape**2, axis=1)
     slow = np.sum(shape * rest[:size].reshape(-1, BINS), axis=1) / square
     time, angle, speed = (values.mean(axis=1) for values in one.fine)
@@ -129,7 +128,8 @@ def _flights(one: Evidence, rest: Array) -> tuple[list[Array], int]:
 def _contacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
     seen = one.channels.contacts
     size, speed = len(seen.time), one.motion.speed(seen.time)
-    return [rest[:size] * seen.sigma, 1.0 / seen.sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
+    off = in_units(one, "contact", rest[:size])
+    return [off, 1.0 / seen.sigma, seen.time, seen.drive, seen.loose, speed, seen.flank], size
 
 
 def _impacts(one: Evidence, rest: Array) -> tuple[list[Array], int]:
@@ -151,7 +151,8 @@ def _drives(one: Evidence, rest: Array) -> tuple[list[Array], int]:
     size, speed = len(seen.time), one.motion.speed(seen.time)
     loose = seen.angle * one.radii[0] / one.radii[1]
     sure = np.full(size, 1.0 / seen.sigma)
-    return [rest[:size] * seen.sigma, sure, seen.time, seen.angle, loose, speed, np.full(size, 2)], size
+    off = in_units(one, "drive", rest[:size])
+    return [off, sure, seen.time, seen.angle, loose, speed, np.full(size, 2)], size
 
 
 _SAMPLES = {"flight": _flights, "contact": _contacts, "impact": _impacts, "loss": _losses, "drive": _drives}
