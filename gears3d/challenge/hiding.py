@@ -215,7 +215,11 @@ def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = 
 
 
 def hide(
-    plan: Plan, out: str | Path, track: Callable[[str, float], Callable[[float], None]] | None = None
+    plan: Plan,
+    out: str | Path,
+    track: Callable[[str, float], Callable[[float], None]] | None = None,
+    observe: Callable[[Plan, int, Callable[[float], None] | None], Recording] = observe,
+    stated: bool = True,
 ) -> dict[str, Any]:
     """Write a challenge: its records, ``record.toml``, ``rig.toml``, and the answer, sealed.
 
@@ -223,6 +227,8 @@ def hide(
         plan: from :func:`plan`.
         out: folder.
         track: gives for a name and a total what is called with the time done.
+        observe: plays one record out; as :func:`observe`.
+        stated: whether the map states the motion of each record.
 
     Returns:
         What ``challenge.json`` holds: files with their hashes, the hash of the sealed answer.
@@ -238,7 +244,7 @@ def hide(
         observe(plan, number, tick).write(folder / name)
         names.append(name)
     write_text(folder / "rig.toml", plan.rig.document)
-    write_text(folder / RECORDS, _map(names, plan.conditions, bool(plan.zeros)))
+    write_text(folder / RECORDS, _map(names, plan.conditions if stated else [{} for _ in names], bool(plan.zeros)))
     for name in [*names, "rig.toml", RECORDS]:
         files[name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
     sealed = seal.close(plan.told())
@@ -259,10 +265,11 @@ def _map(names: Sequence[str], conditions: Sequence[dict[str, Any]], anywhere: b
     for name, condition in zip(names, conditions, strict=True):
         table = tomlkit.table()
         table["file"] = name
-        motion = {key.removeprefix("motion."): value for key, value in condition.items()}
+        motion = {key.removeprefix("motion."): value for key, value in condition.items() if "motion" in key}
         if anywhere:
             table |= {gear: {"zero": "arbitrary"} for gear in ("drive", "loose")}
-        table["condition"] = {"motion": motion}
+        if motion:
+            table["condition"] = {"motion": motion}
         records.append(table)
     document["record"] = records
     return tomlkit.dumps(document)

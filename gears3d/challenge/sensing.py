@@ -27,7 +27,12 @@ UNSTATED = 0.05
 
 
 def sense(
-    rig: Rig, time: np.ndarray, angles: tuple[np.ndarray, np.ndarray], random: np.random.Generator, dirt: bool
+    rig: Rig,
+    time: np.ndarray,
+    angles: tuple[np.ndarray, np.ndarray],
+    random: np.random.Generator,
+    dirt: bool,
+    zeros: tuple[float, float] | None = None,
 ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """Return what is recorded of both shafts, and the sizes of the dirt.
 
@@ -37,6 +42,7 @@ def sense(
         angles: of drive and loose gear, rad, (n,) each.
         random: numbers.
         dirt: whether the rig's kinds of dirt act.
+        zeros: what the encoders read where the angles are 0 [rad]; drawn unless given.
 
     Returns:
         Columns of the record by name; sizes by kind.
@@ -54,8 +60,9 @@ def sense(
         sizes["interpolation"] = _decades(random, *SUBDIVISION)
         sizes["lines"] = float(int(min(_decades(random, *LINES), rig.counts / 4)))
     columns = {"time_s": time}
-    for name, angle, radius in zip(("drive", "loose"), angles, rig.base_radius, strict=True):
-        seen = angle + random.uniform(-pi, pi)
+    given = (None, None) if zeros is None else zeros
+    for name, angle, radius, zero in zip(("drive", "loose"), angles, rig.base_radius, given, strict=True):
+        seen = angle + (random.uniform(-pi, pi) if zero is None else zero)
         if "jitter" in kinds:
             seen = seen + late * np.gradient(angle, time)
         if "one_over_f" in kinds:

@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomlkit
 
-from gears3d.challenge import KINDS, UNKNOWN, Plan, hide, plan, protocol, reveal
+from gears3d.challenge import KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
 from gears3d.challenge.protocol import bench, excite
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import Seen
@@ -292,8 +292,34 @@ def _null(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
     yield Case(part, seed, (), (*length, noise), part if part in BENCHES else "")
 
 
+def _anywhere(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
+    """Yield a rig of the operating space: nothing hidden in one of seven, else some causes at once."""
+    random, many = np.random.default_rng([seed, 43]), int(part.removeprefix("space") or 1)
+    rig = _rig_of(part, seed)
+    assert rig is not None
+    able = [kind for kind in KINDS if anywhere.fits(rig, kind)]
+    if many == 1:
+        yield Case(part, seed, () if random.uniform() < 1.0 / 7.0 else (str(random.choice(able)),))
+        return
+    places = [[kind for kind in place if kind in able] for place in PLACES]
+    chosen = [str(random.choice(places[int(k)])) for k in random.permutation(len(places)) if places[int(k)]]
+    yield Case(part, seed, tuple(chosen[:many]))
+
+
+PLACES: tuple[tuple[str, ...], ...] = (
+    ("drag_coulomb", "drag_viscous", "drag_power", "drag_position", "drag_drift", "drag_differential", "mesh_drag"),
+    ("restitution_offset", "restitution_speed", "restitution_asymmetry", "restitution_scatter"),
+    ("backlash_offset", "backlash_variation"),
+    ("eccentricity", "transmission_error", "pitch_error"),
+    ("encoder_eccentricity", "encoder_skew"),
+    ("oil_film", "tooth_compliance"),
+)
+"""Kinds by where they act; several causes at once come from different places."""
+
+
 PARTS: dict[str, Callable[[str, int, tuple[str, float]], Iterator[Case]]] = {
     "kinds": _kinds, "unknown": _unknown, "two": _pairs, "limits": _limits, "ablation": _ablated, "sets": _alike,
+    "space": _anywhere, "space2": _anywhere, "space3": _anywhere, "space4": _anywhere, "space6": _anywhere,
     **dict.fromkeys(("nothing", "chaotic", "coarse", "below", "harmonic", "short", "dirt"), _null),
 }  # fmt: skip
 """Sorts of blind tests."""
@@ -320,6 +346,30 @@ def leaving_out(stage: str) -> Iterator[None]:
         yield
 
 
+TUNED, TESTED = 20, 1020
+"""Sobol sequences of the rigs for tuning and, from seed 100 on, for tests."""
+SAMPLES = 200_000
+"""Samples of a record of the operating space at most: a diagnosis reads up to eight of them."""
+
+
+def _rig_of(part: str, seed: int) -> space.Rig | None:
+    """Return the rig of the operating space of a test, where it is one of those."""
+    if not part.startswith("space"):
+        return None
+    return space.draw(seed + 1, TESTED if seed >= 100 else TUNED)[seed]
+
+
+def facts_of(rig: space.Rig) -> dict[str, Any]:
+    """Return the factors of a rig over which the maps are drawn."""
+    first = rig.conditions[0]
+    return {
+        "falls per period": 1.0 / (first.frequency * rig.fall), "excitation": max(c.excitation for c in rig.conditions),
+        "counts per backlash": rig.counts_per_backlash, "noise over backlash": rig.noise_share, "ratio": rig.ratio,
+        "order": first.order or 0.0, "records": len(rig.conditions), "restitution": rig.restitution,
+        "revolutions": first.mean * first.duration / (2.0 * np.pi), "dirt": len(rig.dirt),
+    }  # fmt: skip
+
+
 def play(case: Case) -> dict[str, Any]:
     """Hide, diagnose, open the answer, and return what came of it as JSON can hold it.
 
@@ -328,8 +378,13 @@ def play(case: Case) -> dict[str, Any]:
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        made = case.plan()
-        hide(made, folder)
+        within = _rig_of(case.part, case.seed)
+        if within is None:
+            made = case.plan()
+            hide(made, folder)
+        else:
+            made = anywhere.plan(within, case.hidden or (), samples=SAMPLES, **dict(case.options))
+            hide(made, folder, observe=anywhere.observer(within), stated=False)
         if case.bench == "dirt":
             soil(folder, case.seed)
         rig, began = load(folder / "rig.toml"), time.process_time()
@@ -353,5 +408,5 @@ def play(case: Case) -> dict[str, Any]:
                    for one in told["causes"]],
         "structure": told["remaining"]["structure"], "refused": told.get("refused"),
         "gain": (told.get("heldout") or {}).get("gain"), "splits": len((told.get("heldout") or {}).get("splits", ())),
-        "seconds": took, **score,
+        "seconds": took, "facts": facts_of(within) if within else {}, **score,
     }  # fmt: skip

@@ -54,10 +54,49 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
         yield from ["", *_sets(alike)]
     if limits := [row for row in rows if row["part"] == "limits"]:
         yield from ["", *_limits(limits)]
+    for part in sorted({row["part"] for row in rows if row.get("facts")}):
+        yield from ["", *_map([row for row in rows if row["part"] == part], part)]
     gains = [row["gain"] for row in rows if row["causes"] and (row["gain"] is not None or row.get("splits"))]
     good = sum(gain is not None and gain > 0.0 for gain in gains)
     yield from ["", "held-out gain of extensions above 0: " + rate(good, len(gains))]
     yield f"{np.mean([row['seconds'] for row in rows]):.1f} s of one core a diagnosis, with reading its records"
+
+
+def outcome(row: dict[str, Any]) -> str:
+    """Return right, missed, silent or wrong: what a diagnosis of a rig of the operating space came to.
+
+    Right are all hidden causes, first or in their sets, and no other; missed are some, without a wrong name.
+    """
+    if row["wrong_names"] or (row["causes"] and not row["hidden"]):
+        return "wrong, explained" if row["verdict"] == "explained" else "wrong"
+    if not row["hidden"] or not row["visible"]:
+        return "right" if row["verdict"] == "nothing_to_add" else "silent"
+    return "right" if row["set_right"] else "missed" if row["causes"] else "silent"
+
+
+OUTCOMES = ("right", "missed", "silent", "wrong", "wrong, explained")
+"""Of diagnoses; a wrong cause in a verdict of explained is the worst."""
+
+
+def _map(rows: list[dict[str, Any]], part: str) -> Iterable[str]:
+    """Return a table of outcomes over each factor of the rigs: thirds of its values, or each of a few."""
+    yield f"{part}: " + ", ".join(f"{name} {rate(_of(rows, name), len(rows))}" for name in OUTCOMES)
+    yield ""
+    yield "| factor | from | to | " + " | ".join(OUTCOMES) + " |"
+    yield "|---" * (3 + len(OUTCOMES)) + "|"
+    for factor in rows[0]["facts"]:
+        values = np.array([row["facts"][factor] for row in rows])
+        few = np.unique(values)
+        edges = np.quantile(values, [0.0, 1 / 3, 2 / 3, 1.0]) if len(few) > 4 else np.r_[few, few[-1]]
+        at = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+        for k in range(len(edges) - 1):
+            own = [row for row, where in zip(rows, at, strict=True) if where == k]
+            cells = [f"{_of(own, name)}" for name in OUTCOMES]
+            yield f"| {factor} | {edges[k]:.3g} | {edges[k + 1]:.3g} | " + " | ".join(cells) + " |"
+
+
+def _of(rows: list[dict[str, Any]], name: str) -> int:
+    return sum(outcome(row) == name for row in rows)
 
 
 def _part(row: dict[str, Any]) -> str:
