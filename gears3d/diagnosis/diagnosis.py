@@ -25,7 +25,7 @@ from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
 from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.suspicion import part
+from gears3d.diagnosis.suspicion import part, predicted
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
@@ -205,6 +205,8 @@ def _diagnosed(
     others = rivals(found.records, found)
     spread = own_scatter(records, found, left) if rings is None else None
     parted = part(found, others, beside(spread, deep), rig, notes)
+    tell("predicting the displacement from measured states", 0.88)
+    parted, far = predicted(parted, admitted, paths)
     found, others, causes = parted.found, parted.others, parted.causes
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
@@ -215,7 +217,7 @@ def _diagnosed(
     tell("done", 1.0)
     off, more = shared(found.records, found.fit.rest, amiss(found.records, found.fit.rest), amiss)
     off += [one for one in unspent(found) if one.name not in {each.name for each in [*left, *off]}]
-    left, odd = [*left, *off], [*odd, *more]
+    left, odd = [*left, *off, *far], [*odd, *more]
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,

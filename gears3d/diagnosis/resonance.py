@@ -6,16 +6,19 @@ body that it is mounted on, does not; it shows before anything is cut, and spoil
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.simulated import simulated
 from gears3d.diagnosis.structure import Structure
+from gears3d.errors import EngineError, InputError
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
+    from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
 LOWEST, HIGHEST, APART = 20.0, 1000.0, 1.01
@@ -50,13 +53,17 @@ class Resonance(NamedTuple):
     power: Array
 
 
-def resonance(admitted: Sequence[Admitted], paths: Paths) -> Resonance | None:
+def resonance(
+    admitted: Sequence[Admitted], paths: Paths, expected: Callable[[Admitted], Track | None] | None = None
+) -> Resonance | None:
     """Return the resonance that stands out of all records; ``None`` where there is none.
 
     Args:
         admitted: records.
         paths: of the records.
+        expected: gives the path of a record as the rig would have given it; by default simulated with the rigid model.
     """
+    expected = expected or _expected
     rigs = [one.rig for one in admitted if one.rig is not None]
     speeds = sorted(abs(rig.motion.mean) for rig in rigs)
     if len(rigs) < RECORDS or speeds[-1] < UNLIKE ** (RECORDS - 1) * speeds[0]:
@@ -66,16 +73,32 @@ def resonance(admitted: Sequence[Admitted], paths: Paths) -> Resonance | None:
     if swings and all(max(each) < UNLIKE * min(each) for each in zip(*swings, strict=True)):
         return None  # the same fluctuation at every speed makes the same motion, with the same lines
     tried = LOWEST * APART ** np.arange(int(np.log(HIGHEST / LOWEST) / np.log(APART)))
-    seen = [_spectrum(one, paths, tried) for one in admitted]
+    seen = [_spectrum(one, paths.of(one), tried) for one in admitted]
     ratio, power, sure = (np.array(column) for column in zip(*seen, strict=True))
     best = int(np.argmax(ratio.min(axis=0)))
     if not np.min(ratio[:, best]) > STANDS_OUT:
         return None
+    paths_of_rig = [expected(one) for one in admitted]
+    own = [np.ones(len(tried)) if known is None else _spectrum(one, known, tried)[0]
+           for one, known in zip(admitted, paths_of_rig, strict=True)]  # fmt: skip
+    ratio = ratio / np.maximum(own, 1.0)
+    best = int(np.argmax(ratio.min(axis=0)))
+    if not np.min(ratio[:, best]) > STANDS_OUT:
+        return None  # the rattle of the rig has the same lines
     size = float(np.sqrt(np.mean(power[:, best] * (1.0 - 1.0 / ratio[:, best]))))
     if size < SMALL * rigs[0].rig().backlash:
         return None
     gain = float(np.sum(sure[:, best] * np.log(ratio[:, best]) ** 2))
     return Resonance(Structure("impact.duration", gain, 0.0, size, "m", float(tried[best]), gain), tried, power)
+
+
+def _expected(one: Admitted) -> Track | None:
+    """Return the path of a record that the rig would have given; ``None`` where the rigid model gives none."""
+    assert one.rig is not None
+    try:
+        return Paths().of(simulated(one, one.rig))
+    except (InputError, EngineError):  # the rig has what that model does not, or its path shows nothing
+        return None
 
 
 def _means(values: Array, together: int) -> Array:
@@ -84,7 +107,7 @@ def _means(values: Array, together: int) -> Array:
     return values[:whole].reshape(-1, together).mean(axis=1)
 
 
-def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, Array]:
+def _spectrum(one: Admitted, known: Track, tried: Array) -> tuple[Array, Array, Array]:
     """Return by how much power about each frequency stands out, that power [m²], and how surely it is known, each (t,).
 
     The logarithm of power over a width, in so much time, is known to the root of one over their product.
@@ -92,7 +115,6 @@ def _spectrum(one: Admitted, paths: Paths, tried: Array) -> tuple[Array, Array, 
     from scipy.signal import welch
 
     assert one.rig is not None
-    known = paths.of(one)
     together = max(int(1.0 / (known.step * PER * HIGHEST)), 1)
     place = _means(known.radii[0] * known.drive - known.radii[1] * known.loose, together)
     rate = 1.0 / (known.step * together)

@@ -6,7 +6,7 @@ part by chance. The stretch lies in the middle of its record, whatever it shows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +16,7 @@ import numpy as np
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.named import table
 from gears3d.diagnosis.prediction import reading_error
+from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import moved, turn
 from gears3d.effects import Code, SensorEffect
 from gears3d.errors import Fault, InputError
@@ -26,6 +27,7 @@ from gears3d.recording import Recording
 if TYPE_CHECKING:
     from gears3d.diagnosis.diagnosis import Diagnosis
     from gears3d.diagnosis.evidence import Evidence
+    from gears3d.diagnosis.verdict import Named
     from gears3d.measured.checks import Admitted
     from gears3d.measured.segmentation import Track
     from gears3d.scenario import Scenario
@@ -35,6 +37,12 @@ PERIODS = 3.0
 """Of the drive's slowest fluctuation that are shown."""
 LONGEST = 2.0
 """And seconds at most; half of that where the drive does not fluctuate."""
+WINDOWS = 8
+"""Of a record in which models are compared with what was measured."""
+FARTHER, CHANCE = 1.05, 0.01
+"""Ratio of distances from which on one counts as larger, and the chance by which so many of them are."""
+HARDLY, NOISY = 0.5, 5.0
+"""Part of the square of the rig's distance, and times the noise, that the extended rig may leave at most."""
 RATE = 8000.0
 """Samples a second; readings are averaged to it, which quietens them."""
 NEAR = 4.0
@@ -99,21 +107,129 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
     one = _best(found, admitted)
     assert one.rig is not None
     known = path_of(one.recording, one.rig, one.file)
-    seen = next((each for each in found.found.records if each.name == one.file), None)
-    turned = (0.0, 0.0) if seen is None else seen.turned
-    seen = seen and turn(seen, -turned[0], -turned[1])
-    changes = [("effect[+]", cause.table if turned == (0.0, 0.0) else table(moved(cause.effect, *turned)))
-               for cause in found.causes]  # fmt: skip
-    extended = one.rig.with_(changes) if changes else one.rig
-    zero, noise = _of_law(known, found, one.file), known.noise
-    zero = _zero(known, seen, extended) if zero is None else zero
-    begin = _begin(known, seen, zero, one.rig)
+    seen, extended, zero = _extended(found, one, known)
+    noise = known.noise
+    begin = _begin(known, seen, zero, one.rig, _middle(known, one.rig))
     span = _span(one.rig, known, begin)
     measured, few = _measured(known, seen, zero, (begin.time, begin.time + span), one.rig)
     seen_as = [_followed(rig, extended, begin, zero, span, known) for rig in (one.rig, extended)]
     touching = max(NEAR * max(noise / np.sqrt(few), known.slack), NEAREST * one.rig.rig().backlash)
     near = (float(touching), seen_as[0][1], seen_as[1][1])
     return Stretch(one.file, measured, seen_as[0][0], seen_as[1][0], one.rig, extended, near, begin.riding)
+
+
+class PathErrors(NamedTuple):
+    """How far models go from what was measured, from measured states on: windows of a period all over the records.
+
+    Args:
+        record: name of each window's record, (w,).
+        noise: of the measured displacement, (w,) [m].
+        base: root mean square distance of the rig's displacement from the measured one, (w,) [m].
+        extended: the same of the extended rig, (w,).
+        without: the same of the extended rig without each of the causes, (c, w).
+    """
+
+    record: tuple[str, ...]
+    noise: Array
+    base: Array
+    extended: Array
+    without: Array
+
+    def refuted(self) -> list[bool]:
+        """Return for each cause whether the path is predicted better without it; all of them where the rig does."""
+        if _farther(self.extended, self.base):
+            return [True] * len(self.without)
+        return [_farther(self.extended, own) for own in self.without]
+
+    def left(self) -> list[Structure]:
+        """Return what the extended rig leaves of the path where it comes hardly nearer than the rig."""
+        if not len(self.base):
+            return []
+        base, extended, noise = (float(np.mean(one**2)) for one in (self.base, self.extended, self.noise))
+        if extended < max(HARDLY * base, NOISY**2 * noise):
+            return []
+        worst, size = self.record[int(np.argmax(self.extended))], float(np.sqrt(extended))
+        return [Structure("path.all", extended / noise, 0.0, size, "m", float("nan"), extended / noise, worst)]
+
+
+def _farther(one: Array, other: Array) -> bool:
+    """Return whether distances are larger as a whole, and in more windows than chance would have it."""
+    from scipy.stats import binomtest
+
+    if not len(one) or float(np.sum(one**2)) <= float(np.sum(other**2)):
+        return False
+    more, less = int(np.sum(one > FARTHER * other)), int(np.sum(other > FARTHER * one))
+    return bool(more > 0 and binomtest(more, more + less, 0.5, "greater").pvalue < CHANCE)
+
+
+def path_errors(
+    records: Sequence[Evidence],
+    causes: Sequence[Named],
+    admitted: Sequence[Admitted],
+    track: Callable[[Admitted], Track],
+) -> PathErrors:
+    """Return how far rig and extended rig go from what was measured.
+
+    Args:
+        records: as they were cut.
+        causes: of the extended rig.
+        admitted: the records that they were cut from.
+        track: gives the path of a record.
+    """
+    named, noise, far = [], [], []
+    for one in admitted:
+        seen = next((each for each in records if each.name == one.file), None)
+        if seen is None or one.rig is None:
+            continue
+        known = track(one)
+        own, tables = _as_read(seen, causes)
+        rigs = [one.rig, _with(one.rig, tables)]
+        rigs += [_with(one.rig, tables[:k] + tables[k + 1 :]) for k in range(len(tables))]
+        zeros = [_zero(known, own, rig) for rig in rigs]
+        period = one.rig.period if one.rig.motion.harmonics else 0.25 * LONGEST
+        span, first, last = min(period, LONGEST), float(known.time[0]), float(known.time[-1])
+        for at in np.linspace(first, max(last - 2.0 * period - span, first), WINDOWS):
+            begin = _begin(known, own, zeros[1], one.rig, float(at))
+            if begin.time + span > last:
+                continue
+            measured, few = _measured(known, own, zeros[1], (begin.time, begin.time + span), one.rig)
+            place = measured.signals["displacement_m"]
+            row = []
+            for rig, zero in zip(rigs, zeros, strict=True):
+                start = begin._replace(place=begin.place + zeros[1] - zero)
+                made = _followed(rig, rigs[1], start, zero, span, known)[0]
+                path = np.interp(measured.time, made.time, made.signals["displacement_m"])
+                row.append(float(np.sqrt(np.mean((path + zero - place - zeros[1]) ** 2))))
+            named.append(one.file)
+            noise.append(known.noise / np.sqrt(few))
+            far.append(row)
+    table_of = np.array(far).T if far else np.zeros((2 + len(causes), 0))
+    return PathErrors(tuple(named), np.array(noise), table_of[0], table_of[1], table_of[2:])
+
+
+def _with(rig: Scenario, tables: Sequence[dict[str, Any]]) -> Scenario:
+    return rig.with_([("effect[+]", each) for each in tables]) if tables else rig
+
+
+def _as_read(seen: Evidence, causes: Sequence[Named]) -> tuple[Evidence, list[dict[str, Any]]]:
+    """Return a record's evidence, and causes, over the angles as they were read."""
+    turned = seen.turned
+    if turned == (0.0, 0.0):
+        return seen, [cause.table for cause in causes]
+    return turn(seen, -turned[0], -turned[1]), [table(moved(cause.effect, *turned)) for cause in causes]
+
+
+def _extended(found: Diagnosis, one: Admitted, known: Track) -> tuple[Evidence | None, Scenario, float]:
+    """Return a record's evidence by angles as they were read, its extended rig, and the displacement on the flank."""
+    assert one.rig is not None
+    seen, tables = next((each for each in found.found.records if each.name == one.file), None), []
+    if seen is None:
+        tables = [cause.table for cause in found.causes]
+    else:
+        seen, tables = _as_read(seen, found.causes)
+    extended = _with(one.rig, tables)
+    zero = _of_law(known, found, one.file)
+    return seen, extended, _zero(known, seen, extended) if zero is None else zero
 
 
 def _best(found: Diagnosis, admitted: Sequence[Admitted]) -> Admitted:
@@ -166,11 +282,16 @@ def _ratio(known: Track) -> float:
     return known.radii[0] / known.radii[1]
 
 
-def _begin(known: Track, seen: Evidence | None, zero: float, rig: Scenario) -> _Begin:
-    """Return where the stretch begins: amid the longest flight of a period from the middle on."""
+def _middle(known: Track, rig: Scenario) -> float:
+    """Return the time from which on a stretch in the middle of a record is looked for [s]."""
     half = 0.5 * float(known.time[0] + known.time[-1])
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
-    half = max(half - 0.5 * PERIODS * period, float(known.time[0]))
+    return max(half - 0.5 * PERIODS * period, float(known.time[0]))
+
+
+def _begin(known: Track, seen: Evidence | None, zero: float, rig: Scenario, half: float) -> _Begin:
+    """Return where a stretch begins: amid the longest flight of a period from some time on."""
+    period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
     if seen is not None and len(seen.fine[0]):
         time, angle, speed = (column[:, column.shape[1] // 2] for column in seen.fine)
         lasts = seen.fine[0][:, -1] - seen.fine[0][:, 0]

@@ -5,17 +5,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records, of_speeds
 from gears3d.diagnosis.library import score
 from gears3d.diagnosis.quantisation import alone, are_coarse
 from gears3d.diagnosis.search import directions
+from gears3d.diagnosis.stretch import path_errors
 from gears3d.diagnosis.verdict import Named, name_causes
+from gears3d.errors import EngineError, InputError
 
 if TYPE_CHECKING:
+    from gears3d.diagnosis.paths import Paths
     from gears3d.diagnosis.rivals import Rival
     from gears3d.diagnosis.search import Search
+    from gears3d.diagnosis.structure import Structure
+    from gears3d.measured.checks import Admitted
     from gears3d.scenario import Scenario
+
+Array = np.ndarray
+SCATTER = "restitution_scatter"
+"""Cause after whose impacts no path can be predicted."""
 
 
 class Parted(NamedTuple):
@@ -69,6 +80,49 @@ def part(
         found = _only(found, stays)
         others = [each for each, stay in zip(others, stays, strict=True) if stay]
     return Parted(found, others, causes, suspects, tuple(told), not blocked and (bool(causes) or not suspects))
+
+
+def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tuple[Parted, list[Structure]]:
+    """Return the causes with which the path is predicted better than without, and what is left of the path.
+
+    Args:
+        parted: causes and suspects so far.
+        admitted: the records.
+        paths: of the records.
+    """
+    if not parted.causes:
+        return parted, []
+    try:
+        errors = path_errors(parted.found.records, parted.causes, admitted, paths.of)
+    except (EngineError, InputError):  # the rig holds what the rigid model does not
+        return parted, []
+    refuted, chance = errors.refuted(), any(one.kind == SCATTER for one in parted.causes)
+    left = [] if chance else errors.left()
+    if not any(refuted):
+        return parted, left
+    told = [
+        Note(
+            "path-refutes",
+            f"{one.kind}: in {len(errors.base)} windows that begin in measured states, the model without it comes"
+            f" nearer to the measured displacement: {_um(own)} without it, {_um(errors.extended)} with it,"
+            f" {_um(errors.base)} for the rig as it is",
+            "check the motion, the counts and the condition of the records",
+        )
+        for one, own, bad in zip(parted.causes, errors.without, refuted, strict=True)
+        if bad
+    ]
+    causes = tuple(one for one, bad in zip(parted.causes, refuted, strict=True) if not bad)
+    suspects = (*(one for one in parted.causes if one not in causes), *parted.suspects)
+    kept = [one.effect for one in causes]
+    stays = [cause.effect in kept for cause in parted.found.fit.causes]
+    others = [each for each, stay in zip(parted.others, stays, strict=True) if stay]
+    found = parted.found if all(stays) else _only(parted.found, stays)
+    decides = parted.decides and bool(causes)
+    return Parted(found, others, causes, suspects, (*parted.notes, *told), decides), left if causes else []
+
+
+def _um(errors: Array) -> str:
+    return f"{1e6 * float(np.sqrt(np.mean(errors**2))):.3g} um"
 
 
 def _not_carried(found: Search) -> list[Note | None]:

@@ -11,21 +11,22 @@ RATE, LASTS, BACKLASH = 5000.0, 4.0, 3e-4
 SPEEDS = (5.0, 9.0, 21.0)
 
 
-def _bench(place, speeds=SPEEDS, fluctuation=4.0, few=0):
-    """Records with a displacement of ``place(time, speed)`` [m]."""
+def _bench(place, speeds=SPEEDS, fluctuation=4.0, few=0, like=None):
+    """Records with a displacement of ``place(time, speed)`` [m], and the rig that would have shown ``like``."""
     time = np.arange(0.0, LASTS, 1.0 / RATE)
     rig = SimpleNamespace(backlash=BACKLASH)
-    records, tracks = [], {}
+    records, tracks, expected = [], {}, {}
     for speed in speeds:
         strong = SimpleNamespace(frequency=fluctuation, amplitude=0.1 * speed)
         weak = [SimpleNamespace(frequency=speed / (2.0 * np.pi), amplitude=0.005 * speed)] * few
         motion = SimpleNamespace(mean=speed, harmonics=[strong, *weak])
         one = SimpleNamespace(rig=SimpleNamespace(motion=motion, rig=lambda: rig))
-        tracks[id(one)] = SimpleNamespace(
-            radii=(1.0, 1.0), drive=place(time, speed), loose=np.zeros_like(time), step=1.0 / RATE
-        )
+        for paths, shown in ((tracks, place), (expected, like or _rattle)):
+            paths[id(one)] = SimpleNamespace(
+                radii=(1.0, 1.0), drive=shown(time, speed), loose=np.zeros_like(time), step=1.0 / RATE
+            )
         records.append(one)
-    return records, SimpleNamespace(of=lambda one: tracks[id(one)])
+    return records, SimpleNamespace(of=lambda one: tracks[id(one)]), lambda one: expected[id(one)]
 
 
 def _rattle(time, speed):
@@ -84,7 +85,11 @@ def test_what_spoils_nothing_is_not_told():
 
 
 def test_the_same_fluctuation_at_every_speed_tells_none():
-    records, tracks = _bench(_swayed(0.01))
+    records, tracks, expected = _bench(_swayed(0.01))
     for one in records:
         one.rig.motion.harmonics[0].amplitude = 1.0
-    assert resonance(records, tracks) is None
+    assert resonance(records, tracks, expected) is None
+
+
+def test_what_the_rig_itself_would_show_is_none():
+    assert resonance(*_bench(_swayed(0.01), like=_swayed(0.01))) is None

@@ -46,6 +46,7 @@ STRUCTURES = {
     "contact.loss_phase": "a time of contact loss that depends on speed",
     "flight.all": "deviations in free flight without a pattern over speed, angle or time",
     "drive.all": "deviations of the drive's angle from its stated motion without a pattern over the angle",
+    "path.all": "a displacement that the extended model predicts hardly better than the rig, from measured states on",
     "contact.all": "deviations of the displacement in contact without a pattern over angle, speed or time",
 }
 """Residual patterns in words, by their names in the contract."""

@@ -1,0 +1,56 @@
+"""Records that a rig would have given: simulated under the measured motion, read by the same encoders.
+
+What segmentation and search find in such records, which hold nothing but the rig, is their own error: no cause, and
+no structure that a cause should explain.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.measured.noise import estimate_noise
+from gears3d.scenario.model import Sensor, Sensors
+from gears3d.signals import quantum
+from gears3d.simulation import simulate
+from gears3d.simulation.encoder import encode
+
+if TYPE_CHECKING:
+    from gears3d.measured.checks import Admitted
+    from gears3d.scenario import Scenario
+
+
+def simulated(one: Admitted, rig: Scenario, seed: int = 0) -> Admitted:
+    """Return a record as the rig would have given it.
+
+    Args:
+        one: the measured record; its motion, sampling, counts and noise are taken.
+        rig: with the record's motion, and the effects that are believed.
+        seed: of the noise.
+    """
+    columns = one.channels.columns
+    time, span = columns["time_s"], float(columns["time_s"][-1] - columns["time_s"][0])
+    rate = (len(time) - 1) / span
+    shifted = [
+        {"amplitude": f"{h.amplitude!r} rad/s", "frequency": f"{h.frequency!r} Hz",
+         "phase": f"{h.phase + 2.0 * pi * h.frequency * float(time[0])!r} rad"}
+        for h in rig.motion.harmonics
+    ]  # fmt: skip
+    run = {"run.duration": f"{span!r} s", "run.settle": "0 s", "run.output_rate": f"{rate!r} Hz", "run.seed": seed}
+    made = simulate(rig.with_({**run, "motion.harmonics": shifted}), "rigid")
+    sensors = Sensors(rate, *(_sensor(time, columns[f"theta_{gear}_rad"]) for gear in ("drive", "loose")))
+    read = encode(made, sensors, seed)
+    kept = {name: read.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad")}
+    return replace(one, channels=replace(one.channels, columns=kept), rig=rig, findings=())
+
+
+def _sensor(time: np.ndarray, angle: np.ndarray) -> Sensor:
+    """Return an encoder with the counts and the noise of a record."""
+    count = quantum(angle)
+    white = estimate_noise(time, angle).white
+    if not count:
+        return Sensor(None, white)
+    return Sensor(round(2.0 * pi / count), float(np.sqrt(max(white**2 - count**2 / 12.0, 0.0))))

@@ -1,0 +1,80 @@
+"""Models that are started from measured states: what refutes a cause, and what records a rig itself would give."""
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import hide, plan
+from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.readied import ready
+from gears3d.diagnosis.simulated import simulated
+from gears3d.diagnosis.stretch import PathErrors, path_errors
+from gears3d.diagnosis.verdict import Named
+from gears3d.effects import catalogue
+from gears3d.measured.checks import admit
+from gears3d.measured.readers import files_of
+from gears3d.scenario import load
+
+
+def named(kind, size, unit, **more):
+    (name,) = more
+    effect = catalogue()[kind](**more)
+    written = {"kind": kind, name: f"{size!r} {unit}".strip() if unit else size}
+    return Named(kind, effect.place, {}, "", 0.0, (), effect, written)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """A rig whose drag is larger than it says by a fifth, with its records."""
+    folder = tmp_path_factory.mktemp("paths")
+    made = plan(10022, ("drag_coulomb",), size=0.2, records=2, duration=3.0, noise=0.003)
+    hide(made, folder)
+    rig = load(folder / "rig.toml")
+    admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
+    torque = float(made.effects[0]["torque"].split()[0])
+    return admitted, [ready(one) for one in admitted], torque
+
+
+def test_the_hidden_cause_predicts_the_path_and_a_wrong_one_is_refuted(bench):
+    admitted, records, torque = bench
+    right = named("drag_coulomb", torque, "N m", torque=torque)
+    wrong = named("restitution_offset", -0.1, "", offset=-0.1)
+    found = path_errors(records, [right, wrong], admitted, Paths().of)
+    assert len(found.base) == len(set(found.record)) * 8
+    assert found.refuted() == [False, True]
+    alone = path_errors(records, [right], admitted, Paths().of)
+    assert alone.refuted() == [False]
+    assert not alone.left()
+    assert np.sqrt(np.mean(alone.extended**2)) < 0.2 * np.sqrt(np.mean(alone.base**2))
+
+
+def test_a_cause_that_explains_nothing_of_the_path_leaves_it(bench):
+    admitted, records, _ = bench
+    idle = named("backlash_offset", 1e-9, "m", offset=1e-9)
+    (left,) = path_errors(records, [idle], admitted, Paths().of).left()
+    assert left.name == "path.all"
+    assert left.record in {one.name for one in records}
+
+
+def test_few_windows_refute_nothing():
+    far = np.full(4, 2e-6)
+    assert PathErrors(("a",) * 4, far / 10, far / 2, far, np.stack([far / 2])).refuted() == [False]
+    far = np.full(16, 2e-6)
+    assert PathErrors(("a",) * 16, far / 10, far / 2, far, np.stack([far / 2])).refuted() == [True]
+
+
+def test_a_simulated_record_is_read_as_the_measured_one(bench):
+    """Same sampling, counts and noise, and flights that fall as the drag of the rig says."""
+    admitted, _, _ = bench
+    one = admitted[0]
+    made = simulated(one, one.rig)
+    columns, read = one.channels.columns, made.channels.columns
+    assert len(read["time_s"]) == len(columns["time_s"])
+    for name in ("theta_drive_rad", "theta_loose_rad"):
+        steps = [np.diff(each[name], 2) for each in (columns, read)]
+        assert np.std(steps[1]) == pytest.approx(np.std(steps[0]), rel=0.05)
+    flights = ready(made).channels.flights
+    slow = [
+        2.0 * np.polyfit(time - time.mean(), angle, 2)[0]
+        for time, angle in zip(flights.time, flights.loose, strict=True)
+    ]
+    assert np.median(slow) == pytest.approx(-one.rig.drag.torque / one.rig.rig().inertia, rel=0.02)
