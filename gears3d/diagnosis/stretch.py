@@ -385,9 +385,7 @@ def _followed(
 
 def _knots(known: Track, span: float) -> int:
     """Return by how many points the drive's motion is told: two from knot to knot of its curve."""
-    knots: Array = np.unique(np.asarray(known.steady.curve.t, float))
-    apart = float(np.median(knots[1:] - knots[:-1]))
-    return int(np.clip(np.ceil(2.0 * span / apart) + 1, *KNOTS))
+    return int(np.clip(np.ceil(2.0 * span / known.steady.curve.bends) + 1, *KNOTS))
 
 
 def _misread(known: Track, sensors: Sequence[Any], drive: Array, speed: Array, place: float) -> Array:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.measured.drive_motion import drive_motion
 from gears3d.signals import noise_of
 from gears3d.signals.edges import quantum
 
@@ -102,6 +103,7 @@ LEAST_BINS = 512
 HARMONICS = 3  # Orders are looked at up to so many times the tooth number
 SHORTEST = 0.95  # Turns of the drive that a way has at least
 STEADY = 0.02  # part of the mean speed; an eccentric encoder makes less than 0.001
+HELD = 0.7  # Largest acceleration over that of drag that leaves gears in contact; drag is known to some 30 %
 STRETCHES = 2000  # of a record, between which speeds are differenced
 AFTER_TURNING = 0.05  # Turns that are left out where the drive has changed its direction and the gears change flanks
 
@@ -237,8 +239,20 @@ def _sides(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[
         side[first:last] = 0 if forth else 1
     both = bool((side == 0).any() and (side == 1).any())
     if both or (_steady(record.recording.time, drive) and _held(record, drive, loose, radii)):
-        return side
+        return side if both or not _thrown(record, drive, radii) else None
     return None
+
+
+def _thrown(record: Admitted, drive: np.ndarray, radii: tuple[float, float]) -> bool:
+    """Whether the drive's fluctuation may throw the loose gear off its flank: it accelerates by more than drag can.
+
+    Small amplitudes do at high frequency, in flights of less than the backlash and at nearly one speed.
+    """
+    assert record.rig is not None
+    rig = record.rig.rig()
+    harmonics = drive_motion(record.recording.time, drive).harmonics
+    fastest = sum(2.0 * pi * one.frequency * one.amplitude for one in harmonics) * radii[0]
+    return fastest > HELD * rig.drag_torque / rig.inertia * radii[1]
 
 
 def _steady(time: np.ndarray, drive: np.ndarray) -> bool:

@@ -42,6 +42,9 @@ ALIKE = 0.3
 """Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there."""
 AGREE = 1e-3
 """Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
+LINE, BESIDE = 2.0, 5
+"""Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
+either side of an order that show how strong the motion is there."""
 SLIGHT = 0.1
 """Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square."""
 PASSES = 2
@@ -195,7 +198,12 @@ NOT_KNOWN = NoiseModel(0.0, 0.0, 0.0, 0.0, (), 0.0, Held(), 0.0, 0.0, _UNSTATED)
 
 
 def estimate_noise(
-    time: np.ndarray, angle: np.ndarray, white: float | None = None, lines: tuple[int, ...] = (), edges: bool = False
+    time: np.ndarray,
+    angle: np.ndarray,
+    white: float | None = None,
+    lines: tuple[int, ...] = (),
+    edges: bool = False,
+    fluctuation: float | None = None,
 ) -> NoiseModel:
     """Return the noise of an encoder's angle, estimated from a record of the moving gear.
 
@@ -209,6 +217,8 @@ def estimate_noise(
         white: standard deviation of a reading where it is known [rad]; else it is measured.
         lines: periods in a revolution that the encoder may have, in addition to those that stand out by themselves.
         edges: whether the readings are moments at which a counter changed.
+        fluctuation: periods of the drive's fluctuation in a revolution where they are known: the motion has impacts in
+            all multiples of this order.
 
     Returns:
         The model.
@@ -225,7 +235,9 @@ def estimate_noise(
     held = held_readings(time, angle)
     count = 0.0 if edges else quantum_of(angle) or 0.0
     pieces = _pieces(time, angle, edges)
-    periodic = _periodic(pieces, lines, count, edges)
+    turns = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+    motion = _Motion(fluctuation, turns) if fluctuation and turns > 0.0 else None
+    periodic = _periodic(pieces, lines, count, edges, motion)
     if periodic:
         pieces = [(at, shown - sum(one.at(shown) for one in periodic)) for at, shown in pieces]
     residuals = [_residual(*piece, edges) for piece in pieces]
@@ -485,8 +497,40 @@ def _jitter(
     return float(np.sqrt(slope)), float(sigma / (2.0 * np.sqrt(slope)))
 
 
+class _Motion(NamedTuple):
+    """The lines that a periodic motion has over the angle.
+
+    Args:
+        order: of the fluctuation, periods in a revolution.
+        turns: revolutions in the record.
+    """
+
+    order: float
+    turns: float
+
+    def makes(self, order: int, angle: np.ndarray, rest: np.ndarray) -> bool:
+        """Return whether a line of the residual may be one of the motion, which has impacts in all its multiples.
+
+        Args:
+            order: of the line.
+            angle: at the residuals [rad], (n,).
+            rest: residuals [rad], (n,).
+        """
+        number = round(order / self.order)
+        if number < 1 or abs(order - number * self.order) * self.turns > LINE:
+            return False
+        beside = (number + np.array([*range(-BESIDE, 0), *range(1, BESIDE + 1)])) * self.order
+        powers = [float(np.abs(rest @ np.exp(-1j * one * angle))) ** 2 for one in (order, *beside[beside > 0.0])]
+        level = float(np.median(powers[1:])) / np.log(2.0)  # their phases are as good as random
+        return powers[0] < level * np.log(1.0 / CHANCE)
+
+
 def _periodic(
-    pieces: list[tuple[np.ndarray, np.ndarray]], lines: tuple[int, ...], count: float, edges: bool
+    pieces: list[tuple[np.ndarray, np.ndarray]],
+    lines: tuple[int, ...],
+    count: float,
+    edges: bool,
+    motion: _Motion | None,
 ) -> tuple[Periodic, ...]:
     """Return the interpolation errors that stand out of the noise of their neighbouring orders, and their harmonics.
 
@@ -496,7 +540,7 @@ def _periodic(
     for factor in RATES:
         for _ in range(PASSES):
             long = [piece for piece in pieces if len(piece[0]) > 2 * SMOOTHED * factor]
-            more = _in_band(long, factor, lines, count, edges) if long else ()
+            more = _in_band(long, factor, lines, count, edges, motion) if long else ()
             more = [one for one in more if one.order not in found]
             if not more:
                 break
@@ -511,7 +555,12 @@ def _means(values: np.ndarray, size: int) -> np.ndarray:
 
 
 def _in_band(
-    fine: list[tuple[np.ndarray, np.ndarray]], factor: int, lines: tuple[int, ...], count: float, edges: bool
+    fine: list[tuple[np.ndarray, np.ndarray]],
+    factor: int,
+    lines: tuple[int, ...],
+    count: float,
+    edges: bool,
+    motion: _Motion | None,
 ) -> tuple[Periodic, ...]:
     """Return the interpolation errors with periods of ``PASSED`` readings."""
     reach = SMOOTHED // 2
@@ -542,6 +591,7 @@ def _in_band(
     found |= {m * line for line in lines for m in HARMONICS}
     known = np.log(max(len(lines) * len(HARMONICS), 1) / CHANCE) if lines else chance
     orders = sorted(order for order in found if lowest <= order <= highest and ratio[order] > min(known, chance))
+    orders = [order for order in orders if motion is None or not motion.makes(order, angle, rest)]
     return _fitted(fine, factor, rest, orders, [float(np.exp(-ratio[order])) * tried for order in orders], floor, least)
 
 

@@ -5,7 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from gears3d.challenge.space import draw
+from gears3d.challenge.taking import take
 from gears3d.measured.noise import combined, estimate_noise, held_readings
+from gears3d.measured.segmentation import path_of
 
 STEP, COUNT = 2e-5, 250_000
 TIME = np.arange(COUNT) * STEP
@@ -113,3 +116,18 @@ def test_the_displacement_has_the_noise_of_both_and_json_holds_it():
     told = json.loads(json.dumps(both.describe()))
     low, high = told["white_rad"]["ci95"]
     assert low < 5e-7 < high
+
+
+def test_an_interpolation_error_among_the_lines_of_a_motion_is_found():
+    angle = 12.0 * TIME  # a motion of 31 periods in a revolution has lines at all multiples of 31
+    turned = angle + 2e-4 * np.abs(np.sin(15.5 * angle)) + 1e-4 * np.abs(np.sin(15.5 * angle + 0.8))
+    shown = turned + 2e-5 * np.cos(806.0 * turned) + np.random.default_rng(9).normal(0.0, 1e-6, COUNT)  # 806 = 26·31
+    found = estimate_noise(TIME, shown, fluctuation=31.0).periodic
+    assert [one.order for one in found] == [806]
+    assert found[0].amplitude == pytest.approx(2e-5, rel=0.05)
+
+
+def test_lines_of_a_free_motion_that_meet_whole_orders_are_no_interpolation_errors():
+    """A rattle of 17.714 periods in a revolution of the loose gear has its lines 14, 21 and 28 at 248, 372 and 496."""
+    taken = take(draw(14, 1)[13], dirt=False, samples=200_000)
+    assert path_of(taken.record, taken.scenario).models[1].periodic == ()

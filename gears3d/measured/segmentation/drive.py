@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from gears3d.measured.drive_motion import drive_motion
 from gears3d.measured.segmentation.readings import usual
 from gears3d.signals import some_steps
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
+    from gears3d.measured.drive_motion import DriveMotion
     from gears3d.measured.segmentation.readings import Reading
 
 SHORTEST = 0.4e-3
@@ -28,8 +32,73 @@ RUNGS = 14
 """Curves that are tried at most, each with half the knots of the one before."""
 GROWN = 1.5
 """Times by which both must grow: beyond, two curves that both miss the motion are as alike as any."""
+PER_PERIOD = 12.0
+"""Pieces of a harmonic's period that a cubic follows to a thousandth of its amplitude."""
 AT_LEAST = 8
 """Spans between knots of the coarsest curve."""
+
+
+class _Waves(NamedTuple):
+    """Harmonics of an angle: size·cos(turn·t + phase).
+
+    Args:
+        turns: circular frequencies [rad/s], (h,).
+        sizes: [rad], (h,).
+        phases: at t = 0 [rad], (h,).
+        sigma: standard deviation of their sum [rad].
+        speed_sigma: of its rate [rad/s].
+    """
+
+    turns: np.ndarray
+    sizes: np.ndarray
+    phases: np.ndarray
+    sigma: float
+    speed_sigma: float
+
+    def at(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """Return their sum at some times, or its derivative of that order."""
+        made = np.zeros(np.shape(time))
+        for turn, size, phase in zip(self.turns.tolist(), self.sizes.tolist(), self.phases.tolist(), strict=True):
+            made += turn**order * size * np.cos(turn * np.asarray(time) + (phase + 0.5 * np.pi * order))
+        return made
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """An angle over time: the harmonics of a fluctuation, and a spline for the rest.
+
+    Args:
+        spline: angle [rad] over time [s].
+        waves: that are added to it.
+    """
+
+    spline: BSpline
+    waves: _Waves
+
+    def __call__(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
+        """Return the angle at some times [rad], or its derivative of that order.
+
+        Args:
+            time: [s], any shape.
+            order: of the derivative.
+        """
+        made = self.spline(time, order)
+        return made + self.waves.at(time, order) if len(self.waves.turns) else made
+
+    def derivative(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the speed over time."""
+        return lambda time: self(time, 1)
+
+    @property
+    def bends(self) -> float:
+        """Time within which it hardly bends [s]: from knot to knot, or a part of the period of a harmonic."""
+        knots = np.unique(np.asarray(self.spline.t, float))
+        between = float(np.median(np.diff(knots)))
+        return (
+            min(between, 2.0 * np.pi / (PER_PERIOD * float(self.waves.turns.max())))
+            if len(self.waves.turns)
+            else between
+        )
 
 
 class Steady(NamedTuple):
@@ -45,7 +114,7 @@ class Steady(NamedTuple):
         finest: whether finer curves might be closer.
     """
 
-    curve: BSpline
+    curve: Curve
     sigma: float
     speed_sigma: float
     rest: float
@@ -53,16 +122,18 @@ class Steady(NamedTuple):
     finest: bool = False
 
 
-def steady(reading: Reading) -> Steady:
+def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
     """Return the motion through an encoder's readings, as stiff as the readings allow.
 
-    Splines with ever fewer knots are drawn. Counting errors keep step with the motion for a while and are no white
-    noise, so no chi-square says how stiff the curve may be; but from one spline to the next the speed differs by noise,
-    less the fewer knots, until the motion itself is missed. The pair that differs least gives the curve, and its
-    difference the uncertainty.
+    The harmonics of its fluctuation are fitted to the whole record first: a spline stiff enough to average noise out
+    would miss a fast one. Splines with ever fewer knots are drawn through the rest. Counting errors keep step with the
+    motion for a while and are no white noise, so no chi-square indicates how stiff the curve may be; but from one
+    spline to the next the speed differs by noise, less the fewer knots, until the motion itself is missed. The pair
+    that differs least gives the curve, and its difference the uncertainty.
 
     Args:
         reading: of the drive's encoder.
+        motion: its harmonics where they are known; they are looked for otherwise.
 
     >>> from gears3d.measured.segmentation.readings import read_encoder
     >>> time = np.arange(0.0, 2.0, 2e-5)
@@ -73,19 +144,31 @@ def steady(reading: Reading) -> Steady:
     """
     spacing = float(np.median(some_steps(reading.time)))
     size = max(int(SHORTEST / spacing), 1)
-    found = _through(reading, size)
+    waves = _waves(motion or drive_motion(reading.time, reading.shown))
+    found = _through(reading, size, waves)
     while size > 1 and (found.rest > MISSED or found.finest):
         size = max(size // FINER, 1)
-        finer = _through(reading, size)
+        finer = _through(reading, size, waves)
         if finer.rest > 0.9 * found.rest and finer.speed_sigma > found.speed_sigma:
             break  # counting errors that keep step are no motion
         found = finer
     return found
 
 
-def _through(reading: Reading, size: int) -> Steady:
+def _waves(motion: DriveMotion) -> _Waves:
+    """Return the harmonics of the drive's angle; none where it has none."""
+    found = motion.harmonics
+    turns = np.array([2.0 * np.pi * one.frequency for one in found])
+    sizes = np.array([one.amplitude for one in found]) / turns
+    phases = np.array([one.phase for one in found])  # of the speed: amplitude·sin(turn·t + phase)
+    slack = float(np.sqrt(sum((one.amplitude_sigma / turn) ** 2 for one, turn in zip(found, turns, strict=True))))
+    speed = float(np.sqrt(sum(one.amplitude_sigma**2 for one in found)))
+    return _Waves(turns, -sizes, phases, slack, speed)
+
+
+def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
     """Return the motion through means over so many readings."""
-    time, angle, within = _means(reading, size)
+    time, angle, within = _means(reading, size, waves)
     tried, between = KNOT, []
     curves, left = [], []
     while len(time) // tried >= AT_LEAST and len(curves) < RUNGS:
@@ -100,7 +183,7 @@ def _through(reading: Reading, size: int) -> Steady:
         tried *= 2
     if not between:
         curve = curves[0] if curves else _spline(time, angle, max(len(time) // 4, 1))
-        return Steady(curve, usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0, size)
+        return Steady(Curve(curve, waves), usual(reading.sigma), usual(reading.sigma) / SHORTEST, 1.0, size)
     best = int(np.argmin([speed for _, speed in between]))
     speed = between[best][1]
     sigma = min(one for one, _ in between[max(best - 1, 0) : best + 1])  # the coarser curve may miss a part
@@ -108,10 +191,12 @@ def _through(reading: Reading, size: int) -> Steady:
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
     expected = usual(reading.sigma) / np.sqrt(size)
-    return Steady(curve, sigma, speed, max(off / max(expected, 1e-300), 0.0), size, best == 0)
+    rest = max(off / max(expected, 1e-300), 0.0)
+    sigma, speed = float(np.hypot(sigma, waves.sigma)), float(np.hypot(speed, waves.speed_sigma))
+    return Steady(Curve(curve, waves), sigma, speed, rest, size, best == 0)
 
 
-def redrawn(reading: Reading, before: Steady) -> BSpline:
+def redrawn(reading: Reading, before: Steady) -> Curve:
     """Return the curve through other readings of the same motion, as stiff as it was before.
 
     Args:
@@ -124,25 +209,29 @@ def redrawn(reading: Reading, before: Steady) -> BSpline:
     >>> bool(abs(redrawn(other, steady(one))(1.0) - steady(other).curve(1.0)) < 1e-5)
     True
     """
-    time, angle, within = _means(reading, before.size)
-    step = len(time) / max(len(before.curve.t) - 7, 1)
+    waves, spline = before.curve.waves, before.curve.spline
+    time, angle, within = _means(reading, before.size, waves)
+    step = len(time) / max(len(spline.t) - 7, 1)
     step = KNOT * 2 ** max(int(np.round(np.log2(step / KNOT))), 0)
-    return _spline(time, angle - 0.5 * within * before.curve(time, 2), step)
+    return Curve(_spline(time, angle - 0.5 * within * spline(time, 2), step), waves)
 
 
-def _means(reading: Reading, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return means over so many readings, and the variance of time in each [s²]."""
+def _means(reading: Reading, size: int, waves: _Waves) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return means over so many readings without their harmonics, and the variance of time in each [s²]."""
     count = len(reading.time) // size
     time, angle, within = np.zeros(count), np.zeros(count), np.zeros(count)
     for first in range(0, count, AT_ONCE):
         last = min(first + AT_ONCE, count)
         rows = reading.time[first * size : last * size].reshape(last - first, size)
         time[first:last], within[first:last] = rows.mean(axis=1), rows.var(axis=1)
-        angle[first:last] = reading.shown[first * size : last * size].reshape(last - first, size).mean(axis=1)
+        shown = reading.shown[first * size : last * size].reshape(last - first, size)
+        angle[first:last] = (shown - waves.at(rows) if len(waves.turns) else shown).mean(axis=1)
     if count * size < len(reading.time):
-        time, angle = np.append(time, reading.time[-1]), np.append(angle, reading.shown[-1])
+        time = np.append(time, reading.time[-1])
+        angle = np.append(angle, reading.shown[-1] - waves.at(reading.time[-1]))
         within = np.append(within, 0.0)
-    time, angle = np.insert(time, 0, reading.time[0]), np.insert(angle, 0, reading.shown[0])
+    time = np.insert(time, 0, reading.time[0])
+    angle = np.insert(angle, 0, reading.shown[0] - waves.at(reading.time[0]))
     within = np.insert(within, 0, 0.0)
     rises = np.append(True, np.diff(time) > 0.0)
     return time[rises], angle[rises] + reading.lift, within[rises]

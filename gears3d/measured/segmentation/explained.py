@@ -62,8 +62,8 @@ class NotExplained(InputError):
 def unexplained(cut: Segments) -> np.ndarray:
     """Return which blocks a cut does not explain, (m,).
 
-    These are the blocks of flights that fail their test, and those of contact further from their flank than noise and a
-    tenth of the dead band.
+    These are the blocks of flights that fail their test, those of contact further from their flank than noise and a
+    tenth of the dead band, and those of impacts further behind it: teeth yield by a small part of their backlash.
 
     Args:
         cut: the record.
@@ -72,8 +72,9 @@ def unexplained(cut: Segments) -> np.ndarray:
     state = cut.states(path.time)
     low, high = cut.flanks.places(path.time, path.drive, path.loose)
     off = np.abs(np.where(state == REVERSE, high - path.place, path.place - low))
-    allowed = min(clearance(path, cut.flanks), max(5.0 * path.stray, path.slack, NEAR * _extent(cut)))
-    astray = (state != FLIGHT) & (off > allowed)
+    most = max(5.0 * path.stray, path.slack, NEAR * _extent(cut))
+    astray = (state != FLIGHT) & (off > min(clearance(path, cut.flanks), most))
+    astray |= np.maximum(low - path.place, path.place - high) > most
     for k in np.flatnonzero(flights["testifies"] == 0):
         first, stop = np.searchsorted(path.time, (flights["start_s"][k], flights["end_s"][k]))
         astray[first:stop] = True
@@ -264,4 +265,6 @@ def fault_of(reasons: Sequence[str], file: str = "") -> Fault:
         file: named in it.
     """
     what = f"does not move as a gear that flies freely between two flanks: {'; '.join(reasons)}"
-    return Fault("theta_loose_rad", what, "impacts and backlash are withheld; check rig, ratio and mounting", file)
+    tried = "one and two flanks were tried, constant ones and ones with orders; impacts and backlash are withheld"
+    help_ = "`visible` has what is seen; check rig, ratio and mounting, record faster or with less noise"
+    return Fault("theta_loose_rad", what, f"{tried}; {help_}", file)

@@ -18,6 +18,8 @@ AT_ONCE = 500
 """Flights that are held against their flank at a time."""
 POINTS = 160
 """Times at which a parabola may be held against a flank."""
+NEAR = 4.0
+"""Standard deviations of a flight's distance from a flank within which the two may meet."""
 STRIDE, WINDOW = 4, 11
 """Of these every so manieth is looked at first, then so many together."""
 
@@ -111,6 +113,7 @@ class Touches(NamedTuple):
         velocity: of the displacement against the flank, in the displacement's sense [m/s], (k,).
         velocity_sigma: [m/s], (k,).
         met: whether the parabola meets the flank at all, (k,).
+        near: whether it comes as close as its standard deviation allows for it to meet, (k,).
     """
 
     time: np.ndarray
@@ -118,6 +121,7 @@ class Touches(NamedTuple):
     velocity: np.ndarray
     velocity_sigma: np.ndarray
     met: np.ndarray
+    near: np.ndarray
 
     def moving(self, where: Shafts, flank: np.ndarray, near: float) -> Touches:
         """Return the same, the speeds as uncertain as the flank's own speed makes them, too.
@@ -160,7 +164,8 @@ def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, 
     sigma = spread / np.maximum(np.abs(fast), slower)
     sign = np.where(flank == 1, -1.0, 1.0)
     met = np.any(closed, axis=1)
-    return Touches(time[rows, hit] + part * step[:, 0], sigma, sign * fast, slower, met)
+    near = gap[rows, hit] < NEAR * spread
+    return Touches(time[rows, hit] + part * step[:, 0], sigma, sign * fast, slower, met, near)
 
 
 def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
@@ -187,7 +192,7 @@ def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray,
     close = np.sum(off < off[rows, least][:, None] + 1.0, axis=1) * np.abs(step[:, 0])
     sign = np.where(flank == 1, -1.0, 1.0)
     met = np.ones(len(time), bool)
-    return Touches(time[rows, least], 0.5 * close, sign * rate[rows, least], slower[rows, least], met)
+    return Touches(time[rows, least], 0.5 * close, sign * rate[rows, least], slower[rows, least], met, met)
 
 
 def _joined(

@@ -14,8 +14,14 @@ USUAL = 4
 """How many of these are looked with at first: longer ones see weaker kinks and run neighbours together."""
 SURE = 7.0
 """Standard deviations that a kink stands out by before flanks are looked for beneath it."""
+PLAIN = 2.0 * SURE
+"""Standard deviations from which on no longer reach is looked with: it would run neighbouring kinks together."""
 SHARP = 0.6
-"""Part of its jump that a kink keeps at half the reach; a smooth bend keeps an eighth."""
+"""Part of its jump that a kink keeps at half the reach, and again at half of that; a smooth bend keeps an eighth."""
+LEFT = 13
+"""Blocks from which on the scatter about the model is known to a quarter, eight degrees of freedom."""
+NOISY = 3.0
+"""Standard deviations by which noise may hide the jump at shorter reaches than half."""
 
 
 class Kinks(NamedTuple):
@@ -61,23 +67,44 @@ def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
     count = len(path.time)
     best, jumps, places = np.zeros(count), np.zeros(count), np.zeros(count)
     reaches = np.zeros(count, int)
-    finer: np.ndarray | None = None
+    finer: list[tuple[np.ndarray, float]] = []
     width = np.gradient(path.time) if count > 1 else np.ones(count)
     for reach in SCALES[:scales]:
         if 4 * reach >= count:
             break
         slope, level = templates(reach)
         jump = np.convolve(path.place, slope[::-1], "same")
-        standard = np.abs(jump) / (path.noise * np.linalg.norm(slope))
+        standard = np.abs(jump) / (_left(path, reach) * np.linalg.norm(slope))
         standard[:reach] = standard[-reach:] = 0.0
         standard[np.abs(jump) < 2.0 * path.slack * np.abs(slope).max()] = 0.0  # one block may be read amiss so far
-        sharp = np.ones(count, bool) if finer is None else finer * np.sign(jump) > SHARP * np.abs(jump)
-        better = (standard > best) & sharp
+        sharp = np.ones(count, bool)
+        for levels, (shorter, sigma) in enumerate(reversed(finer), 1):
+            least = SHARP**levels * np.abs(jump) - (NOISY * sigma if levels > 1 else 0.0)
+            sharp &= shorter * np.sign(jump) > least
+        better = (standard > best) & sharp & (best < PLAIN)
         best[better], jumps[better], reaches[better] = standard[better], jump[better], reach
         places[better] = np.convolve(path.place, level[::-1], "same")[better]
-        finer = jump
+        finer.append((jump, path.noise * float(np.linalg.norm(slope))))
     found = _peaks(best, jumps / width, places, reaches)
     return Kinks(*(column[_turns_away(path, found, reaches[found.at])] for column in found))
+
+
+def _left(path: Blocks, reach: int) -> np.ndarray:
+    """Return the standard deviation of a block that noise and what the model misses come to about each block, (m,).
+
+    What it misses is smooth: of any number of blocks as many are independent as in the shortest window that shows it.
+    """
+    count = 2 * reach + 1
+    if count < LEFT:
+        return np.full(len(path.place), path.noise)
+    at = np.arange(-reach, reach + 1) / reach
+    base = np.linalg.qr(np.column_stack([np.ones_like(at), at, at**2, at**3, np.abs(at)]))[0]
+    middle = path.place - np.median(path.place)
+    rest = np.convolve(middle**2, np.ones(count), "same")
+    for column in base.T:
+        rest -= np.convolve(middle, column[::-1], "same") ** 2
+    missed = np.maximum(rest / (count - base.shape[1]) - path.noise**2, 0.0)
+    return np.sqrt(path.noise**2 + missed * count / LEFT)
 
 
 def _turns_away(path: Blocks, found: Kinks, reach: np.ndarray) -> np.ndarray:
@@ -91,14 +118,19 @@ def _turns_away(path: Blocks, found: Kinks, reach: np.ndarray) -> np.ndarray:
 
 
 def _peaks(standard: np.ndarray, jump: np.ndarray, place: np.ndarray, reach: np.ndarray) -> Kinks:
-    """Keep what nothing stronger of either sign stands beside."""
+    """Keep what nothing stronger stands beside: of the same sign within two reaches, of the other within one.
+
+    A kink makes weaker ones of the other sign within its reach; farther ones are impacts on the other flank.
+    """
     sure = np.flatnonzero(standard > SURE)
     order = sure[np.argsort(-standard[sure])]
-    taken = np.zeros(len(standard), bool)
+    taken = np.zeros((2, len(standard)), bool)
     kept = []
     for k in order:
-        if not taken[k]:
+        own = int(jump[k] < 0.0)
+        if not taken[own, k]:
             kept.append(k)
-            taken[max(k - 2 * reach[k], 0) : k + 2 * reach[k] + 1] = True
+            for sign, wide in ((own, 2 * reach[k]), (1 - own, reach[k])):
+                taken[sign, max(k - wide, 0) : k + wide + 1] = True
     at = np.sort(np.array(kept, int))
     return Kinks(at, jump[at], place[at])

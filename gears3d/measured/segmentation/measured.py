@@ -32,6 +32,9 @@ KEPT = {"format", "status", "warnings", "quality", "flanks", "cut", "contacts_se
 """What a summary says of a record that is not explained; the rest is null."""
 VISIBLE, MOST_VISIBLE = 20_000, 6
 """Blocks that are asked for orders, and orders that are stated, of such a record."""
+FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
+"""Impacts, and their part, that must last for their durations to be asked, and times by which the longest tenth lasts
+longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5."""
 MOVES = 0.1
 """Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
 
@@ -380,7 +383,27 @@ def _warnings(cut: Segments) -> list[str]:
     if (part := doubtful(cut)) > DOUBTFUL:
         what = "is neither flight nor contact as the flanks have it: look at the picture, or record with more counts"
         told.append(f"{part:.1%} of the time {what}")
+    told += _behind(cut)
     return told
+
+
+def _behind(cut: Segments) -> list[str]:
+    """Return a warning where impacts last as long, and as differently, as a misplaced flank makes them seem to.
+
+    Yielding teeth give all impacts much the same duration: it changes with the fifth root of the speed (Hertz).
+    """
+    lasts, speed = cut.impacts["duration_s"], np.abs(cut.impacts["velocity_m_s"])
+    long = np.isfinite(lasts)
+    if np.count_nonzero(long) < max(FEW, MOSTLY * len(lasts)):
+        return []
+    deep = float(np.median(lasts[long] * speed[long])) / pi  # of half a sine
+    short, most = np.quantile(lasts[long], (0.1, 0.9))
+    if deep < 5.0 * cut.path.stray or most < UNLIKE * short:
+        return []
+    size = f"{np.count_nonzero(long)} of {len(lasts)} impacts seem to last {1e3 * short:.2g} to {1e3 * most:.2g} ms"
+    where = f"with the gear {1e6 * deep:.2g} um behind its flank"
+    why = "the flanks have orders that contact at these angles does not show: speeds and backlash may err by as much"
+    return [f"{size}, {where}: {why}; record at another speed, or slow turns both ways"]
 
 
 def _median(values: np.ndarray) -> float | None:

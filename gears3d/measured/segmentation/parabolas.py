@@ -15,6 +15,8 @@ FEWEST = 5
 """Readings that a flight needs."""
 LOOSE = 0.2
 """Part by which the deceleration of a short flight may always differ from that of the others."""
+MAD_ERROR = 2.33
+"""Relative standard deviation of a variance from the median absolute deviation of n normal values, times √n."""
 SURE = 4.0
 """Deviations by which a change of the drag within flights must be known to be taken."""
 MOST = 2000
@@ -25,6 +27,9 @@ IMMATERIAL = 1e-3
 """Part of the displacement that a flight goes through by which its readings may be off a parabola all along."""
 LONG, TOLD = 20, 10
 """Readings of a flight, and flights, that show whether noise in them is slow."""
+COUNTED = 1.6
+"""Most by which the variance of rounding to counts may be underestimated: third differences of a sawtooth of a sixth of
+a count have that much less of it than white noise."""
 TAILS = {2: 0.394934, 3: 0.077057, 4: 0.019823}
 """Sums of 1/k², 1/k³ and 1/k⁴ from k = 3 on."""
 LEGENDRE = np.array([[1.0, 0.0, 1.0 / 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0 / 3.0]])
@@ -68,6 +73,7 @@ class Parabolas(NamedTuple):
         sums: of its readings, which all that is fitted to them begins with, (k, 9).
         freedom: degrees of freedom that a white noise of the same scatter of chi-square has, (k,).
         share: part of the slow noise that the model states which flights show, (k,).
+        rounding: variance of a reading over the measured one, (k,).
     """
 
     middle: np.ndarray
@@ -81,6 +87,7 @@ class Parabolas(NamedTuple):
     sums: np.ndarray
     freedom: np.ndarray
     share: np.ndarray
+    rounding: np.ndarray
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the angles at times (k, g) [rad]."""
@@ -156,9 +163,11 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
     share = _shown_share(known, 2.0 * half, readings, chi2)
     expected, freedom = _expected_scatter(known, 2.0 * half, readings, share)
     chi2 = np.maximum(chi2 - slight, np.minimum(chi2, expected)) / expected
-    covariance = _coloured(known, 2.0 * half, readings, share, covariance)
+    more = _rounding(known, readings, chi2)
+    chi2, covariance = chi2 / more, _coloured(known, 2.0 * half, readings, share, covariance) * more
     slopes = np.full(count, slope)
-    return Parabolas(middle, half, numbers, covariance, chi2, readings, slopes, base, sums, freedom, share)
+    factor = np.full(count, more)
+    return Parabolas(middle, half, numbers, covariance, chi2, readings, slopes, base, sums, freedom, share, factor)
 
 
 def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
@@ -175,6 +184,7 @@ def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law
     paths.solve_each(free.base, free.sums, *_expected(known, first, last, law), numbers, covariance)
     numbers[:, 0] += known.lift
     covariance = _coloured(known, 2.0 * free.half, free.readings, free.share, covariance)
+    covariance = covariance * free.rounding[:, None, None]
     return free._replace(numbers=numbers, covariance=covariance)
 
 
@@ -203,6 +213,17 @@ def _shown_share(known: Track, lasts: np.ndarray, readings: np.ndarray, chi2: np
     if np.count_nonzero(seen) >= TOLD and (more := float(np.median(expected[seen])) - 1.0) > 0.0:
         share = float(np.clip((np.median(chi2[seen]) - 1.0) / more, 0.0, 1.0))
     return np.full(len(lasts), share)
+
+
+def _rounding(known: Track, readings: np.ndarray, chi2: np.ndarray) -> float:
+    """Return by how much the variance of a counted reading is larger than was measured, as all flights show it.
+
+    Errors of rounding keep step with the motion: differences of neighbours show more or less of them than there are.
+    """
+    seen = np.isfinite(chi2) & (readings > LONG)
+    if known.readings[1].kind != "counts" or np.count_nonzero(seen) < TOLD:
+        return 1.0
+    return float(np.clip(np.median(chi2[seen]), 1.0, COUNTED))
 
 
 def _expected_scatter(
@@ -313,8 +334,9 @@ def common_law(flights: Parabolas) -> Law | None:
     middle, centre = float(np.median(slowing[best])), float(np.median(speed))
     slope = _between(speed - centre, slowing[best] - middle)
     rest = slowing[best] - middle - slope * (speed - centre)
-    varies = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
-    varies = 2.0 * varies + LOOSE * abs(middle) + 2.0 * float(np.median(slack[best]))
+    spread, own = 1.4826 * float(np.median(np.abs(rest - np.median(rest)))), float(np.median(slack[best]))
+    more = max(spread**2 * (1.0 + MAD_ERROR / np.sqrt(len(best))) - own**2, 0.0)  # beyond what noise makes of one drag
+    varies = 2.0 * np.sqrt(more) + LOOSE * abs(middle) + 2.0 * 1.2533 * max(spread, own) / np.sqrt(len(best))
     seen = (float(speed.min()), float(speed.max()))
     return Law(middle + float(np.median(rest)), slope, centre, varies, seen)
 

@@ -81,11 +81,12 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
 
 
-def model_noise(reading: Reading) -> tuple[Reading, NoiseModel]:
+def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Reading, NoiseModel]:
     """Return an encoder's readings without its interpolation errors, and the model of what noise is left.
 
     Args:
         reading: of the encoder.
+        fluctuation: periods of the drive's fluctuation in a revolution of this gear where they are known.
     """
     edges = reading.kind == "edges"
     lines = ()
@@ -93,7 +94,7 @@ def model_noise(reading: Reading) -> tuple[Reading, NoiseModel]:
         turn = 2.0 * np.pi / reading.quantum
         lines = (round(turn / 4.0),) if abs(turn / 4.0 - round(turn / 4.0)) < 1e-3 * turn / 4.0 else ()
     white = None if reading.quantum is None else usual(reading.sigma)
-    found = estimate_noise(reading.time, reading.shown, white, lines, edges)
+    found = estimate_noise(reading.time, reading.shown, white, lines, edges, fluctuation)
     found = replace(found, walk=0.0)  # a random walk of a rattling gear is its motion
     if found.periodic:
         shown = found.corrected(reading.shown)

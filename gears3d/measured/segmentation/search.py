@@ -16,8 +16,8 @@ SEEN = 3
 """Kinks on a flank without which it is not known to be smooth."""
 SCATTER = 3.0
 """Noises of a block by which half of the kinks may scatter about a smooth flank: rounding moves them, too."""
-STRAY, STRAYS = 12.0, 0.1
-"""Noises of a block from which on a kink is on no smooth flank, and the part of such that there may be."""
+STRAY, EDGE = 12.0, 0.05
+"""Noises of a block from which on a kink is on no smooth flank, and the part of its kinks that lie behind its edge."""
 CALM = 1.3
 """Times its noise that contact scatters at most where no bounces lie in it: the median's own error is a tenth."""
 CLOSE = 1.25
@@ -34,6 +34,8 @@ INFLATED = 5.0
 """Variance inflation factor from which on a column is not told from the others: 5 to 10 are usual in regression."""
 CORNER = 0.003
 """Part of the dead band that counts like noise of a kink's place: flights bend within the reach of a kink."""
+ROUNDED = 0.25
+"""Part of the way that the jump of its speed makes in a block by which a kink between two blocks may be misplaced."""
 ROUNDS = 8
 GROWS = (0, 2, 4)
 """Rounds before which orders are looked for that stand out."""
@@ -120,22 +122,27 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     sides = (up, ~up) if both else (up,)
     if min(int(np.count_nonzero(side)) for side in sides) < SEEN:
         return None
-    middle = [float(np.median(found.place[side])) for side in sides]
-    off = [np.abs(found.place[side] - at) for side, at in zip(sides, middle, strict=True)]
-    wide = middle[1] - middle[0] if both else 0.0
-    allowed = max(path.stray, CORNER * wide)
-    spread = [1.4826 * float(np.median(one)) for one in off]
-    if max(spread) > SCATTER * allowed or max(float(np.mean(one > STRAY * allowed)) for one in off) > STRAYS:
+    # nothing lies behind a flank: kinks that are none of impacts, such as bends of flights, lie in the dead band
+    edges = [float(np.quantile(found.place[side], part)) for side, part in zip(sides, (EDGE, 1.0 - EDGE), strict=False)]
+    rounded = ROUNDED * path.width * float(np.median(np.abs(found.jump)))
+    allowed = max(path.stray, CORNER * (edges[1] - edges[0]) if both else 0.0, rounded)
+    used = [
+        np.flatnonzero(side & (np.abs(found.place - at) < STRAY * allowed))
+        for side, at in zip(sides, edges, strict=True)
+    ]
+    if min(len(one) for one in used) < SEEN:
+        return None
+    middle = [float(np.median(found.place[one])) for one in used]
+    spread = [1.4826 * float(np.median(np.abs(found.place[one] - at))) for one, at in zip(used, middle, strict=True)]
+    if max(spread) > SCATTER * allowed:
         return None
     gap = middle[1] - middle[0] if both else max(float(np.ptp(path.place)), 10.0 * path.noise)
     if gap < 10.0 * path.noise:
         return None
     terms = make_terms(path, teeth)
     terms = terms._replace(prior=np.where(terms.fixed, terms.prior, ABSENT * path.stray / gap))
-    used = np.concatenate([np.flatnonzero(side) for side in sides])
-    side = np.repeat(np.arange(len(sides)), [np.count_nonzero(one) for one in sides])
-    near = np.abs(found.place[used] - np.array(middle)[side]) < STRAY * allowed
-    used, side = used[near], side[near]
+    side = np.repeat(np.arange(len(used)), [len(one) for one in used])
+    used = np.concatenate(used)
     scale = max(*spread, path.stray)
     columns = _columns(path, terms, found.at[used])
     made = through(terms, columns, side, found.place[used], scale, gap, both, robust=False)

@@ -42,6 +42,10 @@ SLIGHT = 1e-3
 """Part of a record by which orders may explain less before they are left out."""
 CHATTER = 2.5
 """Times its noise that contact may scatter beyond smooth flanks."""
+RARE = 0.2
+"""Part of the impacts on one of two flanks below which a single flank is tried, too."""
+FAST = 10.0
+"""Standard deviations of its speed that a usual impact has, for there to be no doubt that it is one."""
 AGAIN = 2
 """Times that the flanks are drawn anew through what turned out to be contact, at most."""
 SETTLED = 0.25
@@ -74,9 +78,10 @@ def segment(
     seeds = kinks(path, SCALES_TRIED[0])
     single = one_flank(path, teeth)
     still = single.rough < max(3.0 * path.stray, path.slack)
+    smooth = None if len(seeds.at) < 2 else _smooth(known, path, seeds, teeth, file, tell)
     if not still:
-        if len(seeds.at) >= 2 and (found := _smooth(known, path, seeds, teeth, file, tell, PLAIN)) is not None:
-            return found  # a rattle in step with the revolution has orders, too
+        if smooth is not None and doubtful(smooth) < PLAIN:
+            return smooth  # a rattle in step with the revolution has orders, too
         single, still = _resting(path, teeth, single)
     faults: list[InputError] = []
     tell(0.2)
@@ -85,12 +90,10 @@ def segment(
         seeds = seeds if scales == SCALES_TRIED[0] else kinks(path, scales)
         if still and (len(seeds.at) < 2 or single.terms.grown):
             break
-        if (
-            best is None
-            and len(seeds.at) >= 2
-            and (found := _smooth(known, path, seeds, teeth, file, tell, DOUBTFUL)) is not None
-        ):
-            return found
+        if best is None and len(seeds.at) >= 2:
+            found = smooth if scales == SCALES_TRIED[0] else _smooth(known, path, seeds, teeth, file, tell)
+            if found is not None:
+                return found
         sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
         for both in sides:
             flanks = find_flanks(path, seeds, teeth, both)
@@ -202,21 +205,36 @@ def _smooth(
     teeth: tuple[int, int] | None,
     file: str,
     tell: Callable[[float], None],
-    most: float,
 ) -> Segments | None:
-    """Return the record cut along smooth flanks where these leave less than a part unexplained, else ``None``."""
+    """Return the record cut along smooth flanks where these leave next to nothing unexplained, else ``None``."""
+    taken: Segments | None = None
     for both in (True, False):
         flanks = plain_flanks(path, seeds, teeth, both)
         if flanks is None:
             continue
         found = _tried(known, path, flanks, seeds, both, file, tell)
-        if found is None or doubtful(found) > most or not _calm(path, found, CHATTER, inner=False):
+        if found is None or (doubt := doubtful(found)) > DOUBTFUL or not _calm(path, found, CHATTER, inner=False):
             continue
-        evidence = _evidence(path, cut_along(known, path, found.flanks, seeds, file))
-        shown = shown_orders(path, found.flanks, *evidence, teeth)
-        wavy = None if shown is None else _tried(known, path, shown, seeds, both, file, _quiet)
-        return found if wavy is None or doubtful(wavy) > doubtful(found) + SLIGHT else wavy
-    return None
+        if taken is None or doubt <= doubtful(taken) + SLIGHT:  # one flank explains as much: there is no second one
+            taken = found
+        if _struck_often(taken):
+            break
+    if taken is None:
+        return None
+    evidence = _evidence(path, cut_along(known, path, taken.flanks, seeds, file))
+    shown = shown_orders(path, taken.flanks, *evidence, teeth)
+    both = taken.flanks.gap is not None
+    wavy = None if shown is None else _tried(known, path, shown, seeds, both, file, _quiet)
+    return taken if wavy is None or doubtful(wavy) > doubtful(taken) + SLIGHT else wavy
+
+
+def _struck_often(cut: Segments) -> bool:
+    """Return whether impacts on either flank are too many, and too fast, for tops of flights that are as high."""
+    if cut.flanks.gap is None:
+        return False
+    struck, speed = cut.impacts["flank"], np.abs(cut.impacts["velocity_m_s"]) / cut.impacts["velocity_sigma_m_s"]
+    each = [speed[struck == flank] for flank in (ACTIVE, REVERSE)]
+    return min(len(one) for one in each) > RARE * len(struck) and min(float(np.median(one)) for one in each) > FAST
 
 
 def _tried(
@@ -316,8 +334,9 @@ def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
         np.zeros((0, 9)),
         nothing,
         nothing,
+        nothing,
     )
-    never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool))
+    never = Touches(nothing, nothing, nothing, nothing, nothing.astype(bool), nothing.astype(bool))
     flights = flight_table(none, empty, never, never, nothing.astype(bool))
     edges = (float(known.time[0]), float(known.time[-1]), ACTIVE)
     return flights, contacts_between(flights, edges), impacts_of(flights, nothing.astype(bool))

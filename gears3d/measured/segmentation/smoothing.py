@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.measured.drive_motion import drive_motion
 from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
 from gears3d.measured.segmentation.readings import FEWEST, Reading, model_noise, read_encoder, stuck, usual
@@ -208,13 +209,15 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         if len(reading.time) < FEWEST:
             what = f"is read {len(reading.time)} times only"
             raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
-    (one, first), (other, second) = model_noise(one), model_noise(other)
+    motion = drive_motion(one.time, one.shown)
+    order = motion.harmonics[0].order if motion.harmonics else 0.0
+    (one, first), (other, second) = model_noise(one), model_noise(other, order * radii[1] / radii[0])
     one, other = _floored(one, other, radii)
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
         inside = (other.time >= one.time[0]) & (other.time <= one.time[-1])
     at, shown, sigma = other.time[inside], other.shown[inside], other.sigma[inside]
-    curve = steady(one)
+    curve = steady(one, motion)
     follows = curve.rest < FOLLOWS
     theirs = curve.sigma if follows else usual(one.sigma)
     noise = float(np.hypot(radii[1] * usual(sigma), radii[0] * theirs))
@@ -267,7 +270,8 @@ def blocks(known: Track) -> Blocks:
     size = int(np.cbrt(CORNER * floor**2 / (spacing**2 * speed**2))) if speed > 0.0 else longest
     size = int(np.clip(size, 1, longest))
     time, drive, loose, place = _means(known, size)
-    quiet = max(noise_of(time, place, clip=4.0), 0.2 * floor / np.sqrt(size), 1e-12)
+    # rounding averages out as the number of readings at best; most third differences of few counts are zero
+    quiet = max(noise_of(time, place, clip=4.0), floor * max(0.2 / np.sqrt(size), 1.0 / size), 1e-12)
     model = known.model
     slow = np.sqrt(max(float(model.sigma(size * spacing)) ** 2 - model.white**2 / size, 0.0))
     return Blocks(

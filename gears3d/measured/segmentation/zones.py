@@ -46,7 +46,7 @@ def clearance(path: Blocks, flanks: Flanks) -> float:
         path: displacement in blocks.
         flanks: of the record.
     """
-    return max(CLEAR * flanks.rough, path.slack)
+    return max(CLEAR * max(flanks.rough, path.stray), path.slack)
 
 
 def zones(path: Blocks, flanks: Flanks, found: Kinks, file: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:

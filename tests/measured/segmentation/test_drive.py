@@ -19,3 +19,16 @@ def test_a_swinging_drive_is_not_flattened_by_means(counts):
     in_step = 2.0 * np.mean((off - off.mean()) * np.sin(swing * some))
     beside = 0.5 * 3.0 * swing * (0.4e-3) ** 2 / 12.0
     assert abs(in_step) < 0.1 * beside
+
+
+@pytest.mark.parametrize("noise", [1e-4, 3e-4])
+def test_a_fluctuation_as_fast_as_a_spline_has_knots_is_no_noise(noise):
+    time = np.arange(0.0, 2.0, 1.0 / 24_000.0)
+    turn = 2.0 * np.pi * 410.0  # 58 readings in a period
+    angle = 200.0 * time - 2.5e-4 * np.cos(turn * time)
+    motion = steady(read_encoder(time, angle + np.random.default_rng(4).normal(0.0, noise, len(time))))
+    some = np.arange(0.05, 1.95, 1e-4)
+    off = motion.curve(some, 1) - 200.0 - 2.5e-4 * turn * np.sin(turn * some)
+    assert np.std(off) < 0.03 * 2.5e-4 * turn
+    assert np.std(off) < 3.0 * motion.speed_sigma
+    assert motion.rest < 1.1

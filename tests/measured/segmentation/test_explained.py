@@ -92,3 +92,14 @@ def test_a_backlash_that_differs_between_the_halves_is_not_reported():
     except InputError:
         return
     assert summary["flanks"]["backlash_m"] is None
+
+
+def test_a_flank_that_the_gear_would_lie_behind_explains_little():
+    scenario, truth = happened(0.3, 0.0)
+    found = cut(scenario, seen(scenario, truth, 0.001, seed=77))
+    assert explain(found).time > 0.99
+    raised = found.flanks._replace(active=found.flanks.active + np.eye(len(found.flanks.active))[0] * 40e-6)
+    low = np.mean(found.contacts["flank"] == 0) * np.sum(found.contacts["duration_s"][found.contacts["flank"] == 0])
+    none = {name: column[:0] for name, column in found.contacts.items()}
+    behind = explain(found._replace(flanks=raised, contacts=none))  # as if what lies behind were impacts that last
+    assert behind.time < 1.0 - 0.5 * low / (found.track.time[-1] - found.track.time[0])

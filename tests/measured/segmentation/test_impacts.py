@@ -96,6 +96,17 @@ def test_a_law_of_the_drag_is_not_extrapolated_beyond_the_speeds_that_told_it():
     covariance[:, 2, 2] = np.append(np.full(30, 1e-2), np.full(30, 1.0)) ** 2
     numbers = np.stack([np.zeros(60), speed, -0.5 * slowing], axis=1)
     one = np.ones(60)
-    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one, one, one, one, one))
+    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one, one, one, one, one, one))
     assert law.slope > 100.0  # told by the fast half alone, whose speeds hardly differ
     assert abs(law.at(1.0) - 3.2) < 5.0
+
+
+def test_a_drag_that_many_flights_show_is_known_better_than_one_shows_it():
+    rng, count = np.random.default_rng(8), 400
+    covariance = np.zeros((count, 3, 3))
+    covariance[:, 2, 2] = 1.0  # of -deceleration/2: a flight knows its own to 2
+    numbers = np.stack([np.zeros(count), 5.0 + 1e-3 * rng.standard_normal(count)] * 2, axis=1)[:, :3]
+    numbers[:, 2] = -0.5 * (3.0 + 2.0 * rng.standard_normal(count))
+    one = np.ones(count)
+    law = common_law(Parabolas(one, one, numbers, covariance, one, 20.0 * one, 0.0 * one, one, one, one, one, one))
+    assert abs(law.at(np.array([5.0]))[0] - 3.0) < law.varies < 2.0
