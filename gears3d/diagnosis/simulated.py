@@ -41,7 +41,8 @@ def simulated(one: Admitted, rig: Scenario, seed: int = 0) -> Admitted:
     ]  # fmt: skip
     run = {"run.duration": f"{span!r} s", "run.settle": "0 s", "run.output_rate": f"{rate!r} Hz", "run.seed": seed}
     made = simulate(rig.with_({**run, "motion.harmonics": shifted}), "rigid")
-    sensors = Sensors(rate, *(_sensor(time, columns[f"theta_{gear}_rad"]) for gear in ("drive", "loose")))
+    drive, loose = (_sensor(time, columns[f"theta_{gear}_rad"]) for gear in ("drive", "loose"))
+    sensors = Sensors(sample_rate=rate, drive=drive, loose=loose)
     read = encode(made, sensors, seed)
     kept = {name: read.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad")}
     return replace(one, channels=replace(one.channels, columns=kept), rig=rig, findings=())
