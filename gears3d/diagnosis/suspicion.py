@@ -12,8 +12,8 @@ from gears3d.diagnosis.grounds import Note, carried, of_causes, of_records, of_s
 from gears3d.diagnosis.library import score
 from gears3d.diagnosis.quantisation import alone, are_coarse
 from gears3d.diagnosis.search import directions
-from gears3d.diagnosis.stretch import path_errors
 from gears3d.diagnosis.verdict import Named, name_causes
+from gears3d.diagnosis.windows import path_errors
 from gears3d.errors import EngineError, InputError
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from gears3d.challenge import hide, plan
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import ready
 from gears3d.diagnosis.simulated import simulated
-from gears3d.diagnosis.stretch import PathErrors, path_errors
 from gears3d.diagnosis.verdict import Named
+from gears3d.diagnosis.windows import PathErrors, path_errors
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
