@@ -69,7 +69,7 @@ def plan(rig: Rig, kinds: Sequence[str], *, size: float | None = None, samples: 
     >>> from gears3d.challenge.space import draw
     >>> made = plan(draw(1, 1)[0], ["drag_coulomb"], samples=1000)
     >>> made.effects[0]["kind"], len(made.conditions)
-    ('drag_coulomb', 1)
+    ('drag_coulomb', 8)
     """
     random = np.random.default_rng([rig.seed, rig.index, 31])
     each = []

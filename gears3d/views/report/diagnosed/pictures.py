@@ -187,7 +187,7 @@ def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
 
 
 def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture | None:
-    """Return the chart of a residual pattern; ``None`` where its channel has no points.
+    """Return the chart of a residual pattern; ``None`` where its channel has no points, or where it is the path.
 
     Args:
         found: by the diagnosis.
@@ -198,6 +198,8 @@ def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture
         return _spectra(found.rings)
     if structure == "flight.gap":
         return _pull(found)
+    if structure == "path.all":  # the film shows the path
+        return None
     records, name = found.found.records, channel_of(structure)
     seen = samples(records, name, found.found.fit.rest[found.found.known.spans[name]])
     if len(seen.value) < 2:
