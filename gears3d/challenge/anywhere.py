@@ -18,13 +18,13 @@ from gears3d.challenge.taking import BEFORE, PER_FALL, PER_PERIOD, PERIODS
 from gears3d.recording import Recording
 
 BLIND = ("drive_motion", "mesh_friction")
-"""Kinds that leave no trace: records bring their own motion, and friction needs teeth that yield."""
+"""Kinds without a trace: records bring their own motion, and friction needs compliant teeth."""
 SIZES = (0.1, 0.5)
 """Of hidden effects as shares of their unit sizes, evenly over the logarithm."""
 GEOMETRY = {"transmission_error": 4, "eccentricity": 1, "backlash_variation": 4, "pitch_error": 0}
 """Highest order that is drawn of deviations of flanks; that of a single tooth is the number of teeth."""
 FLUNG = 0.5
-"""Acceleration of a deviation of flanks over the deceleration of the loose gear at most: it is no second drive."""
+"""Acceleration of a deviation of flanks over the deceleration of the loose gear at most: the drive makes the rattle."""
 LEAST = 0.02
 """Share of its unit size below which a deviation of flanks is not hidden."""
 

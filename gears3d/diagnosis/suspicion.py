@@ -1,4 +1,4 @@
-"""Causes that the search found, but that records and rig do not carry: told as suspects, not as causes."""
+"""Causes that the search found, but that records, rig or the predicted path do not support: reported as not accepted."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ SCATTER = "restitution_scatter"
 
 
 class Parted(NamedTuple):
-    """Causes parted from suspects.
+    """Causes that are accepted, and those that are not.
 
     Args:
         found: the search with the causes that stay.
-        others: their rivals.
+        others: their competing hypotheses.
         causes: in words.
-        suspects: in words.
+        suspects: those not accepted, in words.
         notes: all of them.
         decides: whether a verdict may be given.
     """
@@ -56,8 +56,8 @@ def part(
 
     Args:
         found: by the search.
-        others: rivals of each cause.
-        beside: causes that were found beside the search.
+        others: competing hypotheses of each cause.
+        beside: causes that were found in addition to those of the search.
         rig: scenario of the bench.
         notes: of the records as they came in.
     """
@@ -83,10 +83,10 @@ def part(
 
 
 def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tuple[Parted, list[Structure]]:
-    """Return the causes with which the path is predicted better than without, and what is left of the path.
+    """Return the causes with which the path is predicted better than without, and the residual of the path.
 
     Args:
-        parted: causes and suspects so far.
+        parted: causes so far.
         admitted: the records.
         paths: of the records.
     """
@@ -126,7 +126,7 @@ def _um(errors: Array) -> str:
 
 
 def _not_carried(found: Search) -> list[Note | None]:
-    """Return why records do not carry each cause, ``None`` where they do; what others made up for is asked anew."""
+    """Return why records do not support each cause, ``None`` where they do; compensated ones are tested again."""
     weak = [carried(found.records, cause) for cause in found.fit.causes]
     while are_coarse(found.records):
         stays = [k for k, why in enumerate(weak) if why is None]
@@ -140,7 +140,7 @@ def _not_carried(found: Search) -> list[Note | None]:
 
 
 def _only(found: Search, stays: Sequence[bool]) -> Search:
-    """Return a search with some of its causes, fitted anew."""
+    """Return a search with some of its causes, refitted."""
     causes = [cause for cause, stay in zip(found.fit.causes, stays, strict=True) if stay]
     now = fit(found.records, found.base, causes)
     return found._replace(fit=now, left=score(found.known, now.rest, directions(found.records, now)))

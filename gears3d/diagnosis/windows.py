@@ -44,7 +44,7 @@ KNOTS = (24, 4000)
 BESIDE = 2.5e-3
 """Seconds to either side over which place and speed are read off where no flight was cut [s]."""
 AMID = (0.3, 0.7)
-"""Parts of the backlash between which a gear is amid the gap."""
+"""Parts of the backlash between which a gear is in the middle of the gap."""
 
 
 class Begin(NamedTuple):
@@ -184,7 +184,7 @@ def _ratio(known: Track) -> float:
 
 
 def begin_of(known: Track, seen: Evidence | None, zero: float, rig: Scenario, half: float) -> Begin:
-    """Return where a stretch begins: amid the longest flight of a period from some time on."""
+    """Return where a stretch begins: in the middle of the longest flight of a period from some time on."""
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
     if seen is not None and len(seen.fine[0]):
         time, angle, speed = (column[:, column.shape[1] // 2] for column in seen.fine)
@@ -198,7 +198,7 @@ def begin_of(known: Track, seen: Evidence | None, zero: float, rig: Scenario, ha
 
 
 def _beside(seen: Evidence, at: int) -> float:
-    """Return by how much means over the bins of a flight lie beside its bent path [rad]."""
+    """Return by how much means over the bins of a flight deviate from its bent path [rad]."""
     time, _, speed = (column[at] for column in seen.fine)
     width = float(np.median(np.diff(seen.channels.flights.time[at])))
     return float((speed[-1] - speed[0]) / (time[-1] - time[0])) * width**2 / 24.0
@@ -278,7 +278,7 @@ def followed(
 
 
 def _knots(known: Track, span: float) -> int:
-    """Return by how many points the drive's motion is told: two from knot to knot of its curve."""
+    """Return by how many points the drive's motion is given: two from knot to knot of its curve."""
     return int(np.clip(np.ceil(2.0 * span / known.steady.curve.bends) + 1, *KNOTS))
 
 
