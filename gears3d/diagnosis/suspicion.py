@@ -1,4 +1,4 @@
-"""Causes that the search found, but that records, rig or the predicted path do not support: reported as not accepted."""
+"""Causes that the search found, but that records, rig or predicted path do not support: they are not accepted."""
 
 from __future__ import annotations
 
