@@ -77,10 +77,14 @@ def _wider(normal: Array, scores: Array, level: float) -> Array:
     0.0625
     >>> round(float(_wider(np.array([[16.0]]), 3.0 * alike, 1.0)[0, 0]), 9)
     0.6
+    >>> float(_wider(np.zeros((1, 1)), 0.0 * alike, 1.0)[0, 0])
+    inf
     """
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     known, turned = np.linalg.eigh(normal / np.outer(scale, scale))
     good = known > KNOWN * known[-1]
+    if not np.any(good):  # records with other zeros would show the same: nothing is known of the numbers
+        return np.diag(np.full(len(scale), np.inf))
     root = np.sqrt(level / known[good]) * turned[:, good] / scale[:, None]
     moves = scores @ root / level  # of the numbers, by each stretch alone
     for parts in STRETCHES:

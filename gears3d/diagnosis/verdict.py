@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, contribution, fit
+from gears3d.diagnosis.cause import Cause, contribution, fit, slopes_of
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split, refuted, splits
@@ -260,7 +260,7 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
 
 
 def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
-    """Return the causes in whose channels no structure is left that shows that they are not the causes.
+    """Return the causes that the records determine and in whose channels no structure is left that refutes them.
 
     Args:
         found: by the search.
@@ -273,7 +273,13 @@ def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
     taken = {name: float(found.base[span] @ found.base[span] - found.fit.rest[span] @ found.fit.rest[span])
              for name, span in spans.items()}  # fmt: skip
     bad = {name for name in worth if worth[name] > SHARE * max(taken[name], 1e-9)}
-    return [cause for cause in found.fit.causes if not bad.intersection(cause.candidate.channels)]
+    return [cause for cause in found.fit.causes
+            if not bad.intersection(cause.candidate.channels) and _determined(found.records, cause)]  # fmt: skip
+
+
+def _determined(records: Sequence[Evidence], cause: Cause) -> bool:
+    """Return whether records depend on a cause; not where it takes the restitution out of its range from 0 to 1."""
+    return any(bool(np.any(column)) for column in slopes_of(records, cause))
 
 
 def predictive(found: Search) -> list[Cause]:
