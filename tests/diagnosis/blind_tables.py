@@ -87,7 +87,7 @@ def _map(rows: list[dict[str, Any]], part: str) -> Iterable[str]:
     for factor in rows[0]["facts"]:
         values = np.array([row["facts"][factor] for row in rows])
         few = np.unique(values)
-        edges = np.quantile(values, [0.0, 1 / 3, 2 / 3, 1.0]) if len(few) > 4 else np.r_[few, few[-1]]
+        edges = np.unique(np.quantile(values, [0.0, 1 / 3, 2 / 3, 1.0])) if len(few) > 4 else np.r_[few, few[-1]]
         at = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
         for k in range(len(edges) - 1):
             own = [row for row, where in zip(rows, at, strict=True) if where == k]
