@@ -96,12 +96,11 @@ def plan(rig: Rig, kinds: Sequence[str], *, size: float | None = None, samples: 
     return Plan(rig.seed, base, tuple(each), effects, (), share, rig.noise_share, zeros)
 
 
-def observer(rig: Rig, dirt: bool = True) -> Callable[[Plan, int, Any], Recording]:
+def observer(rig: Rig) -> Callable[[Plan, int, Any], Recording]:
     """Return what plays one record of a plan out, with the rig's sensors.
 
     Args:
         rig: of the plan.
-        dirt: whether the rig's kinds of dirt act; harmonics of the drive stand in the plan.
     """
 
     def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = None) -> Recording:
@@ -122,7 +121,7 @@ def observer(rig: Rig, dirt: bool = True) -> Callable[[Plan, int, Any], Recordin
         angles = tuple(
             encoders.wander(facts, gear, motion.signals[f"theta_{gear}_rad"][skipped:]) for gear in ("drive", "loose")
         )
-        columns, _ = sense(rig, time, (angles[0], angles[1]), random, dirt, plan.zeros[number])
+        columns, _ = sense(rig, time, (angles[0], angles[1]), random, True, plan.zeros[number])
         return Recording(columns, meta={"sample_rate_Hz": rig.rate})
 
     return observe

@@ -37,6 +37,8 @@ FARTHER, CHANCE = 1.05, 0.01
 """Ratio of distances from which on one counts as larger, and the chance by which so many of them are."""
 HARDLY, NOISY = 0.5, 5.0
 """Part of the square of the rig's distance, and times the noise, that the extended rig may leave at most."""
+ROUNDING = 1e-15
+"""Of a displacement [m], the noise of a record without any."""
 RATE = 8000.0
 """Samples a second; readings are averaged to it, which quietens them."""
 KNOTS = (24, 4000)
@@ -84,6 +86,7 @@ class PathErrors(NamedTuple):
         if not len(self.base):
             return []
         base, extended, noise = (float(np.mean(one**2)) for one in (self.base, self.extended, self.noise))
+        noise = max(noise, ROUNDING**2)
         if extended < max(HARDLY * base, NOISY**2 * noise):
             return []
         worst, size = self.record[int(np.argmax(self.extended))], float(np.sqrt(extended))
@@ -126,10 +129,12 @@ def path_errors(
         zeros = [zero_of(known, own, rig) for rig in rigs]
         period = one.rig.period if one.rig.motion.harmonics else 0.25 * LONGEST
         span, first, last = min(period, LONGEST), float(known.time[0]), float(known.time[-1])
+        free = first  # windows that overlap would count as one more witness each
         for at in np.linspace(first, max(last - 2.0 * period - span, first), WINDOWS):
             begin = begin_of(known, own, zeros[1], one.rig, float(at))
-            if begin.time + span > last:
+            if begin.time < free or begin.time + span > last:
                 continue
+            free = begin.time + span
             measured, few = readings(known, own, zeros[1], (begin.time, begin.time + span), one.rig)
             place = measured.signals["displacement_m"]
             row = []
