@@ -28,6 +28,8 @@ DRIVER = "apt install mesa-vulkan-drivers"
 PATIENCE = 60.0
 """How long a viewer may take to start or to paint [s]."""
 _POLL = 0.1
+_STILL = 5
+"""Equal screenshots in a row that count as painted: a busy machine was seen to give two before the last lines came."""
 _GUARD = """
 import os, signal, subprocess, sys, threading
 viewer = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
@@ -264,15 +266,16 @@ def _seek(client: Any, at: float) -> None:
 
 
 def _settled(client: Any, view: str | None) -> bytes:
-    """Take screenshots until two in a row are the same."""
+    """Take screenshots until they change no more."""
     end = time.monotonic() + PATIENCE
-    last = b""
+    last, still = b"", 0
     while time.monotonic() < end:
         try:
             taken = client.take_screenshot(view)
         except (ConnectionError, RuntimeError) as error:
             raise ViewerError(f"the viewer does not paint: {str(error).splitlines()[0]}; {DRIVER}") from error
-        if taken == last:
+        still = still + 1 if taken == last else 1
+        if still == _STILL:
             return taken
         last = taken
         time.sleep(_POLL)
