@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gears3d.diagnosis.along_path import Along, along_path
 from gears3d.diagnosis.amiss import amiss, unspent
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
@@ -188,6 +189,11 @@ def _diagnosed(
         raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     records, found, deep = searched(admitted, records, highest, paths, tell)
+    if rings is None and deep is None:
+        tell("predicting the path from windows of all records", 0.75)
+        whole = along_path(found, admitted, paths, lambda part: tell("searching along the path", 0.75 + 0.1 * part))
+        if whole is not None:
+            return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
     while True:
@@ -222,6 +228,26 @@ def _diagnosed(
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
+
+
+def _along(
+    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: Along, tell: Callable[[str, float], None],
+    bodies: bool, runs: bool,
+) -> Diagnosis:  # fmt: skip
+    """Return the diagnosis of records whose path comes true by causes, or by none."""
+    parted = part(whole.found, whole.others, [], rig, notes, whole.path)
+    found, causes = parted.found, parted.causes
+    tell("predicting held-out records", 0.9)
+    held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
+    solid, apart = _further(found, parted.others, tell, bodies, runs)
+    limits = power(found.known)
+    extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
+    findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
+    told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
+    verdict = judged(causes, [], limits) if parted.decides else "not_decidable"
+    tell("done", 1.0)
+    return Diagnosis(verdict, causes, (), held, limits, extended, tuple(evidence_of(found.records)), findings,
+                     found, parted.others, told, parted.suspects, solid, runs=apart)  # fmt: skip
 
 
 def _opened(

@@ -7,6 +7,7 @@ import numpy as np
 from gears3d.diagnosis.cause import Cause
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import table
+from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.search import ACCEPT, Search
@@ -92,6 +93,18 @@ def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> st
             text = f"{SEEN[name]}: error {sizes[0]} without this cause, {sizes[1]} with it"
             text += f" ({rms[0]:.3g} and {rms[1]:.3g} times the noise); "
     return f"{text}total significance {sure(gain)}"
+
+
+def along(path: Path, gain: float) -> str:
+    """Return one sentence: how much nearer the causes bring the path, and what one of them is worth.
+
+    Args:
+        path: that the causes account for.
+        gain: fall of chi-square over its level that the cause brings beside the others.
+    """
+    before, after = np.sqrt(path.before), np.sqrt(path.after)
+    text = f"displacement predicted in {path.windows} windows: error {before:.3g} times the noise without causes"
+    return f"{text}, {after:.3g} times with all of them; significance of this one {sure(gain)}"
 
 
 def sized(size: float, unit: str) -> str:

@@ -17,6 +17,7 @@ from gears3d.diagnosis.windows import path_errors
 from gears3d.errors import EngineError, InputError
 
 if TYPE_CHECKING:
+    from gears3d.diagnosis.path_search import Path
     from gears3d.diagnosis.paths import Paths
     from gears3d.diagnosis.rivals import Rival
     from gears3d.diagnosis.search import Search
@@ -50,7 +51,12 @@ class Parted(NamedTuple):
 
 
 def part(
-    found: Search, others: list[list[Rival]], beside: Sequence[Named], rig: Scenario, notes: Sequence[Note]
+    found: Search,
+    others: list[list[Rival]],
+    beside: Sequence[Named],
+    rig: Scenario,
+    notes: Sequence[Note],
+    path: Path | None = None,
 ) -> Parted:
     """Part the causes that records and rig carry from those that they do not.
 
@@ -60,9 +66,10 @@ def part(
         beside: causes that were found in addition to those of the search.
         rig: scenario of the bench.
         notes: of the records as they came in.
+        path: where it decides, which needs no cutting: however few events were cut, they refute nothing.
     """
-    named = sorted([*name_causes(found, others), *beside], key=lambda one: -one.gain)
-    weak = _not_carried(found)
+    named = sorted([*name_causes(found, others, path), *beside], key=lambda one: -one.gain)
+    weak = _not_carried(found) if path is None else [None] * len(found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
     told = [
         *notes,

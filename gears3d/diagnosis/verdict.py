@@ -14,13 +14,14 @@ from gears3d.diagnosis.gaplaw import GapLaw
 from gears3d.diagnosis.heldout import UNITS, Split, refuted, splits
 from gears3d.diagnosis.library import Library
 from gears3d.diagnosis.named import parameters, table
+from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.pockets import Pocket
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.remains import channel_of
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.search import ACCEPT, SMALLEST, Search
-from gears3d.diagnosis.sentences import alternative, evidence_for, refused, sure
+from gears3d.diagnosis.sentences import along, alternative, evidence_for, refused, sure
 from gears3d.diagnosis.structure import Structure
 from gears3d.diagnosis.zeros import counted_from
 from gears3d.effects import catalogue
@@ -99,21 +100,23 @@ def chosen(effect: Any, name: str, written: Any) -> Any:
     return {"value": float(getattr(effect, name)), "unit": FAMILIES[family].si, "ci95": None}
 
 
-def name_causes(found: Search, others: list[list[Rival]]) -> list[Named]:
+def name_causes(found: Search, others: list[list[Rival]], path: Path | None = None) -> list[Named]:
     """Return the causes of a search in words, those of greatest gain first.
 
     Args:
         found: by the search.
         others: rivals of each cause.
+        path: that says what each is worth, where it decides; the fit's covariance then holds.
     """
     now, at, told = found.fit, 0, []
-    known = covariance(found.records, now.causes) if now.causes else now.covariance
+    known = covariance(found.records, now.causes) if now.causes and path is None else now.covariance
     for k, cause in enumerate(now.causes):
         own = slice(at, at + len(cause.numbers))
         at = own.stop
         less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
-        gain = less.chi2 - now.chi2
+        gain = less.chi2 - now.chi2 if path is None or k >= len(path.gains) else float(path.gains[k])
         effect: Any = cause.effect
+        text = evidence_for(found, cause, less.rest, gain) if path is None else along(path, gain)
         alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
         excluded = tuple(refused(one) for one in others[k] if one.excluded)
         numbers = parameters(cause, known[own, own])
@@ -121,8 +124,7 @@ def name_causes(found: Search, others: list[list[Rival]]) -> list[Named]:
         if zero and zero != found.records[0].name:
             numbers.pop("phase", None)
         told.append(
-            Named(effect.kind, effect.place, numbers, evidence_for(found, cause, less.rest, gain), gain, alternatives,
-                  effect, written, excluded, zero)
+            Named(effect.kind, effect.place, numbers, text, gain, alternatives, effect, written, excluded, zero)
         )  # fmt: skip
     return sorted(told, key=lambda one: -one.gain)
 

@@ -18,6 +18,9 @@ WHITE = 0.3
 """Noise in counts from which on samples are read with white noise and edges run together."""
 SWEPT = 2.0
 """Counts by which steps from sample to sample must vary for counts not to keep step with samples."""
+PASSES = 3.0
+"""Counts that pass in a usual sample from which on a reading like the one before is a repeated one: a gear that slows
+down to less than one has its flank left long before."""
 _REACH = 4
 """Edges to either side from which a speed is taken."""
 _TRIES = 200_000
@@ -65,10 +68,10 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     >>> read_encoder(time, np.floor(time**1.1 / 4e-3) * 4e-3).kind, read_encoder(time, time).kind
     ('edges', 'smooth')
     """
-    if held_readings(time, angle).samples > 1:  # only the first of the repeated readings is a reading
-        fresh = np.append(True, angle[1:] != angle[:-1])
-        time, angle = time[fresh], angle[fresh]
     count = quantum(angle) or count_of(angle)  # the second where many counts pass in every sample
+    if held_readings(time, angle).samples > 1 or _passes(angle, count):
+        fresh = np.append(True, angle[1:] != angle[:-1])  # only the first of the repeated readings is a reading
+        time, angle = time[fresh], angle[fresh]
     if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
         floor = max(noise_of(time, angle, clip=4.0), 1e-14 * max(float(angle.max()), -float(angle.min()), 1.0))
         return Reading(time, angle, np.broadcast_to(floor, len(time)), None, "smooth")
@@ -79,6 +82,11 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
             return found
     floor = max(noise_of(time, angle, clip=4.0), count / np.sqrt(12.0))  # of rounding
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
+
+
+def _passes(angle: np.ndarray, count: float | None) -> bool:
+    """Return whether so many counts pass in a sample that a gear which turns repeats no reading by itself."""
+    return float(np.median(np.abs(some_steps(angle)))) > PASSES * (count or 0.0)
 
 
 def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Reading, NoiseModel]:

@@ -1,0 +1,486 @@
+"""Multiple shooting: the rigid model through windows all over the records, each from a start of its own.
+
+A window begins with the place and the speed that fit its readings best and then goes its way under the measured motion
+of the drive, over impacts, bounces and contact alike. Nothing is segmented: what the model predicts is the path itself,
+as it was read, and what it leaves are residuals of readings. Source: Bock and Plitt 1984, multiple shooting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.deviation import deviation
+from gears3d.diagnosis.prediction import reading_error
+from gears3d.effects import Code, SensorEffect
+from gears3d.kernels import njit
+from gears3d.lumped.flanks import perfect
+
+if TYPE_CHECKING:
+    from gears3d.effects import Row
+    from gears3d.measured.segmentation import Track
+    from gears3d.scenario import Scenario
+
+Array = np.ndarray
+NODES = 384
+"""Points of a window at which the motion is worked out: 64 in a fall across the backlash of the longest window."""
+BINS = 256
+"""Means of readings in a window at most."""
+MOST = 96
+"""Windows of all records at most: numbers of causes are then known to a tenth of their smallest size."""
+FALLS = (1.0, 6.0)
+"""Falls across the backlash that a window lasts at least and at most; a period of the drive in between."""
+TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
+"""Means of readings through which a free flight is fitted where a start is sought."""
+BETTER = 0.98
+"""Part of its chi-square that another start must leave to be taken."""
+KNOWN = (
+    Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
+    Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.IMPACT_OFFSET,
+    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC,
+)  # fmt: skip
+"""Normal forms that a window can be shot with; friction, without compliance, moves nothing, scatter predicts nothing,
+and the drive moves as measured."""
+
+
+class Starts(NamedTuple):
+    """Where windows begin: displacement [m], rate [m/s], mode (0 in flight, 1 active, 2 reverse flank), each (w,)."""
+
+    place: Array
+    rate: Array
+    mode: Array
+
+
+def shootable(rig: Scenario) -> bool:
+    """Return whether windows can be shot with a rig: rigid flanks without stated deviations, torques of a formula."""
+    return perfect(rig.pair()) and all(row.code in KNOWN for row in rig.rows())
+
+
+class Windows:
+    """Windows of the records of one rig, with their starts, and the zeros of the displacement of each record.
+
+    Args:
+        rig: scenario of the bench.
+        tracks: paths of the records.
+        periods: of the drive's fluctuation in each record [s].
+        turned: what is added to the angles of drive and loose gear of each record, from which effects count [rad].
+    """
+
+    def __init__(
+        self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float], turned: Sequence[tuple[float, float]]
+    ) -> None:
+        self.rig, self.pair, self.values = rig, rig.pair(), rig.rig()
+        self.radii = self.values.base_radius_drive, self.values.base_radius_loose
+        self.backlash = self.values.backlash
+        self.lever = self.radii[1] / self.values.inertia
+        slowing = self.lever * max(self.values.drag_torque, 1e-12)
+        self.fall = float(np.sqrt(2.0 * self.backlash / slowing))
+        self.base, self.effects = rig.rows(), rig.effects
+        self.origins = [self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks]
+        self.zeros = np.zeros(len(tracks))
+        rows, seen = [], []
+        for k, (known, period) in enumerate(zip(tracks, periods, strict=True)):
+            for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1)):
+                rows.append((k, at, span))
+                seen.append(self._read(k, known, at, span))
+        self.record = np.array([row[0] for row in rows], dtype=int)
+        self.begin = np.array([row[1] for row in rows])
+        span = np.array([row[2] for row in rows])
+        self.step = span / (NODES - 1)
+        time = self.begin[:, None] + np.linspace(0.0, 1.0, NODES) * span[:, None]
+        curves = [known.steady.curve for known in tracks]
+        self.drive = tuple(
+            np.array([curves[k](at, order) for k, at in zip(self.record, time, strict=True)]).reshape(-1, NODES)
+            for order in (0, 1, 2)
+        )
+        self.turned = np.array([turned[k] for k in self.record]).reshape(-1, 2)
+        lasts = [len(one[0]) for one in seen]
+        self.window = np.repeat(np.arange(len(rows)), lasts)
+        self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
+        self.sigma = np.repeat([one[2] for one in seen], lasts)
+        share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
+        self.node = np.clip(share.astype(int), 0, NODES - 2)
+        self.beyond = share - self.node
+        self.weight = np.ones(len(rows))
+        none = np.zeros(len(rows))
+        self.starts = Starts(none, none.copy(), np.zeros(len(rows), dtype=int))
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+    def _place(self, k: int, known: Track, first: float, last: float) -> tuple[Array, Array]:
+        """Return times and displacements of the readings of a stretch, the zero of the displacement anywhere."""
+        rows = slice(*np.searchsorted(known.time, [first, last]).tolist())
+        time, loose = known.time[rows], known.shown[rows] + known.lift
+        return time, self.radii[1] * loose - self.radii[0] * known.steady.curve(time) - self.origins[k]
+
+    def _spans(self, k: int, known: Track, period: float, most: int) -> list[tuple[float, float]]:
+        """Return beginnings and durations of the windows of a record, and set the record's zero.
+
+        A window begins early in the longest stay amid the gap of its period, where place and speed show best.
+        """
+        first, last = float(known.time[0]), float(known.time[-1])
+        span = float(np.clip(period, FALLS[0] * self.fall, FALLS[1] * self.fall))
+        margin = 0.02 * (last - first)
+        look = min(max(period, span), 0.5 * (last - first - 2.0 * margin))
+        count = min(most, int((last - first - 2.0 * margin) / max(look, span)))
+        if count < 1:
+            return []
+        size = max(int(min(self.fall, period) / (40.0 * known.spacing)), 1)
+        stretches = []
+        for at in np.linspace(first + margin, last - margin - max(look, span), count).tolist():
+            time, place = self._place(k, known, at, at + look)
+            if (blocks := len(time) // size) > 8:
+                stretches.append((at, *(x[: blocks * size].reshape(blocks, size).mean(axis=1) for x in (time, place))))
+        if not stretches:
+            return []
+        low, high = np.quantile(np.concatenate([one[2] for one in stretches]), [0.005, 0.995])
+        crosses = high - low > 0.8 * self.backlash
+        self.zeros[k] = 0.5 * (low + high - self.backlash) if crosses else low
+        found, free = [], first
+        for _, time, place in stretches:
+            gap = place - self.zeros[k]
+            gap = np.minimum(gap, self.backlash - gap) if crosses else gap
+            amid = np.concatenate([[0], gap > 0.25 * np.quantile(gap, 0.95), [0]]).astype(int)
+            begins, ends = np.flatnonzero(np.diff(amid) > 0), np.flatnonzero(np.diff(amid) < 0)
+            longest = int(np.argmax(ends - begins)) if len(begins) else -1
+            early = int(begins[longest] + 0.2 * (ends - begins)[longest]) if len(begins) else 0
+            at = float(time[early])
+            if at >= free and at + span < last - 0.5 * margin:
+                found.append((at, span))
+                free = at + span
+        return found
+
+    def _read(self, k: int, known: Track, at: float, span: float) -> tuple[Array, Array, float]:
+        """Return times, displacements and their standard deviation of the means of readings of a window."""
+        time, place = self._place(k, known, at, at + span)
+        size = max(len(time) // BINS, 1)
+        bins = len(time) // size
+        time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
+        return time, place, max(known.noise / np.sqrt(size), 1e-12)
+
+    def some(self, most: int) -> tuple[Windows, Array]:
+        """Return at most so many of the windows, and which of the readings are theirs, (n,)."""
+        if len(self) <= most:
+            return self, np.ones(len(self.time), dtype=bool)
+        picked = np.unique(np.linspace(0, len(self) - 1, most).round().astype(int))
+        number = np.full(len(self), -1)
+        number[picked] = np.arange(len(picked))
+        mine = number[self.window] >= 0
+        few = copy(self)
+        for name in ("record", "begin", "step", "turned", "weight"):
+            setattr(few, name, getattr(self, name)[picked])
+        few.drive = tuple(one[picked] for one in self.drive)
+        few.starts = Starts(*(one[picked] for one in self.starts))
+        for name in ("time", "read", "sigma", "node", "beyond"):
+            setattr(few, name, getattr(self, name)[mine])
+        few.window = number[self.window][mine]
+        return few, mine
+
+    def residuals(self, effects: Sequence[Any], starts: Starts | None = None) -> Array:
+        """Return readings less what the rig with more effects makes of them, in standard deviations, (n,)."""
+        return (self.read - self._predicted(effects, starts or self.starts)) / self.sigma
+
+    def _predicted(self, effects: Sequence[Any], starts: Starts) -> Array:
+        rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
+        sensors = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
+        zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
+        angle, speed, rate = self.drive
+        seen = angle + self.turned[:, :1]
+        loose = (self.radii[0] * angle + zero) / self.radii[1] + self.turned[:, 1:]
+        wrong = np.zeros_like(angle)
+        if misread := [one for one in sensors if one.gear == "drive"]:
+            wrong = reading_error(misread, "drive", seen.ravel(), speed.ravel()).reshape(seen.shape)
+            slope = np.gradient(wrong, axis=1) / self.step[:, None]
+            angle, speed = angle - wrong, speed - slope
+            rate = rate - np.gradient(slope, axis=1) / self.step[:, None]
+        flanks = self._flanks([row for row in rows if 200 < row.code < 300], seen, loose)
+        laws = np.array([self.values.restitution, 0.0, 0.0])
+        for row in rows:
+            if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
+                laws[row.code - Code.IMPACT_OFFSET] += row.p[0]
+        path, pace = np.empty_like(angle), np.empty_like(angle)
+        for k in np.unique(self.record):
+            mine = np.flatnonzero(self.record == k)
+            own = slice(mine[0], mine[-1] + 1)
+            ahead = float(zero[mine[0], 0] / self.radii[1] + self.turned[mine[0], 1])
+            _shoot(
+                self.begin[own], self.step[own], angle[own], speed[own], rate[own], flanks[0][own], flanks[1][own],
+                np.array([*self.radii, self.lever]), _torques(rows, self.values.drag_torque, ahead), laws,
+                starts.place[own], starts.rate[own], starts.mode[own], path[own], pace[own],
+            )  # fmt: skip
+        w, i, share = self.window, self.node, self.beyond
+        made = _between(path[w, i], path[w, i + 1], pace[w, i], pace[w, i + 1], share, self.step[w])
+        if late := [one for one in sensors if one.gear == "loose"]:
+            turn = loose[w, i] + share * (loose[w, i + 1] - loose[w, i]) + made / self.radii[1]
+            pacing = speed[w, i] * self.radii[0] / self.radii[1]
+            made = made + self.radii[1] * reading_error(late, "loose", turn, pacing)
+        if misread:
+            made = made - self.radii[0] * (wrong[w, i] + share * (wrong[w, i + 1] - wrong[w, i]))
+        return made + self.zeros[self.record[w]]
+
+    def _flanks(self, rows: Sequence[Row], drive: Array, loose: Array) -> tuple[Array, Array]:
+        """Return the displacement on the active and on the reverse flank at the nodes [m], (w, n) each."""
+        made = [np.zeros_like(drive), np.full_like(drive, self.backlash)]
+        if rows:
+            for flank, place in enumerate(made):
+                which = np.full(drive.size, flank)
+                turn = loose + flank * self.backlash / self.radii[1]
+                place += deviation(rows, self.pair, drive.ravel(), turn.ravel(), which).reshape(drive.shape)
+        return made[0], made[1]
+
+    def level(self, rest: Array) -> Array:
+        """Return the mean square of residuals in each window, (w,)."""
+        count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
+        return np.bincount(self.window, rest * rest, len(self)) / count
+
+    def restart(self, effects: Sequence[Any], *, anew: bool = False) -> None:
+        """Choose the start of each window among flights through its first readings and rests on either flank.
+
+        Args:
+            effects: in addition to those of the rig.
+            anew: whether the present starts are forgotten.
+        """
+        if not len(self):
+            return
+        tried = [] if anew else [self.starts]
+        none = np.zeros(len(self))
+        tried += [Starts(none, none, np.full(len(self), mode)) for mode in (1, 2)]
+        fall = -self.lever * self.values.drag_torque - self.radii[0] * self.drive[2]
+        step = self.step[:, None]
+        rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
+        pulled = np.concatenate([none[:, None], np.cumsum(0.5 * (rate[:, 1:] + rate[:, :-1]), axis=1) * step], axis=1)
+        w, i = self.window, self.node
+        since = self.time - self.begin[w]
+        straight = self.read - self.zeros[self.record[w]]
+        straight = straight - pulled[w, i] - self.beyond * (pulled[w, i + 1] - pulled[w, i])
+        order = np.arange(len(w)) - np.searchsorted(w, w)
+        for taken in TAKEN:
+            near = order < taken
+            own, x, y = w[near], since[near], straight[near]
+            count, sx, sy, sxx, sxy = (
+                np.bincount(own, each, len(self)) for each in (np.ones_like(x), x, y, x * x, x * y)
+            )
+            spread = count * sxx - sx**2
+            slope = np.where(spread > 0.0, (count * sxy - sx * sy) / np.where(spread > 0.0, spread, 1.0), 0.0)
+            tried.append(Starts((sy - slope * sx) / np.maximum(count, 1), slope, np.zeros(len(self), dtype=int)))
+        best, kept = np.full(len(self), np.inf), self.starts
+        for one in tried:
+            left = self.level(self.residuals(effects, one))
+            better = left < BETTER * best
+            best = np.where(better, left, best)
+            kept = Starts(*(np.where(better, own, before) for own, before in zip(one, kept, strict=True)))
+        self.starts = kept
+
+    def units(self) -> tuple[float, float]:
+        """Return the size of a unit of a start's place [m] and rate [m/s]."""
+        return self.backlash, self.backlash / self.fall
+
+    def start_columns(self, effects: Sequence[Any], rest: Array) -> tuple[Array, Array]:
+        """Return how predictions change with place and rate of their window's start, per unit, (n,) each.
+
+        Args:
+            effects: in addition to those of the rig.
+            rest: residuals with them.
+        """
+        free, columns = (self.starts.mode == 0)[self.window], []
+        for k, tried in enumerate((1e-4, 5e-4)):
+            moved = list(self.starts)
+            moved[k] = moved[k] + tried * self.units()[k]
+            columns.append((rest - self.residuals(effects, Starts(*moved))) / tried * free)
+        return columns[0], columns[1]
+
+    def moved(self, columns: tuple[Array, Array], rest: Array, most: float = np.inf) -> Starts:
+        """Return the starts that leave the least of residuals, by least squares within each window.
+
+        Args:
+            columns: of :meth:`start_columns`.
+            rest: residuals.
+            most: units that a start moves at most.
+        """
+        a, b = columns
+        aa, bb, ab, ar, br = (
+            np.bincount(self.window, each, len(self)) for each in (a * a, b * b, a * b, a * rest, b * rest)
+        )
+        size = aa * bb - ab * ab
+        good = size > 1e-9 * aa * bb
+        size = np.where(good, size, 1.0)
+        place = np.clip(np.where(good, (bb * ar - ab * br) / size, 0.0), -most, most)
+        rate = np.clip(np.where(good, (aa * br - ab * ar) / size, 0.0), -most, most)
+        units = self.units()
+        return Starts(self.starts.place + place * units[0], self.starts.rate + rate * units[1], self.starts.mode)
+
+    def without_starts(self, columns: tuple[Array, Array]) -> Any:
+        """Return what takes all that starts explain out of a column, each window by itself.
+
+        Args:
+            columns: of :meth:`start_columns`, weighted as the columns that are asked about.
+        """
+        w, count = self.window, len(self)
+        a, b = columns
+        size = np.sqrt(np.bincount(w, a * a, count))
+        a = a / np.where(size > 0.0, size, 1.0)[w]
+        along = np.bincount(w, a * b, count)
+        b = b - a * along[w]
+        size = np.sqrt(np.bincount(w, b * b, count))
+        good = size > 1e-9 * (1.0 + np.abs(along))
+        b = np.where(good[w], b / np.where(good, size, 1.0)[w], 0.0)
+
+        def away(column: Array) -> Array:
+            for one in (a, b):
+                column = column - one * np.bincount(w, one * column, count)[w]
+            return column
+
+        return away
+
+
+def _torques(rows: Sequence[Row], drag: float, ahead: float) -> Array:
+    """Return torques as the kernel has them: code, gate, numbers; their phases from the model's angle on.
+
+    Args:
+        rows: normal forms; those that are no torques are passed over.
+        drag: of the rig [N·m].
+        ahead: the loose gear's angle, from which effects count, where the model has 0 [rad].
+    """
+    made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]]
+    for row in rows:
+        if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:
+            p = [*row.p, 0.0, 0.0, 0.0][:3]
+            if row.code == Code.TORQUE_HARMONIC:
+                p[2] += p[0] * ahead
+            made.append([float(row.code), float(row.gate), *p])
+    return np.array(made)
+
+
+def _between(first: Array, last: Array, begin: Array, end: Array, share: Array, step: Array) -> Array:
+    """Return places between two nodes: cubics, but straight lines where an impact lies between them."""
+    way = last - first
+    smooth = np.abs(way - 0.5 * step * (begin + end)) < 0.2 * np.abs(step * (begin - end)) + 1e-12
+    rest = 1.0 - share
+    cubic = first * (1.0 + 2.0 * share) * rest**2 + last * share**2 * (3.0 - 2.0 * share)
+    cubic = cubic + step * share * rest * (begin * rest - end * share)
+    return np.where(smooth, cubic, first + share * way)
+
+
+@njit(cache=True)
+def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
+    """Return the acceleration of the loose gear by its torques along the line of action [m/s²]."""
+    sign = 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
+    total = 0.0
+    for k in range(len(torques)):
+        code, gate, p = int(torques[k, 0]), int(torques[k, 1]), torques[k, 2:]
+        if gate == 1 and mode != 0:
+            continue
+        if (gate == 2 and mode == 0) or (gate > 2 and mode != gate - 2):
+            continue
+        if code == 101:
+            total += p[0] * sign
+        elif code == 102:
+            total += p[0] * (speed - p[1])
+        elif code == 103:
+            total += p[0] * abs(speed) ** p[1] * sign
+        elif code == 104:
+            total += p[1] * np.cos(p[0] * angle + p[2])
+        elif code == 105:
+            total += p[0] * (1.0 - np.exp(-t / p[1])) * sign
+    return -lever * total
+
+
+@njit(cache=True)
+def _bent(place: Array, i: int, step: float) -> float:
+    """Return the second derivative of what is given at nodes, at one of them."""
+    k = min(max(i, 1), len(place) - 2)
+    return (place[k + 1] - 2.0 * place[k] + place[k - 1]) / step**2
+
+
+@njit(cache=True)
+def _window(
+    begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
+    torques: Array, laws: Array, s: float, v: float, mode: int, path: Array, pace: Array,
+) -> None:  # fmt: skip
+    """Work out one window: cubic steps from node to node, halted at impacts and where a flank is left."""
+    r1, r2, lever = about[0], about[1], about[2]
+    nodes = len(angle)
+    for i in range(nodes):
+        path[i], pace[i] = s, v
+        if i == nodes - 1:
+            break
+        rest = step
+        for _ in range(60):
+            f = 1.0 - rest / step
+            t = begin + (i + f) * step
+            own = active if mode == 1 else reverse
+            if mode == 0:
+                a = _slowed(
+                    t, (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
+                    (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
+                ) - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))  # fmt: skip
+                s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
+                end = _slowed(
+                    t + rest, (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever
+                ) - r1 * rate[i + 1]  # fmt: skip
+                jerk = (end - a) / rest
+                s1 = s + rest * (v + rest * (0.5 * a + rest * jerk / 6.0))
+                below, above = s1 < active[i + 1], s1 > reverse[i + 1]
+                if not below and not above:
+                    s, v = s1, v + rest * (a + 0.5 * rest * jerk)
+                    break
+                mode = 1 if below else 2
+                own, sign = (active, 1.0) if below else (reverse, -1.0)
+                lean = (own[i + 1] - own[i]) / step
+                here = own[i] + f * (own[i + 1] - own[i])
+                low, high = 0.0, rest
+                for _ in range(50):
+                    m = 0.5 * (low + high)
+                    if sign * (s + m * (v + m * (0.5 * a + m * jerk / 6.0)) - here - lean * m) < 0.0:
+                        high = m
+                    else:
+                        low = m
+                hits = v + low * (a + 0.5 * low * jerk) - lean
+                e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
+                e = min(max(e, 0.0), 1.0)
+                s, v = here + lean * low, lean - e * hits
+                rest -= low
+                closing = -sign * (a + low * jerk)
+                back = e * abs(hits)
+                if back > 0.0 and (closing <= 0.0 or 2.0 * back / (closing * (1.0 - min(e, 0.98))) > 0.5 * step):
+                    mode = 0  # else all its bounces end within half a step
+            else:
+                sign = 1.0 if mode == 1 else -1.0
+                lean = (own[i + 1] - own[i]) / step
+                place = own[i + 1]
+                first = _slowed(t, (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
+                first = sign * (first - r1 * rate[i] - _bent(own, i, step))
+                last = _slowed(
+                    begin + (i + 1) * step, (place + r1 * angle[i + 1]) / r2, (lean + r1 * speed[i + 1]) / r2, mode,
+                    torques, lever,
+                )  # fmt: skip
+                last = sign * (last - r1 * rate[i + 1] - _bent(own, i + 1, step))
+                now = first + f * (last - first)
+                v = lean
+                if now <= 0.0 and last <= 0.0:
+                    s = place
+                    break
+                m = 0.0 if now > 0.0 else rest * now / (now - last)
+                s, mode = own[i] + lean * (f * step + m), 0
+                rest -= m
+            if rest <= 1e-12 * step:
+                break
+
+
+@njit(cache=True)
+def _shoot(
+    begin: Array, step: Array, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
+    torques: Array, laws: Array, place: Array, pace_0: Array, mode: Array, path: Array, pace: Array,
+) -> None:  # fmt: skip
+    """Work out all windows: displacement and rate at their nodes."""
+    for w in range(len(begin)):
+        s, v = min(max(place[w], active[w, 0]), reverse[w, 0]), pace_0[w]
+        if mode[w] > 0:
+            own = active[w] if mode[w] == 1 else reverse[w]
+            s, v = own[0], (own[1] - own[0]) / step[w]
+        _window(begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, torques, laws, s, v,
+                mode[w], path[w], pace[w])  # fmt: skip
