@@ -6,13 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.fft import next_fast_len
+
+from gears3d.signals.orders import off_multiples, power_at
 
 Array = np.ndarray
 LOWEST = 0.125
 """Order from which on they are looked through; candidates have whole ones only."""
-FINE, PADDED = 8, 8
-"""Bins to a period of the highest order, and times their number that the transform over them has."""
 NEAR, WIDEST = 0.05, 0.2
 """Part of the order of a fluctuation within which another is none of its own, and at most, where turns are few."""
 MANY = 4
@@ -67,11 +66,11 @@ def scanned(
     locked: Sequence[float] = (),
     least: float = 0.0,
 ) -> Iterator[Structure]:
-    """The strongest order of an angle, whole or not, whatever its phase in each record.
+    """Find the strongest order of an angle, an integer or not, with a phase of its own in each record.
 
-    Orders stand as close as the turns of the longest record tell them apart. What comes back with the drive's
-    fluctuation is an order, too, though at one speed only: such orders count for nothing in their record, and nowhere
-    does the record count that shows an order most, where there are others.
+    The datum of an angle may differ between records and what disturbs them is not of whole orders, so that powers of
+    records are added, not phasors. Orders are as dense as the longest record resolves. Multiples of the order of the
+    drive's fluctuation are excluded in each record; of several records the one that shows an order most is excluded.
 
     Args:
         name: of the structure.
@@ -94,7 +93,7 @@ def scanned(
         at += len(one)
         heavy = float(np.sum(weight[part] ** 2))
         if heavy > 0.0:
-            gains.append(2.0 / heavy * turned_back(one, rest[part], highest, orders) * apart(orders, spacing, one))
+            gains.append(2.0 / heavy * power_at(one, rest[part], orders, highest) * apart(orders, spacing, one))
     yield strongest(name, orders, gains, best_of(gains), level, float(np.sum(weight**2)), unit)
 
 
@@ -174,24 +173,7 @@ def apart(orders: Array, spacing: float, angle: Array) -> Array:
     turns = _turns(angle)
     if spacing <= 0.0 or turns <= 0.0:
         return np.ones(len(orders), bool)
-    off = np.abs(orders / spacing - np.round(orders / spacing)) * spacing
-    return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
-
-
-def turned_back(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
-    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle.
-
-    Args:
-        angle: of the values [rad], (n,).
-        rest: the values, (n,).
-        highest: order that is looked for.
-        orders: any below it, (o,).
-    """
-    width = 2.0 * np.pi / (FINE * highest)
-    place = np.floor((angle - angle.min()) / width).astype(int)
-    bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)
-    found = np.abs(np.fft.rfft(np.bincount(place, rest), bins)) ** 2
-    return np.interp(orders, np.arange(len(found)) * 2.0 * np.pi / (bins * width), found)
+    return off_multiples(orders, spacing) > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
 
 
 def binned(

@@ -24,8 +24,8 @@ from gears3d.diagnosis.structure import (
     likelihood,
     orders_of,
     strongest,
-    turned_back,
 )
+from gears3d.signals.orders import power_at
 
 Array = np.ndarray
 BAND, BETWEEN = 2.0, 6
@@ -108,7 +108,7 @@ def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: 
         told, within = _telling(angle, each), band == each
         if not np.any(told):
             break
-        power[within] = turned_back(angle[told].ravel(), back[told].ravel(), highest, orders[within])
+        power[within] = power_at(angle[told].ravel(), back[told].ravel(), orders[within], highest)
         some = LOWEST * BAND ** (each + np.linspace(0.0, 1.0, BETWEEN))
         own = [float(np.sum(np.abs(paths_of(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
         heavy[within] = np.exp(np.interp(np.log(orders[within]), np.log(some), np.log(np.maximum(own, 1e-300))))

@@ -25,6 +25,7 @@ from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.derived import Derived, part_of
 from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
+from gears3d.signals.orders import deviations, phasors_of
 
 LONG = 1 << 20
 """Rows from which on columns of the recording are worked out when they are asked for."""
@@ -300,11 +301,10 @@ def _visible(path: Blocks, known: Track) -> dict[str, Any]:
     base = np.stack([np.ones_like(x), x, x**2], axis=1)
     shown = Contact(base, np.stack([drive, loose]), place, path.stray)
     taken, numbers, covariance = strongest([shown], resolved(path.drive, path.loose), MOST_VISIBLE)
-    pairs = numbers[0][3:].reshape(-1, 2)
-    spread = np.sqrt(np.maximum(np.diag(covariance[0])[3:].reshape(-1, 2).mean(axis=1), 0.0))
+    found = zip(taken, np.abs(phasors_of(numbers[0, 3:])), deviations(covariance[0, 3:, 3:]), strict=True)
     orders = [
-        {"gear": gear, "order": order, "amplitude_m": float(np.hypot(*pair)), "sigma_m": float(sigma)}
-        for (gear, order), pair, sigma in zip(taken, pairs, spread, strict=True)
+        {"gear": gear, "order": order, "amplitude_m": float(amplitude), "sigma_m": float(sigma)}
+        for (gear, order), amplitude, sigma in found
     ]
     slope = np.polyfit(drive - drive.mean(), loose - loose.mean(), 1)[0] if np.ptp(drive) > 0.0 else np.nan
     lasts = float(path.time[-1] - path.time[0])

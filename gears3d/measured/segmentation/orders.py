@@ -1,4 +1,9 @@
-"""Orders of either gear in what a record shows in contact only: least squares, because such a record has gaps."""
+"""Significant orders of either gear in contact during rattle.
+
+Contact has gaps, through which orders leak into their neighbours: these show no noise floor, as they do in slow turns
+(:mod:`gears3d.identify.orders`). Orders are therefore fitted together, and an order must predict revolutions from
+which it was not fitted.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-GEARS = ("drive", "loose")
+from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, scatter, trimmed
+
 DOUBT = 1e-4
 """Chance that noise alone makes the strongest of all orders as strong, below which it is taken."""
 MOST = 40
@@ -27,8 +33,10 @@ SOME = 4000
 """Places with which candidates are compared."""
 STRAY = 4.0
 """Deviations from which on a place is a bounce, not contact."""
-FINE = 8.0
-"""Blocks in a wave at least."""
+FINE, BINS = 8.0, 8
+"""Blocks, and bins of the angle, in a wave of the highest order at least."""
+RIDGE, POOR = 1e-6, 0.02
+"""Regularisation of all orders together and of one alone: blocks in contact lie at some angles only."""
 
 
 class Contact(NamedTuple):
@@ -83,7 +91,7 @@ def strongest(
         goal: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
 
     Returns:
-        Gear and order of each, and by flank the numbers of base and cosines and sines, and their covariance.
+        Gear and order of each, and by flank the numbers of base columns and phasors, and their covariance.
     """
     taken: list[tuple[str, int]] = []
     candidates = sum(highest)
@@ -92,7 +100,7 @@ def strongest(
         fits = [_fit(one, taken) for one in touched]
         if len(taken) >= most or not candidates:
             break
-        if all(spread_of(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
+        if all(scatter(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
             break
         best = _best(touched, fits, highest, {*taken, *known})
         if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
@@ -112,51 +120,22 @@ def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
 
 
 def columns_of(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
-    """Return what is fitted to places: the base columns, and cosine and sine of each order, (n, p).
+    """Return what is fitted to places: the base columns, and both columns of each order, (n, p).
 
     Args:
         one: places in contact.
         taken: gear and order of each.
     """
-    waves = [order * one.angles[GEARS.index(gear)] for gear, order in taken]
-    return np.hstack([one.base, *(np.stack([np.cos(wave), np.sin(wave)], axis=1) for wave in waves)])
+    return np.hstack([one.base, *(harmonics(one.angles[GEARS.index(gear)], [order]) for gear, order in taken)])
 
 
 def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return numbers, covariance, what is left [m], strays cut, and its variance [m²]."""
-    columns = columns_of(one, taken)
-    keep = np.abs(one.place) <= STRAY * max(spread_of(one.place), one.noise)
-    numbers, inverse, rest, limit = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), one.place, np.inf
-    for _ in range(3):
-        rows = columns[keep]
-        normal = rows.T @ rows
-        size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        inverse = np.linalg.inv(normal * np.outer(size, size) + 1e-6 * np.eye(len(size))) * np.outer(size, size)
-        numbers = inverse @ (rows.T @ one.place[keep])
-        rest = one.place - columns @ numbers
-        limit = STRAY * max(spread_of(rest), one.noise)
-        keep = np.abs(rest) <= limit
+    """Return numbers, covariance, residual [m], outliers clipped, and its variance [m²]."""
+    kept = np.abs(one.place) <= STRAY * max(scatter(one.place), one.noise)
+    numbers, inverse, rest, limit = made = trimmed(columns_of(one, taken), one.place, STRAY, one.noise, kept, RIDGE)
     rest = np.clip(rest, -limit, limit)
-    variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * colour_of(rest)
+    variance = float(rest @ rest) / max(np.count_nonzero(made.kept) - len(numbers), 1) * colour_of(rest)
     return numbers, inverse * variance, rest, variance
-
-
-def colour_of(rest: np.ndarray) -> float:
-    """Return by how much the mean of neighbours scatters more than if they were independent."""
-    if len(rest) < 64:
-        return 1.0
-    total = float(np.mean(rest**2))
-    alike = [float(np.mean(rest[lag:] * rest[:-lag])) / max(total, 1e-300) for lag in (1, 2, 3)]
-    return float(np.clip(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0)), 1.0, 7.0))
-
-
-def spread_of(rest: np.ndarray) -> float:
-    """Return the standard deviation of most of what is left [m], strays apart.
-
-    Args:
-        rest: [m], (n,).
-    """
-    return 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 0.0
 
 
 def _best(
@@ -170,7 +149,7 @@ def _best(
             continue
         power = np.zeros(top + 1)
         for one, (_, _, rest, variance) in zip(touched, fits, strict=True):
-            power += _power(one.angles[which], rest, top) / max(variance, 1e-300)
+            power += each_alone(one.angles[which], rest, top, POOR, BINS)[1] / max(variance, 1e-300)
         taken = [0, *(order for name, order in known if name == gear and order <= top)]
         power[taken] = 0.0
         found += [((gear, int(order)), float(power[order])) for order in np.argsort(-power)[:CANDIDATES]]
@@ -196,19 +175,6 @@ def _few(one: Contact) -> Contact:
     return Contact(one.base[::step], one.angles[:, ::step], one.place[::step], one.noise)
 
 
-def _power(angle: np.ndarray, rest: np.ndarray, top: int) -> np.ndarray:
-    """Return by how much a wave of each order, 0 to ``top``, lessens the sum of squares [m²], (top + 1,)."""
-    bins = 1 << int(np.ceil(np.log2(8 * top + 8)))
-    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
-    right = np.fft.fft(np.bincount(place, rest, minlength=bins))[: top + 1]
-    twice = np.fft.fft(np.bincount(place, minlength=bins))[: 2 * top + 1 : 2]
-    count = len(rest)
-    cc, ss, cs = 0.5 * (count + twice.real), 0.5 * (count - twice.real), -0.5 * twice.imag
-    cc, ss = cc + 0.02 * count, ss + 0.02 * count
-    c, s = right.real, -right.imag
-    return np.maximum((c * c * ss - 2.0 * c * s * cs + s * s * cc) / np.maximum(cc * ss - cs * cs, 1e-300), 0.0)
-
-
 def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
     """Return whether an order, fitted to every other stretch, lessens what is left of the others."""
     gain = 0.0
@@ -227,7 +193,7 @@ def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[
             for orders in (taken, [*taken, new]):
                 numbers = _fit(mine, orders)[0]
                 rest = np.abs(theirs.place - columns_of(theirs, orders) @ numbers)
-                limit = STRAY * max(spread_of(rest) if not left else limit / STRAY, one.noise)
+                limit = STRAY * max(scatter(rest) if not left else limit / STRAY, one.noise)
                 left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
             gain += (left[0] - left[1]) / max(left[0], 1e-300)
     return gain > 0.0

@@ -8,9 +8,10 @@ import numpy as np
 
 from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
 from gears3d.measured.segmentation.kinks import Kinks
-from gears3d.measured.segmentation.orders import GEARS, Contact, resolved, strongest
+from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
 from gears3d.measured.segmentation.terms import Terms, make_terms
+from gears3d.signals.orders import GEARS
 
 SEEN = 3
 """Kinks on a flank without which it is not known to be smooth."""

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.measured.segmentation.orders import GEARS, MOST, STRAY, Contact, columns_of, resolved, spread_of, strongest
+from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
+from gears3d.signals.orders import GEARS, deviations, phasors_of, scatter
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.measured import Measurement
@@ -54,16 +55,15 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
     touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
     highest = resolved(path.drive, path.loose)
     taken, numbers, covariance = strongest([touched], highest, most)
-    pairs = numbers[0, base.shape[1] :].reshape(-1, 2)
-    spread = np.diag(covariance[0])[base.shape[1] :].reshape(-1, 2)
-    amplitude = np.hypot(pairs[:, 0], pairs[:, 1])
+    phasors = phasors_of(numbers[0, base.shape[1] :])
+    amplitude = np.abs(phasors)
     rank = np.argsort(-amplitude, kind="stable")
     found = {
         "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
         "order": np.array([order for _, order in taken], int),
         "amplitude_m": amplitude,
-        "sigma_m": np.sqrt(spread.mean(axis=1)) if len(pairs) else amplitude,
-        "phase_rad": np.arctan2(-pairs[:, 1], pairs[:, 0]),
+        "sigma_m": deviations(covariance[0, base.shape[1] :, base.shape[1] :]),
+        "phase_rad": np.angle(phasors),
         "share": shares(touched, taken, numbers[0]),
     }
     return {name: column[rank] for name, column in found.items()}
@@ -124,7 +124,7 @@ def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> n
     """
     columns = columns_of(one, taken)
     rest = one.place - columns @ numbers
-    keep = np.abs(rest) <= STRAY * max(spread_of(rest), one.noise)
+    keep = np.abs(rest) <= STRAY * max(scatter(rest), one.noise)
     rows, place = columns[keep], one.place[keep]
     base = rows[:, : one.base.shape[1]]
     total = place - base @ np.linalg.lstsq(base, place, rcond=None)[0]
