@@ -1,4 +1,4 @@
-"""Structure over a coordinate: means in bins, the strongest order, what parts the flanks; each against noise alone."""
+"""Structure over a coordinate: means in bins, the strongest order, distance of the flanks; each against noise alone."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ Array = np.ndarray
 LOWEST = 0.125
 """Order from which on they are looked through; candidates have whole ones only."""
 NEAR, WIDEST = 0.05, 0.2
-"""Part of the order of a fluctuation within which another is none of its own, and at most, where turns are few."""
+"""Part of the order of a fluctuation within which an order counts as its multiple, and the most where turns are few."""
 MANY = 4
 """Records from which on an order must show in more than two of them."""
 SIDES = 2.0
-"""Orders that noise may take for the strongest, to one that a record tells apart."""
+"""Orders that noise may make the strongest, for each order that a record resolves."""
 PIECES = 8
-"""Bins over a coordinate that is no angle."""
+"""Bins over a coordinate other than an angle."""
 FAR = 6.0
-"""Levels of noise from the middle at which values are held."""
+"""Levels of noise from the median at which values are clipped."""
 MOST = 1.0 - 1e-6
 """Part of the sum of squares that a structure explains at most."""
 BENDS = 60.0
-"""Levels of noise at which points of flights are held: what bends or rings may be far larger than its usual part."""
+"""Levels of noise at which points of flights are clipped: curvature or ringing may be far larger than usual."""
 FEWEST = 24
 """Points without which a channel has no structure to show."""
 
@@ -36,13 +36,13 @@ class Structure(NamedTuple):
     Args:
         name: channel and coordinate, as the contract names them.
         gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
-        chance: probability that as much comes by chance anywhere in the search.
+        chance: probability that noise makes as much anywhere in the search.
         size: root mean square of the curve in the channel's unit.
         unit: of the size.
         where: order, or where over the coordinate it is largest; NaN for a whole channel.
         worth: fall of chi-square, the noise taken as stated.
-        record: in which it is largest; empty where it is told of all together.
-        rank: the part of the worth that ranks it, without the record that shows it most; 0 where that is all of it.
+        record: in which it is largest; empty where it is reported of all together.
+        rank: the part of ``worth`` without the record that shows it most, by which structures are ranked; 0 for all.
     """
 
     name: str
@@ -79,7 +79,7 @@ def scanned(
         angle: of each record [rad].
         highest: order that is looked for.
         unit: of the values.
-        locked: order of the drive's fluctuation in each record, 0 where there is none.
+        locked: order of the drive's fluctuation in each record, 0 without one.
         least: errors are no smaller than so many standard deviations.
     """
     if len(value) < FEWEST:
@@ -98,7 +98,7 @@ def scanned(
 
 
 def orders_of(angle: Sequence[Array], highest: int) -> Array:
-    """Return orders that stand as close as the turns of the longest record tell them apart.
+    """Return orders as dense as the longest record resolves them.
 
     Args:
         angle: of each record [rad].
@@ -114,7 +114,7 @@ def _turns(angle: Array) -> float:
 def strongest(
     name: str, orders: Array, gains: list[Array], best: int, level: float, heavy: float, unit: str
 ) -> Structure:
-    """Return an order that was chosen among many, as what it gains without the record that shows it most.
+    """Return an order chosen among many, with its gain without the record that shows it most.
 
     Args:
         name: of the structure.
@@ -148,7 +148,7 @@ def best_of(gains: list[Array]) -> int:
 def _by_chance(gains: Array) -> float:
     """Return the probability that noise gains as much at one order in all records but those that gain most.
 
-    One is left out of two or three, two of more: what comes back with the drive is alike at two speeds by chance.
+    One of two or three is excluded, two of more: multiples of a fluctuation coincide at two speeds by chance.
 
     Source: the steps between ordered exponentials are exponentials (Rényi 1953); a gamma law of their sum's mean and
     variance.
@@ -163,11 +163,11 @@ def _by_chance(gains: Array) -> float:
 
 
 def apart(orders: Array, spacing: float, angle: Array) -> Array:
-    """Return which orders are no multiples of a fluctuation's, as far as so many turns tell.
+    """Return which orders are not multiples of a fluctuation's, as far as so many turns resolve them.
 
     Args:
         orders: any, (o,).
-        spacing: order of the fluctuation, 0 where there is none.
+        spacing: order of the fluctuation, 0 without one.
         angle: of the record [rad].
     """
     turns = _turns(angle)
@@ -186,7 +186,7 @@ def binned(
     least: float = 0.0,
     record: Array | None = None,
 ) -> Iterator[Structure]:
-    """Means in bins over a coordinate, against one mean.
+    """Find means in bins over a coordinate that differ from one mean.
 
     Args:
         name: of the structure.
@@ -196,8 +196,8 @@ def binned(
         unit: of the values.
         pieces: how many bins.
         least: errors are no smaller than so many standard deviations.
-        record: index of each value's record, (n,). With it the record that the curve gains most counts for nothing,
-            where there are others.
+        record: index of each value's record, (n,). With it, and with several records, the one
+            that gains most is excluded.
     """
     from scipy.stats import chi2
 
@@ -240,7 +240,7 @@ def _told(at: Array, weight: Array, value: Array, curve: Array, own: Array) -> f
 
 
 def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> Iterator[Structure]:
-    """What parts the flanks in bins over a coordinate, against what parts them everywhere."""
+    """Find a distance of the flanks that differs between bins over a coordinate."""
     from scipy.stats import chi2
 
     if len(value) < FEWEST:
@@ -264,7 +264,7 @@ def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> I
 
 
 def held(value: Array, weight: Array) -> Array:
-    """Return values, those far from the others moved to where noise ends: a few of them make no structure.
+    """Return values with outliers clipped to where noise ends: a few of them are not a structure.
 
     Args:
         value: any, (n,).
@@ -278,7 +278,7 @@ def held(value: Array, weight: Array) -> Array:
 
 
 def bounded(rest: Array, level: float) -> Array:
-    """Return points of flights in levels of noise, none so far off that it alone decides.
+    """Return points of flights in levels of noise, clipped so that none decides alone.
 
     Args:
         rest: residuals in standard deviations, (n,).
@@ -291,10 +291,10 @@ def bounded(rest: Array, level: float) -> Array:
 
 
 def likelihood(gain: Any, rest: Array) -> Any:
-    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being what is left of it.
+    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being the residual.
 
-    An order that most records have almost all of their bends from so goes before one that gains more in one of them,
-    and errors of which a few are far larger than most are no structure.
+    An order that explains almost all curvature of most records thus precedes one that gains more in one of them, and
+    errors of which a few are far larger than most are not a structure.
 
     Args:
         gain: fall of the sum of squares, any shape.

@@ -39,7 +39,7 @@ class Lines(NamedTuple):
 
     all: tuple[Line, ...]  # distinguishable ones; of a set of indistinguishable ones the drive's
     frequency: np.ndarray  # of each, cycles a turn of the drive, (m,)
-    alike: dict[Line, Line]  # to each of the drive's, the loose gear's that it cannot be told from
+    alike: dict[Line, Line]  # to each of the drive's, the loose gear's that is indistinguishable from it
 
 
 def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
@@ -189,7 +189,7 @@ class Solved(NamedTuple):
 
 
 def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
-    """Solve for orders by least squares; bins far off are left out."""
+    """Solve for orders by least squares; outlying bins are excluded."""
     angles = (contact.drive, contact.loose)
     columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]
     waves = [_blur(contact, _frequency(line, ratio)) * harmonics(angles[line.gear], [line.order]) for line in chosen]
@@ -252,7 +252,7 @@ def _judged(
 
 
 def _blur(contact: Contact, frequency: float) -> float:
-    """Return what averaging in bins leaves of a wave."""
+    """Return the attenuation of a wave by averaging in bins."""
     half = 0.5 * frequency * contact.width
     return float(np.sin(half) / (contact.samples * np.sin(half / contact.samples))) if half else 1.0
 

@@ -52,7 +52,7 @@ def rattle_flanks(
         if barred:
             notes.append(
                 f"{len(barred)} of {sum(highest)} orders are in step with the drive's fluctuation "
-                f"(order {steps[0][0]:.4g}) and excluded: whatever rattle does in each period repeats at them; "
+                f"(order {steps[0][0]:.4g}) and excluded: rattle itself repeats at them in each period; "
                 "slow turns show all orders"
             )
         while True:
@@ -84,7 +84,7 @@ def _places(one: Contact, cuts: Sequence[Segments]) -> Places:
 
 
 def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float] | None:
-    """Return the order of the drive's strongest fluctuation and by how much it may be off; ``None`` without one.
+    """Return the order of the drive's strongest fluctuation and its uncertainty; ``None`` without one.
 
     >>> time = np.linspace(0.0, 10.0, 20_001)
     >>> [round(part, 2) for part in fluctuation_order(time, 30.0 * time + 0.02 * np.sin(75.0 * time))]
@@ -101,7 +101,7 @@ def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float
     slow = np.polynomial.chebyshev.chebvander(x, 3)
     rest = detrend(angle - slow @ np.linalg.lstsq(slow, angle, rcond=None)[0])
     size = np.abs(np.fft.rfft(rest * np.hanning(len(rest)), 8 * len(rest)))
-    size *= np.arange(len(size))  # of the speed: slow wandering of the angle is no fluctuation
+    size *= np.arange(len(size))  # of the speed: slow drift of the angle is not a fluctuation
     top = int(np.argmax(size))
     away = np.abs(np.arange(len(size)) - top) > 32  # beyond the window's own width
     if not top or size[top] < COMMON * np.quantile(size[away], 0.99):

@@ -14,25 +14,25 @@ import numpy as np
 from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, scatter, trimmed
 
 DOUBT = 1e-4
-"""Chance that noise alone makes the strongest of all orders as strong, below which it is taken."""
+"""Probability that noise alone makes the strongest of all orders as strong, below which it is significant."""
 MOST = 40
 """Orders that are taken at most."""
 STRETCHES = 37
-"""Parts of a record of few revolutions, every other one held out; else every other revolution is."""
+"""Parts of a record of few revolutions, every other one held out; in longer ones every other revolution is."""
 QUIET = 1.15
-"""Times its noise that a place may scatter without being asked for orders."""
+"""Times its noise that places may scatter without a search for orders."""
 HOPE = 2.0
-"""Times the power of the strongest order that a further one may take at most: they are not quite independent."""
+"""Times the power of the strongest order that a further one may have at most: they are not quite independent."""
 CANDIDATES = 8
 """Orders that are fitted before one of them is taken."""
 TRIED = 0.3
 """Part of the strongest order's power that makes another one a candidate."""
 ALIKE = 0.97
-"""Part of what the best order takes away, from which on a lower one is preferred."""
+"""Part of the reduction by the best order from which on a lower order is preferred."""
 SOME = 4000
 """Places with which candidates are compared."""
 STRAY = 4.0
-"""Deviations from which on a place is a bounce, not contact."""
+"""Standard deviations from which on a place is a bounce and not contact."""
 FINE, BINS = 8.0, 8
 """Blocks, and bins of the angle, in a wave of the highest order at least."""
 RIDGE, POOR = 1e-6, 0.02
@@ -43,7 +43,7 @@ class Contact(NamedTuple):
     """Places in contact with one flank.
 
     Args:
-        base: columns of what is fitted besides, such as offset and drift, (n, p).
+        base: columns that are fitted in addition, such as offset and drift, (n, p).
         angles: of drive and loose gear [rad], (2, n).
         place: [m], (n,).
         noise: of a place [m]; nothing is looked for below it.
@@ -56,7 +56,7 @@ class Contact(NamedTuple):
 
 
 def resolved(drive: np.ndarray, loose: np.ndarray) -> tuple[int, int]:
-    """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn alike.
+    """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn equally fast.
 
     Args:
         drive: angles of the blocks [rad], (m,).
@@ -80,14 +80,14 @@ def strongest(
     quiet: float = QUIET,
     goal: float = 0.0,
 ) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
-    """Return orders that stand out, one after the other, each with numbers of its own on every flank.
+    """Return significant orders, one after the other, each with its own phasor on every flank.
 
     Args:
         touched: places in contact, one entry a flank.
         highest: order of drive and loose gear.
         most: orders taken at most.
         known: orders among the base columns, not to be taken again.
-        quiet: times its noise that a place may scatter without being asked for orders.
+        quiet: times its noise that places may scatter without a search for orders.
         goal: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
 
     Returns:
@@ -106,14 +106,14 @@ def strongest(
         if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
             break
         chosen = _exact(touched, taken, [name for name, power in best if power > max(least, TRIED * best[0][1])])
-        if not _foretells(touched, taken, chosen):
+        if not _predicts(touched, taken, chosen):
             break
         taken.append(chosen)
     return taken, np.array([one[0] for one in fits]), np.array([one[1] for one in fits])
 
 
 def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
-    """Return whether so many orders as strong as the strongest would leave more than the goal."""
+    """Return whether a residual above the goal remains after so many orders as strong as the strongest."""
     if goal <= 0.0:
         return False
     return all(float(rest @ rest) - HOPE * room * power * var > len(rest) * goal**2 for _, _, rest, var in fits)
@@ -141,7 +141,7 @@ def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.nda
 def _best(
     touched: list[Contact], fits: list, highest: tuple[int, int], known: set[tuple[str, int]]
 ) -> list[tuple[tuple[str, int], float]]:
-    """Return the orders that take most of what is left, and how much in units of its variance, strongest first."""
+    """Return the orders that reduce the residual most, and by how much in units of its variance, strongest first."""
     found: list[tuple[tuple[str, int], float]] = []
     for which, gear in enumerate(GEARS):
         top = highest[which]
@@ -157,9 +157,9 @@ def _best(
 
 
 def _exact(touched: list[Contact], taken: list[tuple[str, int]], tried: list[tuple[str, int]]) -> tuple[str, int]:
-    """Return the lowest of the orders that leave hardly more than the one that leaves least.
+    """Return the lowest of the orders whose residual hardly exceeds the smallest.
 
-    Where gears touch at some angles only, orders look alike.
+    Where gears touch at some angles only, orders are hardly distinguishable.
     """
     left = []
     for name in tried:
@@ -175,8 +175,8 @@ def _few(one: Contact) -> Contact:
     return Contact(one.base[::step], one.angles[:, ::step], one.place[::step], one.noise)
 
 
-def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
-    """Return whether an order, fitted to every other stretch, lessens what is left of the others."""
+def _predicts(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
+    """Return whether an order that is fitted to every other stretch reduces the residual of the others."""
     gain = 0.0
     for one in touched:
         count = len(one.place)

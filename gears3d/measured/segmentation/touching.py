@@ -1,4 +1,4 @@
-"""Orders of both gears while they touch: what a measured record tells of one flank."""
+"""Orders of both gears in contact with one flank, from a measured record."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation.tables import Segments
 
 QUARTER = 20
-"""Blocks of a quarter of the contacts from which on its mean counts: their noise is a quarter of one block's."""
+"""Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's."""
 ROWS = 20_000
-"""Places that are asked at most."""
+"""Places that are fitted at most."""
 
 
 def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
     """Return the orders of both gears in the displacement while the gears touch, strongest first.
 
-    An order is taken when noise alone would hardly be as strong, and when it foretells the revolutions
-    from which it was not fitted. Phases count from the zero of the record's own angles.
+    An order is significant when noise alone would hardly be as strong, and when it predicts the revolutions
+    from which it was not fitted. Phases refer to the datum of the record's own angles.
 
     Args:
         measurement: of a record.
@@ -31,7 +31,7 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
         most: orders that are taken at most.
 
     Returns:
-        ``gear`` (0 drive, 1 loose; the drive's only where both have turned alike), ``order``, ``amplitude_m``,
+        ``gear`` (0 drive, 1 loose; the drive's only where both turn equally fast), ``order``, ``amplitude_m``,
         ``sigma_m`` and ``phase_rad`` of amplitude·cos(order·θ + phase), and ``share``, the part of the variance that
         no other order of these explains, each (k,).
 
@@ -89,7 +89,7 @@ def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flan
 
 
 def place_slack(cut: Segments) -> tuple[float, float]:
-    """Return by how much the place of each flank may be off in the mean [m]: active, reverse.
+    """Return by how much the place of each flank may deviate in the mean [m]: active, reverse.
 
     Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. What the quarters of
     the contacts disagree by about the flank is what they may have done to it; half the noise of a block where no
@@ -113,9 +113,9 @@ def place_slack(cut: Segments) -> tuple[float, float]:
 
 
 def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> np.ndarray:
-    """Return by how much more is left over without each order, as a part of what is left without any, (k,).
+    """Return the growth of the residual without each order, as a part of the residual without any, (k,).
 
-    Where gears touch at some angles only, two orders may nearly cancel: their amplitudes tell no share.
+    Where gears touch at some angles only, two orders may nearly cancel: their amplitudes show no share.
 
     Args:
         one: places in contact.
