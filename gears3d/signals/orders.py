@@ -20,7 +20,7 @@ FINE, PADDED = 8, 8
 """Bins in a wave of the highest order, and times their number that a transform over them has."""
 
 
-def harmonics(angle: Array, orders: Sequence[int]) -> Array:
+def harmonics(angle: Array, orders: Sequence[float]) -> Array:
     """Return cos and -sin of each order, whose coefficients are the parts of its phasor, (n, 2p).
 
     >>> harmonics(np.array([0.0, 0.5 * np.pi]), [1, 2]).round(9).tolist()

@@ -12,7 +12,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.checks.declared import MESH, stated_of
 from gears3d.measured.checks.examination import ALWAYS, examine, refuse_unknown
 from gears3d.measured.checks.examination import correct as undo
-from gears3d.measured.checks.finding import Finding
+from gears3d.measured.checks.view import Finding
 from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, Span, files_of, read, within
 from gears3d.recording import Recording

@@ -1,10 +1,4 @@
-"""Is one channel read later than the other: in contact the displacement then follows the speed.
-
-A delay τ of the loose gear's channel takes Rb2·ω(t)·τ from the displacement. In contact nothing else is in phase with
-the speed: tooth compliance follows the acceleration, the flanks' errors follow the angles. Where the drive's motion is
-in step with a revolution, orders of the flanks look alike; they are fitted along, and the uncertainty says so. Both
-flanks wave alike but for the backlash's own variation, which is fitted along where both are touched.
-"""
+"""What contact shows of the encoders: a delay between them, drift, waves of an encoder with its revolutions."""
 
 from __future__ import annotations
 
@@ -12,12 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.checks.band import PERIOD, Band
-from gears3d.measured.checks.finding import Finding
-from gears3d.measured.checks.view import MESH, View
+from gears3d.measured.checks.view import MESH, PERIOD, Band, Finding, Places, View
+from gears3d.signals.orders import harmonics, phasors_of
 
+# A delay τ of the loose gear's channel takes Rb2·ω(t)·τ from the displacement. In contact nothing else is in phase with
+# the speed: tooth compliance follows the acceleration, transmission error follows the angles. Where the drive's motion
+# is in step with a revolution, orders of the flanks imitate a delay; they are fitted with it, which its uncertainty
+# includes. Both flanks have the same orders but for the variation of the backlash, which is fitted where both are
+# touched.
 SURE = 7.0
-"""Standard deviations from which a delay is told."""
+"""Standard deviations from which a delay or a drift is reported."""
 LEAST = 0.01
 """Part of the backlash that a delay must move the displacement by, peak to peak."""
 ROUGH = 0.01
@@ -63,7 +61,7 @@ class Delay(NamedTuple):
     placed: float
 
 
-def examine(view: View) -> list[Finding]:
+def examine_delay(view: View) -> list[Finding]:
     """Find a delay between both channels.
 
     Args:
@@ -92,7 +90,7 @@ def examine(view: View) -> list[Finding]:
     ]
 
 
-def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
+def correct_delay(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
     """Read the loose gear's channel earlier by the delay: whole rows are shifted, parts of one interpolated.
 
     Args:
@@ -196,7 +194,7 @@ def _orders(view: View, band: Band, inside: np.ndarray, most: int | None = None)
         top = max(min(locked, MOST_ORDER), 2)
         teeth = [view.declared.teeth[k]] if view.declared.teeth else []
         for order in [*range(1, top + 1), *teeth] if most is None else range(1, most + 1):
-            waves += [np.cos(order * angle), np.sin(order * angle)]
+            waves += [*harmonics(angle, [order]).T]
     return waves
 
 
@@ -235,3 +233,179 @@ def _fit(
     floor = rough**2 * inverse[0, 0]
     left = float(np.sqrt(np.mean(off**2)))
     return numbers / scale, float(np.sqrt(max(spread_of[0, 0], floor)) / scale[0]), left
+
+
+DRIFT = 0.03
+"""Part of the backlash from which a drift is reported."""
+
+
+def examine_drift(view: View) -> list[Finding]:
+    """Find a dead band that moves by what no revolution brings back.
+
+    Args:
+        view: the record; its ratio is right, its jumps are corrected.
+    """
+    found = view.places
+    if found is None:
+        return []
+    least = DRIFT * (view.declared.backlash or 0.0)
+    either = "lost or additional counts, or a slipping hub or coupling"
+    if abs(found.step) > max(least, SURE * found.step_sigma):
+        told = f"the position of the active flank jumps by {1e6 * found.step:.4g} um at t = {found.step_time:.4g} s: "
+        return [Finding("offset", "", found.step, "m", told + either, "split the record there")]
+    if abs(found.drift) < max(least, SURE * found.drift_sigma) or found.step:
+        return []
+    told = f"the position of the active flank drifts by {1e6 * found.drift:.4g} um (± {1e6 * found.drift_sigma:.2g}), "
+    told += f"{found.drift / (view.declared.backlash or 1.0):.0%} of the backlash: {either}, or thermal expansion"
+    return [Finding("drift", "", found.drift, "m", told, "a linear drift is corrected in the analysis")]
+
+
+# In contact an eccentric encoder of the loose gear imitates a transmission error. In flight it does not: the loose gear
+# decelerates evenly there, and only its encoder bends the angle. An eccentric encoder of the drive shows in the drive's
+# angle alone while the loose gear turns evenly; with a transmission error it is the reverse.
+WAVE, WAVE_LEAST = 6.0, 0.05
+"""Standard deviations, and part of the backlash, from which a wave is reported."""
+NEAR = 0.3
+"""How far two amplitudes that are the same may differ, as a part of them."""
+FEWEST = 20
+"""Flights that tell whether a wave is in them."""
+AMID = 0.1
+"""Part of the backlash by which a flight keeps off both flanks."""
+FLOWN, FLIGHTS = 2, 3000
+"""Blocks in such a flight, at least, and so many flights at most."""
+SOUGHT = 4000
+"""Blocks among which a wave of the drive is sought."""
+BESIDE = (-0.45, -0.35, -0.25, 0.25, 0.35, 0.45)
+"""Orders beside an order, which tell what is usual there."""
+
+
+def examine_waves(view: View) -> list[Finding]:
+    """Find waves of the displacement in step with a turn, and tell whose they are where that can be told.
+
+    Args:
+        view: the record; its ratio is right, its jumps and delays are corrected.
+    """
+    band, found = view.band, view.places
+    if band is None or found is None:
+        return []
+    least = WAVE_LEAST * (view.declared.backlash or 0.0)
+    told = []
+    for (name, order), wave in found.waves.items():
+        if abs(wave) > max(least, WAVE * found.sigma):
+            told += _told(view, band, found, name, order)
+    return told
+
+
+def correct_waves(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
+    """Take the waves of encoders out.
+
+    Args:
+        columns: each (n,).
+        findings: of this check, of kind ``"encoder-wave"``.
+    """
+    mended = dict(columns)
+    for finding in findings:
+        angle = columns[finding.channel]
+        mended[finding.channel] = angle - finding.size * np.cos(
+            finding.parameters["order"] * angle + finding.parameters["phase_rad"]
+        )
+    return mended
+
+
+def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[Finding]:
+    wave = found.waves[name, order]
+    equal = (MESH[1], order) not in found.waves
+    seen = f"transmission error of the active flank has {1e6 * abs(wave):.4g} um (± {1e6 * found.sigma:.2g}) "
+    seen += f"at order {order} "
+    seen += "of both gears" if equal else f"of {name}"
+    radii = view.declared.radii or (1.0, 1.0)
+    if name == MESH[0] and (own := _carried(view, band, order)) is not None and _same(own, -wave / radii[0]):
+        seen += f"; {name} has this order with {abs(own):.3g} rad and the loose gear does not follow: "
+        seen += "its encoder is eccentric"
+        return [_encoder(name, order, own, seen)]
+    flown = _flown(view, band, found, order) if name == MESH[1] or equal else None
+    if flown is not None:
+        own, sigma = flown
+        meant = wave / radii[1]
+        if equal:  # the same wave, told by the other gear's angle
+            meant *= np.exp(1j * order * float(band.drive[0] - band.loose[0]))
+        if abs(own) > WAVE * sigma and (_same(own, meant) or abs(own - meant) < 3.0 * sigma):
+            seen += (
+                f"; free flights have this order, too ({abs(own):.3g} rad): the encoder of the loose gear is eccentric"
+            )
+            return [_encoder(MESH[1], order, own, seen)]
+        if abs(own) < 3.0 * sigma and abs(meant) > WAVE * sigma:
+            return []
+    remedy = "rotate an encoder on its shaft, or record flights; `measure` attributes this order to the flanks"
+    return [Finding("wave", name, abs(wave), "m", f"{seen}: either an eccentric encoder or the gears", remedy)]
+
+
+def _same(one: complex, other: complex) -> bool:
+    return abs(one - other) < NEAR * abs(other)
+
+
+def _encoder(name: str, order: int, wave: complex, seen: str) -> Finding:
+    about = {"order": float(order), "phase_rad": float(np.angle(wave))}
+    return Finding("encoder-wave", name, abs(wave), "rad", seen, "", False, True, parameters=about)
+
+
+def _carried(view: View, band: Band, order: int) -> complex | None:
+    """Return the wave of the drive's own angle at an order [rad], ``None`` where its motion hides or imitates one."""
+    lasting = float(band.time[-1] - band.time[0])
+    turns = abs(float(band.drive[-1] - band.drive[0])) / (2 * np.pi)
+    if any(abs(times * band.frequency * lasting - order * turns) < 3.0 for times in (1, 2) if band.frequency):
+        return None
+    some = slice(None, None, max(len(band.time) // SOUGHT, 1))
+    time, drive = band.time[some], band.drive[some]
+    row = (time - band.time[0]) / lasting
+    base = [np.ones_like(row), row]
+    for times in (1, 2, 3):
+        if band.frequency:
+            turn = 2 * np.pi * times * band.frequency * time
+            base += [np.cos(turn), np.sin(turn), row * np.cos(turn), row * np.sin(turn)]
+    even = 2 * np.pi * turns * row
+
+    def amplitude(of: float, angle: np.ndarray) -> complex:
+        table = np.column_stack([*base, harmonics(angle, [of])])
+        return complex(phasors_of(np.linalg.lstsq(table, drive, rcond=None)[0][-2:])[0])
+
+    own = amplitude(order, drive)
+    usual = float(np.median([abs(amplitude(order + beside, even)) for beside in BESIDE]))
+    return own if abs(own) > WAVE * usual else None
+
+
+def _flown(view: View, band: Band, found: Places, order: int) -> tuple[complex, float] | None:
+    """Return the wave of the loose gear's angle in its flights and its sigma [rad], ``None`` with too few flights."""
+    angles: dict[str, np.ndarray] = {MESH[0]: band.drive, MESH[1]: band.loose}
+    above = band.place - found.level
+    for (name, times), wave in found.waves.items():
+        above -= np.real(wave * np.exp(1j * times * angles[name]))
+    spare = AMID * (view.declared.backlash or 0.0)
+    flying = (above > spare) & (above < float(np.quantile(above, 0.999)) - spare)
+    edge = np.diff(np.concatenate([[False], flying, [False]]).astype(np.int8))
+    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1) - 1
+    good = last - first >= FLOWN
+    begins = np.searchsorted(view.time, band.time[first[good]])
+    ends = np.searchsorted(view.time, band.time[last[good]])
+    rows, bends = [], []
+    for begin, end in list(zip(begins.tolist(), ends.tolist(), strict=True))[:FLIGHTS]:
+        time, angle = view.time[begin:end], view.angles[MESH[1]][begin:end]
+        lasts = float(time[-1] - time[0])
+        table = np.polynomial.legendre.legvander(2.0 * (time - time[0]) / lasts - 1.0, 2)
+        shown = np.column_stack([angle - angle[0], harmonics(angle, [order])])
+        fit = np.linalg.lstsq(table, shown, rcond=None)[0]
+        weight = np.sqrt(len(time))
+        rows.append(np.array([lasts**2, lasts * fit[1, 0], fit[2, 1], fit[2, 2]]) * weight)
+        bends.append(fit[2, 0] * weight)
+    if len(rows) < FEWEST:
+        return None
+    table, bend = np.array(rows), np.array(bends)
+    keep = np.ones(len(bend), bool)
+    for _ in range(4):
+        numbers = np.linalg.lstsq(table[keep], bend[keep], rcond=None)[0]
+        off = bend - table @ numbers
+        rough = 1.4826 * float(np.median(np.abs(off)))
+        keep = np.abs(off) <= 4.0 * rough
+    inverse = np.linalg.pinv(table[keep].T @ table[keep])
+    sigma = rough * float(np.sqrt(np.diag(inverse)[2:].max()))
+    return complex(numbers[2], numbers[3]), sigma
