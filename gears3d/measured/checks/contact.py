@@ -19,22 +19,22 @@ SURE = 7.0
 LEAST = 0.01
 """Part of the backlash that a delay must move the displacement by, peak to peak."""
 ROUGH = 0.01
-"""Part of the backlash by which contact may be off: what is more is no contact."""
+"""Part of the backlash by which contact may deviate from its fit; larger deviations are not contact."""
 ALIKE = 0.985
-"""Part of the speed's changes from which on waves of the flanks may stand for it."""
+"""Part of the speed's changes that waves of the flanks may explain, at most."""
 HIDING, EXPLAINED = 0.0025, (0.7, 1.3)
-"""Part of the backlash that the noise of a sixtieth of a period may be, and what contact may be off over the noise of
-blocks where it is more: gears that lift off look at rest there, and counts of one that hardly turns do not scatter."""
+"""Part of the backlash that the noise of 1/60 of a period may be, and the residual of contact over the noise of blocks
+where it is more: gears in flight appear at rest there, and counts of a gear that hardly turns do not scatter."""
 LONG, TRIM, SPARED = 8, 1, 0.08
 """Blocks in a stretch, at least; blocks and part of a period spared at both ends: bounces die out, flight begins."""
-SWUNG = 0.12
-"""Part of a period that a stretch lasts, at least: in a shorter one any bow looks like the speed."""
+LASTS = 0.12
+"""Part of a period that a stretch lasts, at least: in a shorter one any curvature imitates the speed."""
 FLANK, PLACED = 0.08, 0.7
 """Half width of a flank's range, in backlashes, and the part of contact that must lie in two of them."""
 MOST = 12_000
 MOST_ORDER = 12
 OWN_ORDERS = 1
-"""Orders that each flank has for itself: the backlash varies once a turn."""
+"""Orders that each flank has for itself: the backlash varies once per revolution."""
 WANDER = 0.3
 """Expected size of orders of the flanks, in backlashes."""
 STEPS = 40
@@ -47,17 +47,17 @@ class Delay(NamedTuple):
     Args:
         value: [s].
         sigma: [s].
-        swing: change of the speed along the line of action in contact, peak to peak [m/s].
-        off: root of the mean square of what the displacement in contact is off [m].
-        alike: part of the speed's changes that waves of the flanks could imitate.
+        fluctuation: change of the speed along the line of action in contact, peak to peak [m/s].
+        off: root mean square of the residual in contact [m].
+        imitated: part of the speed's changes that waves of the flanks could imitate.
         placed: part of the contact that lies on two flanks once the delay is taken out.
     """
 
     value: float
     sigma: float
-    swing: float
+    fluctuation: float
     off: float
-    alike: float
+    imitated: float
     placed: float
 
 
@@ -70,11 +70,11 @@ def examine_delay(view: View) -> list[Finding]:
     band = view.band
     if band is None or (delay := delay_of(view, band)) is None:
         return []
-    backlash, moved = view.declared.backlash or 0.0, abs(delay.value) * delay.swing
+    backlash, moved = view.declared.backlash or 0.0, abs(delay.value) * delay.fluctuation
     hidden = band.noise * min(np.sqrt(PERIOD * band.frequency * band.width), 1.0) > HIDING * backlash
     explained = not hidden or EXPLAINED[0] < delay.off / band.noise < EXPLAINED[1]
     placed = delay.placed > PLACED and delay.off < max(ROUGH * backlash, 3.0 * band.noise)
-    trusted = explained and placed and delay.alike < ALIKE
+    trusted = explained and placed and delay.imitated < ALIKE
     least = max(LEAST * backlash, 4.0 * delay.off)
     if not trusted or abs(delay.value) < SURE * delay.sigma or moved < least:
         return []
@@ -130,8 +130,8 @@ def delay_of(view: View, band: Band) -> Delay | None:
         own = np.column_stack([side * wave for wave in _orders(view, band, inside, OWN_ORDERS)])
         table = np.column_stack([table[:, :-1], _centred(own, stretch), table[:, -1]])
         numbers, sigma, off = _fit(table, table.std(axis=0), group, band.noise, backlash)
-    swing = radius * float(np.ptp(np.quantile(band.speed[inside], [0.01, 0.99])))
-    return Delay(float(numbers[0]), sigma, swing, off, alike, _placed(freed, backlash))
+    fluctuation = radius * float(np.ptp(np.quantile(band.speed[inside], [0.01, 0.99])))
+    return Delay(float(numbers[0]), sigma, fluctuation, off, alike, _placed(freed, backlash))
 
 
 def _sides(place: np.ndarray, stretch: np.ndarray, backlash: float) -> np.ndarray | None:
@@ -158,7 +158,7 @@ def _chosen(band: Band) -> np.ndarray:
     """Return blocks in the midst of contact, not too many: ends of stretches, where the gear lifts off, are spared."""
     edge = np.flatnonzero(np.diff(np.concatenate([[-2], band.stretch, [-2]])))
     first, last = edge[:-1], edge[1:]
-    least = max(LONG, int(SWUNG / (band.frequency * band.width)) if band.frequency else 0)
+    least = max(LONG, int(LASTS / (band.frequency * band.width)) if band.frequency else 0)
     good = (band.stretch[first] >= 0) & (last - first >= least)
     spared = int(SPARED / (band.frequency * band.width)) if band.frequency else 0
     cut = TRIM + np.minimum((last - first) // 4, spared)[good]
@@ -199,7 +199,7 @@ def _orders(view: View, band: Band, inside: np.ndarray, most: int | None = None)
 
 
 def _centred(table: np.ndarray, stretch: np.ndarray) -> np.ndarray:
-    """Return the columns less their mean in each stretch: where a flank lies is not asked."""
+    """Return the columns less their mean in each stretch: the place of a flank is a free parameter."""
     _, at, count = np.unique(stretch, return_inverse=True, return_counts=True)
     mean = np.column_stack([np.bincount(at, column) / count for column in table.T])
     return table - mean[at]
@@ -214,7 +214,7 @@ def _groups(time: np.ndarray, stretch: np.ndarray) -> np.ndarray:
 def _fit(
     table: np.ndarray, spread: np.ndarray, group: np.ndarray, noise: float, backlash: float
 ) -> tuple[np.ndarray, float, float]:
-    """Return the numbers, the delay's sigma from errors of whole groups, and what is left: least squares, no strays."""
+    """Return the coefficients, the delay's sigma from errors of whole groups, and the residual, without outliers."""
     scale = np.where(spread > 0.0, spread, 1.0)[:-1]
     columns, place = table[:, :-1] / scale, table[:, -1]
     size = np.full(len(scale), WANDER * backlash) * scale
@@ -240,7 +240,7 @@ DRIFT = 0.03
 
 
 def examine_drift(view: View) -> list[Finding]:
-    """Find a dead band that moves by what no revolution brings back.
+    """Find a dead band whose displacement does not repeat with the revolutions.
 
     Args:
         view: the record; its ratio is right, its jumps are corrected.
@@ -268,19 +268,19 @@ WAVE, WAVE_LEAST = 6.0, 0.05
 NEAR = 0.3
 """How far two amplitudes that are the same may differ, as a part of them."""
 FEWEST = 20
-"""Flights that tell whether a wave is in them."""
+"""Flights that show whether a wave is in them."""
 AMID = 0.1
-"""Part of the backlash by which a flight keeps off both flanks."""
+"""Part of the backlash by which a flight is distant from both flanks."""
 FLOWN, FLIGHTS = 2, 3000
 """Blocks in such a flight, at least, and so many flights at most."""
 SOUGHT = 4000
-"""Blocks among which a wave of the drive is sought."""
+"""Blocks in which a wave of the drive is sought."""
 BESIDE = (-0.45, -0.35, -0.25, 0.25, 0.35, 0.45)
-"""Orders beside an order, which tell what is usual there."""
+"""Neighbouring orders of an order, which show the usual amplitude there."""
 
 
 def examine_waves(view: View) -> list[Finding]:
-    """Find waves of the displacement in step with a turn, and tell whose they are where that can be told.
+    """Find waves of the displacement with the revolutions, and whose they are where that is decidable.
 
     Args:
         view: the record; its ratio is right, its jumps and delays are corrected.
@@ -297,19 +297,19 @@ def examine_waves(view: View) -> list[Finding]:
 
 
 def correct_waves(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Take the waves of encoders out.
+    """Remove the waves of encoders.
 
     Args:
         columns: each (n,).
         findings: of this check, of kind ``"encoder-wave"``.
     """
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
         angle = columns[finding.channel]
-        mended[finding.channel] = angle - finding.size * np.cos(
+        corrected[finding.channel] = angle - finding.size * np.cos(
             finding.parameters["order"] * angle + finding.parameters["phase_rad"]
         )
-    return mended
+    return corrected
 
 
 def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[Finding]:
@@ -327,7 +327,7 @@ def _told(view: View, band: Band, found: Places, name: str, order: int) -> list[
     if flown is not None:
         own, sigma = flown
         meant = wave / radii[1]
-        if equal:  # the same wave, told by the other gear's angle
+        if equal:  # the same wave over the other gear's angle
             meant *= np.exp(1j * order * float(band.drive[0] - band.loose[0]))
         if abs(own) > WAVE * sigma and (_same(own, meant) or abs(own - meant) < 3.0 * sigma):
             seen += (
@@ -370,7 +370,7 @@ def _carried(view: View, band: Band, order: int) -> complex | None:
         return complex(phasors_of(np.linalg.lstsq(table, drive, rcond=None)[0][-2:])[0])
 
     own = amplitude(order, drive)
-    usual = float(np.median([abs(amplitude(order + beside, even)) for beside in BESIDE]))
+    usual = float(np.median([abs(amplitude(order + off, even)) for off in BESIDE]))
     return own if abs(own) > WAVE * usual else None
 
 

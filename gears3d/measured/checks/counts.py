@@ -15,7 +15,7 @@ CLOSE = 1e-3
 ALIKE = 0.1
 """How far they may be off for one of both to be a mistake in the number of lines, not lines taken for edges."""
 NOISY = 0.06
-"""Part of the backlash: records with more noise were never cut."""
+"""Part of the backlash: records with more noise were never segmented."""
 ROUNDING = 0.65
 """Noise in counts that rounding alone may seem to make."""
 TIMES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
@@ -158,16 +158,16 @@ def correct_wraps(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
         columns: each (n,).
         findings: of this check.
     """
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
         angle = columns[finding.channel]
         turns = np.round(np.diff(angle, prepend=angle[0]) / finding.size)
-        mended[finding.channel] = angle - finding.size * np.cumsum(turns)
-    return mended
+        corrected[finding.channel] = angle - finding.size * np.cumsum(turns)
+    return corrected
 
 
 def _width(seen: float, slack: float, count: float | None) -> tuple[float, str]:
-    """Return the width that a jump stands for and its name, empty when there is none."""
+    """Return the width of the wrap that a jump is and its name, empty without one."""
     for what, width in WIDTHS.items():
         if abs(seen - width) < 2.0 * slack + 1e-6 * width:
             return width, what
@@ -181,19 +181,19 @@ def _width(seen: float, slack: float, count: float | None) -> tuple[float, str]:
 # A row of such a record is an edge, or the moment just before one; a missing edge is a permanent error of one count,
 # which the times between edges show and changes from row to row do not.
 REACH = 4
-"""Times between edges to either side that tell what is usual."""
+"""Times between edges to either side that show the usual time."""
 WHOLE = 0.99
 """Part of the changes that must be one count, for rows to be edges."""
 LONGER = 1.6
 """A time between edges that holds two of them is at least so many times the usual."""
 WIDE = 2.5
-"""It must stand out by so many times what its neighbours differ by, as logarithms."""
+"""Its logarithm must exceed those of its neighbours by so many times their range."""
 NEAR, STEADY = 0.15, 0.12
 """How near the logarithm of a time must be to that of whole usual ones; how much neighbours may differ for that."""
 TOLD = 20
 """Places that can be corrected one by one; an encoder with more of them cannot be used."""
 TORN = 0.1
-"""Part of the backlash from which on edges that are lost or won spoil what is found of flights."""
+"""Part of the backlash from which on lost or additional edges falsify flights."""
 
 
 class Marks(NamedTuple):
@@ -233,19 +233,19 @@ def examine_edges(view: View) -> list[Finding]:
 
 
 def correct_edges(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Give counts back, or take them away, from the row on in which they were lost or won.
+    """Restore or remove counts from the row on in which they were lost or added.
 
     Args:
         columns: each (n,).
         findings: of this check, of one kind.
     """
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
-        angle = mended[finding.channel].copy()
+        angle = corrected[finding.channel].copy()
         for row in finding.rows:
             angle[row:] += finding.parameters[f"row_{row}"]
-        mended[finding.channel] = angle
-    return mended
+        corrected[finding.channel] = angle
+    return corrected
 
 
 def marks_of(view: View, name: str) -> Marks | None:

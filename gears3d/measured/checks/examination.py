@@ -21,11 +21,11 @@ Columns = dict[str, np.ndarray]
 
 
 class Check(NamedTuple):
-    """One thing that is looked at.
+    """One check.
 
     Args:
-        examine: what finds it.
-        correct: what undoes it, by kind; those kinds can be named on the command line.
+        examine: finds faults.
+        correct: corrects them, by kind; those kinds can be named on the command line.
         kinds: that can be corrected, in the order in which they must be.
     """
 
@@ -53,7 +53,7 @@ CHECKS = (
 )
 """In order: each check may trust what those before it found in order, or could correct."""
 ALWAYS = ("drop-outs",)
-"""Kinds that are corrected without being named: a row without a reading can serve nobody."""
+"""Kinds that are corrected without being named: a row without a reading is of no use."""
 CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")
 
 
@@ -67,13 +67,13 @@ def examine(
 ) -> tuple[Finding, ...]:
     """Return what is wrong with the sensors and the clock of a record.
 
-    What can be corrected is corrected for the checks that come after, so that one pass tells of everything; the record
+    What can be corrected is corrected for the checks that come after, so that one pass finds everything; the record
     itself stays as it is. Behind a fault that nothing corrects, no further check is made.
 
     Args:
         channels: the record, unchecked.
         rig: scenario of the bench in this record's condition; without it, and without base radii in the metadata, the
-            angles are not held against each other.
+            angles are not compared with each other.
         others: records given before, to find the same one given twice.
         needs: columns that must be there besides time; alternatives as a tuple. Only with both angles the gears count
             as meshing.

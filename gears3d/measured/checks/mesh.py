@@ -1,7 +1,7 @@
-"""Do both angles turn as the teeth say: units, senses, channels that changed places, wrong ratios.
+"""Do angles and speeds agree with the teeth: units, signs, interchanged channels, wrong ratios.
 
-Gears in mesh never part by more than the backlash, so over a way along the line of action that is long against it
-the ratio of both angles is that of the base radii, whatever rattles.
+Gears in mesh are never apart by more than the backlash, so over a way along the line of action much longer than it
+the ratio of both angles is that of the base radii, with or without rattle.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from gears3d.measured.checks.counts import otherwise
 from gears3d.measured.checks.declared import Declared
-from gears3d.measured.checks.time_base import off_by
+from gears3d.measured.checks.time_base import speed_ratio
 from gears3d.measured.checks.view import MESH, Finding, View
 from gears3d.measured.checks.wrong_encoder import judge, reason, remedy_for, scale_of
 
@@ -27,8 +27,8 @@ NEAR = 0.02
 FAR = 10.0
 """Ratio of the drive's speed to the declared one that no test has."""
 SIMILAR = 0.1
-"""Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder look alike:
-twice the 5 % by which counts are wrong in practice."""
+"""Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder cannot be
+distinguished: twice the 5 % by which counts are wrong in practice."""
 POINTS = 20_000
 TURN = 2 * np.pi
 FACTORS = {
@@ -73,7 +73,7 @@ def examine_ratio(view: View) -> list[Finding]:
 
 
 def correct_ratio(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Undo a wrong unit or count, turn a sense round, or change the channels' places.
+    """Correct a wrong unit or count, invert a sign, or interchange the channels.
 
     Args:
         columns: each (n,).
@@ -82,14 +82,14 @@ def correct_ratio(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
     drive, loose = (columns[name] for name in MESH)
     if findings[0].kind == "swapped":
         return {**columns, MESH[0]: loose, MESH[1]: drive}
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
         by = -1.0 if finding.kind == "sense" else finding.size
         if finding.kind == "ratio":
             by = 1.0 / finding.parameters["factor"]
         for name in [finding.channel] if finding.channel else MESH:
-            mended[name] = mended[name] / by
-    return mended
+            corrected[name] = corrected[name] / by
+    return corrected
 
 
 def recounted(declared: Declared, findings: list[Finding]) -> Declared:
@@ -140,7 +140,7 @@ def speed_of(view: View) -> float | None:
         view: the record.
     """
     mean = view.declared.mean_speed
-    if mean is None or abs(mean) <= 0.2 * view.declared.swing or mean == 0.0:
+    if mean is None or abs(mean) <= 0.2 * view.declared.fluctuation or mean == 0.0:
         return None
     angle = view.angles[MESH[0]]
     return float(angle[-1] - angle[0]) / float(view.time[-1] - view.time[0]) / mean
@@ -199,7 +199,7 @@ def _both(view: View) -> list[Finding]:
     for what, factor in {**FACTORS, **counts}.items():
         if "angle" not in what and abs(abs(speed) / factor - 1.0) < NEAR:
             return [Finding("angle-unit", "", factor, "1", f"{seen}: both angles are in {what}", aside, True, True)]
-    ratio = off_by(view)
+    ratio = speed_ratio(view)
     if ratio is not None and not 1.0 / FAR < ratio < FAR:
         told = f"{seen}: neither the unit of the time nor that of the angles can be right"
         return [Finding("time-unit", "time_s", 1.0 / ratio, "1", told, f"give them in record.toml, {aside}", True)]
@@ -210,7 +210,7 @@ def _both(view: View) -> list[Finding]:
 
 
 def _wrong(view: View, ratio: Ratio) -> Finding:
-    """Return the finding of a ratio that is no known mistake, with what is wrong where the record decides that."""
+    """Return the finding of a ratio that no known mistake makes, with what is wrong where the record decides that."""
     off = abs(ratio.value) - 1.0
     way = float(np.ptp(view.angles[MESH[0]])) * (view.declared.radii or (0.0, 0.0))[0]
     told = (
@@ -376,7 +376,7 @@ def compare_with_usual(view: View) -> list[Finding]:
 def _by_mean(view: View, name: str) -> Finding | None:
     """Find a speed that fits the declared mean speed in another unit only."""
     mean, teeth, speed = view.declared.mean_speed, view.declared.teeth, view.columns[name]
-    if mean is None or abs(mean) <= 0.2 * view.declared.swing or not np.isfinite(speed.sum()):
+    if mean is None or abs(mean) <= 0.2 * view.declared.fluctuation or not np.isfinite(speed.sum()):
         return None
     ratio = 1.0 if "drive" in name or teeth is None else teeth[0] / teeth[1]
     seen = float(np.mean(speed)) if view.declared.meshed else float(speed[np.argmax(np.abs(speed))])

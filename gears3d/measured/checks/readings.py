@@ -15,7 +15,7 @@ BANDS = 3.0
 SURE = 6.0
 """Standard deviations of a change by which a gear must turn in a row for a change of nothing to be impossible."""
 REACH = 12
-"""Rows to either side that tell how fast a gear turns."""
+"""Rows to either side from which the speed of a gear is estimated."""
 MOST = 200_000
 SHARE = 0.005
 """Part of the rows in motion from which on held readings are how a channel is read, not single samples given twice."""
@@ -67,7 +67,7 @@ def correct_holds(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
         columns: each (n,).
         findings: of this check, of kind ``"held"``.
     """
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
         angle, about = columns[finding.channel], finding.parameters
         count, every = about["count_rad"], int(about["every_rows"])
@@ -86,9 +86,9 @@ def correct_holds(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
         own = np.interp(time[held], time[~held], angle[~held])
         if count:  # counts stay counts
             own = angle[held] + np.round((own - angle[held]) / count) * count
-        mended[finding.channel] = angle.copy()
-        mended[finding.channel][held] = own
-    return mended
+        corrected[finding.channel] = angle.copy()
+        corrected[finding.channel][held] = own
+    return corrected
 
 
 def quietest(declared: Declared, findings: list[Finding]) -> Declared:
@@ -238,11 +238,11 @@ def _repeated(view: View, still: dict[str, np.ndarray]) -> list[Finding]:
 
 
 JUMP = 7.0
-"""Standard deviations of a change, from which it is looked at."""
+"""Standard deviations of a change from which it is examined."""
 WIDE = 1.5
-"""A change must stand out of those around it by so many times what these differ among themselves."""
+"""A change must exceed those around it by so many times their range."""
 AROUND = 6
-"""Rows to either side, without the next ones, that tell what is usual."""
+"""Rows to either side, without the next ones, that show the usual change."""
 TOLD = 20
 """Jumps that are listed, and can be corrected, one by one."""
 REMOVED = 5
@@ -252,7 +252,7 @@ BEYOND = 1.5
 BANDS = 3.0
 """Backlashes within which gears in mesh stay: run-out of small ones adds as much, and the declared one may be wrong."""
 TORN = 0.1
-"""Part of the backlash from which on a jump spoils what is found of flights."""
+"""Part of the backlash from which on a jump falsifies flights."""
 FITTED = 40
 """Rows to either side by which a jump is measured."""
 JUMPS_AT_ONCE = 50_000
@@ -260,7 +260,7 @@ HELD = 2.5
 """Counts by which an angle moves at once, at least, where readings are held: an encoder that is read at every row and
 stands still in most of them moves by one, seldom two."""
 AT_ONCE = 1 << 18
-"""Rows that are looked at at a time."""
+"""Rows that are examined at a time."""
 
 
 class Jumps(NamedTuple):
@@ -282,7 +282,7 @@ class Jumps(NamedTuple):
 
 
 def examine_jumps(view: View) -> list[Finding]:
-    """Find lost or extra counts, single readings that are off, and rows left out of both channels at once.
+    """Find lost or extra counts, single outliers, and rows missing in both channels at once.
 
     Args:
         view: the record; its time rises, its angles do not wrap.
@@ -296,7 +296,7 @@ def examine_jumps(view: View) -> list[Finding]:
             for one in examine_jumps(thin)
         ]
     jumps = {name: find(view, name) for name in view.angles}
-    out = _left_out(view, jumps)
+    out = _missing_rows(view, jumps)
     skipped = {row for finding in out for row in finding.rows}
     found = list(out)
     for name, jump in jumps.items():
@@ -308,8 +308,8 @@ def examine_jumps(view: View) -> list[Finding]:
 def _updates(view: View) -> np.ndarray | None:
     """Return the rows with a new reading where a logger holds each reading for several rows; else ``None``.
 
-    An angle that is held stands still and then moves by many counts: no jump. The counts of a slow encoder stand still,
-    too, but move by one.
+    An angle that is held is constant and then moves by many counts, which is not a jump. The counts of a slow encoder
+    are constant, too, but move by one.
     """
     moved = np.zeros(len(view.time), bool)
     for name, angle in view.angles.items():
@@ -326,25 +326,25 @@ def _updates(view: View) -> np.ndarray | None:
 
 
 def correct_jumps(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Give lost counts back from the row on in which they were lost.
+    """Restore lost counts from the row on in which they were lost.
 
     Args:
         columns: each (n,).
         findings: of this check, of kind ``"lost-counts"``.
     """
-    mended = dict(columns)
+    corrected = dict(columns)
     for finding in findings:
-        angle = mended[finding.channel].copy()
+        angle = corrected[finding.channel].copy()
         angle[finding.rows[0] :] -= finding.size
-        mended[finding.channel] = angle
-    return mended
+        corrected[finding.channel] = angle
+    return corrected
 
 
 def find(view: View, name: str) -> Jumps:
     """Return where a channel jumps.
 
-    A change is held against the changes of some rows before and after it, the next ones left out; an impact changes
-    the speed, and with it what these differ by, so it is no jump.
+    A change is compared with the changes of some rows before and after it, without the next ones; an impact changes
+    the speed and thereby their range, and is not a jump.
 
     Args:
         view: the record.
@@ -384,8 +384,8 @@ def _joined(rows: np.ndarray, excess: np.ndarray, usual: np.ndarray) -> Jumps:
     return Jumps(rows[first] + 1, size, usual[first], peak, rows[last] - rows[first] + 1)
 
 
-def _left_out(view: View, jumps: dict[str, Jumps]) -> list[Finding]:
-    """Find rows that were left out while time went on evenly: all angles jump by the same number of rows."""
+def _missing_rows(view: View, jumps: dict[str, Jumps]) -> list[Finding]:
+    """Find missing rows in an even time base: all angles jump by the same number of rows."""
     if len(jumps) < 2:
         return []
     one, other = jumps.values()
@@ -455,7 +455,7 @@ def _are_motion(view: View, name: str, rows: np.ndarray, sizes: np.ndarray) -> b
 
 
 def _range(drive: np.ndarray, loose: np.ndarray) -> float:
-    """Return the range of the displacement [m], whatever the ratio is: counts or teeth may be wrong as well."""
+    """Return the range of the displacement [m] for any ratio: counts or teeth may be wrong as well."""
     slope = np.polyfit(drive, loose, 1)[0]
     return float(np.ptp(np.quantile(loose - slope * drive, [0.001, 0.999])))
 

@@ -10,7 +10,7 @@ from gears3d.signals import changes, some_steps
 TICKS = (1.0, 1e-3, 1e-6, 1e-7, 1e-8, 1e-9)
 """Units that clocks count in [s]."""
 ROUND = (60.0, 3600.0, 86400.0)
-"""Where clocks for people start again [s]."""
+"""Where clocks of minutes, hours and days restart [s]."""
 BITS = range(8, 65)
 LOCAL = 1000
 """Rows that are out of order by no more were written in blocks; further ones belong to another record."""
@@ -37,7 +37,7 @@ def examine_order(view: View) -> list[Finding]:
 
 
 def correct_order(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Leave repeated rows out, add wraps up, put rows into order, spread equal stamps evenly.
+    """Exclude repeated rows, add wraps, sort rows, space equal stamps evenly.
 
     Args:
         columns: each (n,).
@@ -73,7 +73,7 @@ def _disorder(time: np.ndarray) -> list[Finding]:
     steps = np.diff(time)
     falls = np.flatnonzero(steps < 0.0) + 1
     rows = tuple(map(int, falls[:20]))
-    if not falls.size or (found := _trembling(time, steps, rows)):
+    if not falls.size or (found := _jittered(time, steps, rows)):
         return found if falls.size else _coarse(time, steps)
     rising = steps[steps > 0.0]
     step = float(np.median(rising)) if rising.size else 0.0
@@ -111,7 +111,7 @@ def _wrap(time: np.ndarray, falls: np.ndarray, step: float) -> tuple[float, str]
 
 
 def _coarse(time: np.ndarray, steps: np.ndarray) -> list[Finding]:
-    """Find stamps that stand still for some rows."""
+    """Find stamps that are constant for some rows."""
     still = np.flatnonzero(steps <= 0.0) + 1
     if not still.size:
         return []
@@ -136,8 +136,8 @@ def _coarse(time: np.ndarray, steps: np.ndarray) -> list[Finding]:
     ]
 
 
-def _trembling(time: np.ndarray, steps: np.ndarray, rows: tuple[int, ...]) -> list[Finding]:
-    """Find stamps that tremble so much that neighbours change places, about an even line."""
+def _jittered(time: np.ndarray, steps: np.ndarray, rows: tuple[int, ...]) -> list[Finding]:
+    """Find stamps whose jitter about a straight line is so large that neighbours are interchanged."""
     step = float(np.median(steps))
     if step <= 0.0 or -float(steps.min()) > step:
         return []
@@ -158,9 +158,9 @@ def _even(time: np.ndarray) -> np.ndarray:
 
 
 EVEN = 0.9
-"""Part of the steps that must be alike for rows to be samples and not events."""
-TREMBLE = 0.02
-"""Jitter, in steps, from which it is told."""
+"""Part of the steps that must be equal for rows to be samples and not events."""
+JITTER = 0.02
+"""Jitter, in steps, from which it is reported."""
 WIDE, SURE = 1.6, 6.0
 """A gap is wider than so many steps, and than a step by so many standard deviations of the steps."""
 
@@ -195,7 +195,7 @@ def _gaps(view: View, step: float, widest: float) -> list[Finding]:
 def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[Finding]:
     off = steps[steps < widest] - step
     rms = float(np.sqrt(np.mean(off**2) / 2.0))
-    if rms < TREMBLE * step:
+    if rms < JITTER * step:
         return []
     ticks = float(np.ptp(off)) < 2.5 * float(np.abs(off)[np.abs(off) > 0.01 * step].min(initial=np.inf))
     told = (
@@ -234,7 +234,7 @@ def examine_unit(view: View) -> list[Finding]:
     """Find time in another unit than seconds, or counted in rows.
 
     The step must fit the declared sample rate and, where the mean speed is declared, the speed that follows, too: a
-    factor that only one of them shows is no proof.
+    factor that only one of them shows does not suffice.
 
     Args:
         view: the record; its time rises.
@@ -265,7 +265,7 @@ def correct_unit(columns: dict[str, np.ndarray], findings: list[Finding]) -> dic
     return {**columns, "time_s": columns["time_s"] / findings[0].size}
 
 
-def off_by(view: View) -> float | None:
+def speed_ratio(view: View) -> float | None:
     """Return how many times faster than declared the drive turns, where it moves as unevenly as declared.
 
     Args:
@@ -290,26 +290,26 @@ def off_by(view: View) -> float | None:
     speed = np.diff(way) / np.diff(view.time[at])
     lasts = float(view.time[-1] - view.time[0])
     mean, whole = float(way[-1]) / lasts, float(np.sqrt(np.mean(speed**2)))
-    if not about.swings:
+    if not about.harmonics:
         return abs(mean / about.mean_speed) if about.mean_speed and abs(mean) > 0.2 * whole else None
-    declared = np.hypot(about.mean_speed, about.swing / np.sqrt(2.0))
+    declared = np.hypot(about.mean_speed, about.fluctuation / np.sqrt(2.0))
     if not 0.0 < whole < MOST or declared <= 0.0:
         return None
     uneven = np.sqrt(max(whole**2 - mean**2, 0.0)) / whole
-    stated = about.swing / np.sqrt(2.0) / declared
+    stated = about.fluctuation / np.sqrt(2.0) / declared
     return whole / float(declared) if 0.5 * stated < uneven < 2.0 * stated or stated == 0.0 else None
 
 
 def _by_motion(view: View) -> list[Finding]:
     """Find time in another unit from the speed of the drive; at constant declared speed the interval must agree."""
-    ratio, rate = off_by(view), view.declared.sample_rate
+    ratio, rate = speed_ratio(view), view.declared.sample_rate
     if ratio is None:
         return []
     for what, factor in UNITS.items():
         close = MEANT[what]
         if not 1.0 / close < ratio * factor < close:
             continue
-        steady = view.declared.swings and view.declared.swing == 0.0
+        steady = view.declared.harmonics and view.declared.fluctuation == 0.0
         if steady and not (rate and 1.0 / 30.0 < view.spacing * rate / factor < 30.0):
             continue
         told = f"the drive turns {ratio:.4g} times as fast as the rig declares, as unevenly: time is in {what}"
@@ -321,7 +321,7 @@ def _by_motion(view: View) -> list[Finding]:
 def _speed_fits(view: View, factor: float) -> bool:
     """Return whether the drive turns at its declared speed once time is divided by the factor; true when unknown."""
     mean, angle = view.declared.mean_speed, view.angles.get("theta_drive_rad")
-    if mean is None or angle is None or abs(mean) <= 0.2 * view.declared.swing or not view.declared.meshed:
+    if mean is None or angle is None or abs(mean) <= 0.2 * view.declared.fluctuation or not view.declared.meshed:
         return True
     speed = abs(float(angle[-1] - angle[0]) / float(view.time[-1] - view.time[0])) * factor
     return 0.3 < speed / abs(mean) < 3.0

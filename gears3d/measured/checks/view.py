@@ -55,7 +55,7 @@ class Finding:
 
 
 SOME = 200_000
-"""So many rows are looked at for what is typical."""
+"""Rows that are examined for what is typical."""
 FLOOR = 0.3
 """Noise of an encoder that rounds, in counts."""
 
@@ -95,7 +95,7 @@ class View:
         return float(np.median(some_steps(self.time))) if len(self.time) > 1 else 0.0
 
     def changes(self, name: str) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
+        """Generate the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
 
         Args:
             name: of the column.
@@ -141,7 +141,7 @@ class View:
 
     @cached_property
     def places(self) -> Places | None:
-        """Where the active flank lies; ``None`` where the record does not tell."""
+        """Where the active flank lies; ``None`` where the record does not show it."""
         return None if self.band is None else places_of(self, self.band)
 
     @cached_property
@@ -212,7 +212,7 @@ SMOOTHER = 4
 """The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
 where both share a block it passes for a delay."""
 LINE = 12.0
-"""A line of a spectrum stands so many times above its floor."""
+"""Ratio of a spectral line to the noise around it."""
 EVEN = 1e-4
 """Part of its mean speed by which a drive that turns evenly may fluctuate."""
 BLURRED = 0.01
@@ -339,7 +339,7 @@ def _stretches(time: np.ndarray, place: np.ndarray, pull: np.ndarray, noise: flo
 
 
 TURNS = 3.0
-"""Fewer turns of the slower gear do not tell a wave from a drift."""
+"""Revolutions of the slower gear below which a wave is not distinguishable from a drift."""
 WINDOWS = 400
 PARTS = 16
 """Windows in a turn of the faster gear, at most."""
@@ -350,7 +350,7 @@ FLIES = 0.02
 FEWEST = 5
 """Blocks in contact that a window needs."""
 BESIDE = 0.1
-"""Part of the backlash within which contact beside the lowest of a window is that of the same flank."""
+"""Part of the backlash within which contact near the lowest of a window is that of the same flank."""
 SPARE = 4
 """Windows at both ends, in which no step is sought."""
 
@@ -359,7 +359,7 @@ class Places(NamedTuple):
     """The active flank over the record.
 
     Args:
-        level: the place without its waves, amid the record [m].
+        level: the place without its waves, in the middle of the record [m].
         waves: complex amplitude of the place, A·exp(iφ) for A·cos(kθ + φ), by (column, order) [m].
         sigma: of each amplitude [m].
         drift: how far the place moves over the record [m].
@@ -385,7 +385,7 @@ def places_of(view: View, band: Band) -> Places | None:
     """Return where the active flank lies, ``None`` where the record is too short or contact is not seen.
 
     In each window of time the place of contact that lies lowest is taken, as the drag brings the loose gear back to its
-    active flank in every period; then the mean of all contact beside it.
+    active flank in every period; then the mean of all contact near it.
 
     Args:
         view: the record.
@@ -400,7 +400,7 @@ def places_of(view: View, band: Band) -> Places | None:
     if turns < TURNS or len(lowest) < 2 * table.shape[1]:
         return None
     waving = table[:, 1:-1] @ _robust(table[lowest], band.place[inside][lowest], 0.1 * band.noise)[0][1:-1]
-    near = _beside(band.place[inside] - waving, window, lowest, BESIDE * (view.declared.backlash or 0.0))
+    near = _near(band.place[inside] - waving, window, lowest, BESIDE * (view.declared.backlash or 0.0))
     rows, at = np.unique(window[near], return_inverse=True)
     count = np.bincount(at)
     mean = [np.bincount(at, column[near]) / count for column in (*table.T, band.place[inside], band.time[inside])]
@@ -437,7 +437,7 @@ def _lowest(place: np.ndarray, window: np.ndarray) -> np.ndarray:
     return order[first + count // 10][count >= FEWEST]
 
 
-def _beside(place: np.ndarray, window: np.ndarray, lowest: np.ndarray, reach: float) -> np.ndarray:
+def _near(place: np.ndarray, window: np.ndarray, lowest: np.ndarray, reach: float) -> np.ndarray:
     """Return the rows that lie no further from the lowest one of their window than ``reach`` [m], indices."""
     low = np.full(int(window.max()) + 1, np.inf)
     low[window[lowest]] = place[lowest]
@@ -458,7 +458,7 @@ def _table(view: View, band: Band, rows: np.ndarray) -> tuple[np.ndarray, list[t
 
 
 def _robust(table: np.ndarray, values: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return numbers, what is left, and covariance of a least-squares fit with Tukey's weights."""
+    """Return coefficients, residuals and covariance of a least-squares fit with Tukey's weights."""
     weight = np.ones(len(values))
     numbers = off = np.zeros(0)
     rough = floor
