@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import quantum as quantum_of
+from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
 STRETCHES, STRETCH = 16, 1 << 16
 """Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz."""
@@ -26,8 +27,8 @@ CHANCE = 1e-6
 """Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected."""
 LOWEST = 100
 """Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion."""
-HIGHEST = 1 << 17
-"""Highest order that is looked for: 36 000 lines are the most that rotary encoders have."""
+HIGHEST, BINS = 1 << 17, 8
+"""Highest order that is looked for, as 36 000 lines are the most that rotary encoders have; bins in a wave of it."""
 SMOOTHED = 31
 """Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz."""
 PASSED = (2.2, 11.0)
@@ -576,7 +577,7 @@ def _in_band(
     highest = int(min(highest, 0.9 * per_turn))  # beyond, rounding to counts
     if highest < lowest + 2 or float(np.ptp(angle)) < 2 * np.pi / lowest:
         return ()
-    power = _spectrum(angle, rest, highest)
+    power = np.abs(sums(angle, rest, highest, BINS)) ** 2 / max(len(rest), 1)
     floor = np.maximum(_floor(power), 1e-6 * float(np.mean(power)) + 1e-300)
     ratio = power / floor
     ratio[:lowest] = 0.0
@@ -626,14 +627,6 @@ def _wave(waves: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, float]:
     return numbers, float(left @ left) / max(len(left), 1) * float(np.trace(inverse)) / 2.0
 
 
-def _spectrum(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:
-    """Return the power of the orders 0 to ``highest`` in a residual over the angle [rad²], (highest + 1,)."""
-    bins = 1 << int(np.ceil(np.log2(8 * highest + 8)))
-    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(np.int64) % bins
-    waves = np.fft.rfft(np.bincount(place, rest, minlength=bins))[: highest + 1]
-    return np.abs(waves) ** 2 / max(len(rest), 1)
-
-
 def _floor(power: np.ndarray) -> np.ndarray:
     """Return the mean power of neighbouring orders, peaks left out, (n,)."""
     from scipy.ndimage import median_filter
@@ -653,19 +646,18 @@ def _fitted(
     """Return orders with amplitude and phase by least squares; waves pass the means and filter of the residuals."""
     if not orders:
         return ()
-    columns = []
-    for order in orders:
-        for wave in (np.cos, np.sin):
-            columns.append(np.concatenate([_highpassed(_means(wave(order * shown), factor)) for _, shown in pieces]))
-    rows = np.stack(columns)
+    rows = np.stack(
+        [
+            np.concatenate([_highpassed(_means(wave, factor)) for wave in of_all])
+            for order in orders
+            for of_all in zip(*(harmonics(shown, [order]).T for _, shown in pieces), strict=True)
+        ]
+    )
     inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-    numbers = inverse @ (rows @ rest)
-    made, strongest = [], float(np.sqrt(np.max(np.square(numbers[::2]) + np.square(numbers[1::2]))))
+    phasors, spread, made = phasors_of(inverse @ (rows @ rest)), deviations(inverse), []
+    strongest = float(np.max(np.abs(phasors)))
     for k, (order, chance) in enumerate(zip(orders, chances, strict=True)):
-        cosine, sine = numbers[2 * k : 2 * k + 2]
-        spread = np.sqrt(max(float(np.mean(np.diag(inverse)[2 * k : 2 * k + 2])), 0.0))
-        sigma = float(spread * np.sqrt(floor[order]))
-        size = float(np.hypot(cosine, sine))
+        sigma, size = float(spread[k] * np.sqrt(floor[order])), float(abs(phasors[k]))
         if size > max(SURE * sigma, FAINT * strongest, least) and _repeats(rows[2 * k : 2 * k + 2], rest):
-            made.append(Periodic(order, size, sigma, float(np.arctan2(-sine, cosine)), min(chance, 1.0)))
+            made.append(Periodic(order, size, sigma, float(np.angle(phasors[k])), min(chance, 1.0)))
     return tuple(made)

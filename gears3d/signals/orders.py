@@ -107,8 +107,15 @@ def colour_of(rest: Array) -> float:
     return float(np.clip(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0)), 1.0, 7.0))
 
 
-def sums(angle: Array, values: Array, highest: int) -> Array:
-    """Return Σ values·exp(-i·order·angle) of the orders 0 to ``highest``, (highest + 1,)."""
+def sums(angle: Array, values: Array, highest: int, bins: int = 0) -> Array:
+    """Return Σ values·exp(-i·order·angle) of the orders 0 to ``highest``, (highest + 1,).
+
+    With ``bins`` in a wave of the highest order the angle is rounded to bins, for one transform of all orders.
+    """
+    if bins:
+        count = 1 << int(np.ceil(np.log2(bins * highest + bins)))
+        place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * count).astype(int) % count
+        return np.fft.rfft(np.bincount(place, values, minlength=count))[: highest + 1]
     turn, at, found = np.exp(-1j * angle), values.astype(complex), np.zeros(highest + 1, complex)
     for order in range(highest + 1):
         found[order] = at.sum()
@@ -120,19 +127,15 @@ def each_alone(angle: Array, values: Array, highest: int, ridge: float, bins: in
     """Return the phasor of each order from 0 to ``highest`` without the others, and its fall of the sum of squares.
 
     ``ridge``, relative to the number of values, is added to the normal matrix: samples at few angles determine some
-    orders poorly. With ``bins`` in a wave of the highest order the angle is rounded to bins, for one transform of all.
+    orders poorly. ``bins`` as for :func:`sums`.
 
     >>> turn = np.linspace(0.0, 20.0, 4001)
     >>> float(np.abs(each_alone(turn, 2e-6 * np.cos(3 * turn + 0.4), 5, 1e-4, 32)[0])[3].round(8))
     2e-06
     """
-    if bins:
-        count = 1 << int(np.ceil(np.log2(bins * highest + bins)))
-        place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * count).astype(int) % count
-        right, ones = (np.fft.fft(np.bincount(place, weight, minlength=count)) for weight in (values, None))
-    else:
-        right, ones = sums(angle, values, highest), sums(angle, np.ones(len(angle)), 2 * highest)
-    (c, s), (even, odd) = ((np.real(one), np.imag(one)) for one in (right[: highest + 1], ones[: 2 * highest + 1 : 2]))
+    right = sums(angle, values, highest, bins)
+    twice = sums(angle, np.ones(len(angle)), 2 * highest, bins // 2)[::2]
+    (c, s), (even, odd) = ((np.real(one), np.imag(one)) for one in (right, twice))
     own = (0.5 + ridge) * len(values)
     cc, ss, cs = own + 0.5 * even, own - 0.5 * even, 0.5 * odd
     whole = np.maximum(cc * ss - cs * cs, 1e-300)
