@@ -37,7 +37,7 @@ STEP = 0.2
 POINTS = 3600
 """Points a turn of the curves."""
 ORDERS = 12
-"""Strongest orders that are told of each curve."""
+"""Strongest orders that are reported of each curve."""
 
 
 @dataclass(frozen=True, eq=False)

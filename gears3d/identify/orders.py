@@ -189,7 +189,10 @@ class Solved(NamedTuple):
 
 
 def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
-    """Solve for orders by least squares; outlying bins are excluded."""
+    """Solve for orders by least squares without outlying bins, 30 % of them at most.
+
+    A flank in slow turns has no bounces: bins off it are lift-offs, which stay excluded.
+    """
     angles = (contact.drive, contact.loose)
     columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]
     waves = [_blur(contact, _frequency(line, ratio)) * harmonics(angles[line.gear], [line.order]) for line in chosen]

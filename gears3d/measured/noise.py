@@ -17,10 +17,10 @@ STRETCHES, STRETCH = 16, 1 << 16
 PARTS = 8
 """Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife)."""
 FEWEST = 40
-"""Third differences below which a time scale gives no variance: its relative error would be a quarter."""
+"""Third differences below which a time scale gives no variance: its relative error would be 25 %."""
 SHARE = 0.25
 """Part of the third differences that are smaller than the quantile by which their variance is measured: impacts bend
-the path in less than three quarters of the windows, up to a window of a flight's length."""
+the path in less than 75 % of the windows, up to a window of a flight's length."""
 STEEP = 3.0
 """Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8."""
 CHANCE = 1e-6
@@ -32,7 +32,7 @@ HIGHEST, BINS = 1 << 17, 8
 SMOOTHED = 31
 """Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz."""
 PASSED = (2.2, 11.0)
-"""Readings in a period of a wave that the moving cubic lets pass by more than three quarters of its amplitude."""
+"""Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude."""
 RATES = (1, 4, 16)
 """Neighbours that are averaged, so that waves of up to 180 readings are passed."""
 OUTLIER = 8.0
@@ -42,7 +42,7 @@ HARMONICS = (1, 2, 3, 4)
 ALIKE = 0.3
 """Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there."""
 AGREE = 1e-3
-"""Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
+"""Probability that both halves of a record differ as much in a permanent wave, below which it is not one."""
 LINE, BESIDE = 2.0, 5
 """Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
 either side of an order that show how strong the motion is there."""
@@ -216,7 +216,7 @@ def estimate_noise(
         time: of the readings [s], rising, (n,).
         angle: [rad], (n,).
         white: standard deviation of a reading where it is known [rad]; else it is measured.
-        lines: periods in a revolution that the encoder may have, in addition to those that stand out by themselves.
+        lines: periods in a revolution that the encoder may have, in addition to significant ones.
         edges: whether the readings are moments at which a counter changed.
         fluctuation: periods of the drive's fluctuation in a revolution where they are known: the motion has impacts in
             all multiples of this order.
@@ -533,7 +533,7 @@ def _periodic(
     edges: bool,
     motion: _Motion | None,
 ) -> tuple[Periodic, ...]:
-    """Return the interpolation errors that stand out of the noise of their neighbouring orders, and their harmonics.
+    """Return the interpolation errors that exceed the noise of their neighbouring orders, and their harmonics.
 
     The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
     """
@@ -597,9 +597,9 @@ def _in_band(
 
 
 def _repeats(waves: np.ndarray, rest: np.ndarray) -> bool:
-    """Return whether an error of the encoder makes a wave: that is always there, and as strong between impacts.
+    """Return whether a wave is an error of the encoder: such errors are permanent, and as strong between impacts.
 
-    Both halves of the residuals must show it alike, and the calm half of short windows as all of them do.
+    Both halves of the residuals must agree in it, and the half of short windows with the least power with all of them.
     """
     size = 4 * SMOOTHED
     count = len(rest) // size

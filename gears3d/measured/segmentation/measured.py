@@ -337,7 +337,7 @@ def _in_order(impacts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.ndarray:
-    """Return the phase of the drive's fluctuation at some times [rad], NaN where there is none."""
+    """Return the phase of the drive's fluctuation at some times [rad], NaN without one."""
     if not period or record.time[-1] - record.time[0] < period:
         return np.full(len(times), np.nan)
     return of_period(record.time, record.signals["theta_drive_rad"], period, times)

@@ -1,6 +1,6 @@
 """Significant orders of either gear in contact during rattle.
 
-Contact has gaps, through which orders leak into their neighbours: these show no noise floor, as they do in slow turns
+Contact has gaps, through which orders leak into their neighbours: these do not show the noise, as they do in slow turns
 (:mod:`gears3d.identify.orders`). Orders are therefore fitted together, and an order must predict revolutions from
 which it was not fitted.
 """
