@@ -130,11 +130,9 @@ class Fit(NamedTuple):
 
     lines: tuple[Line, ...]  # that were fitted
     phasors: np.ndarray  # of each, amplitude·exp(i·phase) [m], (p,)
-    deviation: np.ndarray  # of each part of a phasor [m], (p,)
     covariance: np.ndarray  # of the real and imaginary parts, one after the other [m²], (2p, 2p)
     offsets: dict[int, float]  # mean place in each record [m], by number
     offset_deviation: float  # of these [m]
-    chance: np.ndarray  # that noise makes an order so large, (p,)
     floor: np.ndarray  # deviation of each part of a phasor that noise makes at each order looked at [m], (m,)
     seen: np.ndarray  # amplitude of what was found or left at each order looked at [m], (m,)
     rest: np.ndarray  # of the bins [m], (n,)
@@ -142,6 +140,16 @@ class Fit(NamedTuple):
     freedom: float  # degrees of freedom of the deviations
     scatter: float  # largest ratio of the deviation by turns to that by neighbouring orders
     counted: np.ndarray  # of each, the same of what the drive's counting makes alone [m], (p,)
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviation of each part of a phasor [m], (p,)."""
+        return deviations(self.covariance)
+
+    @property
+    def chance(self) -> np.ndarray:
+        """Probability that noise makes an order so large, (p,)."""
+        return chances(self.phasors, self.covariance)
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
@@ -239,11 +247,9 @@ def _judged(
     return Fit(
         lines=tuple(chosen),
         phasors=phasors,
-        deviation=deviations(own),
         covariance=own,
         offsets={int(f): float(numbers[i] + contact.place.mean()) for i, f in enumerate(files)},
         offset_deviation=float(np.sqrt(covariance[0, 0])),
-        chance=chances(phasors, own),
         floor=floor,
         seen=shown,
         rest=rest,

@@ -12,9 +12,7 @@ from gears3d.measured.segmentation.orders import POOR, STRAY, Contact, columns_o
 from gears3d.measured.segmentation.touching import place_slack, within
 from gears3d.signals.orders import (
     GEARS,
-    chances,
     colour_of,
-    deviations,
     each_alone,
     off_multiples,
     phasors_of,
@@ -192,11 +190,9 @@ def _fit(
     return Fit(
         lines=lines,
         phasors=phasors,
-        deviation=deviations(covariance),
         covariance=covariance,
         offsets=offsets,
         offset_deviation=float(np.sqrt(np.mean(slack))) if slack else np.inf,
-        chance=chances(phasors, covariance),
         floor=np.full(len(looked.all), floor),
         seen=seen,
         rest=rest,

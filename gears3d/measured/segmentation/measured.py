@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment, unsegmented
 from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track, track
-from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.tables import Measurement, Segments
 from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
@@ -38,28 +38,6 @@ FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
 longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5."""
 MOVES = 0.1
 """Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
-
-
-@dataclass(frozen=True, eq=False)
-class Measurement:
-    """What a record came to.
-
-    Args:
-        recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``
-            take it.
-        segments: flights, contacts and impacts with their uncertainties.
-        summary: what JSON can hold.
-    """
-
-    recording: Recording
-    segments: Segments
-    summary: dict[str, Any]
-
-    def __repr__(self) -> str:
-        return f"Measurement({self.recording!r})"
-
-    def _repr_html_(self) -> str:
-        return self.recording._repr_html_()
 
 
 def measure(

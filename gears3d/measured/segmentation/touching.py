@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
+from gears3d.measured.segmentation.tables import Measurement, Segments
 from gears3d.signals.orders import GEARS, deviations, phasors_of, scatter
-
-if TYPE_CHECKING:
-    from gears3d.measured.segmentation.measured import Measurement
-    from gears3d.measured.segmentation.tables import Segments
 
 QUARTER = 20
 """Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's."""
