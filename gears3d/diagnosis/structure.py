@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.signals import robust_deviation
 from gears3d.signals.orders import off_multiples, power_at
 
 Array = np.ndarray
@@ -315,4 +316,4 @@ def level_of(rest: Array) -> float:
     >>> level_of(np.array([-1.0, 0.0, 1.0]))
     1.4826
     """
-    return max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3)
+    return max(robust_deviation(rest - np.median(rest)), 1e-3)

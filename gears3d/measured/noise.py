@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import quantum as quantum_of
+from gears3d.signals import robust_deviation
 from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
 STRETCHES, STRETCH = 16, 1 << 16
@@ -362,14 +363,14 @@ def _residual(time: np.ndarray, angle: np.ndarray, edges: bool) -> np.ndarray:
 
 def _clipped(rest: np.ndarray) -> np.ndarray:
     """Return the residuals, impacts cut down to what noise may be."""
-    limit = OUTLIER * 1.4826 * float(np.median(np.abs(rest)))
+    limit = OUTLIER * robust_deviation(rest)
     return np.clip(rest, -limit, limit) if limit > 0.0 else rest
 
 
 def _white(residuals: list[np.ndarray]) -> tuple[float, float]:
     """Return the standard deviation of a reading, and of that, by the scatter of the stretches."""
     norm = _smoother().norm
-    each = np.array([1.4826 * float(np.median(np.abs(rest))) / norm for rest in residuals])
+    each = np.array([robust_deviation(rest) / norm for rest in residuals])
     if not len(each):
         return 0.0, np.nan
     mean = float(np.sqrt(np.median(each**2)))
@@ -583,7 +584,7 @@ def _in_band(
     ratio[:lowest] = 0.0
     tried = highest - lowest
     chance = np.log(tried / CHANCE)
-    least = SLIGHT * 1.4826 * float(np.median(np.abs(rest))) / _smoother().norm * np.sqrt(factor)
+    least = SLIGHT * robust_deviation(rest) / _smoother().norm * np.sqrt(factor)
     best = int(np.argmax(ratio))
     found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
     if ratio[best] > chance and search:

@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.signals.local import robust_deviation
+
 Array = np.ndarray
 GEARS = ("drive", "loose")
 ROUNDS = 3
@@ -88,14 +90,9 @@ def trimmed(
         )
         numbers = inverse * scale @ (rows.T @ values[kept])
         rest = values - columns @ numbers
-        fitted = Fitted(numbers, inverse * scale, rest, stray * max(scatter(rest), noise))
+        fitted = Fitted(numbers, inverse * scale, rest, stray * max(robust_deviation(rest), noise))
         kept = fitted.kept
     return fitted
-
-
-def scatter(rest: Array) -> float:
-    """Return the standard deviation of most residuals, by their median."""
-    return 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 0.0
 
 
 def colour_of(rest: Array) -> float:

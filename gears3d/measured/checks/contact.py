@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.measured.checks.view import MESH, PERIOD, Band, Finding, Places, View
+from gears3d.signals import robust_deviation
 from gears3d.signals.orders import harmonics, phasors_of
 
 # A delay τ of the loose gear's channel takes Rb2·ω(t)·τ from the displacement. In contact nothing else is in phase with
@@ -225,7 +226,7 @@ def _fit(
         inverse = np.linalg.pinv(normal, hermitian=True)
         numbers = inverse @ (columns[keep].T @ place[keep])
         off = place - columns @ numbers
-        rough = max(1.4826 * float(np.median(np.abs(off))), 0.3 * noise)
+        rough = max(robust_deviation(off), 0.3 * noise)
         keep = np.abs(off) < 5.0 * rough
     part = columns[keep] * off[keep, None]
     sums = np.column_stack([np.bincount(group[keep], column) for column in part.T])
@@ -404,7 +405,7 @@ def _flown(view: View, band: Band, found: Places, order: int) -> tuple[complex, 
     for _ in range(4):
         numbers = np.linalg.lstsq(table[keep], bend[keep], rcond=None)[0]
         off = bend - table @ numbers
-        rough = 1.4826 * float(np.median(np.abs(off)))
+        rough = robust_deviation(off)
         keep = np.abs(off) <= 4.0 * rough
     inverse = np.linalg.pinv(table[keep].T @ table[keep])
     sigma = rough * float(np.sqrt(np.diag(inverse)[2:].max()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gears3d.measured.checks.view import MESH, Finding, View, when
-from gears3d.signals import changes, some_steps
+from gears3d.signals import changes, robust_deviation, some_steps
 
 TICKS = (1.0, 1e-3, 1e-6, 1e-7, 1e-8, 1e-9)
 """Units that clocks count in [s]."""
@@ -174,7 +174,7 @@ def examine_spacing(view: View) -> list[Finding]:
     steps, step = some_steps(view.time), view.spacing
     if np.mean(np.abs(steps - step) < 0.4 * step) < EVEN:
         return []
-    spread = 1.4826 * float(np.median(np.abs(steps - step)))
+    spread = robust_deviation(steps - step)
     widest = max(WIDE * step, step + SURE * spread)
     return [*_gaps(view, step, widest), *_jitter(view, steps, step, widest)]
 

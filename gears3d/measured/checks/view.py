@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.measured.checks.declared import MESH as MESH
 from gears3d.measured.checks.declared import Declared
-from gears3d.signals import changes, count_of, noise_of, quantum, some_steps
+from gears3d.signals import changes, count_of, noise_of, quantum, robust_deviation, some_steps
 from gears3d.signals.orders import harmonics, phasors_of
 
 
@@ -465,7 +465,7 @@ def _robust(table: np.ndarray, values: np.ndarray, floor: float) -> tuple[np.nda
     for _ in range(5):
         numbers = np.linalg.lstsq(table * weight[:, None], values * weight, rcond=None)[0]
         off = values - table @ numbers
-        rough = max(1.4826 * float(np.median(np.abs(off))), floor)
+        rough = max(robust_deviation(off), floor)
         weight = np.sqrt(np.clip(1.0 - (off / (6.0 * rough)) ** 2, 0.0, None))
     return numbers, off, rough**2 * np.linalg.pinv((table * weight[:, None] ** 2).T @ table)
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gears3d.measured.checks.view import MESH, View
+from gears3d.signals import robust_deviation
 
 DECIDED = 18.0
 """Difference of chi-square that decides: e^-9 between two hypotheses, with a margin for noise that is not white."""
@@ -343,7 +344,7 @@ def _without(table: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _clipped(table: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return values with outliers moved to the limit of what the others scatter."""
     left = _without(table, values)
-    spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    spread = robust_deviation(left - np.median(left))
     if spread == 0.0:
         return values
     return values - left + np.clip(left, -5.0 * spread, 5.0 * spread)

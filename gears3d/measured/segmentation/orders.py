@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, scatter, trimmed
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, trimmed
 
 DOUBT = 1e-4
 """Probability that noise alone makes the strongest of all orders as strong, below which it is significant."""
@@ -100,7 +101,7 @@ def strongest(
         fits = [_fit(one, taken) for one in touched]
         if len(taken) >= most or not candidates:
             break
-        if all(scatter(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
+        if all(robust_deviation(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
             break
         best = _best(touched, fits, highest, {*taken, *known})
         if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
@@ -131,7 +132,7 @@ def columns_of(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
 
 def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Return numbers, covariance, residual [m], outliers clipped, and its variance [m²]."""
-    kept = np.abs(one.place) <= STRAY * max(scatter(one.place), one.noise)
+    kept = np.abs(one.place) <= STRAY * max(robust_deviation(one.place), one.noise)
     numbers, inverse, rest, limit = made = trimmed(columns_of(one, taken), one.place, STRAY, one.noise, kept, RIDGE)
     rest = np.clip(rest, -limit, limit)
     variance = float(rest @ rest) / max(np.count_nonzero(made.kept) - len(numbers), 1) * colour_of(rest)
@@ -193,7 +194,7 @@ def _predicts(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[s
             for orders in (taken, [*taken, new]):
                 numbers = _fit(mine, orders)[0]
                 rest = np.abs(theirs.place - columns_of(theirs, orders) @ numbers)
-                limit = STRAY * max(scatter(rest) if not left else limit / STRAY, one.noise)
+                limit = STRAY * max(robust_deviation(rest) if not left else limit / STRAY, one.noise)
                 left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
             gain += (left[0] - left[1]) / max(left[0], 1e-300)
     return gain > 0.0

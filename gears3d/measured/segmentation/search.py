@@ -11,6 +11,7 @@ from gears3d.measured.segmentation.kinks import Kinks
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
 from gears3d.measured.segmentation.terms import Terms, make_terms
+from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS
 
 SEEN = 3
@@ -134,7 +135,7 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     if min(len(one) for one in used) < SEEN:
         return None
     middle = [float(np.median(found.place[one])) for one in used]
-    spread = [1.4826 * float(np.median(np.abs(found.place[one] - at))) for one, at in zip(used, middle, strict=True)]
+    spread = [robust_deviation(found.place[one] - at) for one, at in zip(used, middle, strict=True)]
     if max(spread) > SCATTER * allowed:
         return None
     gap = middle[1] - middle[0] if both else max(float(np.ptp(path.place)), 10.0 * path.noise)
@@ -320,7 +321,7 @@ def _closer(
     both = flanks.gap is not None
     rough = scale
     if len(near) >= 3 * columns.shape[1]:
-        rough = 1.4826 * float(np.median(np.abs(off - np.median(off))))
+        rough = robust_deviation(off - np.median(off))
     scale = max(min(rough, 0.7 * scale), path.noise)
     some = slice(None, None, max(len(near) // MOST, 1))
     at = np.concatenate([near[some], seeds[0]])
@@ -410,7 +411,7 @@ def _set_on(
         line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
         off = place[mine] - columns[mine] @ line
         middle = float(np.median(off))
-        scatter = max(1.4826 * float(np.median(np.abs(off - middle))), float(np.median(sigma[mine])))
+        scatter = max(robust_deviation(off - middle), float(np.median(sigma[mine])))
         known = 1.2533 * scatter / np.sqrt(len(mine))
         if SURE * known < abs(middle) < most[flank]:
             moved[flank], slack[flank] = middle, known

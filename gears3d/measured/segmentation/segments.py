@@ -27,6 +27,7 @@ from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track
 from gears3d.measured.segmentation.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measured.segmentation.touching import within
 from gears3d.measured.segmentation.zones import ACTIVE, REVERSE, Runs, clearance
+from gears3d.signals import robust_deviation
 
 TOO_FEW = 0.2
 """Part of the flights that must pass their own test, for the flanks to be believed."""
@@ -260,7 +261,7 @@ def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True)
         off = off[np.abs(off) < clear] if not inner else off  # what is further is no contact, but unexplained
         if len(off) < CALM_FEWEST:
             continue
-        scatter = 1.4826 * float(np.median(np.abs(off))) if inner else -float(np.quantile(off, 0.16))
+        scatter = robust_deviation(off) if inner else -float(np.quantile(off, 0.16))
         if scatter > quiet * path.stray:
             return False
     return True

@@ -6,7 +6,8 @@ import numpy as np
 
 from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
 from gears3d.measured.segmentation.tables import Measurement, Segments
-from gears3d.signals.orders import GEARS, deviations, phasors_of, scatter
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, deviations, phasors_of
 
 QUARTER = 20
 """Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's."""
@@ -119,7 +120,7 @@ def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> n
     """
     columns = columns_of(one, taken)
     rest = one.place - columns @ numbers
-    keep = np.abs(rest) <= STRAY * max(scatter(rest), one.noise)
+    keep = np.abs(rest) <= STRAY * max(robust_deviation(rest), one.noise)
     rows, place = columns[keep], one.place[keep]
     base = rows[:, : one.base.shape[1]]
     total = place - base @ np.linalg.lstsq(base, place, rcond=None)[0]

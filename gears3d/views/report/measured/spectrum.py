@@ -10,7 +10,8 @@ from gears3d.measured.segmentation import contact_orders
 from gears3d.measured.segmentation.orders import STRAY, resolved
 from gears3d.measured.segmentation.touching import ROWS, within
 from gears3d.recording import FLANKS
-from gears3d.signals.orders import GEARS, each_alone, harmonics, scatter
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, each_alone, harmonics
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement
@@ -85,7 +86,7 @@ def _floors(found: Measurement, flank: int, taken: list[dict[str, Any]]) -> dict
     waves = [harmonics(angles[one["gear"]], [one["order"]]) for one in taken]
     columns = np.hstack([np.stack([np.ones_like(x), x, x * x], axis=1), *waves])
     rest = path.place[some] - columns @ np.linalg.lstsq(columns, path.place[some], rcond=None)[0]
-    limit = STRAY * scatter(rest)
+    limit = STRAY * robust_deviation(rest)
     rest = np.clip(rest, -limit, limit)
     highest = dict(zip(GEARS, resolved(path.drive, path.loose), strict=True))
     return {
