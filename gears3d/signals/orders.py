@@ -29,7 +29,7 @@ def harmonics(angle: Array, orders: Sequence[float]) -> Array:
     [[1.0, -0.0, 1.0, -0.0], [0.0, -1.0, -1.0, -0.0]]
     """
     waves = np.multiply.outer(angle, orders)
-    return np.stack([np.cos(waves), -np.sin(waves)], axis=-1).reshape(len(angle), -1)
+    return np.stack([np.cos(waves), -np.sin(waves)], axis=-1).reshape(len(angle), 2 * len(orders))
 
 
 def phasors_of(numbers: Array) -> Array:

@@ -78,3 +78,8 @@ def test_sums_and_powers_are_those_of_their_definition():
 
 def test_distance_from_multiples_is_zero_at_these_alone():
     assert off_multiples(np.array([0.0, 2.5, 5.0, 6.0]), 2.5) == pytest.approx([0.0, 0.0, 0.0, 1.0])
+
+
+def test_no_sample_and_no_order_have_columns_of_their_shape():
+    assert harmonics(np.zeros(0), [1, 2]).shape == (0, 4)
+    assert harmonics(np.zeros(3), []).shape == (3, 0)
