@@ -13,6 +13,7 @@ from gears3d.bench.dry import refuse_oil
 from gears3d.engine import simulate
 from gears3d.engine.motion import there_and_back
 from gears3d.errors import Fault, InputError
+from gears3d.laws import strongest_orders
 from gears3d.scenario.model import Motion, Start
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.recorder import PER_TURN, SLOW
@@ -36,7 +37,7 @@ STEP = 0.2
 POINTS = 3600
 """Points a turn of the curves."""
 ORDERS = 12
-"""Strongest orders that are told of each curve."""
+"""Strongest orders that are reported of each curve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,15 +177,9 @@ def _told(curve: np.ndarray, turns: float) -> dict[str, Any]:
         "largest_m": float(curve.max()),
         "rms_m": float(curve.std()),
     }
-    spectrum = 2.0 * np.fft.rfft(curve)[1:] / len(curve)
-    strongest = np.argsort(-np.abs(spectrum), kind="stable")[:ORDERS]
     orders = [
-        {
-            "order_drive": float((k + 1) / turns),
-            "amplitude_m": float(abs(spectrum[k])),
-            "phase_rad": float(np.angle(spectrum[k])),
-        }
-        for k in strongest
-        if abs(spectrum[k]) > 1e-9
+        {"order_drive": float(order / turns), "amplitude_m": float(amplitude), "phase_rad": float(phase)}
+        for order, amplitude, phase in zip(*strongest_orders(curve, ORDERS), strict=True)
+        if amplitude > 1e-9
     ]
     return {**found, "orders": orders if float(turns).is_integer() else None}

@@ -1,4 +1,4 @@
-"""Structure over a coordinate: means in bins, the strongest order, what parts the flanks; each against noise alone."""
+"""Structure over a coordinate: means in bins, the strongest order, distance of the flanks; each against noise alone."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.fft import next_fast_len
+
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import off_multiples, power_at
 
 Array = np.ndarray
 LOWEST = 0.125
 """Order from which on they are looked through; candidates have whole ones only."""
-FINE, PADDED = 8, 8
-"""Bins to a period of the highest order, and times their number that the transform over them has."""
 NEAR, WIDEST = 0.05, 0.2
-"""Part of the order of a fluctuation within which another is none of its own, and at most, where turns are few."""
+"""Part of the order of a fluctuation within which an order counts as its multiple, and the most where turns are few."""
 MANY = 4
 """Records from which on an order must show in more than two of them."""
 SIDES = 2.0
-"""Orders that noise may take for the strongest, to one that a record tells apart."""
+"""Orders that noise may make the strongest, for each order that a record resolves."""
 PIECES = 8
-"""Bins over a coordinate that is no angle."""
+"""Bins over a coordinate other than an angle."""
 FAR = 6.0
-"""Levels of noise from the middle at which values are held."""
+"""Levels of noise from the median at which values are clipped."""
 MOST = 1.0 - 1e-6
 """Part of the sum of squares that a structure explains at most."""
 BENDS = 60.0
-"""Levels of noise at which points of flights are held: what bends or rings may be far larger than its usual part."""
+"""Levels of noise at which points of flights are clipped: curvature or ringing may be far larger than usual."""
 FEWEST = 24
 """Points without which a channel has no structure to show."""
 
@@ -37,13 +37,13 @@ class Structure(NamedTuple):
     Args:
         name: channel and coordinate, as the contract names them.
         gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
-        chance: probability that as much comes by chance anywhere in the search.
+        chance: probability that noise makes as much anywhere in the search.
         size: root mean square of the curve in the channel's unit.
         unit: of the size.
         where: order, or where over the coordinate it is largest; NaN for a whole channel.
         worth: fall of chi-square, the noise taken as stated.
-        record: in which it is largest; empty where it is told of all together.
-        rank: the part of the worth that ranks it, without the record that shows it most; 0 where that is all of it.
+        record: in which it is largest; empty where it is reported of all together.
+        rank: the part of ``worth`` without the record that shows it most, by which structures are ranked; 0 for all.
     """
 
     name: str
@@ -67,11 +67,11 @@ def scanned(
     locked: Sequence[float] = (),
     least: float = 0.0,
 ) -> Iterator[Structure]:
-    """The strongest order of an angle, whole or not, whatever its phase in each record.
+    """Find the strongest order of an angle, an integer or not, with a phase of its own in each record.
 
-    Orders stand as close as the turns of the longest record tell them apart. What comes back with the drive's
-    fluctuation is an order, too, though at one speed only: such orders count for nothing in their record, and nowhere
-    does the record count that shows an order most, where there are others.
+    The datum of an angle may differ between records and what disturbs them is not of whole orders, so that powers of
+    records are added, not phasors. Orders are as dense as the longest record resolves. Multiples of the order of the
+    drive's fluctuation are excluded in each record; of several records the one that shows an order most is excluded.
 
     Args:
         name: of the structure.
@@ -80,7 +80,7 @@ def scanned(
         angle: of each record [rad].
         highest: order that is looked for.
         unit: of the values.
-        locked: order of the drive's fluctuation in each record, 0 where there is none.
+        locked: order of the drive's fluctuation in each record, 0 without one.
         least: errors are no smaller than so many standard deviations.
     """
     if len(value) < FEWEST:
@@ -94,12 +94,12 @@ def scanned(
         at += len(one)
         heavy = float(np.sum(weight[part] ** 2))
         if heavy > 0.0:
-            gains.append(2.0 / heavy * turned_back(one, rest[part], highest, orders) * apart(orders, spacing, one))
+            gains.append(2.0 / heavy * power_at(one, rest[part], orders, highest) * apart(orders, spacing, one))
     yield strongest(name, orders, gains, best_of(gains), level, float(np.sum(weight**2)), unit)
 
 
 def orders_of(angle: Sequence[Array], highest: int) -> Array:
-    """Return orders that stand as close as the turns of the longest record tell them apart.
+    """Return orders as dense as the longest record resolves them.
 
     Args:
         angle: of each record [rad].
@@ -115,7 +115,7 @@ def _turns(angle: Array) -> float:
 def strongest(
     name: str, orders: Array, gains: list[Array], best: int, level: float, heavy: float, unit: str
 ) -> Structure:
-    """Return an order that was chosen among many, as what it gains without the record that shows it most.
+    """Return an order chosen among many, with its gain without the record that shows it most.
 
     Args:
         name: of the structure.
@@ -149,7 +149,7 @@ def best_of(gains: list[Array]) -> int:
 def _by_chance(gains: Array) -> float:
     """Return the probability that noise gains as much at one order in all records but those that gain most.
 
-    One is left out of two or three, two of more: what comes back with the drive is alike at two speeds by chance.
+    One of two or three is excluded, two of more: multiples of a fluctuation coincide at two speeds by chance.
 
     Source: the steps between ordered exponentials are exponentials (Rényi 1953); a gamma law of their sum's mean and
     variance.
@@ -164,34 +164,17 @@ def _by_chance(gains: Array) -> float:
 
 
 def apart(orders: Array, spacing: float, angle: Array) -> Array:
-    """Return which orders are no multiples of a fluctuation's, as far as so many turns tell.
+    """Return which orders are not multiples of a fluctuation's, as far as so many turns resolve them.
 
     Args:
         orders: any, (o,).
-        spacing: order of the fluctuation, 0 where there is none.
+        spacing: order of the fluctuation, 0 without one.
         angle: of the record [rad].
     """
     turns = _turns(angle)
     if spacing <= 0.0 or turns <= 0.0:
         return np.ones(len(orders), bool)
-    off = np.abs(orders / spacing - np.round(orders / spacing)) * spacing
-    return off > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
-
-
-def turned_back(angle: Array, rest: Array, highest: int, orders: Array) -> Array:
-    """Return the square of the sum of values turned back by each order, from a transform over bins of the angle.
-
-    Args:
-        angle: of the values [rad], (n,).
-        rest: the values, (n,).
-        highest: order that is looked for.
-        orders: any below it, (o,).
-    """
-    width = 2.0 * np.pi / (FINE * highest)
-    place = np.floor((angle - angle.min()) / width).astype(int)
-    bins = int(next_fast_len(PADDED * (int(place.max()) + 1), real=True) or 1)
-    found = np.abs(np.fft.rfft(np.bincount(place, rest), bins)) ** 2
-    return np.interp(orders, np.arange(len(found)) * 2.0 * np.pi / (bins * width), found)
+    return off_multiples(orders, spacing) > np.minimum(np.maximum(NEAR * spacing, 1.0 / turns), WIDEST * spacing)
 
 
 def binned(
@@ -204,7 +187,7 @@ def binned(
     least: float = 0.0,
     record: Array | None = None,
 ) -> Iterator[Structure]:
-    """Means in bins over a coordinate, against one mean.
+    """Find means in bins over a coordinate that differ from one mean.
 
     Args:
         name: of the structure.
@@ -214,8 +197,8 @@ def binned(
         unit: of the values.
         pieces: how many bins.
         least: errors are no smaller than so many standard deviations.
-        record: index of each value's record, (n,). With it the record that the curve gains most counts for nothing,
-            where there are others.
+        record: index of each value's record, (n,). With it, and with several records, the one
+            that gains most is excluded.
     """
     from scipy.stats import chi2
 
@@ -258,7 +241,7 @@ def _told(at: Array, weight: Array, value: Array, curve: Array, own: Array) -> f
 
 
 def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> Iterator[Structure]:
-    """What parts the flanks in bins over a coordinate, against what parts them everywhere."""
+    """Find a distance of the flanks that differs between bins over a coordinate."""
     from scipy.stats import chi2
 
     if len(value) < FEWEST:
@@ -282,7 +265,7 @@ def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> I
 
 
 def held(value: Array, weight: Array) -> Array:
-    """Return values, those far from the others moved to where noise ends: a few of them make no structure.
+    """Return values with outliers clipped to where noise ends: a few of them are not a structure.
 
     Args:
         value: any, (n,).
@@ -296,7 +279,7 @@ def held(value: Array, weight: Array) -> Array:
 
 
 def bounded(rest: Array, level: float) -> Array:
-    """Return points of flights in levels of noise, none so far off that it alone decides.
+    """Return points of flights in levels of noise, clipped so that none decides alone.
 
     Args:
         rest: residuals in standard deviations, (n,).
@@ -309,10 +292,10 @@ def bounded(rest: Array, level: float) -> Array:
 
 
 def likelihood(gain: Any, rest: Array) -> Any:
-    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being what is left of it.
+    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being the residual.
 
-    An order that most records have almost all of their bends from so goes before one that gains more in one of them,
-    and errors of which a few are far larger than most are no structure.
+    An order that explains almost all curvature of most records thus precedes one that gains more in one of them, and
+    errors of which a few are far larger than most are not a structure.
 
     Args:
         gain: fall of the sum of squares, any shape.
@@ -333,4 +316,4 @@ def level_of(rest: Array) -> float:
     >>> level_of(np.array([-1.0, 0.0, 1.0]))
     1.4826
     """
-    return max(1.4826 * float(np.median(np.abs(rest - np.median(rest)))), 1e-3)
+    return max(robust_deviation(rest - np.median(rest)), 1e-3)

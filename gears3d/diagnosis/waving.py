@@ -1,6 +1,6 @@
-"""Orders of an angle by which something pulls at gears in flight: what they do to the paths, not to their means.
+"""Orders of an angle of a torque on gears in flight, by their effect on the paths, not on mean decelerations.
 
-A flight that turns by a whole period of an order is as slow as without it; its path bends all the same.
+A flight over a whole period of an order has the same mean deceleration as without it; its path still bends.
 """
 
 from __future__ import annotations
@@ -24,28 +24,28 @@ from gears3d.diagnosis.structure import (
     likelihood,
     orders_of,
     strongest,
-    turned_back,
 )
+from gears3d.signals.orders import power_at
 
 Array = np.ndarray
 BAND, BETWEEN = 2.0, 6
-"""Ratio of the ends of a band of orders, each of which has its own flights, and orders in it at which the worth of a
-wave is worked out; others lie between."""
+"""Ratio of the ends of a band of orders, each of which has its own flights, and orders in it at which the effect of a
+wave is computed; others are interpolated."""
 FREE = np.sqrt(BINS / (BINS - 2.0))
-"""Times the level of what flights have left that their noise is: start angle and speed took some of it."""
+"""Noise of flights over the level of their residuals: start angle and speed are fitted to them."""
 LONGEST = np.pi
-"""Angle of an order's wave that a bin of a flight may span: a mean over more says little of it."""
+"""Angle of an order's wave that a bin of a flight may span: a mean over more hardly shows it."""
 SHARE = 0.1
-"""Part of what bends flights beyond noise that an order must explain, where it may: else it follows something else."""
-ANEW = 50
-"""Orders at most whose gains are worked out again, with cosines and sines as unlike as the drive makes them."""
+"""Part of the curvature of flights beyond noise that an order must explain where it is not excluded."""
+AGAIN = 50
+"""Orders at most whose gains are computed again with the actual norms of cosine and sine."""
 
 
 def waved(
     name: str, records: Sequence[Evidence], rest: Sequence[Array], angle: Sequence[Array], highest: int,
     locked: Sequence[float],
 ) -> Iterator[Structure]:  # fmt: skip
-    """Return the strongest order of an angle in the paths of flights, whatever its phase in each record.
+    """Return the strongest order of an angle in the paths of flights, with a phase of its own in each record.
 
     Args:
         name: of the structure.
@@ -53,7 +53,7 @@ def waved(
         rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
         angle: of each record on the fine grid of its flights [rad], each (f, n).
         highest: order that is looked for.
-        locked: order of the drive's fluctuation in each record, 0 where there is none.
+        locked: order of the drive's fluctuation in each record, 0 without one.
     """
     if sum(len(own) for own in rest) < FEWEST * BINS:
         return
@@ -68,9 +68,9 @@ def waved(
     if not np.any(total > 0.0):
         return
     told = [likelihood(gain, own) for gain, own in zip(gains, held, strict=True)]
-    anew: set[int] = set()
-    while (best := best_of(told)) not in anew and len(anew) < ANEW:
-        anew.add(best)
+    tried: set[int] = set()
+    while (best := best_of(told)) not in tried and len(tried) < AGAIN:
+        tried.add(best)
         for one, own, turned, gain, sure in zip(records, held, angle, gains, told, strict=True):
             gain[best] = _gain(one, own, turned, float(orders[best])) if gain[best] > 0.0 else 0.0
             sure[best] = likelihood(gain[best], own)
@@ -85,7 +85,7 @@ def waved(
 
 def _gain(one: Evidence, rest: Array, angle: Array, order: float) -> float:
     """Return the fall of chi-square in a record by one order of any size and phase."""
-    told = _telling(angle, _band(np.array(order)))
+    told = _shown(angle, _band(np.array(order)))
     wave = paths_of(one, np.exp(1j * order * angle))[told].ravel()
     columns = np.column_stack([np.real(wave), np.imag(wave)])
     pull = columns.T @ rest.reshape(-1, BINS)[told].ravel()
@@ -96,19 +96,19 @@ def _band(orders: Array) -> Array:
     return np.floor(np.log(orders / LOWEST) / np.log(BAND)).astype(int)
 
 
-def _telling(angle: Array, band: Array | int) -> Array:
-    """Return which flights say something of the orders of a band: those whose bins span little of a wave, (f,)."""
+def _shown(angle: Array, band: Array | int) -> Array:
+    """Return which flights show the orders of a band: those whose bins span little of a wave, (f,)."""
     return np.ptp(angle, axis=1) / (BINS - 1) * LOWEST * BAND ** (band + 1) < LONGEST
 
 
 def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: int) -> tuple[Array, Array]:
-    """Return what flights say of each order, squared, and what a wave of a unit does to them, squared, each (o,)."""
+    """Return the squared projection of flights on each order and the squared norm of its unit wave, each (o,)."""
     power, heavy, band = np.zeros(len(orders)), np.zeros(len(orders)), _band(orders)
     for each in range(int(band[-1]) + 1):
-        told, within = _telling(angle, each), band == each
+        told, within = _shown(angle, each), band == each
         if not np.any(told):
             break
-        power[within] = turned_back(angle[told].ravel(), back[told].ravel(), highest, orders[within])
+        power[within] = power_at(angle[told].ravel(), back[told].ravel(), orders[within], highest)
         some = LOWEST * BAND ** (each + np.linspace(0.0, 1.0, BETWEEN))
         own = [float(np.sum(np.abs(paths_of(one, np.exp(1j * order * angle))[told]) ** 2)) for order in some]
         heavy[within] = np.exp(np.interp(np.log(orders[within]), np.log(some), np.log(np.maximum(own, 1e-300))))
@@ -116,7 +116,7 @@ def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: 
 
 
 def paths_of(one: Evidence, slowing: Array) -> Array:
-    """Return what decelerations do to the points of flights, in standard deviations, free of start angle and speed.
+    """Return the effect of decelerations on points of flights, in standard deviations, start angle and speed removed.
 
     Args:
         one: the record.
@@ -126,7 +126,7 @@ def paths_of(one: Evidence, slowing: Array) -> Array:
 
 
 def _backwards(one: Evidence, rest: Array) -> Array:
-    """Return the transpose of ``paths_of``: what points of flights say of decelerations on the fine grid, (f, n)."""
+    """Return the transpose of ``paths_of``, points of flights to decelerations on the fine grid, (f, n)."""
     value = back_flight(one, rest)
     below, part, each = between(one)
     spread = np.zeros_like(one.fine[0])

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import harmonics
 
 BINS = 192  # Bins of a period
 _STEPS = 128  # Means of the drive's angle in a period before the fluctuation is fitted
@@ -153,7 +155,7 @@ def flattened(found: Periods, teeth: tuple[int, int], file: str = "", quiet: np.
         turns = np.nanmax(angle) - np.nanmin(angle)
         for order in orders:
             if turns * order > 4.0 * np.pi:
-                columns += [np.cos(order * angle).ravel(), np.sin(order * angle).ravel()]
+                columns += [*harmonics(angle.ravel(), [order]).T]
     basis = np.column_stack(columns)
     place = found.place.ravel()
     quiet = np.zeros(shape[0], bool) if quiet is None else quiet
@@ -172,6 +174,6 @@ def _robust(basis: np.ndarray, place: np.ndarray) -> np.ndarray:
     for _ in range(_ROUNDS):
         numbers = np.linalg.lstsq(basis * weight[:, None], place * weight, rcond=None)[0]
         rest = place - basis @ numbers
-        spread = max(1.4826 * float(np.median(np.abs(rest))), 1e-15)
+        spread = max(robust_deviation(rest), 1e-15)
         weight = np.sqrt(np.minimum(1.0, _FAR * spread / np.maximum(np.abs(rest), 1e-300)))
     return numbers

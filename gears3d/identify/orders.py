@@ -1,4 +1,9 @@
-"""Orders of a flank's place over the angles of both gears: which are present, how large, and their intervals."""
+"""Significant orders of a flank in slow turns, over the angles of both gears, with their intervals.
+
+Slow turns show a flank at all angles, so that insignificant neighbouring orders are the noise of an order, including
+what repeats every revolution, as rounding to counts does. Contact during rattle has gaps and needs another test
+(:mod:`gears3d.measured.segmentation.orders`).
+"""
 
 from __future__ import annotations
 
@@ -7,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.identify.contact import HARMONICS, Contact
+from gears3d.signals.orders import GEARS, chances, deviations, harmonics, phasors_of, sums
 
-GEARS = ("drive", "loose")
 APART = 0.7  # Cycles over the record by which orders of both gears differ at least to be distinguished
 
 
@@ -34,7 +39,7 @@ class Lines(NamedTuple):
 
     all: tuple[Line, ...]  # distinguishable ones; of a set of indistinguishable ones the drive's
     frequency: np.ndarray  # of each, cycles a turn of the drive, (m,)
-    alike: dict[Line, Line]  # to each of the drive's, the loose gear's that it cannot be told from
+    alike: dict[Line, Line]  # to each of the drive's, the loose gear's that is indistinguishable from it
 
 
 def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
@@ -61,15 +66,10 @@ TURNS = 6  # So many turns make a scatter
 
 def left_of(contact: Contact, lines: Lines, values: np.ndarray) -> np.ndarray:
     """Return the size of the sum of values·exp(-i·order·angle) at every order, (m,)."""
-    found = {}
-    for gear, angle in enumerate((contact.drive, contact.loose)):
-        wanted = [line.order for line in lines.all if line.gear == gear]
-        turn = np.exp(-1j * angle)
-        at = values.astype(complex)
-        for order in range(1, max(wanted, default=0) + 1):
-            at = at * turn
-            found[Line(gear, order)] = abs(at.sum())
-    return np.array([found[line] for line in lines.all])
+    highest = [max((line.order for line in lines.all if line.gear == gear), default=0) for gear in (0, 1)]
+    angles = (contact.drive, contact.loose)
+    found = [np.abs(sums(angle, values, top)) for angle, top in zip(angles, highest, strict=True)]
+    return np.array([found[line.gear][line.order] for line in lines.all])
 
 
 def near(lines: Lines, chosen: tuple[Line, ...], turns: float) -> np.ndarray:
@@ -130,11 +130,9 @@ class Fit(NamedTuple):
 
     lines: tuple[Line, ...]  # that were fitted
     phasors: np.ndarray  # of each, amplitude·exp(i·phase) [m], (p,)
-    deviation: np.ndarray  # of each part of a phasor [m], (p,)
     covariance: np.ndarray  # of the real and imaginary parts, one after the other [m²], (2p, 2p)
     offsets: dict[int, float]  # mean place in each record [m], by number
     offset_deviation: float  # of these [m]
-    chance: np.ndarray  # that noise makes an order so large, (p,)
     floor: np.ndarray  # deviation of each part of a phasor that noise makes at each order looked at [m], (m,)
     seen: np.ndarray  # amplitude of what was found or left at each order looked at [m], (m,)
     rest: np.ndarray  # of the bins [m], (n,)
@@ -142,6 +140,16 @@ class Fit(NamedTuple):
     freedom: float  # degrees of freedom of the deviations
     scatter: float  # largest ratio of the deviation by turns to that by neighbouring orders
     counted: np.ndarray  # of each, the same of what the drive's counting makes alone [m], (p,)
+
+    @property
+    def deviation(self) -> np.ndarray:
+        """Standard deviation of each part of a phasor [m], (p,)."""
+        return deviations(self.covariance)
+
+    @property
+    def chance(self) -> np.ndarray:
+        """Probability that noise makes an order so large, (p,)."""
+        return chances(self.phasors, self.covariance)
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
@@ -189,14 +197,14 @@ class Solved(NamedTuple):
 
 
 def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
-    """Solve for orders by least squares; bins far off are left out."""
+    """Solve for orders by least squares without outlying bins, 30 % of them at most.
+
+    A flank in slow turns has no bounces: bins off it are lift-offs, which stay excluded.
+    """
     angles = (contact.drive, contact.loose)
     columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]
-    for line in chosen:
-        weak = _blur(contact, _frequency(line, ratio))
-        turning = line.order * angles[line.gear]
-        columns += [weak * np.cos(turning), -weak * np.sin(turning)]
-    design = np.column_stack(columns)
+    waves = [_blur(contact, _frequency(line, ratio)) * harmonics(angles[line.gear], [line.order]) for line in chosen]
+    design = np.column_stack([*columns, *waves])
     kept = np.ones(len(contact.drive), bool)
     place = contact.place - contact.place.mean()
     while True:
@@ -223,6 +231,7 @@ def _judged(
     total = float(weight.sum())
     files = np.unique(contact.file)
     seen = left_of(contact, lines, weight * rest) * 2.0 / total
+    counting, angles = weight * contact.counted * 2.0 / total, (contact.drive, contact.loose)
     free = ~near(lines, tuple(chosen), contact.turns)
     floor, freedom = floor_of(lines, seen, free, robust=not chosen)
     places = [lines.all.index(line) for line in chosen]
@@ -232,41 +241,27 @@ def _judged(
     wider, ratio_found = by_turns(contact, design, inverse, weight * rest, covariance)
     covariance = covariance * np.outer(wider, wider)
     own = covariance[len(files) :, len(files) :]
-    parts = numbers[len(files) :].reshape(-1, 2)
-    phasors = parts[:, 0] + 1j * parts[:, 1]
-    blocks = [own[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(len(chosen))]
-    chance = [
-        np.exp(-0.5 * part @ np.linalg.solve(block, part)) if part.any() else 1.0
-        for part, block in zip(parts, blocks, strict=True)
-    ]
+    phasors = phasors_of(numbers[len(files) :])
     shown = seen.copy()
     shown[places] = np.abs(phasors)
     return Fit(
         lines=tuple(chosen),
         phasors=phasors,
-        deviation=np.array([np.sqrt(0.5 * np.trace(block)) for block in blocks]),
         covariance=own,
         offsets={int(f): float(numbers[i] + contact.place.mean()) for i, f in enumerate(files)},
         offset_deviation=float(np.sqrt(covariance[0, 0])),
-        chance=np.array(chance),
         floor=floor,
         seen=shown,
         rest=rest,
         kept=kept,
         freedom=freedom,
         scatter=ratio_found,
-        counted=_phasors(contact, chosen, weight * contact.counted * 2.0 / total),
+        counted=np.array([counting @ np.exp(-1j * one.order * angles[one.gear]) for one in chosen], complex),
     )
 
 
-def _phasors(contact: Contact, chosen: list[Line], values: np.ndarray) -> np.ndarray:
-    """Return the sum of values·exp(-i·order·angle) of some orders, (p,)."""
-    angles = (contact.drive, contact.loose)
-    return np.array([values @ np.exp(-1j * line.order * angles[line.gear]) for line in chosen], complex)
-
-
 def _blur(contact: Contact, frequency: float) -> float:
-    """Return what averaging in bins leaves of a wave."""
+    """Return the attenuation of a wave by averaging in bins."""
     half = 0.5 * frequency * contact.width
     return float(np.sin(half) / (contact.samples * np.sin(half / contact.samples))) if half else 1.0
 

@@ -8,16 +8,16 @@ import numpy as np
 
 from gears3d.identify.contact import Contact as Places
 from gears3d.identify.orders import Fit, Line, Lines
-from gears3d.measured.segmentation.orders import (
-    GEARS,
-    Contact,
-    colour_of,
-    columns_of,
-    resolved,
-    spread_of,
-    strongest,
-)
+from gears3d.measured.segmentation.orders import POOR, STRAY, Contact, columns_of, resolved, strongest
 from gears3d.measured.segmentation.touching import place_slack, within
+from gears3d.signals.orders import (
+    GEARS,
+    colour_of,
+    each_alone,
+    off_multiples,
+    phasors_of,
+    trimmed,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,7 +30,6 @@ DISTINCT = 0.2  # part of an order that the other terms must leave: a variance i
 PERIODS = 2  # of the fluctuation after which a rattling motion often repeats
 LOCKED_PERIODS = 6  # the same where the fluctuation is locked to the rotation: all that repeats is an order then
 COMMON = 3  # power of the strongest line of the drive over that of the next, from which on it is the fluctuation
-STRAY = 4.0  # deviations beyond which a block is a bounce and not contact
 
 
 def rattle_flanks(
@@ -51,7 +50,7 @@ def rattle_flanks(
         if barred:
             notes.append(
                 f"{len(barred)} of {sum(highest)} orders are in step with the drive's fluctuation "
-                f"(order {steps[0][0]:.4g}) and excluded: whatever rattle does in each period repeats at them; "
+                f"(order {steps[0][0]:.4g}) and excluded: rattle itself repeats at them in each period; "
                 "slow turns show all orders"
             )
         while True:
@@ -83,7 +82,7 @@ def _places(one: Contact, cuts: Sequence[Segments]) -> Places:
 
 
 def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float] | None:
-    """Return the order of the drive's strongest fluctuation and by how much it may be off; ``None`` without one.
+    """Return the order of the drive's strongest fluctuation and its uncertainty; ``None`` without one.
 
     >>> time = np.linspace(0.0, 10.0, 20_001)
     >>> [round(part, 2) for part in fluctuation_order(time, 30.0 * time + 0.02 * np.sin(75.0 * time))]
@@ -100,7 +99,7 @@ def fluctuation_order(time: np.ndarray, drive: np.ndarray) -> tuple[float, float
     slow = np.polynomial.chebyshev.chebvander(x, 3)
     rest = detrend(angle - slow @ np.linalg.lstsq(slow, angle, rcond=None)[0])
     size = np.abs(np.fft.rfft(rest * np.hanning(len(rest)), 8 * len(rest)))
-    size *= np.arange(len(size))  # of the speed: slow wandering of the angle is no fluctuation
+    size *= np.arange(len(size))  # of the speed: slow drift of the angle is not a fluctuation
     top = int(np.argmax(size))
     away = np.abs(np.arange(len(size)) - top) > 32  # beyond the window's own width
     if not top or size[top] < COMMON * np.quantile(size[away], 0.99):
@@ -117,8 +116,7 @@ def _in_step(highest: tuple[int, int], steps: list[tuple[float, float]], ratio: 
         for base, slack in steps:
             locked = abs(2.0 * base - round(2.0 * base)) < 2.0 * slack and round(2.0 * base) > 0
             for part in range(1, (LOCKED_PERIODS if locked else PERIODS) + 1):
-                times = order * part / base
-                near |= np.abs(times - np.round(times)) * base / part < slack
+                near |= off_multiples(order, base / part) < slack
         barred += [(GEARS[gear], int(k) + 1) for k in np.flatnonzero(near)]
     return barred
 
@@ -167,26 +165,17 @@ def _fit(
     flank: int,
 ) -> Fit:
     """Return the least-squares fit of a flank's orders, with a covariance for coloured residuals."""
-    columns = columns_of(one, taken)
-    kept = np.ones(len(one.place), bool)
-    numbers, rest, inverse = np.zeros(columns.shape[1]), one.place, np.eye(columns.shape[1])
-    for _ in range(3):
-        inverse = np.linalg.pinv(columns[kept].T @ columns[kept], hermitian=True)
-        numbers = inverse @ (columns[kept].T @ one.place[kept])
-        rest = one.place - columns @ numbers
-        kept = np.abs(rest) <= STRAY * max(spread_of(rest), one.noise)
+    made = trimmed(columns_of(one, taken), one.place, STRAY, one.noise)
+    numbers, rest, kept = made.numbers, made.rest, made.kept
     freedom = max(int(kept.sum()) - len(numbers), 1)
     colour = colour_of(rest[kept])
     variance = float(rest[kept] @ rest[kept]) / freedom * colour
     first = one.base.shape[1]
-    pairs = numbers[first:].reshape(-1, 2)
-    turned = np.tile([1.0, -1.0], len(pairs))  # c cos + s sin = Re (c − i s)·exp(i·order·θ)
-    covariance = variance * inverse[first:, first:] * np.outer(turned, turned)
-    phasors = pairs[:, 0] - 1j * pairs[:, 1]
-    blocks = [covariance[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] for k in range(len(pairs))]
-    parts = [np.array([z.real, z.imag]) for z in phasors]
-    chance = [float(np.exp(-0.5 * z @ np.linalg.solve(block, z))) for z, block in zip(parts, blocks, strict=True)]
+    covariance, phasors = variance * made.inverse[first:, first:], phasors_of(numbers[first:])
     floor = float(np.sqrt(2.0 * variance / max(int(kept.sum()), 1)))
+    highest = [max((line.order for line in looked.all if line.gear == gear), default=0) for gear in (0, 1)]
+    alone = [np.abs(each_alone(angle, rest, top, POOR)[0]) for angle, top in zip(one.angles, highest, strict=True)]
+    seen = np.array([alone[line.gear][line.order] for line in looked.all])
     offsets, slack = {}, []
     for number, cut in enumerate(cuts):
         if flank == 1 and cut.flanks.gap is None:
@@ -201,27 +190,14 @@ def _fit(
     return Fit(
         lines=lines,
         phasors=phasors,
-        deviation=np.array([np.sqrt(0.5 * np.trace(block)) for block in blocks]),
         covariance=covariance,
         offsets=offsets,
         offset_deviation=float(np.sqrt(np.mean(slack))) if slack else np.inf,
-        chance=np.array(chance),
         floor=np.full(len(looked.all), floor),
-        seen=_seen(one, looked, rest),
+        seen=seen,
         rest=rest,
         kept=kept,
         freedom=freedom / colour,
         scatter=float(np.sqrt(colour)),
         counted=np.zeros(len(phasors), complex),
     )
-
-
-def _seen(one: Contact, looked: Lines, rest: np.ndarray) -> np.ndarray:
-    """Return the amplitude that the residual shows at every order looked at [m], one order at a time."""
-    found = np.zeros(len(looked.all))
-    for place, line in enumerate(looked.all):
-        wave = line.order * one.angles[line.gear]
-        columns = np.column_stack([np.cos(wave), np.sin(wave)])
-        normal = columns.T @ columns + 0.02 * len(rest) * np.eye(2)  # angles in contact may hardly show an order
-        found[place] = np.hypot(*np.linalg.solve(normal, columns.T @ rest))
-    return found

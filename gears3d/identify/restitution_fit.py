@@ -12,6 +12,7 @@ from scipy.special import log_ndtr, ndtr
 from scipy.stats import chi2, t
 
 from gears3d.identify.impact_pairs import Pairs
+from gears3d.signals import robust_deviation
 
 
 def noise(
@@ -259,7 +260,7 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
     if first is None:
         ratio = pairs.rebound / pairs.approach
         numbers = np.linalg.lstsq(columns, ratio, rcond=None)[0]
-        spread = 1.4826 * float(np.median(np.abs(ratio - columns @ numbers)))
+        spread = robust_deviation(ratio - columns @ numbers)
         start = np.concatenate([numbers, [min(max(spread, 1e-3), 0.5), 0.0, 0.3]])
     else:
         numbers = first.numbers

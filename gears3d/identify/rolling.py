@@ -10,8 +10,9 @@ import numpy as np
 
 from gears3d.identify.contact import Contact, Contacts
 from gears3d.identify.law import Parameter
-from gears3d.identify.orders import GEARS, LEVEL, Fit, Line, Lines, Solved, find, fit, lines_of, solve
+from gears3d.identify.orders import LEVEL, Fit, Line, Lines, Solved, find, fit, lines_of, solve
 from gears3d.identify.rattle_flanks import rattle_flanks
+from gears3d.signals.orders import GEARS
 
 CLOSE = 0.02  # Part of the amplitude that the closed form, which is one of first order, may leave over
 

@@ -24,7 +24,7 @@ from gears3d.measured.segmentation.drive import redrawn
 from gears3d.measured.segmentation.readings import read_encoder
 from gears3d.measured.segmentation.smoothing import Track, track
 from gears3d.recording import Recording
-from gears3d.signals import count_of
+from gears3d.signals import count_of, robust_deviation
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -151,7 +151,7 @@ def gathered(laid: list[Periods], chosen: list[np.ndarray], radius: float) -> Fl
     sums = uniform_filter1d(np.where(known, place, 0.0), _SMOOTH, axis=1, mode="nearest")
     smooth = sums / np.maximum(uniform_filter1d(known.astype(float), _SMOOTH, axis=1, mode="nearest"), 0.3)
     opening = smooth[:, (phases() > 1.6) & (phases() < 5.6)].max(axis=1)
-    rough = 1.4826 * float(np.median(np.abs(smooth[:, resting]))) if len(smooth) else 0.0
+    rough = robust_deviation(smooth[:, resting]) if len(smooth) else 0.0
     phase = np.where(known, phase[order], phases())
     columns = (place, phase, level[order], ramp[order], unit[order], opening, max(rough, 1e-12))
     return Flown(*columns, record[order], middle[order])
@@ -209,7 +209,7 @@ def onset(laid: list[Periods], chosen: list[np.ndarray], radius: float, backlash
         return Onset(None, (np.nan, np.nan), {"method": "none", "opening_seen_m": CERTAIN * data.rough}, curve, lively)
     quiet = data.opening[:step]
     middle = float(np.median(quiet))
-    limit = middle + LIVELY * max(1.4826 * float(np.median(np.abs(quiet - middle))), 0.1 * middle, data.rough)
+    limit = middle + LIVELY * max(robust_deviation(quiet - middle), 0.1 * middle, data.rough)
     lively = data.opening > limit
     place = _first_run(lively, step)
     below, above = float(data.level[max(place - 1, 0)]), float(data.level[place])

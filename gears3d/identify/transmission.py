@@ -23,6 +23,7 @@ from gears3d.identify.rolling import (
     strongest,
     warnings,
 )
+from gears3d.signals.orders import chances
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
@@ -199,12 +200,12 @@ def backlash(rolled: Rolled, file: str = "") -> Identified:
     if active is not None and reverse is not None:
         phasors = reverse.phasors - active.phasors
         covariance = active.covariance + reverse.covariance
-        blocks = [covariance[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] for i in range(len(phasors))]
-        chance = np.array([_chance(z, block) for z, block in zip(phasors, blocks, strict=True)])
+        chance = chances(phasors, covariance)
         counted = np.abs(phasors - reverse.counted + active.counted) < COUNTED * np.abs(phasors)
         for place in strongest(rolled, np.abs(phasors), (chance < rolled.level) & ~counted):
             line, phasor = active.lines[place], complex(phasors[place])
-            size, phase = amplitude_and_phase(phasor, blocks[place], rolled.half_count(line), freedom)
+            block = covariance[2 * place : 2 * place + 2, 2 * place : 2 * place + 2]
+            size, phase = amplitude_and_phase(phasor, block, rolled.half_count(line), freedom)
             parameters[f"{line.name}_amplitude"], parameters[f"{line.name}_phase"] = size, phase
             snippet += _variation(line, phasor)
     axes = eccentric_axes(rolled)
@@ -251,11 +252,6 @@ def _width_of_rattle(rolled: Rolled) -> tuple[float, float, float, float]:
         return mean, 1.96 * error, np.inf, 0.0
     misfit = float(np.sum(((value - mean) / sigma) ** 2)) / (len(value) - 1)
     return mean, float(student.ppf(0.975, len(value) - 1)) * error * max(misfit, 1.0) ** 0.5, np.inf, 0.0
-
-
-def _chance(phasor: complex, block: np.ndarray) -> float:
-    part = np.array([phasor.real, phasor.imag])
-    return float(np.exp(-0.5 * part @ np.linalg.solve(block, part)))
 
 
 def _variation(line: Any, phasor: complex) -> list[str]:

@@ -10,28 +10,30 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import quantum as quantum_of
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
 STRETCHES, STRETCH = 16, 1 << 16
 """Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz."""
 PARTS = 8
 """Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife)."""
 FEWEST = 40
-"""Third differences below which a time scale gives no variance: its relative error would be a quarter."""
+"""Third differences below which a time scale gives no variance: its relative error would be 25 %."""
 SHARE = 0.25
 """Part of the third differences that are smaller than the quantile by which their variance is measured: impacts bend
-the path in less than three quarters of the windows, up to a window of a flight's length."""
+the path in less than 75 % of the windows, up to a window of a flight's length."""
 STEEP = 3.0
 """Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8."""
 CHANCE = 1e-6
 """Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected."""
 LOWEST = 100
 """Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion."""
-HIGHEST = 1 << 17
-"""Highest order that is looked for: 36 000 lines are the most that rotary encoders have."""
+HIGHEST, BINS = 1 << 17, 8
+"""Highest order that is looked for, as 36 000 lines are the most that rotary encoders have; bins in a wave of it."""
 SMOOTHED = 31
 """Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz."""
 PASSED = (2.2, 11.0)
-"""Readings in a period of a wave that the moving cubic lets pass by more than three quarters of its amplitude."""
+"""Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude."""
 RATES = (1, 4, 16)
 """Neighbours that are averaged, so that waves of up to 180 readings are passed."""
 OUTLIER = 8.0
@@ -41,7 +43,7 @@ HARMONICS = (1, 2, 3, 4)
 ALIKE = 0.3
 """Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there."""
 AGREE = 1e-3
-"""Chance that both halves of a record differ as much in a wave that is always there, below which there is none."""
+"""Probability that both halves of a record differ as much in a permanent wave, below which it is not one."""
 LINE, BESIDE = 2.0, 5
 """Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
 either side of an order that show how strong the motion is there."""
@@ -215,7 +217,7 @@ def estimate_noise(
         time: of the readings [s], rising, (n,).
         angle: [rad], (n,).
         white: standard deviation of a reading where it is known [rad]; else it is measured.
-        lines: periods in a revolution that the encoder may have, in addition to those that stand out by themselves.
+        lines: periods in a revolution that the encoder may have, in addition to significant ones.
         edges: whether the readings are moments at which a counter changed.
         fluctuation: periods of the drive's fluctuation in a revolution where they are known: the motion has impacts in
             all multiples of this order.
@@ -361,14 +363,14 @@ def _residual(time: np.ndarray, angle: np.ndarray, edges: bool) -> np.ndarray:
 
 def _clipped(rest: np.ndarray) -> np.ndarray:
     """Return the residuals, impacts cut down to what noise may be."""
-    limit = OUTLIER * 1.4826 * float(np.median(np.abs(rest)))
+    limit = OUTLIER * robust_deviation(rest)
     return np.clip(rest, -limit, limit) if limit > 0.0 else rest
 
 
 def _white(residuals: list[np.ndarray]) -> tuple[float, float]:
     """Return the standard deviation of a reading, and of that, by the scatter of the stretches."""
     norm = _smoother().norm
-    each = np.array([1.4826 * float(np.median(np.abs(rest))) / norm for rest in residuals])
+    each = np.array([robust_deviation(rest) / norm for rest in residuals])
     if not len(each):
         return 0.0, np.nan
     mean = float(np.sqrt(np.median(each**2)))
@@ -532,7 +534,7 @@ def _periodic(
     edges: bool,
     motion: _Motion | None,
 ) -> tuple[Periodic, ...]:
-    """Return the interpolation errors that stand out of the noise of their neighbouring orders, and their harmonics.
+    """Return the interpolation errors that exceed the noise of their neighbouring orders, and their harmonics.
 
     The moving cubic passes waves of few readings only; slower ones are looked for in means over neighbours.
     """
@@ -576,13 +578,13 @@ def _in_band(
     highest = int(min(highest, 0.9 * per_turn))  # beyond, rounding to counts
     if highest < lowest + 2 or float(np.ptp(angle)) < 2 * np.pi / lowest:
         return ()
-    power = _spectrum(angle, rest, highest)
+    power = np.abs(sums(angle, rest, highest, BINS)) ** 2 / max(len(rest), 1)
     floor = np.maximum(_floor(power), 1e-6 * float(np.mean(power)) + 1e-300)
     ratio = power / floor
     ratio[:lowest] = 0.0
     tried = highest - lowest
     chance = np.log(tried / CHANCE)
-    least = SLIGHT * 1.4826 * float(np.median(np.abs(rest))) / _smoother().norm * np.sqrt(factor)
+    least = SLIGHT * robust_deviation(rest) / _smoother().norm * np.sqrt(factor)
     best = int(np.argmax(ratio))
     found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
     if ratio[best] > chance and search:
@@ -596,9 +598,9 @@ def _in_band(
 
 
 def _repeats(waves: np.ndarray, rest: np.ndarray) -> bool:
-    """Return whether an error of the encoder makes a wave: that is always there, and as strong between impacts.
+    """Return whether a wave is an error of the encoder: such errors are permanent, and as strong between impacts.
 
-    Both halves of the residuals must show it alike, and the calm half of short windows as all of them do.
+    Both halves of the residuals must agree in it, and the half of short windows with the least power with all of them.
     """
     size = 4 * SMOOTHED
     count = len(rest) // size
@@ -626,14 +628,6 @@ def _wave(waves: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, float]:
     return numbers, float(left @ left) / max(len(left), 1) * float(np.trace(inverse)) / 2.0
 
 
-def _spectrum(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:
-    """Return the power of the orders 0 to ``highest`` in a residual over the angle [rad²], (highest + 1,)."""
-    bins = 1 << int(np.ceil(np.log2(8 * highest + 8)))
-    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(np.int64) % bins
-    waves = np.fft.rfft(np.bincount(place, rest, minlength=bins))[: highest + 1]
-    return np.abs(waves) ** 2 / max(len(rest), 1)
-
-
 def _floor(power: np.ndarray) -> np.ndarray:
     """Return the mean power of neighbouring orders, peaks left out, (n,)."""
     from scipy.ndimage import median_filter
@@ -653,19 +647,18 @@ def _fitted(
     """Return orders with amplitude and phase by least squares; waves pass the means and filter of the residuals."""
     if not orders:
         return ()
-    columns = []
-    for order in orders:
-        for wave in (np.cos, np.sin):
-            columns.append(np.concatenate([_highpassed(_means(wave(order * shown), factor)) for _, shown in pieces]))
-    rows = np.stack(columns)
+    rows = np.stack(
+        [
+            np.concatenate([_highpassed(_means(wave, factor)) for wave in of_all])
+            for order in orders
+            for of_all in zip(*(harmonics(shown, [order]).T for _, shown in pieces), strict=True)
+        ]
+    )
     inverse = np.linalg.pinv(rows @ rows.T, hermitian=True)
-    numbers = inverse @ (rows @ rest)
-    made, strongest = [], float(np.sqrt(np.max(np.square(numbers[::2]) + np.square(numbers[1::2]))))
+    phasors, spread, made = phasors_of(inverse @ (rows @ rest)), deviations(inverse), []
+    strongest = float(np.max(np.abs(phasors)))
     for k, (order, chance) in enumerate(zip(orders, chances, strict=True)):
-        cosine, sine = numbers[2 * k : 2 * k + 2]
-        spread = np.sqrt(max(float(np.mean(np.diag(inverse)[2 * k : 2 * k + 2])), 0.0))
-        sigma = float(spread * np.sqrt(floor[order]))
-        size = float(np.hypot(cosine, sine))
+        sigma, size = float(spread[k] * np.sqrt(floor[order])), float(abs(phasors[k]))
         if size > max(SURE * sigma, FAINT * strongest, least) and _repeats(rows[2 * k : 2 * k + 2], rest):
-            made.append(Periodic(order, size, sigma, float(np.arctan2(-sine, cosine)), min(chance, 1.0)))
+            made.append(Periodic(order, size, sigma, float(np.angle(phasors[k])), min(chance, 1.0)))
     return tuple(made)

@@ -11,6 +11,7 @@ from gears3d.signals.flights import times_of as times_of
 from gears3d.signals.local import changes as changes
 from gears3d.signals.local import local_slope as local_slope
 from gears3d.signals.local import noise_of as noise_of
+from gears3d.signals.local import robust_deviation as robust_deviation
 from gears3d.signals.local import some_steps as some_steps
 from gears3d.signals.lyapunov import Exponent as Exponent
 from gears3d.signals.lyapunov import exponent as exponent

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-_MAD = 1.4826
 _TRIES = 400_000
 """Readings from which a noise floor is taken."""
 _AT_ONCE = 1 << 18
@@ -62,6 +61,18 @@ def local_slope(time: np.ndarray, values: np.ndarray, reach: int) -> np.ndarray:
     return (values[high] - values[low]) / np.maximum(time[high] - time[low], 1e-300)
 
 
+def robust_deviation(values: np.ndarray) -> float:
+    """Return the standard deviation about zero of most of some values, from the median of their magnitudes.
+
+    Args:
+        values: of any shape; 0 is returned of none.
+
+    >>> robust_deviation(np.array([-1.0, 1.0, 100.0]))
+    1.4826
+    """
+    return 1.4826 * float(np.median(np.abs(values))) if values.size else 0.0
+
+
 def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0, clip: float | None = None) -> float:
     """Return the noise of a series that is smooth but for it, in units of ``sigma``.
 
@@ -92,7 +103,7 @@ def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1
     standard = np.concatenate([*parts, np.zeros(0)])
     if not standard.size:
         return 0.0
-    middle = _MAD * float(np.median(np.abs(standard)))
+    middle = robust_deviation(standard)
     if clip is None or middle == 0.0:
         return middle
     return float(np.sqrt(np.mean(np.minimum(np.abs(standard), clip * middle) ** 2)))

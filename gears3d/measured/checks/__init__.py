@@ -9,4 +9,4 @@ from gears3d.measured.checks.admission import told as told
 from gears3d.measured.checks.examination import CORRECTABLE as CORRECTABLE
 from gears3d.measured.checks.examination import correct as correct
 from gears3d.measured.checks.examination import examine as examine
-from gears3d.measured.checks.finding import Finding as Finding
+from gears3d.measured.checks.view import Finding as Finding

@@ -12,7 +12,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.checks.declared import MESH, stated_of
 from gears3d.measured.checks.examination import ALWAYS, examine, refuse_unknown
 from gears3d.measured.checks.examination import correct as undo
-from gears3d.measured.checks.finding import Finding
+from gears3d.measured.checks.view import Finding
 from gears3d.measured.drive_motion import DriveMotion, drive_motion
 from gears3d.measured.readers import Channels, Span, files_of, read, within
 from gears3d.recording import Recording
@@ -28,7 +28,7 @@ class Admitted:
     Args:
         channels: the columns, corrected where that was asked for.
         rig: scenario of the bench with this record's conditions, where one was given; its motion is the measured one as
-            far as none is stated.
+            far as it is not stated.
         findings: of the gate, corrected ones among them.
         file: where the record came from.
         motion: of the drive as its encoder measured it; ``None`` without the drive's angle.
@@ -125,7 +125,7 @@ def admit(
         The record, the rig and what was found.
 
     Raises:
-        InputError: the record cannot be used as it is; tells which corrections would make it usable.
+        InputError: the record cannot be used as it is; it names the corrections that make it usable.
         UsageError: a kind cannot be corrected.
     """
     kinds = _kinds(correct)

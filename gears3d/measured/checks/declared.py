@@ -1,4 +1,4 @@
-"""What a record is held against: the rig as the scenario or the record's own metadata declare it."""
+"""What a record is compared with: the rig as the scenario or the record's own metadata declare it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FEW = 3
 
 @dataclass(frozen=True)
 class Declared:
-    """What is said of the bench; ``None`` is what nobody said.
+    """What is declared of the bench; ``None`` where nothing is.
 
     Args:
         needs: columns that must be there besides time; alternatives as a tuple.
@@ -31,8 +31,8 @@ class Declared:
         teeth: of drive and loose gear.
         backlash: along the line of action [m].
         mean_speed: of the drive gear where it is stated of this record [rad/s].
-        swing: sum of the amplitudes of the drive's harmonics where they are stated of this record [rad/s].
-        swings: whether the harmonics are stated.
+        fluctuation: sum of the amplitudes of the drive's harmonics where they are stated of this record [rad/s].
+        harmonics: whether the harmonics are stated.
         usual_speed: mean speed of the drive gear in the rig's scenario, which this record may have or not [rad/s].
         sample_rate: [Hz].
         counts: per revolution, by column.
@@ -46,8 +46,8 @@ class Declared:
     teeth: tuple[int, int] | None = None
     backlash: float | None = None
     mean_speed: float | None = None
-    swing: float = 0.0
-    swings: bool = False
+    fluctuation: float = 0.0
+    harmonics: bool = False
     usual_speed: float | None = None
     sample_rate: float | None = None
     counts: Mapping[str, float] = field(default_factory=dict)
@@ -57,7 +57,7 @@ class Declared:
 
     @property
     def meshed(self) -> bool:
-        """Whether both gears were in mesh, so that one angle tells of the other."""
+        """Whether both gears were in mesh, so that one angle shows the other."""
         return set(MESH) <= set(self.needs)
 
 
@@ -89,11 +89,11 @@ def declared(
     needs: Sequence[str | Sequence[str]] = MESH,
     stated: Collection[str] = (),
 ) -> Declared:
-    """Return what rig and metadata say.
+    """Return what rig and metadata declare.
 
     Args:
         rig: scenario of the bench, or nothing.
-        meta: of the record; base radii in it serve where there is no rig.
+        meta: of the record; base radii in it serve without a rig.
         needs: columns that must be there besides time; alternatives as a tuple.
         stated: parts of the rig's motion that are stated of the record, as :func:`stated_of` has them.
 

@@ -9,28 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.measured.checks import (
-    clock,
-    columns,
-    copies,
-    counting,
-    decoded,
-    drifting,
-    events,
-    holding,
-    jumps,
-    mesh,
-    pace,
-    skew,
-    speeds,
-    time_unit,
-    turning_over,
-    waves,
-)
-from gears3d.measured.checks.columns import empty
+from gears3d.measured.checks import columns, contact, counts, mesh, readings, time_base
 from gears3d.measured.checks.declared import MESH, declared, stated_of
-from gears3d.measured.checks.finding import Finding
-from gears3d.measured.checks.view import View
+from gears3d.measured.checks.view import Finding, View
 from gears3d.measured.readers import Channels
 
 if TYPE_CHECKING:
@@ -40,11 +21,11 @@ Columns = dict[str, np.ndarray]
 
 
 class Check(NamedTuple):
-    """One thing that is looked at.
+    """One check.
 
     Args:
-        examine: what finds it.
-        correct: what undoes it, by kind; those kinds can be named on the command line.
+        examine: finds faults.
+        correct: corrects them, by kind; those kinds can be named on the command line.
         kinds: that can be corrected, in the order in which they must be.
     """
 
@@ -55,24 +36,24 @@ class Check(NamedTuple):
 
 CHECKS = (
     Check(columns.examine, columns.correct, ("drop-outs", "not-finite")),
-    Check(clock.examine, clock.correct, ("duplicates", "time-wrap", "time-order", "time-stamps")),
-    Check(time_unit.examine, time_unit.correct, ("time-unit",)),
-    Check(pace.examine),
-    Check(turning_over.examine, turning_over.correct, ("angle-wrap",)),
-    Check(holding.examine, holding.correct, ("held",)),
-    Check(events.examine, events.correct, ("merged-edges", "doubled-edges")),
-    Check(jumps.examine, jumps.correct, ("lost-counts",)),
-    Check(mesh.examine, mesh.correct, ("swapped", "angle-unit", "sense", "ratio")),
-    Check(speeds.examine, speeds.correct, ("speed-unit",)),
-    Check(speeds.compare_with_usual),
-    Check(counting.examine),
-    Check(skew.examine, skew.correct, ("skew",)),
-    Check(drifting.examine),
-    Check(waves.examine, waves.correct, ("encoder-wave",)),
+    Check(time_base.examine_order, time_base.correct_order, ("duplicates", "time-wrap", "time-order", "time-stamps")),
+    Check(time_base.examine_unit, time_base.correct_unit, ("time-unit",)),
+    Check(time_base.examine_spacing),
+    Check(counts.examine_wraps, counts.correct_wraps, ("angle-wrap",)),
+    Check(readings.examine_holds, readings.correct_holds, ("held",)),
+    Check(counts.examine_edges, counts.correct_edges, ("merged-edges", "doubled-edges")),
+    Check(readings.examine_jumps, readings.correct_jumps, ("lost-counts",)),
+    Check(mesh.examine_ratio, mesh.correct_ratio, ("swapped", "angle-unit", "sense", "ratio")),
+    Check(mesh.examine_speeds, mesh.correct_speeds, ("speed-unit",)),
+    Check(mesh.compare_with_usual),
+    Check(counts.examine_counts),
+    Check(contact.examine_delay, contact.correct_delay, ("skew",)),
+    Check(contact.examine_drift),
+    Check(contact.examine_waves, contact.correct_waves, ("encoder-wave",)),
 )
 """In order: each check may trust what those before it found in order, or could correct."""
 ALWAYS = ("drop-outs",)
-"""Kinds that are corrected without being named: a row without a reading can serve nobody."""
+"""Kinds that are corrected without being named: a row without a reading is of no use."""
 CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")
 
 
@@ -86,13 +67,13 @@ def examine(
 ) -> tuple[Finding, ...]:
     """Return what is wrong with the sensors and the clock of a record.
 
-    What can be corrected is corrected for the checks that come after, so that one pass tells of everything; the record
+    What can be corrected is corrected for the checks that come after, so that one pass finds everything; the record
     itself stays as it is. Behind a fault that nothing corrects, no further check is made.
 
     Args:
         channels: the record, unchecked.
         rig: scenario of the bench in this record's condition; without it, and without base radii in the metadata, the
-            angles are not held against each other.
+            angles are not compared with each other.
         others: records given before, to find the same one given twice.
         needs: columns that must be there besides time; alternatives as a tuple. Only with both angles the gears count
             as meshing.
@@ -108,22 +89,22 @@ def examine(
     [('duplicates', 1.0)]
     """
     about = declared(rig, channels.meta, needs, stated_of(channels.condition, rig, stated_motion))
-    columns, found = dict(channels.columns), decoded.examine(channels.meta)
-    view = View(columns, about)
+    own, found = dict(channels.columns), columns.examine_decoded(channels.meta)
+    view = View(own, about)
     for check in CHECKS:
         new = check.examine(view)
         found += new
         if any(finding.fatal and not finding.correctable for finding in new):
             break
         if any(finding.correctable for finding in new):
-            columns = _corrected(columns, check, new, check.kinds)
-            about = holding.quietest(mesh.recounted(about, new), new)
-            view = View(columns, about)
-            if short := empty(view):
+            own = _corrected(own, check, new, check.kinds)
+            about = readings.quietest(mesh.recounted(about, new), new)
+            view = View(own, about)
+            if short := columns.empty(view):
                 found += short
                 break
     else:
-        found += copies.examine(channels, others)
+        found += columns.examine_copies(channels, others)
     return tuple(found)
 
 
@@ -144,10 +125,10 @@ def correct(channels: Channels, findings: Sequence[Finding], kinds: Sequence[str
     [0.0, 1.0, 2.0, 3.0]
     """
     refuse_unknown(kinds)
-    columns = dict(channels.columns)
+    own = dict(channels.columns)
     for check in CHECKS:
-        columns = _corrected(columns, check, findings, [kind for kind in check.kinds if kind in kinds])
-    return replace(channels, columns=columns)
+        own = _corrected(own, check, findings, [kind for kind in check.kinds if kind in kinds])
+    return replace(channels, columns=own)
 
 
 def refuse_unknown(kinds: Iterable[str]) -> None:

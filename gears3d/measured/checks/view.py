@@ -1,23 +1,61 @@
-"""A record under examination, with what several checks need worked out once."""
+"""A record under examination, what is found in it, and what several checks need of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gears3d.measured.checks.declared import MESH as MESH
 from gears3d.measured.checks.declared import Declared
-from gears3d.signals import changes, count_of, quantum, some_steps
+from gears3d.signals import changes, count_of, noise_of, quantum, robust_deviation, some_steps
+from gears3d.signals.orders import harmonics, phasors_of
 
-if TYPE_CHECKING:
-    from gears3d.measured.checks.band import Band
-    from gears3d.measured.checks.places import Places
+
+@dataclass(frozen=True)
+class Finding:
+    """What the gate found in a record.
+
+    Args:
+        kind: one word with hyphens, the one to name where it is to be corrected: ``"skew"``, ``"time-not-rising"``.
+        channel: the column it is in, or empty.
+        size: how large, in ``unit``.
+        unit: of the size, SI.
+        evidence: one sentence with what was seen and where.
+        remedy: what to do about it.
+        fatal: whether the record cannot be used as it is.
+        correctable: whether it can be corrected on demand.
+        corrected: whether it was.
+        rows: rows (from 0) it was seen in, the first few of many.
+        parameters: further numbers that a correction needs, SI, by name.
+    """
+
+    kind: str
+    channel: str
+    size: float
+    unit: str
+    evidence: str
+    remedy: str = ""
+    fatal: bool = False
+    correctable: bool = False
+    corrected: bool = False
+    rows: tuple[int, ...] = ()
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold.
+
+        >>> Finding("skew", "theta_loose_rad", 2e-5, "s", "the loose gear reads 20 us later").to_dict()["kind"]
+        'skew'
+        """
+        return {**vars(self), "rows": list(self.rows)}
+
 
 SOME = 200_000
-"""So many rows are looked at for what is typical."""
+"""Rows that are examined for what is typical."""
 FLOOR = 0.3
 """Noise of an encoder that rounds, in counts."""
 
@@ -57,7 +95,7 @@ class View:
         return float(np.median(some_steps(self.time))) if len(self.time) > 1 else 0.0
 
     def changes(self, name: str) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
+        """Generate the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
 
         Args:
             name: of the column.
@@ -99,16 +137,12 @@ class View:
     @cached_property
     def band(self) -> Band | None:
         """Short blocks and stretches in contact; ``None`` without a rig."""
-        from gears3d.measured.checks.band import band_of
-
         return band_of(self)
 
     @cached_property
     def places(self) -> Places | None:
-        """Where the active flank lies; ``None`` where the record does not tell."""
-        from gears3d.measured.checks.places import places
-
-        return None if self.band is None else places(self, self.band)
+        """Where the active flank lies; ``None`` where the record does not show it."""
+        return None if self.band is None else places_of(self, self.band)
 
     @cached_property
     def noise(self) -> dict[str, float]:
@@ -155,3 +189,298 @@ def when(time: np.ndarray, rows: np.ndarray) -> str:
     """
     shown = ", ".join(f"{time[row]:.6g}" for row in rows[:3])
     return f"t = {shown} s" + (" ..." if len(rows) > 3 else "")
+
+
+# In contact the displacement is constant but for transmission error and, where one channel is read later than the
+# other, the delay times the speed. Stretches in contact are those in which the displacement, without a delay that is
+# estimated with them, changes by no more than its noise. Flanks need not be known.
+SHORTEST = 2.5e-4
+"""First length of a block [s]."""
+QUIET = 0.03
+"""Part of the liveliest speeds that the noise of a block's speed may be."""
+STRETCH = 4
+"""Blocks in a stretch."""
+SEARCHED = 8000
+"""Blocks among which the delay is sought."""
+DELAYS = np.concatenate([-np.geomspace(1e-2, 1e-6, 80), [0.0], np.geomspace(1e-6, 1e-2, 80)])
+"""Delays that are tried [s]."""
+STILLER = 1.5
+"""A delay is allowed for where it makes so many times as many blocks lie still."""
+PERIOD = 60
+"""Blocks in a period of the drive's motion, at least."""
+SMOOTHER = 4
+"""The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
+where both share a block it passes for a delay."""
+LINE = 12.0
+"""Ratio of a spectral line to the noise around it."""
+EVEN = 1e-4
+"""Part of its mean speed by which a drive that turns evenly may fluctuate."""
+BLURRED = 0.01
+"""Part of the backlash that the noise of a block may be: more hides what flies and what does not."""
+
+
+class Band(NamedTuple):
+    """Blocks of a record, each (m,).
+
+    Args:
+        time: [s].
+        drive: [rad].
+        loose: [rad].
+        place: displacement Rb2·θ_loose − Rb1·θ_drive, zero anywhere [m].
+        speed: of the loose gear as the drive gives it [rad/s].
+        acceleration: of the same [rad/s²].
+        stretch: number of the stretch in contact, -1 outside.
+        noise: of ``place`` [m].
+        width: of a block [s].
+        frequency: at which the drive's speed changes most [Hz], 0 when it does not.
+    """
+
+    time: np.ndarray
+    drive: np.ndarray
+    loose: np.ndarray
+    place: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    stretch: np.ndarray
+    noise: float
+    width: float
+    frequency: float
+
+
+def band_of(view: View) -> Band | None:
+    """Return the blocks of a record, ``None`` when it is too short or the rig is not known.
+
+    Args:
+        view: the record; its time rises, its angles do not wrap, its ratio is right.
+    """
+    declared = view.declared
+    if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
+        return None
+    if view.spacing <= 0.0 or len(view.time) < 1000:
+        return None
+    frequency = _frequency(view)
+    longest = min(1.0 / (PERIOD * frequency) if frequency else 1e-2, 1e-2, 1e-3 * len(view.time) * view.spacing)
+    size = max(int(SHORTEST / view.spacing), 1)
+    while True:
+        time, drive, loose = (_means(values, size) for values in (view.time, *view.angles.values()))
+        place = declared.radii[1] * (loose - loose[0]) - declared.radii[0] * (drive - drive[0])
+        noise = max(noise_of(time, place), 1e-6 * declared.backlash)
+        width = size * view.spacing
+        moved = np.abs(np.diff(place))
+        lively = max(float(np.quantile(moved, 0.9)), 0.1 * declared.backlash * width / 0.02)
+        if noise * np.sqrt(2.0) < QUIET * lively or 2.0 * width > longest:
+            break
+        size *= 2
+    reach = max(round(1.0 / (PERIOD * frequency) / width), 1) if frequency else 8
+    ratio = declared.radii[0] / declared.radii[1]
+    speed = ratio * _slope(time, drive, reach)
+    smooth = SMOOTHER * reach
+    acceleration = ratio * _slope(time, _slope(time, drive, smooth), smooth)
+    if noise > BLURRED * declared.backlash:
+        return None
+    stretch = _stretches(time, place, declared.radii[1] * acceleration, noise)
+    return Band(time, drive, loose, place, speed, acceleration, stretch, noise, width, frequency)
+
+
+def _means(values: np.ndarray, size: int) -> np.ndarray:
+    count = len(values) // size
+    return values[: count * size].reshape(count, size).mean(axis=1)
+
+
+def _slope(time: np.ndarray, values: np.ndarray, reach: int) -> np.ndarray:
+    at = np.arange(len(time))
+    low, high = np.maximum(at - reach, 0), np.minimum(at + reach, len(time) - 1)
+    return (values[high] - values[low]) / (time[high] - time[low])
+
+
+def _frequency(view: View) -> float:
+    """Return the strongest frequency of the drive's speed about its mean [Hz], 0 when it turns evenly."""
+    angle = view.angles[MESH[0]]
+    size = max(len(angle) // 16_384, 1)
+    time, angle = _means(view.time, size), _means(angle, size)
+    way = float(angle[-1] - angle[0])
+    window = np.hanning(len(time))
+    rest = (angle - np.linspace(angle[0], angle[-1], len(angle))) * window
+    lines = np.abs(np.fft.rfft(rest - rest.mean())) * 2.0 / window.sum()
+    lasting = float(time[-1] - time[0])
+    speeds = lines * 2 * np.pi * np.arange(len(lines)) / lasting
+    speeds[:2] = 0.0
+    speeds[lines < LINE * np.median(lines[len(lines) // 2 :])] = 0.0
+    at = int(np.argmax(speeds))
+    return at / lasting if speeds[at] > EVEN * abs(way) / lasting else 0.0
+
+
+def _stretches(time: np.ndarray, place: np.ndarray, pull: np.ndarray, noise: float) -> np.ndarray:
+    """Return the number of each block's stretch in contact, -1 outside, (m,).
+
+    Args:
+        time: [s], (m,).
+        place: [m], (m,).
+        pull: acceleration along the line of action [m/s²], (m,).
+        noise: of ``place`` [m].
+    """
+    step = np.diff(time)
+    speed = np.diff(place) / step
+    pull = 0.5 * (pull[1:] + pull[:-1])
+    sigma = np.sqrt(2.0) * noise / float(np.median(step))
+    scale = 2.0 * sigma + 0.01 * float(np.quantile(np.abs(speed), 0.9))
+    some = slice(None, None, max(len(speed) // SEARCHED, 1))
+    score = np.array([np.mean(np.exp(-0.5 * ((speed[some] + pull[some] * one) / scale) ** 2)) for one in DELAYS])
+    best = int(np.argmax(score))
+    delay = DELAYS[best] if score[best] > STILLER * score[len(DELAYS) // 2] else 0.0
+    still = np.abs(speed + pull * delay) < 2.0 * scale
+    edge = np.diff(np.concatenate([[False], still, [False]]).astype(np.int8))
+    first, last = np.flatnonzero(edge == 1), np.flatnonzero(edge == -1)
+    number = np.full(len(time), -1)
+    for k, (begin, end) in enumerate(zip(first, last, strict=True)):
+        if end - begin + 1 >= STRETCH:
+            number[begin : end + 1] = k
+    return number
+
+
+TURNS = 3.0
+"""Revolutions of the slower gear below which a wave is not distinguishable from a drift."""
+WINDOWS = 400
+PARTS = 16
+"""Windows in a turn of the faster gear, at most."""
+ORDERS = (1, 2)
+MOST = 12_000
+FLIES = 0.02
+"""Part of the blocks out of contact from which on a gear flies."""
+FEWEST = 5
+"""Blocks in contact that a window needs."""
+BESIDE = 0.1
+"""Part of the backlash within which contact near the lowest of a window is that of the same flank."""
+SPARE = 4
+"""Windows at both ends, in which no step is sought."""
+
+
+class Places(NamedTuple):
+    """The active flank over the record.
+
+    Args:
+        level: the place without its waves, in the middle of the record [m].
+        waves: complex amplitude of the place, A·exp(iφ) for A·cos(kθ + φ), by (column, order) [m].
+        sigma: of each amplitude [m].
+        drift: how far the place moves over the record [m].
+        drift_sigma: [m].
+        step: how far it moves at once where that explains it better than a steady drift [m], else 0.
+        step_sigma: [m].
+        step_time: when [s].
+        turns: of the slower gear.
+    """
+
+    level: float
+    waves: dict[tuple[str, int], complex]
+    sigma: float
+    drift: float
+    drift_sigma: float
+    step: float
+    step_sigma: float
+    step_time: float
+    turns: float
+
+
+def places_of(view: View, band: Band) -> Places | None:
+    """Return where the active flank lies, ``None`` where the record is too short or contact is not seen.
+
+    In each window of time the place of contact that lies lowest is taken, as the drag brings the loose gear back to its
+    active flank in every period; then the mean of all contact near it.
+
+    Args:
+        view: the record.
+        band: its blocks.
+    """
+    inside = np.flatnonzero(band.stretch >= 0)
+    inside = inside[:: max(len(inside) // MOST, 1)]
+    window = np.floor((band.time[inside] - band.time[0]) / _length(band)).astype(np.intp)
+    lowest = _lowest(band.place[inside], window)
+    table, names = _table(view, band, inside)
+    turns = min(abs(float(np.ptp(angle))) / (2 * np.pi) for angle in (band.drive, band.loose))
+    if turns < TURNS or len(lowest) < 2 * table.shape[1]:
+        return None
+    waving = table[:, 1:-1] @ _robust(table[lowest], band.place[inside][lowest], 0.1 * band.noise)[0][1:-1]
+    near = _near(band.place[inside] - waving, window, lowest, BESIDE * (view.declared.backlash or 0.0))
+    rows, at = np.unique(window[near], return_inverse=True)
+    count = np.bincount(at)
+    mean = [np.bincount(at, column[near]) / count for column in (*table.T, band.place[inside], band.time[inside])]
+    table, place, time = np.column_stack(mean[:-2]), mean[-2], mean[-1]
+    if len(rows) < 2 * table.shape[1]:
+        return None
+    numbers, off, spread = _robust(table, place, 0.1 * band.noise)
+    sigma = np.sqrt(np.diag(spread))
+    step = _step(table[:, :-1], place, time, float(off @ off))
+    if step[0] != 0.0:
+        stepping = np.column_stack([table[:, :-1], time > step[2]])
+        refit, _, spread = _robust(stepping, place, 0.1 * band.noise)
+        numbers[:-1], sigma[:-1] = refit[:-1], np.sqrt(np.diag(spread))[:-1]
+    waves = dict(zip(names, phasors_of(numbers[1:-1]).tolist(), strict=True))
+    return Places(
+        float(numbers[0]), waves, float(sigma[1:-1].max()), float(numbers[-1]), float(sigma[-1]), *step, turns
+    )
+
+
+def _length(band: Band) -> float:
+    """Return the length of a window [s]: a part of a turn, and a period of the drive's motion where the gear flies."""
+    lasting = float(band.time[-1] - band.time[0])
+    fastest = max(float(np.ptp(band.drive)), float(np.ptp(band.loose))) / (2 * np.pi * lasting)
+    length = max(lasting / WINDOWS, 1.0 / (PARTS * max(fastest, 1e-12)))
+    flies = np.mean(band.stretch < 0) > FLIES
+    return max(length, 1.0 / band.frequency) if band.frequency and flies else length
+
+
+def _lowest(place: np.ndarray, window: np.ndarray) -> np.ndarray:
+    """Return the row in each window that lies lowest, but for the lowest tenth, (w,)."""
+    order = np.lexsort((place, window))
+    first = np.flatnonzero(np.diff(window[order], prepend=-1))
+    count = np.diff(np.append(first, len(order)))
+    return order[first + count // 10][count >= FEWEST]
+
+
+def _near(place: np.ndarray, window: np.ndarray, lowest: np.ndarray, reach: float) -> np.ndarray:
+    """Return the rows that lie no further from the lowest one of their window than ``reach`` [m], indices."""
+    low = np.full(int(window.max()) + 1, np.inf)
+    low[window[lowest]] = place[lowest]
+    return np.flatnonzero(np.abs(place - low[window]) < reach)
+
+
+def _table(view: View, band: Band, rows: np.ndarray) -> tuple[np.ndarray, list[tuple[str, int]]]:
+    """Return constant, waves and drift at some blocks, and the names of the waves."""
+    radii = view.declared.radii or (1.0, 1.0)
+    angles = {MESH[0]: band.drive[rows]}
+    if abs(radii[0] / radii[1] - 1.0) > 1e-6:
+        angles[MESH[1]] = band.loose[rows]
+    names = [(name, order) for name in angles for order in ORDERS]
+    columns = [np.ones(len(rows))]
+    columns += [harmonics(angles[name], [order]) for name, order in names]
+    lasting = float(band.time[-1] - band.time[0])
+    return np.column_stack([*columns, (band.time[rows] - band.time[0]) / lasting - 0.5]), names
+
+
+def _robust(table: np.ndarray, values: np.ndarray, floor: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return coefficients, residuals and covariance of a least-squares fit with Tukey's weights."""
+    weight = np.ones(len(values))
+    numbers = off = np.zeros(0)
+    rough = floor
+    for _ in range(5):
+        numbers = np.linalg.lstsq(table * weight[:, None], values * weight, rcond=None)[0]
+        off = values - table @ numbers
+        rough = max(robust_deviation(off), floor)
+        weight = np.sqrt(np.clip(1.0 - (off / (6.0 * rough)) ** 2, 0.0, None))
+    return numbers, off, rough**2 * np.linalg.pinv((table * weight[:, None] ** 2).T @ table)
+
+
+def _step(table: np.ndarray, place: np.ndarray, time: np.ndarray, drifting: float) -> tuple[float, float, float]:
+    """Return the step that explains the places at least twice as well as a drift, its sigma and time; 0 for none."""
+    base = np.linalg.qr(table)[0]
+    rest = place - base @ (base.T @ place)
+    best, found, sigma, when = 0.5 * drifting, 0.0, 0.0, 0.0
+    for k in range(SPARE, len(place) - SPARE):
+        step = (np.arange(len(place)) >= k).astype(float)
+        step -= base @ (base.T @ step)
+        size = float(step @ rest) / float(step @ step)
+        left = float(np.square(rest - size * step).sum())
+        if left < best:
+            best, found, when = left, size, float(0.5 * (time[k] + time[k - 1]))
+            sigma = float(np.sqrt(left / len(place) / (step @ step)))
+    return found, sigma, when

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gears3d.measured.checks.view import MESH, View
+from gears3d.signals import robust_deviation
 
 DECIDED = 18.0
-"""Difference of chi-square that decides: e^-9 between two hypotheses, with room for noise that is not white."""
+"""Difference of chi-square that decides: e^-9 between two hypotheses, with a margin for noise that is not white."""
 SHORT = 6.0
 """Revolutions below which the orders around a line show its noise poorly; set by records of known cause."""
 UNRESOLVED = 0.3
@@ -31,7 +32,7 @@ MICRO = 16
 MOST = 30_000
 """Windows at most, which bounds the time."""
 FEW = 60
-"""Windows below which no line can be held against the orders around it."""
+"""Windows below which no line can be compared with the orders around it."""
 LINES = (1, 2)
 """Patterns per revolution that decide."""
 OTHERS = (3, 4)
@@ -266,7 +267,7 @@ def _hidden(view: View, micro: _Series, edges: np.ndarray, orders: dict[str, tup
     frequency = 2.0 * np.pi * bins / lasting
     amplitude = -lack(bins) * 2.0 / taper.sum()
     speed = abs(float(micro.drive[-1] - micro.drive[0])) / lasting
-    if frequency * amplitude > 0.3 * view.declared.swing > 0.0 or speed == 0.0:
+    if frequency * amplitude > 0.3 * view.declared.fluctuation > 0.0 or speed == 0.0:
         return frequency
     turns = float(np.ptp(micro.drive)) / (2.0 * np.pi)
     near = [times * one[0] for one in orders.values() for times in LINES]
@@ -343,7 +344,7 @@ def _without(table: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _clipped(table: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return values with outliers moved to the limit of what the others scatter."""
     left = _without(table, values)
-    spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    spread = robust_deviation(left - np.median(left))
     if spread == 0.0:
         return values
     return values - left + np.clip(left, -5.0 * spread, 5.0 * spread)

@@ -5,7 +5,6 @@ from gears3d.measured.segmentation.explained import Explanation as Explanation
 from gears3d.measured.segmentation.explained import NotExplained as NotExplained
 from gears3d.measured.segmentation.explained import explain as explain
 from gears3d.measured.segmentation.flanks import Flanks as Flanks
-from gears3d.measured.segmentation.measured import Measurement as Measurement
 from gears3d.measured.segmentation.measured import measure as measure
 from gears3d.measured.segmentation.measured import path_of as path_of
 from gears3d.measured.segmentation.measured import segments_of as segments_of
@@ -18,6 +17,7 @@ from gears3d.measured.segmentation.segments import doubtful as doubtful
 from gears3d.measured.segmentation.segments import segment as segment
 from gears3d.measured.segmentation.smoothing import Track as Track
 from gears3d.measured.segmentation.smoothing import track as track
+from gears3d.measured.segmentation.tables import Measurement as Measurement
 from gears3d.measured.segmentation.tables import Segments as Segments
 from gears3d.measured.segmentation.terms import Terms as Terms
 from gears3d.measured.segmentation.terms import make_terms as make_terms

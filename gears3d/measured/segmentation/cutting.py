@@ -27,7 +27,7 @@ from gears3d.measured.segmentation.zones import (
 BLOW = 5.0
 """Deviations by which the speed of an approach must differ from rest; a bump of the flank has none."""
 DROPPED = ("too_short", "no_blow", "cut_off")
-"""Why a stretch above a flank is no flight: too few readings, no speed at its end, cut by an end of the record."""
+"""Why a stretch above a flank is not a flight: too few readings, no speed at its end, cut by an end of the record."""
 SAME = 4.0
 """Deviations within which the end of a flight and the start of the next are one touch."""
 HELD = 5e-3
@@ -61,7 +61,7 @@ def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: st
         known: displacement and angles.
         path: the same in blocks.
         flanks: of the record.
-        seeds: its sure kinks.
+        seeds: its significant velocity jumps.
         file: named in faults.
 
     Raises:
@@ -142,7 +142,7 @@ def _ends_beyond(known: Track, path: Blocks, every: Runs, whole: np.ndarray) -> 
 def _touches(
     known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts, some: np.ndarray | None = None
 ) -> tuple[Touches, Touches]:
-    """Return where flights begin and end, as if all began with a blow; of some of them only if these are told."""
+    """Return where flights begin and end, as if all began with an impact; of some of them only if these are given."""
     size = path.size
     inner = known.time[every.first * size], known.time[np.minimum((every.last + 1) * size, len(known.time)) - 1]
     lasted = inner[1] - inner[0]
@@ -227,7 +227,7 @@ def _one_touch(known: Track, every: Runs, start: Touches, end: Touches) -> np.nd
 
 
 def _tangents(paths: Parabolas, where: Shafts, every: Runs, start: Touches, end: Touches, same: np.ndarray) -> Touches:
-    """Return the starts, those without a blow moved to where the flank is left tangentially."""
+    """Return the starts, those without an impact moved to where the flank is left tangentially."""
     glide = np.flatnonzero(~same)
     if not len(glide):
         return start

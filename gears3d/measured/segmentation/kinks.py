@@ -1,4 +1,4 @@
-"""Kinks of a path: where its speed jumps, and by how much. An impact is one; the loss of contact is none."""
+"""Velocity jumps of a path: where, and by how much. An impact is one; the loss of contact is not."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from gears3d.measured.segmentation.smoothing import Blocks
 SCALES = (3, 6, 12, 24, 48)
 """Blocks to either side."""
 USUAL = 4
-"""How many of these are looked with at first: longer ones see weaker kinks and run neighbours together."""
+"""How many of these are used at first: longer ones detect weaker jumps and merge neighbours."""
 SURE = 7.0
-"""Standard deviations that a kink stands out by before flanks are looked for beneath it."""
+"""Standard deviations of a jump from which on it is used to find flanks."""
 PLAIN = 2.0 * SURE
-"""Standard deviations from which on no longer reach is looked with: it would run neighbouring kinks together."""
+"""Standard deviations from which on no longer reach is used: it would merge neighbouring jumps."""
 SHARP = 0.6
-"""Part of its jump that a kink keeps at half the reach, and again at half of that; a smooth bend keeps an eighth."""
+"""Part of its size that a jump keeps at half the reach, and again at half of that; a smooth curve keeps 1/8."""
 LEFT = 13
-"""Blocks from which on the scatter about the model is known to a quarter, eight degrees of freedom."""
+"""Blocks from which on the scatter about the model is known to 25 %: eight degrees of freedom."""
 NOISY = 3.0
 """Standard deviations by which noise may hide the jump at shorter reaches than half."""
 
 
 class Kinks(NamedTuple):
-    """Sure kinks of a path.
+    """Significant velocity jumps of a path.
 
     Args:
         at: index of the block, (k,).
@@ -39,9 +39,9 @@ class Kinks(NamedTuple):
 
 
 def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights that tell the jump of slope and the place at the middle of 2·reach + 1 points.
+    """Return the weights that estimate the jump of slope and the place at the middle of 2·reach + 1 points.
 
-    The model is a cubic with a kink in the middle, so that a smooth bend does not count.
+    The model is a cubic with a jump of slope in the middle, so that a smooth curve does not count.
 
     Args:
         reach: points to either side.
@@ -58,11 +58,11 @@ def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
-    """Return the kinks that stand out of the noise and are sharp, one within two reaches of it at most.
+    """Return the significant velocity jumps that are sharp, one within two reaches of it at most.
 
     Args:
         path: displacement in blocks.
-        scales: how many of the scales are looked with, from the shortest on.
+        scales: how many of the scales are used, from the shortest on.
     """
     count = len(path.time)
     best, jumps, places = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -76,7 +76,7 @@ def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
         jump = np.convolve(path.place, slope[::-1], "same")
         standard = np.abs(jump) / (_left(path, reach) * np.linalg.norm(slope))
         standard[:reach] = standard[-reach:] = 0.0
-        standard[np.abs(jump) < 2.0 * path.slack * np.abs(slope).max()] = 0.0  # one block may be read amiss so far
+        standard[np.abs(jump) < 2.0 * path.slack * np.abs(slope).max()] = 0.0  # the possible error of one block
         sharp = np.ones(count, bool)
         for levels, (shorter, sigma) in enumerate(reversed(finer), 1):
             least = SHARP**levels * np.abs(jump) - (NOISY * sigma if levels > 1 else 0.0)
@@ -90,9 +90,9 @@ def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
 
 
 def _left(path: Blocks, reach: int) -> np.ndarray:
-    """Return the standard deviation of a block that noise and what the model misses come to about each block, (m,).
+    """Return the standard deviation of a block by noise and by the misfit of the model about each block, (m,).
 
-    What it misses is smooth: of any number of blocks as many are independent as in the shortest window that shows it.
+    The misfit is smooth: of any number of blocks as many are independent as in the shortest window that shows it.
     """
     count = 2 * reach + 1
     if count < LEFT:
@@ -108,7 +108,7 @@ def _left(path: Blocks, reach: int) -> np.ndarray:
 
 
 def _turns_away(path: Blocks, found: Kinks, reach: np.ndarray) -> np.ndarray:
-    """Return whether the path stays, before and after each kink, on the side to which its speed jumps, (k,)."""
+    """Return whether the path stays, before and after each jump, on the side to which its speed jumps, (k,)."""
     good = np.ones(len(found.at), bool)
     for part in (reach, reach // 2):
         sides = [path.place[np.clip(found.at + way, 0, len(path.place) - 1)] - found.place for way in (-part, part)]
@@ -118,9 +118,9 @@ def _turns_away(path: Blocks, found: Kinks, reach: np.ndarray) -> np.ndarray:
 
 
 def _peaks(standard: np.ndarray, jump: np.ndarray, place: np.ndarray, reach: np.ndarray) -> Kinks:
-    """Keep what nothing stronger stands beside: of the same sign within two reaches, of the other within one.
+    """Keep jumps without a stronger one nearby: of the same sign within two reaches, of the other within one.
 
-    A kink makes weaker ones of the other sign within its reach; farther ones are impacts on the other flank.
+    A jump makes weaker ones of the other sign within its reach; farther ones are impacts on the other flank.
     """
     sure = np.flatnonzero(standard > SURE)
     order = sure[np.argsort(-standard[sure])]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,14 @@ from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment, unsegmented
 from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track, track
-from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.tables import Measurement, Segments
 from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
 from gears3d.recording.derived import Derived, part_of
 from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
+from gears3d.signals.orders import deviations, phasors_of
 
 LONG = 1 << 20
 """Rows from which on columns of the recording are worked out when they are asked for."""
@@ -37,28 +38,6 @@ FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
 longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5."""
 MOVES = 0.1
 """Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
-
-
-@dataclass(frozen=True, eq=False)
-class Measurement:
-    """What a record came to.
-
-    Args:
-        recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``
-            take it.
-        segments: flights, contacts and impacts with their uncertainties.
-        summary: what JSON can hold.
-    """
-
-    recording: Recording
-    segments: Segments
-    summary: dict[str, Any]
-
-    def __repr__(self) -> str:
-        return f"Measurement({self.recording!r})"
-
-    def _repr_html_(self) -> str:
-        return self.recording._repr_html_()
 
 
 def measure(
@@ -300,11 +279,10 @@ def _visible(path: Blocks, known: Track) -> dict[str, Any]:
     base = np.stack([np.ones_like(x), x, x**2], axis=1)
     shown = Contact(base, np.stack([drive, loose]), place, path.stray)
     taken, numbers, covariance = strongest([shown], resolved(path.drive, path.loose), MOST_VISIBLE)
-    pairs = numbers[0][3:].reshape(-1, 2)
-    spread = np.sqrt(np.maximum(np.diag(covariance[0])[3:].reshape(-1, 2).mean(axis=1), 0.0))
+    found = zip(taken, np.abs(phasors_of(numbers[0, 3:])), deviations(covariance[0, 3:, 3:]), strict=True)
     orders = [
-        {"gear": gear, "order": order, "amplitude_m": float(np.hypot(*pair)), "sigma_m": float(sigma)}
-        for (gear, order), pair, sigma in zip(taken, pairs, spread, strict=True)
+        {"gear": gear, "order": order, "amplitude_m": float(amplitude), "sigma_m": float(sigma)}
+        for (gear, order), amplitude, sigma in found
     ]
     slope = np.polyfit(drive - drive.mean(), loose - loose.mean(), 1)[0] if np.ptp(drive) > 0.0 else np.nan
     lasts = float(path.time[-1] - path.time[0])
@@ -337,7 +315,7 @@ def _in_order(impacts: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _phase(record: Recording, period: float | None, times: np.ndarray) -> np.ndarray:
-    """Return the phase of the drive's fluctuation at some times [rad], NaN where there is none."""
+    """Return the phase of the drive's fluctuation at some times [rad], NaN without one."""
     if not period or record.time[-1] - record.time[0] < period:
         return np.full(len(times), np.nan)
     return of_period(record.time, record.signals["theta_drive_rad"], period, times)

@@ -1,4 +1,9 @@
-"""Orders of either gear in what a record shows in contact only: least squares, because such a record has gaps."""
+"""Significant orders of either gear in contact during rattle.
+
+Contact has gaps, through which orders leak into their neighbours: these do not show the noise, as they do in slow turns
+(:mod:`gears3d.identify.orders`). Orders are therefore fitted together, and an order must predict revolutions from
+which it was not fitted.
+"""
 
 from __future__ import annotations
 
@@ -6,36 +11,40 @@ from typing import NamedTuple
 
 import numpy as np
 
-GEARS = ("drive", "loose")
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, trimmed
+
 DOUBT = 1e-4
-"""Chance that noise alone makes the strongest of all orders as strong, below which it is taken."""
+"""Probability that noise alone makes the strongest of all orders as strong, below which it is significant."""
 MOST = 40
 """Orders that are taken at most."""
 STRETCHES = 37
-"""Parts of a record of few revolutions, every other one held out; else every other revolution is."""
+"""Parts of a record of few revolutions, every other one held out; in longer ones every other revolution is."""
 QUIET = 1.15
-"""Times its noise that a place may scatter without being asked for orders."""
+"""Times its noise that places may scatter without a search for orders."""
 HOPE = 2.0
-"""Times the power of the strongest order that a further one may take at most: they are not quite independent."""
+"""Times the power of the strongest order that a further one may have at most: they are not quite independent."""
 CANDIDATES = 8
 """Orders that are fitted before one of them is taken."""
 TRIED = 0.3
 """Part of the strongest order's power that makes another one a candidate."""
 ALIKE = 0.97
-"""Part of what the best order takes away, from which on a lower one is preferred."""
+"""Part of the reduction by the best order from which on a lower order is preferred."""
 SOME = 4000
 """Places with which candidates are compared."""
 STRAY = 4.0
-"""Deviations from which on a place is a bounce, not contact."""
-FINE = 8.0
-"""Blocks in a wave at least."""
+"""Standard deviations from which on a place is a bounce and not contact."""
+FINE, BINS = 8.0, 8
+"""Blocks, and bins of the angle, in a wave of the highest order at least."""
+RIDGE, POOR = 1e-6, 0.02
+"""Regularisation of all orders together and of one alone: blocks in contact lie at some angles only."""
 
 
 class Contact(NamedTuple):
     """Places in contact with one flank.
 
     Args:
-        base: columns of what is fitted besides, such as offset and drift, (n, p).
+        base: columns that are fitted in addition, such as offset and drift, (n, p).
         angles: of drive and loose gear [rad], (2, n).
         place: [m], (n,).
         noise: of a place [m]; nothing is looked for below it.
@@ -48,7 +57,7 @@ class Contact(NamedTuple):
 
 
 def resolved(drive: np.ndarray, loose: np.ndarray) -> tuple[int, int]:
-    """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn alike.
+    """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn equally fast.
 
     Args:
         drive: angles of the blocks [rad], (m,).
@@ -72,18 +81,18 @@ def strongest(
     quiet: float = QUIET,
     goal: float = 0.0,
 ) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
-    """Return orders that stand out, one after the other, each with numbers of its own on every flank.
+    """Return significant orders, one after the other, each with its own phasor on every flank.
 
     Args:
         touched: places in contact, one entry a flank.
         highest: order of drive and loose gear.
         most: orders taken at most.
         known: orders among the base columns, not to be taken again.
-        quiet: times its noise that a place may scatter without being asked for orders.
+        quiet: times its noise that places may scatter without a search for orders.
         goal: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
 
     Returns:
-        Gear and order of each, and by flank the numbers of base and cosines and sines, and their covariance.
+        Gear and order of each, and by flank the numbers of base columns and phasors, and their covariance.
     """
     taken: list[tuple[str, int]] = []
     candidates = sum(highest)
@@ -92,77 +101,48 @@ def strongest(
         fits = [_fit(one, taken) for one in touched]
         if len(taken) >= most or not candidates:
             break
-        if all(spread_of(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
+        if all(robust_deviation(rest) < quiet * one.noise for one, (_, _, rest, _) in zip(touched, fits, strict=True)):
             break
         best = _best(touched, fits, highest, {*taken, *known})
         if not best or best[0][1] < least or _out_of_reach(fits, best[0][1], most - len(taken), goal):
             break
         chosen = _exact(touched, taken, [name for name, power in best if power > max(least, TRIED * best[0][1])])
-        if not _foretells(touched, taken, chosen):
+        if not _predicts(touched, taken, chosen):
             break
         taken.append(chosen)
     return taken, np.array([one[0] for one in fits]), np.array([one[1] for one in fits])
 
 
 def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
-    """Return whether so many orders as strong as the strongest would leave more than the goal."""
+    """Return whether a residual above the goal remains after so many orders as strong as the strongest."""
     if goal <= 0.0:
         return False
     return all(float(rest @ rest) - HOPE * room * power * var > len(rest) * goal**2 for _, _, rest, var in fits)
 
 
 def columns_of(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
-    """Return what is fitted to places: the base columns, and cosine and sine of each order, (n, p).
+    """Return what is fitted to places: the base columns, and both columns of each order, (n, p).
 
     Args:
         one: places in contact.
         taken: gear and order of each.
     """
-    waves = [order * one.angles[GEARS.index(gear)] for gear, order in taken]
-    return np.hstack([one.base, *(np.stack([np.cos(wave), np.sin(wave)], axis=1) for wave in waves)])
+    return np.hstack([one.base, *(harmonics(one.angles[GEARS.index(gear)], [order]) for gear, order in taken)])
 
 
 def _fit(one: Contact, taken: list[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return numbers, covariance, what is left [m], strays cut, and its variance [m²]."""
-    columns = columns_of(one, taken)
-    keep = np.abs(one.place) <= STRAY * max(spread_of(one.place), one.noise)
-    numbers, inverse, rest, limit = np.zeros(columns.shape[1]), np.zeros((columns.shape[1],) * 2), one.place, np.inf
-    for _ in range(3):
-        rows = columns[keep]
-        normal = rows.T @ rows
-        size = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        inverse = np.linalg.inv(normal * np.outer(size, size) + 1e-6 * np.eye(len(size))) * np.outer(size, size)
-        numbers = inverse @ (rows.T @ one.place[keep])
-        rest = one.place - columns @ numbers
-        limit = STRAY * max(spread_of(rest), one.noise)
-        keep = np.abs(rest) <= limit
+    """Return numbers, covariance, residual [m], outliers clipped, and its variance [m²]."""
+    kept = np.abs(one.place) <= STRAY * max(robust_deviation(one.place), one.noise)
+    numbers, inverse, rest, limit = made = trimmed(columns_of(one, taken), one.place, STRAY, one.noise, kept, RIDGE)
     rest = np.clip(rest, -limit, limit)
-    variance = float(rest @ rest) / max(np.count_nonzero(keep) - len(numbers), 1) * colour_of(rest)
+    variance = float(rest @ rest) / max(np.count_nonzero(made.kept) - len(numbers), 1) * colour_of(rest)
     return numbers, inverse * variance, rest, variance
-
-
-def colour_of(rest: np.ndarray) -> float:
-    """Return by how much the mean of neighbours scatters more than if they were independent."""
-    if len(rest) < 64:
-        return 1.0
-    total = float(np.mean(rest**2))
-    alike = [float(np.mean(rest[lag:] * rest[:-lag])) / max(total, 1e-300) for lag in (1, 2, 3)]
-    return float(np.clip(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0)), 1.0, 7.0))
-
-
-def spread_of(rest: np.ndarray) -> float:
-    """Return the standard deviation of most of what is left [m], strays apart.
-
-    Args:
-        rest: [m], (n,).
-    """
-    return 1.4826 * float(np.median(np.abs(rest))) if len(rest) else 0.0
 
 
 def _best(
     touched: list[Contact], fits: list, highest: tuple[int, int], known: set[tuple[str, int]]
 ) -> list[tuple[tuple[str, int], float]]:
-    """Return the orders that take most of what is left, and how much in units of its variance, strongest first."""
+    """Return the orders that reduce the residual most, and by how much in units of its variance, strongest first."""
     found: list[tuple[tuple[str, int], float]] = []
     for which, gear in enumerate(GEARS):
         top = highest[which]
@@ -170,7 +150,7 @@ def _best(
             continue
         power = np.zeros(top + 1)
         for one, (_, _, rest, variance) in zip(touched, fits, strict=True):
-            power += _power(one.angles[which], rest, top) / max(variance, 1e-300)
+            power += each_alone(one.angles[which], rest, top, POOR, BINS)[1] / max(variance, 1e-300)
         taken = [0, *(order for name, order in known if name == gear and order <= top)]
         power[taken] = 0.0
         found += [((gear, int(order)), float(power[order])) for order in np.argsort(-power)[:CANDIDATES]]
@@ -178,9 +158,9 @@ def _best(
 
 
 def _exact(touched: list[Contact], taken: list[tuple[str, int]], tried: list[tuple[str, int]]) -> tuple[str, int]:
-    """Return the lowest of the orders that leave hardly more than the one that leaves least.
+    """Return the lowest of the orders whose residual hardly exceeds the smallest.
 
-    Where gears touch at some angles only, orders look alike.
+    Where gears touch at some angles only, orders are hardly distinguishable.
     """
     left = []
     for name in tried:
@@ -196,21 +176,8 @@ def _few(one: Contact) -> Contact:
     return Contact(one.base[::step], one.angles[:, ::step], one.place[::step], one.noise)
 
 
-def _power(angle: np.ndarray, rest: np.ndarray, top: int) -> np.ndarray:
-    """Return by how much a wave of each order, 0 to ``top``, lessens the sum of squares [m²], (top + 1,)."""
-    bins = 1 << int(np.ceil(np.log2(8 * top + 8)))
-    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
-    right = np.fft.fft(np.bincount(place, rest, minlength=bins))[: top + 1]
-    twice = np.fft.fft(np.bincount(place, minlength=bins))[: 2 * top + 1 : 2]
-    count = len(rest)
-    cc, ss, cs = 0.5 * (count + twice.real), 0.5 * (count - twice.real), -0.5 * twice.imag
-    cc, ss = cc + 0.02 * count, ss + 0.02 * count
-    c, s = right.real, -right.imag
-    return np.maximum((c * c * ss - 2.0 * c * s * cs + s * s * cc) / np.maximum(cc * ss - cs * cs, 1e-300), 0.0)
-
-
-def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
-    """Return whether an order, fitted to every other stretch, lessens what is left of the others."""
+def _predicts(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[str, int]) -> bool:
+    """Return whether an order that is fitted to every other stretch reduces the residual of the others."""
     gain = 0.0
     for one in touched:
         count = len(one.place)
@@ -227,7 +194,7 @@ def _foretells(touched: list[Contact], taken: list[tuple[str, int]], new: tuple[
             for orders in (taken, [*taken, new]):
                 numbers = _fit(mine, orders)[0]
                 rest = np.abs(theirs.place - columns_of(theirs, orders) @ numbers)
-                limit = STRAY * max(spread_of(rest) if not left else limit / STRAY, one.noise)
+                limit = STRAY * max(robust_deviation(rest) if not left else limit / STRAY, one.noise)
                 left.append(float(np.mean(np.square(np.minimum(rest, limit)))))
             gain += (left[0] - left[1]) / max(left[0], 1e-300)
     return gain > 0.0

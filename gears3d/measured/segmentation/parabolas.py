@@ -10,6 +10,7 @@ from gears3d.measured.segmentation.kernels import paths
 from gears3d.measured.segmentation.kernels.paths import SLIGHT
 from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.smoothing import Track
+from gears3d.signals import robust_deviation
 
 FEWEST = 5
 """Readings that a flight needs."""
@@ -334,7 +335,7 @@ def common_law(flights: Parabolas) -> Law | None:
     middle, centre = float(np.median(slowing[best])), float(np.median(speed))
     slope = _between(speed - centre, slowing[best] - middle)
     rest = slowing[best] - middle - slope * (speed - centre)
-    spread, own = 1.4826 * float(np.median(np.abs(rest - np.median(rest)))), float(np.median(slack[best]))
+    spread, own = robust_deviation(rest - np.median(rest)), float(np.median(slack[best]))
     more = max(spread**2 * (1.0 + MAD_ERROR / np.sqrt(len(best))) - own**2, 0.0)  # beyond what noise makes of one drag
     varies = 2.0 * np.sqrt(more) + LOOSE * abs(middle) + 2.0 * 1.2533 * max(spread, own) / np.sqrt(len(best))
     seen = (float(speed.min()), float(speed.max()))
@@ -351,7 +352,7 @@ def _between(speed: np.ndarray, slowing: np.ndarray) -> float:
         rows = np.stack([np.ones_like(speed), speed])
         offset, slope = np.linalg.lstsq((rows * weight).T, slowing * weight, rcond=None)[0]
         rest = slowing - offset - slope * speed
-        spread = 1.4826 * float(np.median(np.abs(rest)))
+        spread = robust_deviation(rest)
         weight = np.clip(1.0 - (rest / max(6.0 * spread, 1e-300)) ** 2, 0.0, None)
     off = speed - np.average(speed, weights=weight + 1e-12)
     sigma = spread / float(np.sqrt(np.sum(weight * off**2)))

@@ -1,4 +1,4 @@
-"""Where the flanks are, from the path alone: through sure kinks first, then through all that dwells beside them."""
+"""Where the flanks are, from the path alone: through velocity jumps, then through all blocks at rest."""
 
 from __future__ import annotations
 
@@ -8,43 +8,45 @@ import numpy as np
 
 from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
 from gears3d.measured.segmentation.kinks import Kinks
-from gears3d.measured.segmentation.orders import GEARS, Contact, resolved, strongest
+from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
 from gears3d.measured.segmentation.terms import Terms, make_terms
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS
 
 SEEN = 3
-"""Kinks on a flank without which it is not known to be smooth."""
+"""Velocity jumps on a flank below which it is not known to be smooth."""
 SCATTER = 3.0
-"""Noises of a block by which half of the kinks may scatter about a smooth flank: rounding moves them, too."""
+"""Noises of a block by which half of the jumps may scatter about a smooth flank: rounding moves them, too."""
 STRAY, EDGE = 12.0, 0.05
-"""Noises of a block from which on a kink is on no smooth flank, and the part of its kinks that lie behind its edge."""
+"""Noises of a block from which on a jump is not on a smooth flank, and the part of its jumps behind its edge."""
 CALM = 1.3
-"""Times its noise that contact scatters at most where no bounces lie in it: the median's own error is a tenth."""
+"""Times its noise that contact scatters at most without bounces in it: the median's own error is 10 %."""
 CLOSE = 1.25
 """Times the noise of a block up to which the crossing of two flights counts: others hardly cross, or far away."""
 CHATTER = 3.0
 """Times the scatter of contact that its mean may lie inside of the flank."""
 SURE = 3.0
-"""Standard deviations by which touches must be off a flank for it to be moved to these."""
+"""Standard deviations by which touches must deviate from a flank for it to be moved to these."""
 ABSENT = 1e-3
-"""Noises of a block that an order is expected to have which is taken to be absent."""
+"""Expected size, in noises of a block, of an order that is taken to be absent."""
 PLACES = 20
-"""Places on a flank for each column, without which they show none."""
+"""Places on a flank for each column, below which they do not show it."""
 INFLATED = 5.0
-"""Variance inflation factor from which on a column is not told from the others: 5 to 10 are usual in regression."""
+"""Variance inflation factor from which on a column is not distinguishable: 5 to 10 are usual in regression."""
 CORNER = 0.003
-"""Part of the dead band that counts like noise of a kink's place: flights bend within the reach of a kink."""
+"""Part of the dead band that counts like noise of a jump's place: flights are curved within its reach."""
 ROUNDED = 0.25
-"""Part of the way that the jump of its speed makes in a block by which a kink between two blocks may be misplaced."""
+"""Misplacement of a jump between two blocks, over the way that the jump of speed makes in a block."""
 ROUNDS = 8
 GROWS = (0, 2, 4)
-"""Rounds before which orders are looked for that stand out."""
+"""Rounds before which significant orders are looked for."""
 MOST_ORDERS = 16
-"""Orders that a record may ask for."""
+"""Orders of a record at most."""
 QUIET = 1.5
-"""Times its noise that contact may scatter without being asked for orders: the tips of bounces lie in it."""
+"""Times its noise that contact may scatter without a search for orders: the tips of bounces lie in it."""
 SMOOTH = 1.5
-"""Times its noise that a path may be off its flank without being asked for orders."""
+"""Times its noise that a path may deviate from its flank without a search for orders."""
 WIDEST = 0.05
 """Part of the dead band that blocks of contact may be off their flank at first."""
 REACH = 4.0
@@ -54,7 +56,7 @@ STILL = 6.0
 ASTRAY = 10.0
 """Usual distances from the flank at which what passes for contact has no say in where the flank is."""
 FEWEST = 10
-"""Bounces off a flank that tell how far it may be from where it was drawn."""
+"""Bounces off a flank from which its error is estimated."""
 LOOKED_AT, TOGETHER = 100_000, 50
 """Blocks that are looked at at most for contact, and how many neighbours of these stay together."""
 MOST = 5_000
@@ -66,15 +68,15 @@ def find_flanks(
 ) -> Flanks:
     """Return the flanks of a record.
 
-    Sure kinks say where the path bounced and on which side; the flanks through them are then drawn through all blocks
-    that stay beside them without moving, round by round, closer each time.
+    Velocity jumps show where the path bounced and on which side; the flanks through them are then fitted to all blocks
+    that rest near them, round by round, closer each time.
 
     Args:
         path: displacement in blocks.
-        found: its sure kinks; without any the whole record is contact with the active flank.
+        found: its velocity jumps; without any the whole record is contact with the active flank.
         teeth: of drive and loose gear where known, for mesh orders.
         both: whether the reverse flank is looked for too.
-        grow: whether orders are looked for that contact asks for.
+        grow: whether significant orders of contact are looked for.
     """
     terms = make_terms(path, teeth)
     looked = _looked_at(len(path.time))
@@ -107,14 +109,14 @@ def find_flanks(
 
 
 def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True) -> Flanks | None:
-    """Return flanks that kinks alone show to be smooth; ``None`` where these scatter more than their noise.
+    """Return flanks that velocity jumps alone show to be smooth; ``None`` where these scatter more than their noise.
 
-    A flank that is struck only, never rested on, or touched at the same angles again and again does not show its
-    orders. Where kinks lie on flanks without any, there are none until contact shows some (:func:`shown_orders`).
+    A flank with impacts only, without lasting contact, or touched at the same angles repeatedly does not show its
+    orders. Where jumps lie on flanks without any, none are assumed until contact shows some (:func:`shown_orders`).
 
     Args:
         path: displacement in blocks.
-        found: its sure kinks.
+        found: its velocity jumps.
         teeth: of drive and loose gear where known, for mesh orders.
         both: whether the reverse flank is looked for too.
     """
@@ -122,7 +124,7 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     sides = (up, ~up) if both else (up,)
     if min(int(np.count_nonzero(side)) for side in sides) < SEEN:
         return None
-    # nothing lies behind a flank: kinks that are none of impacts, such as bends of flights, lie in the dead band
+    # nothing lies behind a flank: jumps that are not impacts, such as curvature of flights, lie in the dead band
     edges = [float(np.quantile(found.place[side], part)) for side, part in zip(sides, (EDGE, 1.0 - EDGE), strict=False)]
     rounded = ROUNDED * path.width * float(np.median(np.abs(found.jump)))
     allowed = max(path.stray, CORNER * (edges[1] - edges[0]) if both else 0.0, rounded)
@@ -133,7 +135,7 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
     if min(len(one) for one in used) < SEEN:
         return None
     middle = [float(np.median(found.place[one])) for one in used]
-    spread = [1.4826 * float(np.median(np.abs(found.place[one] - at))) for one, at in zip(used, middle, strict=True)]
+    spread = [robust_deviation(found.place[one] - at) for one, at in zip(used, middle, strict=True)]
     if max(spread) > SCATTER * allowed:
         return None
     gap = middle[1] - middle[0] if both else max(float(np.ptp(path.place)), 10.0 * path.noise)
@@ -158,7 +160,7 @@ def shown_orders(
 ) -> Flanks | None:
     """Return smooth flanks with the orders that their contact can show, ``None`` where it can show none.
 
-    An order is shown where it is told from all others at the angles that are touched (variance inflation factor).
+    An order is shown where it is distinguishable from all others at the touched angles (variance inflation factor).
 
     Args:
         path: displacement in blocks.
@@ -198,7 +200,7 @@ def _told_apart(columns: np.ndarray, terms: Terms) -> np.ndarray:
     first = 0
     for kind, _ in terms.kinds:
         own = slice(first, first + (2 if kind in GEARS else 1))
-        inflated = np.linalg.eigvals(normal[own, own] @ inverse[own, own]).real.max()  # whatever the zero of the angle
+        inflated = np.linalg.eigvals(normal[own, own] @ inverse[own, own]).real.max()  # for any datum of the angle
         shown[own] = inflated < INFLATED
         first = own.stop
     return shown
@@ -225,14 +227,14 @@ def _padded(flanks: Flanks, more: int) -> Flanks:
 
 
 def grown(path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, goal: float = 0.0) -> list[tuple[str, int]]:
-    """Return orders that stand out of the contact beside both flanks.
+    """Return significant orders of the contact with both flanks.
 
     Args:
         path: displacement in blocks.
         flanks: so far.
         near: blocks in contact, (k,).
         side: flank of each, (k,).
-        goal: what may be left, as a standard deviation [m]: orders that cannot come to it are not gone through.
+        goal: what may be left, as a standard deviation [m]: orders that cannot reach it are not examined.
     """
     room = MOST_ORDERS - flanks.terms.grown
     touched = []
@@ -258,7 +260,7 @@ def _through_seeds(
     gap: float,
     both: bool,
 ) -> tuple[Flanks, float]:
-    """Return the flanks through the kinks alone, and how far half of these are off."""
+    """Return the flanks through the velocity jumps alone, and the median deviation of these."""
     at, side, place = seeds
     weight, scale, columns = np.ones(len(at)), 0.2 * gap, _columns(path, terms, at)
     flanks = through(terms, columns, side, place, scale, gap, both)
@@ -272,7 +274,7 @@ def _through_seeds(
 
 
 def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
-    """Return the size of the dead band, or of what the path swings through when there is one flank only."""
+    """Return the size of the dead band, or the range of the path when there is one flank only."""
     if side.any() and not side.all():
         return max(float(np.median(place[side == 1]) - np.median(place[side == 0])), 10.0 * path.noise)
     return max(float(np.ptp(path.place)), 10.0 * path.noise)
@@ -284,7 +286,7 @@ def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = F
     Args:
         path: displacement in blocks.
         teeth: of drive and loose gear where known, for mesh orders.
-        grow: whether orders that stand out are looked for; of a rattling gear they are those of its swing.
+        grow: whether significant orders are looked for; of a rattling gear they are those of its fluctuation.
         goal: how far the path may be off [m]: where no orders can come to that, none are gone through.
     """
     terms = make_terms(path, teeth)
@@ -313,13 +315,13 @@ def _closer(
     scale: float,
     gap: float,
 ) -> tuple[Flanks, float]:
-    """Return the flanks through all blocks that dwell beside them, and how far these are off."""
+    """Return the flanks through all blocks that rest near them, and the deviation of these."""
     near, side, off = dwelling(path, *looked, flanks, scale, gap)
     terms, columns = flanks.terms, looked[1]
     both = flanks.gap is not None
     rough = scale
     if len(near) >= 3 * columns.shape[1]:
-        rough = 1.4826 * float(np.median(np.abs(off - np.median(off))))
+        rough = robust_deviation(off - np.median(off))
     scale = max(min(rough, 0.7 * scale), path.noise)
     some = slice(None, None, max(len(near) // MOST, 1))
     at = np.concatenate([near[some], seeds[0]])
@@ -331,12 +333,12 @@ def _closer(
 
 
 def moved(path: Blocks, like: Flanks, found: Kinks) -> Flanks | None:
-    """Return the flanks of another record of the same gears where a record has them; ``None`` without sure kinks.
+    """Return the flanks of another record of the same gears where a record has them; ``None`` without velocity jumps.
 
     Args:
         path: displacement in blocks.
         like: flanks of the other record; its slow drift stays with it.
-        found: sure kinks of this one.
+        found: velocity jumps of this one.
     """
     if len(found.at) < 2:
         return None
@@ -409,7 +411,7 @@ def _set_on(
         line = flanks.active if flank == 0 or flanks.gap is None else flanks.active + flanks.gap
         off = place[mine] - columns[mine] @ line
         middle = float(np.median(off))
-        scatter = max(1.4826 * float(np.median(np.abs(off - middle))), float(np.median(sigma[mine])))
+        scatter = max(robust_deviation(off - middle), float(np.median(sigma[mine])))
         known = 1.2533 * scatter / np.sqrt(len(mine))
         if SURE * known < abs(middle) < most[flank]:
             moved[flank], slack[flank] = middle, known
@@ -447,7 +449,7 @@ def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.n
 def dwelling(
     path: Blocks, looked: np.ndarray, columns: np.ndarray, flanks: Flanks, scale: float, gap: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the blocks that stay beside a flank: index, flank, and distance from it [m], each (k,).
+    """Return the blocks that rest near a flank: index, flank, and distance from it [m], each (k,).
 
     Args:
         path: displacement in blocks.
@@ -455,7 +457,7 @@ def dwelling(
         columns: of the flanks' terms at these, (l, p).
         flanks: so far.
         scale: standard deviation of blocks about their flank [m].
-        gap: width of the dead band as the kinks have it [m].
+        gap: width of the dead band by the velocity jumps [m].
     """
     above = path.place[looked] - columns @ flanks.active
     width = np.full(len(above), np.inf) if flanks.gap is None else columns @ flanks.gap

@@ -27,19 +27,20 @@ from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track
 from gears3d.measured.segmentation.tables import Columns, Segments, contacts_between, flight_table, impacts_of
 from gears3d.measured.segmentation.touching import within
 from gears3d.measured.segmentation.zones import ACTIVE, REVERSE, Runs, clearance
+from gears3d.signals import robust_deviation
 
 TOO_FEW = 0.2
 """Part of the flights that must pass their own test, for the flanks to be believed."""
 SCALES_TRIED = (4, 3, 5)
-"""How many scales of kinks are looked with, until flights pass their own test."""
+"""How many scales of velocity jumps are used, until flights pass their own test."""
 PLAIN = 0.005
-"""Part of a record that may stay unexplained before other kinks are tried, too."""
+"""Part of a record that may stay unexplained before other velocity jumps are tried, too."""
 DOUBTFUL = 0.05
-"""Part of a record that stays unexplained, from which on its cut is told with a warning."""
+"""Part of a record that stays unexplained, from which on its segmentation is reported with a warning."""
 CALM_FEWEST = 50
-"""Blocks in contact with a flank without which nothing is said of how calm it is."""
+"""Blocks in contact with a flank below which its scatter is not assessed."""
 SLIGHT = 1e-3
-"""Part of a record by which orders may explain less before they are left out."""
+"""Part of a record by which orders may explain less before they are excluded."""
 CHATTER = 2.5
 """Times its noise that contact may scatter beyond smooth flanks."""
 RARE = 0.2
@@ -47,7 +48,7 @@ RARE = 0.2
 FAST = 10.0
 """Standard deviations of its speed that a usual impact has, for there to be no doubt that it is one."""
 AGAIN = 2
-"""Times that the flanks are drawn anew through what turned out to be contact, at most."""
+"""Times that the flanks are fitted again to what was found to be contact, at most."""
 SETTLED = 0.25
 """Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
 other places in contact would have moved them."""
@@ -70,7 +71,7 @@ def segment(
         shapes: that flanks may have besides orders.
 
     Raises:
-        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+        InputError: the noise fills the dead band, or the motion between the flanks is not a flight.
     """
     tell = progress or _quiet
     path = known.blocks._replace(shapes=shapes)
@@ -98,7 +99,7 @@ def segment(
         for both in sides:
             flanks = find_flanks(path, seeds, teeth, both)
             if best is not None and not _moved(path, drawn, flanks):
-                return best  # other kinks tell the same flanks
+                return best  # other velocity jumps show the same flanks
             try:
                 found = _between_flanks(known, path, flanks, seeds, teeth, both, file, tell)
             except InputError as error:
@@ -128,7 +129,7 @@ def alike(known: Track, like: Flanks, file: str = "") -> Segments:
         file: named in faults.
 
     Raises:
-        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+        InputError: the noise fills the dead band, or the motion between the flanks is not a flight.
     """
     path = known.blocks._replace(shapes=like.terms.shapes)
     seeds = kinks(path, SCALES_TRIED[0])
@@ -142,7 +143,7 @@ def alike(known: Track, like: Flanks, file: str = "") -> Segments:
 def doubtful(cut: Segments) -> float:
     """Return the part of a record that the cut does not explain.
 
-    That is the time of flights that do not testify, and of contacts further from their flank than noise allows.
+    That is the time of flights that fail their test, and of contacts further from their flank than noise allows.
 
     Args:
         cut: the record.
@@ -178,13 +179,13 @@ def _between_flanks(
     file: str,
     tell: Callable[[float], None],
 ) -> Segments | None:
-    """Return the record cut along flanks, drawn anew; ``None`` where two flanks are one.
+    """Return the record segmented with flanks that are fitted again; ``None`` where two flanks are one.
 
     Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
     flank that is seldom touched ask for orders, too.
 
     Raises:
-        InputError: the noise fills the dead band, or what lies between the flanks is no flight.
+        InputError: the noise fills the dead band, or the motion between the flanks is not a flight.
     """
     found = _cut_between(known, path, flanks, seeds, both, file, tell)
     if found is None or not found.flanks.terms.grown:
@@ -215,7 +216,7 @@ def _smooth(
         found = _tried(known, path, flanks, seeds, both, file, tell)
         if found is None or (doubt := doubtful(found)) > DOUBTFUL or not _calm(path, found, CHATTER, inner=False):
             continue
-        if taken is None or doubt <= doubtful(taken) + SLIGHT:  # one flank explains as much: there is no second one
+        if taken is None or doubt <= doubtful(taken) + SLIGHT:  # one flank explains as much: no second one is reported
             taken = found
         if _struck_often(taken):
             break
@@ -248,7 +249,7 @@ def _tried(
 
 
 def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True) -> bool:
-    """Whether contact is no further off its flanks than so many times what noise makes it.
+    """Whether contact deviates from its flanks by at most so many times its noise.
 
     Without ``inner`` only what lies beyond a flank is asked: bounces too low to be seen lie on its inner side.
     """
@@ -257,10 +258,10 @@ def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True)
     for flank, sign in ((ACTIVE, 1.0), (REVERSE, -1.0)):
         near = within(path.time, cut.contacts, path.width, flank)
         off = sign * (path.place[near] - flanks[flank][near])
-        off = off[np.abs(off) < clear] if not inner else off  # what is further is no contact, but unexplained
+        off = off[np.abs(off) < clear] if not inner else off  # larger deviations are not contact, but unexplained
         if len(off) < CALM_FEWEST:
             continue
-        scatter = 1.4826 * float(np.median(np.abs(off))) if inner else -float(np.quantile(off, 0.16))
+        scatter = robust_deviation(off) if inner else -float(np.quantile(off, 0.16))
         if scatter > quiet * path.stray:
             return False
     return True
@@ -269,7 +270,7 @@ def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True)
 def _cut_between(
     known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, both: bool, file: str, tell: Callable[[float], None]
 ) -> Segments | None:
-    """Return the record cut along flanks, drawn anew as long as cutting moves them."""
+    """Return the record segmented with flanks that are fitted again as long as segmentation moves them."""
     if both and (flanks.gap is None or flanks.gap[0] < 3.0 * clearance(path, flanks)):
         return None
     tell(0.4)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from gears3d.measured.segmentation.flights import Touches
 from gears3d.measured.segmentation.parabolas import Parabolas
 from gears3d.measured.segmentation.smoothing import Blocks, Track
 from gears3d.measured.segmentation.zones import FLIGHT, Runs, clearance
+from gears3d.recording import Recording
 
 RESOLVED = 4.0
 """Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
@@ -95,6 +97,28 @@ class Segments(NamedTuple):
         for flank, first, stop in zip(self.contacts["flank"].astype(int), begin, end, strict=True):
             state[first:stop] = flank
         return state
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a record came to.
+
+    Args:
+        recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``
+            take it.
+        segments: flights, contacts and impacts with their uncertainties.
+        summary: what JSON can hold.
+    """
+
+    recording: Recording
+    segments: Segments
+    summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"Measurement({self.recording!r})"
+
+    def _repr_html_(self) -> str:
+        return self.recording._repr_html_()
 
 
 def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, same: np.ndarray) -> Columns:

@@ -1,28 +1,25 @@
-"""Orders of both gears while they touch: what a measured record tells of one flank."""
+"""Orders of both gears in contact with one flank, from a measured record."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from gears3d.measured.segmentation.orders import GEARS, MOST, STRAY, Contact, columns_of, resolved, spread_of, strongest
-
-if TYPE_CHECKING:
-    from gears3d.measured.segmentation.measured import Measurement
-    from gears3d.measured.segmentation.tables import Segments
+from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
+from gears3d.measured.segmentation.tables import Measurement, Segments
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, deviations, phasors_of
 
 QUARTER = 20
-"""Blocks of a quarter of the contacts from which on its mean counts: their noise is a quarter of one block's."""
+"""Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's."""
 ROWS = 20_000
-"""Places that are asked at most."""
+"""Places that are fitted at most."""
 
 
 def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
     """Return the orders of both gears in the displacement while the gears touch, strongest first.
 
-    An order is taken when noise alone would hardly be as strong, and when it foretells the revolutions
-    from which it was not fitted. Phases count from the zero of the record's own angles.
+    An order is significant when noise alone would hardly be as strong, and when it predicts the revolutions
+    from which it was not fitted. Phases refer to the datum of the record's own angles.
 
     Args:
         measurement: of a record.
@@ -30,7 +27,7 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
         most: orders that are taken at most.
 
     Returns:
-        ``gear`` (0 drive, 1 loose; the drive's only where both have turned alike), ``order``, ``amplitude_m``,
+        ``gear`` (0 drive, 1 loose; the drive's only where both turn equally fast), ``order``, ``amplitude_m``,
         ``sigma_m`` and ``phase_rad`` of amplitude·cos(order·θ + phase), and ``share``, the part of the variance that
         no other order of these explains, each (k,).
 
@@ -54,16 +51,15 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
     touched = Contact(base, np.stack([path.drive[some], path.loose[some]]), path.place[some], floor)
     highest = resolved(path.drive, path.loose)
     taken, numbers, covariance = strongest([touched], highest, most)
-    pairs = numbers[0, base.shape[1] :].reshape(-1, 2)
-    spread = np.diag(covariance[0])[base.shape[1] :].reshape(-1, 2)
-    amplitude = np.hypot(pairs[:, 0], pairs[:, 1])
+    phasors = phasors_of(numbers[0, base.shape[1] :])
+    amplitude = np.abs(phasors)
     rank = np.argsort(-amplitude, kind="stable")
     found = {
         "gear": np.array([GEARS.index(gear) for gear, _ in taken], int),
         "order": np.array([order for _, order in taken], int),
         "amplitude_m": amplitude,
-        "sigma_m": np.sqrt(spread.mean(axis=1)) if len(pairs) else amplitude,
-        "phase_rad": np.arctan2(-pairs[:, 1], pairs[:, 0]),
+        "sigma_m": deviations(covariance[0, base.shape[1] :, base.shape[1] :]),
+        "phase_rad": np.angle(phasors),
         "share": shares(touched, taken, numbers[0]),
     }
     return {name: column[rank] for name, column in found.items()}
@@ -89,7 +85,7 @@ def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flan
 
 
 def place_slack(cut: Segments) -> tuple[float, float]:
-    """Return by how much the place of each flank may be off in the mean [m]: active, reverse.
+    """Return by how much the place of each flank may deviate in the mean [m]: active, reverse.
 
     Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. What the quarters of
     the contacts disagree by about the flank is what they may have done to it; half the noise of a block where no
@@ -113,9 +109,9 @@ def place_slack(cut: Segments) -> tuple[float, float]:
 
 
 def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> np.ndarray:
-    """Return by how much more is left over without each order, as a part of what is left without any, (k,).
+    """Return the growth of the residual without each order, as a part of the residual without any, (k,).
 
-    Where gears touch at some angles only, two orders may nearly cancel: their amplitudes tell no share.
+    Where gears touch at some angles only, two orders may nearly cancel: their amplitudes show no share.
 
     Args:
         one: places in contact.
@@ -124,7 +120,7 @@ def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> n
     """
     columns = columns_of(one, taken)
     rest = one.place - columns @ numbers
-    keep = np.abs(rest) <= STRAY * max(spread_of(rest), one.noise)
+    keep = np.abs(rest) <= STRAY * max(robust_deviation(rest), one.noise)
     rows, place = columns[keep], one.place[keep]
     base = rows[:, : one.base.shape[1]]
     total = place - base @ np.linalg.lstsq(base, place, rcond=None)[0]

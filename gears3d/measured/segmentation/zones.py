@@ -1,4 +1,4 @@
-"""Which blocks of a path lie beside a flank and which in the dead band, and the runs that they make."""
+"""Which blocks of a path lie at a flank and which in the dead band, and the runs that they make."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def zones(path: Blocks, flanks: Flanks, found: Kinks, file: str = "") -> tuple[n
     Args:
         path: displacement in blocks.
         flanks: of the record.
-        found: sure kinks: one close to its flank is a touch, even where its block is rounded off the flank.
+        found: velocity jumps: one close to its flank is a touch, even where its block is rounded off the flank.
         file: named in faults.
 
     Raises:

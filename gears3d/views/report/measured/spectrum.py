@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.measured.segmentation import contact_orders
-from gears3d.measured.segmentation.orders import GEARS, resolved
+from gears3d.measured.segmentation.orders import STRAY, resolved
 from gears3d.measured.segmentation.touching import ROWS, within
 from gears3d.recording import FLANKS
+from gears3d.signals import robust_deviation
+from gears3d.signals.orders import GEARS, each_alone, harmonics
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement
@@ -81,36 +83,14 @@ def _floors(found: Measurement, flank: int, taken: list[dict[str, Any]]) -> dict
     some = near[:: max(len(near) // ROWS, 1)]
     angles = dict(zip(GEARS, (path.drive[some], path.loose[some]), strict=True))
     x = np.linspace(-0.5, 0.5, len(some))
-    waves = [one["order"] * angles[one["gear"]] for one in taken]
-    columns = np.stack([np.ones_like(x), x, x * x, *(of(wave) for wave in waves for of in (np.cos, np.sin))], axis=1)
+    waves = [harmonics(angles[one["gear"]], [one["order"]]) for one in taken]
+    columns = np.hstack([np.stack([np.ones_like(x), x, x * x], axis=1), *waves])
     rest = path.place[some] - columns @ np.linalg.lstsq(columns, path.place[some], rcond=None)[0]
-    limit = 4.0 * 1.4826 * float(np.median(np.abs(rest)))
+    limit = STRAY * robust_deviation(rest)
     rest = np.clip(rest, -limit, limit)
     highest = dict(zip(GEARS, resolved(path.drive, path.loose), strict=True))
-    return {gear: amplitudes(angles[gear], rest, min(top, HIGHEST)) for gear, top in highest.items() if top > 1}
-
-
-def amplitudes(angle: np.ndarray, rest: np.ndarray, highest: int) -> np.ndarray:
-    """Return the amplitude of each order by least squares, one order at a time.
-
-    Args:
-        angle: [rad], (n,).
-        rest: [m], (n,).
-        highest: order.
-
-    Returns:
-        [m], (highest,).
-
-    >>> turn = np.linspace(0.0, 20.0, 4001)
-    >>> float(amplitudes(turn, 2e-6 * np.cos(3 * turn + 0.4), 5)[2].round(8))
-    2e-06
-    """
-    bins = 1 << int(np.ceil(np.log2(FINE * highest + FINE)))
-    place = np.floor(np.mod(angle, 2 * np.pi) / (2 * np.pi) * bins).astype(int) % bins
-    right = np.fft.fft(np.bincount(place, rest, minlength=bins))[1 : highest + 1]
-    twice = np.fft.fft(np.bincount(place, minlength=bins))[2 : 2 * highest + 1 : 2]
-    count = len(rest)
-    cc, ss, cs = 0.5 * (count + twice.real), 0.5 * (count - twice.real), -0.5 * twice.imag
-    cc, ss = cc + RIDGE * count, ss + RIDGE * count
-    c, s = right.real, -right.imag
-    return np.hypot(c * ss - s * cs, s * cc - c * cs) / (cc * ss - cs * cs)
+    return {
+        gear: np.abs(each_alone(angles[gear], rest, min(top, HIGHEST), RIDGE, FINE)[0][1:])
+        for gear, top in highest.items()
+        if top > 1
+    }
