@@ -37,6 +37,8 @@ NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
 FITTED, POLISHED = 7, 3
 """Candidates that are fitted in a round, and those of them that are fitted with new starts."""
+AGREES = 9.0
+"""The same of a cause that was found otherwise: three standard deviations, at a size that is known beforehand."""
 EXCLUDED = 16.0
 """Chi-square over the level by which another cause must be worse to be excluded: four standard deviations."""
 ROUNDS = 8
@@ -190,7 +192,10 @@ def _searched(
             _restore(windows, one)
             one = _polished(windows, _scanned(windows, _polished(windows, one)))
             all_tried.append(one)
-            if best is None or _better(windows, best.rest, one.rest)[0] > 0.0:
+            more = 0 if best is None else _count(one) - _count(best)
+            if (
+                best is None or _better(windows, best.rest, one.rest)[0] > EXCLUDED * more
+            ):  # the simplest that is not excluded
                 best = one
         if best is None or not SMALLEST < _size(best.causes[-1]) < LARGEST or not _pays(windows, now, best):
             break
@@ -206,12 +211,21 @@ def _pays(windows: Windows, less: _State, more: _State) -> bool:
 
 
 def _better(windows: Windows, less: Array, more: Array) -> tuple[float, float]:
-    """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows."""
+    """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
+
+    What keeps its sign for some readings counts as one reading.
+    """
     a, b = windows.level(less), windows.level(more)
     level = max(float(np.median(b)), 1e-12)
     most = FAR * level + float(np.median(a))
     fall = (np.minimum(a, most) - np.minimum(b, most)) * np.bincount(windows.window, minlength=len(windows))
-    return float(fall.sum()) / level, float(fall.mean() / (fall.std() / np.sqrt(len(fall)) + 1e-30))
+    return float(fall.sum()) / (level * windows.runs(more)), float(
+        fall.mean() / (fall.std() / np.sqrt(len(fall)) + 1e-30)
+    )
+
+
+def _count(state: _State) -> int:
+    return sum(len(cause.numbers) for cause in state.causes)
 
 
 def _size(cause: Cause) -> float:
@@ -322,7 +336,7 @@ def _scanned(windows: Windows, now: _State) -> _State:
 
     Starts that follow too small a cause hold it where it is; from new starts another size shows to be better.
     """
-    while True:
+    for _ in range(ROUNDS):
         better = None
         for factor in SCAN:
             _restore(windows, now)
@@ -335,10 +349,11 @@ def _scanned(windows: Windows, now: _State) -> _State:
                 rest = _settled(windows, effects, windows.residuals(effects))
                 if _better(windows, (better or now).rest, rest)[0] > ACCEPT:
                     better = _state(windows, causes, rest)
-        if better is None:
-            _restore(windows, now)
-            return now
+        if better is None or not SMALLEST < _size(better.causes[-1]) < LARGEST:
+            break
         now = better
+    _restore(windows, now)
+    return now
 
 
 def _settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:

@@ -35,6 +35,10 @@ FALLS = (1.0, 6.0)
 """Falls across the backlash that a window lasts at least and at most; a period of the drive in between."""
 TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
 """Means of readings through which a free flight is fitted where a start is sought."""
+ROUNDED = 3e-4
+"""Part of the backlash that nodes and the drive's curve put the path off by: the error of records without noise."""
+RUN = 16
+"""Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
 KNOWN = (
@@ -160,7 +164,7 @@ class Windows:
         size = max(len(time) // BINS, 1)
         bins = len(time) // size
         time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
-        return time, place, max(known.noise / np.sqrt(size), 1e-12)
+        return time, place, float(np.hypot(known.noise / np.sqrt(size), ROUNDED * self.backlash))
 
     def some(self, most: int) -> tuple[Windows, Array]:
         """Return at most so many of the windows, and which of the readings are theirs, (n,)."""
@@ -236,6 +240,18 @@ class Windows:
         """Return the mean square of residuals in each window, (w,)."""
         count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
         return np.bincount(self.window, rest * rest, len(self)) / count
+
+    def runs(self, rest: Array) -> float:
+        """Return how many readings in a row have about the same residual: 1 for white noise."""
+        order = np.arange(len(self.window)) - np.searchsorted(self.window, self.window)
+        block = np.unique(self.window * BINS + order // RUN, return_inverse=True)[1]
+        count = np.bincount(block)
+        usual = self.level(rest)
+        good = (usual <= 4.0 * np.median(usual))[self.window] & (count[block] == RUN)
+        if not np.any(good):
+            return 1.0
+        sums = np.bincount(block, np.where(good, rest, 0.0))
+        return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 1.0)
 
     def restart(self, effects: Sequence[Any], *, anew: bool = False) -> None:
         """Choose the start of each window among flights through its first readings and rests on either flank.

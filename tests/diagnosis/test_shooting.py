@@ -1,0 +1,129 @@
+"""Windows of records shot with the rigid model, and the causes by which the path comes true."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gears3d.challenge import anywhere, hide, space
+from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.candidates import candidates
+from gears3d.diagnosis.path_search import path_search
+from gears3d.diagnosis.shooting import Starts, Windows, shootable
+from gears3d.effects import catalogue
+from gears3d.measured.checks import admit_all
+from gears3d.measured.segmentation import path_of
+from gears3d.scenario import load
+from gears3d.simulation import simulate
+
+RIG = "scenarios/rigaud-2020/fig5-20rpm.toml"
+HIDDEN = {
+    "restitution_speed": {"slope": -2.0},
+    "drag_viscous": {"coefficient": 0.01},
+    "backlash_offset": {"offset": 2e-5},
+    "eccentricity": {"offset": 1e-5, "phase": 0.4, "gear": "drive"},
+}
+
+
+def shot(rig, effects=()):
+    """Windows of a record that the rigid model, integrated by power series, gives for a rig with effects."""
+    tables = [{"kind": one.kind, **{n: v for n, v in one.__dict__.items() if isinstance(v, int | str)},
+               **{n: f"{v!r} {unit_of(one, n)}".strip() for n, v in one.__dict__.items() if isinstance(v, float)}}
+              for one in effects]  # fmt: skip
+    made = simulate(rig.with_([("effect[+]", table) for table in tables]) if tables else rig, "rigid")
+    known = path_of(made, rig, "made")
+    return Windows(rig, [known], [rig.period], [(0.0, 0.0)]), known
+
+
+def unit_of(effect, name):
+    from gears3d.units import FAMILIES
+
+    family = effect.params[name].family
+    return FAMILIES[family].si if family in FAMILIES else ""
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return load(RIG, {"run.duration": "6 s", "run.settle": "0 s"})
+
+
+@pytest.mark.parametrize("kind", [None, *HIDDEN])
+def test_windows_go_where_the_power_series_goes(rig, kind):
+    effects = [] if kind is None else [catalogue()[kind](**HIDDEN[kind])]
+    windows, _ = shot(rig, effects)
+    if kind == "backlash_offset":
+        windows.zeros = (
+            windows.zeros - 0.5 * HIDDEN[kind]["offset"]
+        )  # of the rig's own gap in the middle of a wider one
+    windows.restart(effects, anew=True)
+    missed = np.abs(windows.residuals(effects) * windows.sigma)
+    assert len(windows) > 8
+    assert np.median(missed) < 2e-3 * windows.backlash
+    assert np.quantile(missed, 0.9) < 0.01 * windows.backlash
+    if effects:
+        blind = np.abs(windows.residuals([]) * windows.sigma)
+        assert np.mean(blind) > 3.0 * np.mean(missed)
+
+
+def test_a_free_flight_is_a_parabola(rig):
+    windows, _ = shot(rig)
+    start = Starts(
+        np.full(len(windows), 0.5 * windows.backlash), np.full(len(windows), 1e-3), np.zeros(len(windows), int)
+    )
+    made = windows.read - windows.residuals([], start) * windows.sigma - windows.zeros[0]
+    first = np.searchsorted(windows.window, np.arange(len(windows)))
+    for w in range(0, len(windows), 3):
+        since = windows.time[first[w]] - windows.begin[w]
+        slowed = windows.lever * windows.values.drag_torque + windows.radii[0] * windows.drive[2][w, 0]
+        assert made[first[w]] == pytest.approx(
+            0.5 * windows.backlash + 1e-3 * since - 0.5 * slowed * since**2, abs=1e-4 * windows.backlash
+        )
+
+
+def test_rigs_that_are_not_rigid_are_not_shot(rig):
+    assert shootable(rig)
+    soft = {"kind": "tooth_compliance", "stiffness": "1e8 N/m", "damping": "100 N s/m"}
+    assert not shootable(rig.with_([("effect[+]", soft)]))
+
+
+def known_of(rig, windows):
+    values = replace(rig.rig(), mean_speed=float(np.mean(windows.drive[1])))
+    return [one for one in candidates(values, 6.0, 6) if one.kind != "drive_motion"]
+
+
+def test_nothing_is_found_in_a_record_of_the_rig_itself(rig):
+    windows, _ = shot(rig)
+    found = path_search(windows, known_of(rig, windows))
+    assert not found.causes
+    assert found.missed < 0.01 * windows.backlash
+
+
+@pytest.mark.parametrize("kind", ["restitution_speed", "drag_viscous", "backlash_offset"])
+def test_a_cause_is_found_with_its_size(rig, kind):
+    effect = catalogue()[kind](**HIDDEN[kind])
+    windows, _ = shot(rig, [effect])
+    found = path_search(windows, known_of(rig, windows))
+    assert [one.candidate.kind for one in found.causes] == [kind]
+    assert found.causes[0].numbers[0] == pytest.approx(getattr(effect, found.causes[0].candidate.size), rel=0.05)
+
+
+def test_a_cause_that_was_found_otherwise_and_is_not_there_is_refuted(rig):
+    from gears3d.diagnosis.cause import begin
+
+    windows, _ = shot(rig, [catalogue()["drag_viscous"](coefficient=0.01)])
+    known = known_of(rig, windows)
+    wrong = next(one for one in known if one.kind == "restitution_offset")
+    found = path_search(windows, known, [begin(wrong, np.array([0.2]))])
+    assert [one.candidate.kind for one in found.causes] == ["drag_viscous"]
+
+
+@pytest.mark.parametrize("seed", [9])
+def test_low_bounces_name_the_restitution_not_the_geometry(seed, tmp_path):
+    """A rig of the operating space whose flights, contacts and impacts, cut one by one, asked for a pitch error."""
+    rig = space.draw(seed + 1, 20)[seed]
+    made = anywhere.plan(rig, ["restitution_speed"], samples=100_000)
+    hide(made, tmp_path, observe=anywhere.observer(rig), stated=False)
+    bench = load(tmp_path / "rig.toml")
+    found = diagnose(admit_all([tmp_path / "record.toml"], bench), bench)
+    assert [one.kind for one in found.causes] == ["restitution_speed"]
+    assert found.verdict == "explained"
