@@ -223,31 +223,32 @@ def _whitened(run: _Run, own: float, pink: float) -> tuple[np.ndarray, float]:
 
 
 def _loss(runs: list[_Run], at: tuple[float, ...]) -> tuple[float, float]:
-    """Return minus twice the restricted log-likelihood, and the variance of the noise; priors are left aside."""
-    from scipy.linalg import cho_factor, cho_solve
+    """Return minus twice the restricted log-likelihood, and the variance of the noise; priors are left aside.
+
+    By an orthogonal decomposition: normal equations would lose residuals far above the noise in their rounding errors.
+    """
+    from scipy.linalg import qr
 
     common, own, pink = (np.exp(one) if one > _NONE else 0.0 for one in at)
     p = runs[0].slopes.shape[1]
-    gram, loss, count = np.zeros((p + NODES + 1, p + NODES + 1)), 0.0, 0
+    bent = NODES if common else 0
+    rows, loss, count = [], 0.0, 0
     for run in runs:
         whole, size = _whitened(run, own, pink)
-        gram += whole.T @ whole
+        rows.append(np.column_stack([whole[:, p : p + bent], whole[:, :p], whole[:, -1]]))
         loss += size
         count += len(run.rest)
-    fixed = [*range(p), p + NODES]
-    small = gram[np.ix_(fixed, fixed)]
     if common:
-        bent = slice(p, p + NODES)
-        m = cho_factor(gram[bent, bent] + np.eye(NODES) / common)
-        small = small - gram[fixed, bent] @ cho_solve(m, gram[bent, fixed])
-        loss += 2.0 * float(np.sum(np.log(np.diag(m[0])))) + NODES * np.log(common)
-    size = np.sqrt(np.maximum(np.diag(small)[:p], 1e-300))
-    w, v = np.linalg.eigh(small[:p, :p] / np.outer(size, size))
-    w = np.maximum(w, 1e-13 * w[-1])
-    right = v.T @ (small[:p, p] / size)
-    s2 = max(float(small[p, p] - right @ (right / w)), 1e-12 * float(small[p, p]) + 1e-300) / max(count - p, 1)
-    loss += float(np.sum(np.log(w))) + 2.0 * float(np.sum(np.log(size))) + (count - p) * np.log(s2)
-    return loss, s2
+        rows.append(np.eye(NODES, NODES + p + 1) / np.sqrt(common))
+        loss += NODES * np.log(common)
+    table = np.vstack(rows)
+    size = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
+    size[:bent] = 1.0
+    root = np.abs(np.diag(qr(table / size, mode="r", overwrite_a=True, check_finite=False)[0]))
+    small = np.maximum(root[bent:], 1e-14)  # numbers that these speeds do not separate
+    s2 = (float(small[-1]) * size[-1]) ** 2 / max(count - p, 1)
+    loss += 2.0 * float(np.sum(np.log(root[:bent])) + np.sum(np.log(small[:-1] * size[bent:-1])))
+    return loss + (count - p) * np.log(s2), s2
 
 
 def _solved(
