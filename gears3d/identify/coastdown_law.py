@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
-from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, last_speed, standardised, thin
+from gears3d.identify.coastdown_errors import SURE, Errors, errors_of, spline, structure
+from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, standardised, thin
 from gears3d.identify.coastdown_record import Track, spans
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.parts import ALONE, UNITS, Model, Share
@@ -152,12 +152,12 @@ def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: l
 
     Ranks of blocks overlook what a law misses in few of them, such as at the end of a range of speeds.
     """
-    if errors_of(sound[best], data).p_structure >= SURE:
+    if structure(sound[best], data) >= SURE:
         return best
     size = len(sound[best].numbers)
     for at in sorted(range(len(sound)), key=lambda one: len(sound[one].numbers)):
         better = losses[at].mean() < losses[best].mean()
-        if len(sound[at].numbers) > size and better and errors_of(sound[at], data).p_structure >= SURE:
+        if len(sound[at].numbers) > size and better and structure(sound[at], data) >= SURE:
             return at
     return best
 
@@ -177,10 +177,10 @@ def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> I
     best, data = errors.fit, choice.data
     parameters = _parameters(errors, torque_spread)
     tracks = [
-        track._replace(speed=track.fastest, slowest=max(float(start[1]), 0.0))
+        track._replace(speed=track.fastest, slowest=max(float(first), 0.0))
         if track.torque
-        else track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, best.law(at), start))
-        for at, (track, run, start) in enumerate(zip(tracks, data, choice.best.starts, strict=True))
+        else track._replace(speed=max(float(first), float(last)), slowest=float(last))
+        for track, (first, last) in zip(tracks, errors.true.ends, strict=True)
     ]
     rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
     is_speed = [track.is_speed for track in data]
@@ -262,37 +262,39 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
 def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarray, all_of: bool) -> dict[str, Any]:
     """Return torque and band of some parts, by the law's slopes in its numbers.
 
-    The band of the whole drag covers the law and, where the record deviates from it, the best estimate of the torque
-    with the law's random deviation.
+    The band of the whole drag is that of the best estimate of the torque, widened to the law where that lies outside.
     """
     from scipy.special import stdtrit
 
-    best = errors.fit
-    only = best.model.runs[run]._replace(shares=shares)
-    model = best.model._replace(runs=(*best.model.runs[:run], only, *best.model.runs[run + 1 :]))
-    inertia = model.inertia(run)
+    best, true = errors.fit, errors.true
 
-    def at(numbers: np.ndarray) -> np.ndarray:
-        return inertia * model.law(numbers, run).deceleration(speed)
+    def sloped(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+        only = fit.model.runs[run]._replace(shares=shares)
+        model = fit.model._replace(runs=(*fit.model.runs[:run], only, *fit.model.runs[run + 1 :]))
+        inertia = model.inertia(run)
 
-    torque, slopes = at(best.numbers), []
-    for place, number in enumerate(best.numbers):
-        moved = best.numbers.copy()
-        moved[place] += 1e-6 * max(abs(number), 1e-12)
-        slopes.append((at(moved) - torque) / (moved[place] - number))
-    slope = np.array(slopes)
+        def at(numbers: np.ndarray) -> np.ndarray:
+            return inertia * model.law(numbers, run).deceleration(speed)
+
+        torque, slopes = at(fit.numbers), []
+        for place, number in enumerate(fit.numbers):
+            moved = fit.numbers.copy()
+            moved[place] += 1e-6 * max(abs(number), 1e-12)
+            slopes.append((at(moved) - torque) / (moved[place] - number))
+        return torque, np.array(slopes)
 
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
+    torque, slope = sloped(best)
     half = band(slope, best.covariance, float(stdtrit(min(float(errors.dof.min()), 1e6), REACH)))
     low, high = torque - half, torque + half
-    if all_of and np.any(errors.deviation):
-        nodes = len(errors.speeds)
-        hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
-        half = band(np.vstack([slope, hats]), errors.joint, float(stdtrit(errors.dof_torque, REACH)))
-        true = torque + errors.untaken @ slope + errors.deviation @ hats
-        low, high = np.minimum(low, true - half), np.maximum(high, true + half)
+    if all_of and np.any(true.deviation):
+        value, slope = sloped(true.law)
+        hats = spline(true.speeds, speed).T
+        half = band(np.vstack([slope, hats]), true.joint, float(stdtrit(errors.dof_torque, REACH)))
+        value = value + true.change @ slope + true.deviation @ hats
+        low, high = np.minimum(torque, value - half), np.maximum(torque, value + half)
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
 
 
