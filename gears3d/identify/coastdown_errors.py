@@ -29,6 +29,9 @@ NODES = 24
 SHAPES = ((0.15, 0.0), (0.05, 0.0), (0.5, 0.0), (0.15, 4.0), (0.5, 4.0))
 """Correlation lengths of the deviation, in the range of speeds, and logarithms of its size at the slow end over that at
 the fast end, that compete; the first where the record shows none. Mixed friction deviates most where it is slowest."""
+WORTH = 4.0
+"""Fall of minus twice the log-likelihood from which on another shape than the first is taken: two more numbers, by the
+criterion of Akaike. A few readings would otherwise choose one by chance."""
 DIRECTIONS = 10
 """Independent deviations that make up one of a middle length: their number is what a size is estimated from."""
 FINE = 400
@@ -336,7 +339,8 @@ def _chosen(
         tries.append((_loss(runs, at)[0], runs, smooth, at, upper, p_value))
         if all(one <= _NONE for one in at[:2]):  # no deviation, whatever its length
             break
-    return min(tries, key=lambda one: one[0])[1:]
+    best = min(tries, key=lambda one: one[0])
+    return (best if best[0] < tries[0][0] - WORTH else tries[0])[1:]
 
 
 class _Sought(NamedTuple):

@@ -252,6 +252,10 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
         half = side * (whole[key] - whole["torque_N_m"])
         more = NORMAL * spread * np.abs(whole["torque_N_m"])
         whole[key] = whole["torque_N_m"] + side * np.hypot(half, more)
+    if spread:
+        whole["estimate_half_N_m"] = np.hypot(
+            whole["estimate_half_N_m"], NORMAL * spread * np.abs(whole["estimate_N_m"])
+        )
     parts = {
         part.name: {"speed_rad_s": speed, **_torque(errors, (Share(part.name),), most, speed, False)}
         for part in best.model.parts
@@ -263,6 +267,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     """Return torque and band of some parts, by the law's slopes in its numbers.
 
     The band of the whole drag is that of the best estimate of the torque, widened to the law where that lies outside.
+    The estimate itself, with half the width of its own interval, is returned, too.
     """
     from scipy.special import stdtrit
 
@@ -289,13 +294,17 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     torque, slope = sloped(best)
     half = band(slope, best.covariance, float(stdtrit(min(float(errors.dof.min()), 1e6), REACH)))
     low, high = torque - half, torque + half
-    if all_of and np.any(true.deviation):
+    if not all_of:
+        return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
+    value = torque
+    if np.any(true.deviation):
         value, slope = sloped(true.law)
         hats = spline(true.speeds, speed).T
         half = band(np.vstack([slope, hats]), true.joint, float(stdtrit(errors.dof_torque, REACH)))
         value = value + true.change @ slope + true.deviation @ hats
         low, high = np.minimum(torque, value - half), np.maximum(torque, value + half)
-    return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
+    estimate = {"estimate_N_m": value, "estimate_half_N_m": half}
+    return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high, **estimate}
 
 
 def _snippet(best: Fit) -> str:
