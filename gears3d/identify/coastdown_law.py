@@ -201,7 +201,7 @@ def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> I
     curves = _curves(errors, tracks, torque_spread)
     curves["residuals"] = [(track.time, rest) for track, rest in zip(data, rests, strict=True)]
     warnings = _warnings(errors, data, parameters, goodness)
-    return Identified(label(best.model), parameters, goodness, _snippet(best), curves, warnings)
+    return Identified(label(best.model), parameters, goodness, _snippet(best, parameters), curves, warnings)
 
 
 def _parameters(errors: Errors, torque_spread: float) -> dict[str, Parameter]:
@@ -307,15 +307,18 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high, **estimate}
 
 
-def _snippet(best: Fit) -> str:
-    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh."""
+def _snippet(best: Fit, parameters: dict[str, Parameter]) -> str:
+    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh; an inertia found."""
     values = dict(zip(best.model.names(), map(float, best.numbers), strict=True))
     against = {share.part: share.against for run in best.model.runs for share in run.shares}
     warm = sorted({part.name.partition("@")[2] for part in best.model.parts if "@" in part.name}, key=float)
     middle = warm[len(warm) // 2] if warm else ""
     shown = [part for part in best.model.parts if part.name != "drive" and part.name.partition("@")[2] in ("", middle)]
     base = sum(values.get((part.name, "coulomb"), 0.0) for part in shown)
-    lines = [f"# at {middle} degC"] * bool(warm)
+    lines = []
+    if "inertia" in parameters:
+        lines = ["[gears.loose]", f'inertia = "{parameters["inertia"].value:.6g} kg m^2"']
+    lines += [f"# at {middle} degC"] * bool(warm)
     if base < 0.0:
         lines += [
             f"# the constant torque of the fit is negative, {base:.6g} N m, which no scenario can have: with 0 N m"
