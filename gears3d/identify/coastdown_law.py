@@ -266,8 +266,8 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
 def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarray, all_of: bool) -> dict[str, Any]:
     """Return torque and band of some parts, by the law's slopes in its numbers.
 
-    The band of the whole drag is that of the best estimate of the torque, widened to the law where that lies outside.
-    The estimate itself, with half the width of its own interval, is returned, too.
+    The band of the whole drag is that of the best estimate of the torque, widened to the law, with the
+    law's own interval unless the residual refutes it. The estimate itself, with half the width of its own interval, is returned, too.
     """
     from scipy.special import stdtrit
 
@@ -302,7 +302,9 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
         hats = spline(true.speeds, speed).T
         half = band(np.vstack([slope, hats]), true.joint, float(stdtrit(errors.dof_torque, REACH)))
         value = value + true.change @ slope + true.deviation @ hats
-        low, high = np.minimum(torque, value - half), np.maximum(torque, value + half)
+        if errors.p_structure < SURE:  # the law is refuted: its own interval says nothing
+            low = high = torque
+        low, high = np.minimum(low, value - half), np.maximum(high, value + half)
     estimate = {"estimate_N_m": value, "estimate_half_N_m": half}
     return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high, **estimate}
 
