@@ -266,8 +266,8 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
 def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarray, all_of: bool) -> dict[str, Any]:
     """Return torque and band of some parts, by the law's slopes in its numbers.
 
-    The band of the whole drag is that of the best estimate of the torque, widened to the law, with the
-    law's own interval unless the residual refutes it. The estimate itself, with half the width of its own interval, is returned, too.
+    The band of the whole drag is that of the best estimate of the torque, widened to the law, with the law's
+    own interval unless the residual refutes it. The estimate is returned, too, with half the width of its interval.
     """
     from scipy.special import stdtrit
 
