@@ -275,11 +275,23 @@ def _run(law: Law, start: np.ndarray, since: np.ndarray, last: float, is_speed: 
         risen = spinning_up(law, start[1], since, "speed" if is_speed else "")
         return None if risen is None else risen[1] if is_speed else start[0] + risen[0]
     drives = law.coulomb < 0.0 or law.viscous < 0.0 or law.coefficient < 0.0 or law.table is not None
-    slowest = min(_BELOW * last, 0.9 * start[1]) if drives else 0.0
+    slowest = _slowest(law, start[1], min(_BELOW * last, 0.9 * start[1])) if drives else 0.0
     found = coasting(law, start[1], since, slowest, "speed" if is_speed else "")
     if found is None:
         return None
     return found[1] if is_speed else start[0] + found[0]
+
+
+def _slowest(law: Law, first: float, last: float) -> float:
+    """Return a speed down to which a law with a driving part slows the gear, at most ``last``.
+
+    The last speed of a track is known roughly, and a model that ends above the true one would stand still there.
+    """
+    if not last > 0.0:
+        return last
+    below = np.linspace(0.0, last, 41)
+    driven = np.flatnonzero(~(law.deceleration(below[1:]) > 0.02 * abs(float(law.deceleration(np.array([last]))[0]))))
+    return float(below[min(driven[-1] + 2, 40)]) if driven.size else float(below[1])
 
 
 def last_speed(track: Binned, law: Law, start: np.ndarray) -> float:

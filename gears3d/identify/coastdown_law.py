@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.identify.coastdown_errors import SURE, Errors, errors_of
-from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, last_speed, standardised, thin
+from gears3d.identify.coastdown_errors import SURE, Errors, errors_of, spline, structure
+from gears3d.identify.coastdown_fit import Binned, Fit, averaged, fit, guess, standardised, thin
 from gears3d.identify.coastdown_record import Track, spans
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.parts import ALONE, UNITS, Model, Share
@@ -152,12 +152,12 @@ def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: l
 
     Ranks of blocks overlook what a law misses in few of them, such as at the end of a range of speeds.
     """
-    if errors_of(sound[best], data).p_structure >= SURE:
+    if structure(sound[best], data) >= SURE:
         return best
     size = len(sound[best].numbers)
     for at in sorted(range(len(sound)), key=lambda one: len(sound[one].numbers)):
         better = losses[at].mean() < losses[best].mean()
-        if len(sound[at].numbers) > size and better and errors_of(sound[at], data).p_structure >= SURE:
+        if len(sound[at].numbers) > size and better and structure(sound[at], data) >= SURE:
             return at
     return best
 
@@ -177,10 +177,10 @@ def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> I
     best, data = errors.fit, choice.data
     parameters = _parameters(errors, torque_spread)
     tracks = [
-        track._replace(speed=track.fastest, slowest=max(float(start[1]), 0.0))
+        track._replace(speed=track.fastest, slowest=max(float(first), 0.0))
         if track.torque
-        else track._replace(speed=max(float(start[1]), track.slowest), slowest=last_speed(run, best.law(at), start))
-        for at, (track, run, start) in enumerate(zip(tracks, data, choice.best.starts, strict=True))
+        else track._replace(speed=max(float(first), float(last)), slowest=float(last))
+        for track, (first, last) in zip(tracks, errors.true.ends, strict=True)
     ]
     rests = [_rest(track, choice.best, run) for run, track in enumerate(data)]
     is_speed = [track.is_speed for track in data]
@@ -201,7 +201,7 @@ def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> I
     curves = _curves(errors, tracks, torque_spread)
     curves["residuals"] = [(track.time, rest) for track, rest in zip(data, rests, strict=True)]
     warnings = _warnings(errors, data, parameters, goodness)
-    return Identified(label(best.model), parameters, goodness, _snippet(best), curves, warnings)
+    return Identified(label(best.model), parameters, goodness, _snippet(best, parameters), curves, warnings)
 
 
 def _parameters(errors: Errors, torque_spread: float) -> dict[str, Parameter]:
@@ -252,6 +252,10 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
         half = side * (whole[key] - whole["torque_N_m"])
         more = NORMAL * spread * np.abs(whole["torque_N_m"])
         whole[key] = whole["torque_N_m"] + side * np.hypot(half, more)
+    if spread:
+        whole["estimate_half_N_m"] = np.hypot(
+            whole["estimate_half_N_m"], NORMAL * spread * np.abs(whole["estimate_N_m"])
+        )
     parts = {
         part.name: {"speed_rad_s": speed, **_torque(errors, (Share(part.name),), most, speed, False)}
         for part in best.model.parts
@@ -262,49 +266,61 @@ def _curves(errors: Errors, tracks: list[Track], spread: float) -> dict[str, Any
 def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarray, all_of: bool) -> dict[str, Any]:
     """Return torque and band of some parts, by the law's slopes in its numbers.
 
-    The band of the whole drag covers the law and, where the record deviates from it, the best estimate of the torque
-    with the law's random deviation.
+    The band of the whole drag is that of the best estimate of the torque, widened to the law, with the law's
+    own interval unless the residual refutes it. The estimate is returned, too, with half the width of its interval.
     """
     from scipy.special import stdtrit
 
-    best = errors.fit
-    only = best.model.runs[run]._replace(shares=shares)
-    model = best.model._replace(runs=(*best.model.runs[:run], only, *best.model.runs[run + 1 :]))
-    inertia = model.inertia(run)
+    best, true = errors.fit, errors.true
 
-    def at(numbers: np.ndarray) -> np.ndarray:
-        return inertia * model.law(numbers, run).deceleration(speed)
+    def sloped(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+        only = fit.model.runs[run]._replace(shares=shares)
+        model = fit.model._replace(runs=(*fit.model.runs[:run], only, *fit.model.runs[run + 1 :]))
+        inertia = model.inertia(run)
 
-    torque, slopes = at(best.numbers), []
-    for place, number in enumerate(best.numbers):
-        moved = best.numbers.copy()
-        moved[place] += 1e-6 * max(abs(number), 1e-12)
-        slopes.append((at(moved) - torque) / (moved[place] - number))
-    slope = np.array(slopes)
+        def at(numbers: np.ndarray) -> np.ndarray:
+            return inertia * model.law(numbers, run).deceleration(speed)
+
+        torque, slopes = at(fit.numbers), []
+        for place, number in enumerate(fit.numbers):
+            moved = fit.numbers.copy()
+            moved[place] += 1e-6 * max(abs(number), 1e-12)
+            slopes.append((at(moved) - torque) / (moved[place] - number))
+        return torque, np.array(slopes)
 
     def band(rows: np.ndarray, covariance: np.ndarray, quantile: float) -> np.ndarray:
         return quantile * np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", rows, covariance, rows), 0.0))
 
+    torque, slope = sloped(best)
     half = band(slope, best.covariance, float(stdtrit(min(float(errors.dof.min()), 1e6), REACH)))
     low, high = torque - half, torque + half
-    if all_of and np.any(errors.deviation):
-        nodes = len(errors.speeds)
-        hats = np.array([np.interp(speed, errors.speeds, np.eye(nodes)[node]) for node in range(nodes)])
-        half = band(np.vstack([slope, hats]), errors.joint, float(stdtrit(errors.dof_torque, REACH)))
-        true = torque + errors.untaken @ slope + errors.deviation @ hats
-        low, high = np.minimum(low, true - half), np.maximum(high, true + half)
-    return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
+    if not all_of:
+        return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high}
+    value = torque
+    if np.any(true.deviation):
+        value, slope = sloped(true.law)
+        hats = spline(true.speeds, speed).T
+        half = band(np.vstack([slope, hats]), true.joint, float(stdtrit(errors.dof_torque, REACH)))
+        value = value + true.change @ slope + true.deviation @ hats
+        if errors.p_structure < SURE:  # the law is refuted: its own interval says nothing
+            low = high = torque
+        low, high = np.minimum(low, value - half), np.maximum(high, value + half)
+    estimate = {"estimate_N_m": value, "estimate_half_N_m": half}
+    return {"torque_N_m": torque, "low_N_m": low, "high_N_m": high, **estimate}
 
 
-def _snippet(best: Fit) -> str:
-    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh."""
+def _snippet(best: Fit, parameters: dict[str, Parameter]) -> str:
+    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh; an inertia found."""
     values = dict(zip(best.model.names(), map(float, best.numbers), strict=True))
     against = {share.part: share.against for run in best.model.runs for share in run.shares}
     warm = sorted({part.name.partition("@")[2] for part in best.model.parts if "@" in part.name}, key=float)
     middle = warm[len(warm) // 2] if warm else ""
     shown = [part for part in best.model.parts if part.name != "drive" and part.name.partition("@")[2] in ("", middle)]
     base = sum(values.get((part.name, "coulomb"), 0.0) for part in shown)
-    lines = [f"# at {middle} degC"] * bool(warm)
+    lines = []
+    if "inertia" in parameters:
+        lines = ["[gears.loose]", f'inertia = "{parameters["inertia"].value:.6g} kg m^2"']
+    lines += [f"# at {middle} degC"] * bool(warm)
     if base < 0.0:
         lines += [
             f"# the constant torque of the fit is negative, {base:.6g} N m, which no scenario can have: with 0 N m"

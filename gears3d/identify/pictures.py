@@ -29,6 +29,8 @@ def rundown_picture(found: Identified) -> Figure:
     rpm = curves["speed_rad_s"] * 30.0 / pi
     upper.fill_between(rpm, curves["low_N_m"], curves["high_N_m"], color=BAND, label="95 %")
     upper.plot(rpm, curves["torque_N_m"], color=LINE, label=found.law)
+    if np.any(np.abs(curves["estimate_N_m"] - curves["torque_N_m"]) > curves["estimate_half_N_m"]):  # no law holds
+        upper.plot(rpm, curves["estimate_N_m"], "--", color=LINE, label="best estimate")
     for colour, (name, part) in zip(cycle(PARTS), curves["parts"].items(), strict=False):
         upper.plot(rpm, part["torque_N_m"], color=colour, linestyle="--", linewidth=1, label=name)
         upper.fill_between(rpm, part["low_N_m"], part["high_N_m"], color=colour, alpha=0.2)

@@ -1,6 +1,7 @@
 """Raw logs of coast-downs through the command: which part is used, what is repaired and said, inertia from spin-ups."""
 
 import json
+import tomllib
 
 import h5py
 import numpy as np
@@ -304,6 +305,8 @@ def test_spin_ups_under_a_known_torque_identify_inertia_and_drag(tmp_path, capsy
     assert high - low < 0.002 * INERTIA
     assert "1 free coast-down and 1 spin-up found" in err
     assert [one.get("torque_N_m") for one in answer["goodness"]["coastdowns"]] == [0.3, None]
+    snippet = tomllib.loads(answer["snippet"])
+    assert float(snippet["gears"]["loose"]["inertia"].removesuffix(" kg m^2")) == pytest.approx(INERTIA, rel=1e-3)
     unsure, _ = answered(capsys, chart, "--torque", "0.3 N m", "--torque-uncertainty", "0.006 N m")
     low, high = unsure["parameters"]["inertia"]["ci95"]
     assert (high - low) / INERTIA == pytest.approx(4 * 0.02, rel=0.05)
@@ -313,6 +316,7 @@ def test_a_spin_up_alone_gives_the_drag_where_the_inertia_is_known(tmp_path, cap
     chart = speeds(tmp_path, *spun(0.3, 10))
     answer, _ = answered(capsys, chart, "--torque", "0.3 N m", "--to", "13.5 s", *KNOWN)
     covers(answer)
+    assert "gears" not in tomllib.loads(answer["snippet"])  # that the user gave the inertia changes no rig
     code, _, err = said(capsys, "identify", "rundown", chart, "--torque", "0.3 N m", "--to", "13.5 s")
     assert code == 3
     assert "inertia: is not known: 0 coast-downs and 1 spin-ups" in err

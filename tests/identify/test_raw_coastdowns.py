@@ -155,6 +155,39 @@ def test_halves_of_a_coast_down_under_falling_drag_overlap():
     assert other[1] <= one[2]
 
 
+def mixed(top, knee, rise):
+    """Return the torque over the speed under mixed friction, which no law of the catalogue describes."""
+    return lambda speed: 0.04 * (0.5 + rise * np.exp(-((speed / knee) ** 2)) + 0.4 * speed / top)
+
+
+def coasted(torque, top, last, noise, seed):
+    """Return 4000 even times and noisy speeds of a coast-down under any torque, by quadrature over the speed."""
+    speed = np.linspace(top, last, 200_001)
+    slowness = INERTIA / torque(speed)
+    time = np.concatenate([[0.0], np.cumsum(0.5 * (slowness[1:] + slowness[:-1]) * -np.diff(speed))])
+    even = np.linspace(0.0, time[-1], 4000)
+    return even, np.interp(even, time, speed) + noise * np.random.default_rng(seed).normal(size=len(even))
+
+
+@pytest.mark.parametrize("noise", [1e-5, 2e-3])
+@pytest.mark.parametrize("knee", [8.0, 25.0])
+def test_band_is_right_to_both_ends_where_no_law_holds(noise, knee):
+    """The residual is up to thousands of times the noise; mixed friction is strongest at the slow end."""
+    top, last = 120.0, 5.0
+    torque = mixed(top, knee, 0.6)
+    found = identify_coastdown(make_tracks(*coasted(torque, top, last, noise, 1), "speed"), INERTIA)
+    speed, law, low, high = (found.curves[key] for key in ("speed_rad_s", "torque_N_m", "low_N_m", "high_N_m"))
+    truth = torque(speed)
+    inside = (low <= truth) & (truth <= high)
+    assert inside.mean() > 0.9
+    assert inside[[0, -1]].all()
+    assert np.median((high - low - np.abs(truth - law)) / truth) < 1e-3  # hardly wider than from the law to the truth
+    assert found.warnings[0].startswith("the residual has structure")
+    deviates = np.sqrt(np.mean((truth / law - 1.0) ** 2))
+    assert 0.1 * deviates < found.goodness["deviation_of_torque"] < 20 * deviates
+    assert speed[[0, -1]] == pytest.approx([last, top], rel=0.05)
+
+
 @pytest.fixture
 def log(tmp_path):
     """Return a file of a driven record in rpm with its map."""
