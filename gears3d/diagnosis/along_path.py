@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
-from gears3d.diagnosis.path_search import SMALLEST, Path, path_search
+from gears3d.diagnosis.path_search import EXCLUDED, SAME, SMALLEST, Path, path_search
 from gears3d.diagnosis.precision import covariance
-from gears3d.diagnosis.rivals import Rival
+from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.shooting import Windows, shootable
 
 if TYPE_CHECKING:
@@ -68,8 +68,21 @@ def along_path(
         return None
     causes, spread = _numbers(found, path, kept)
     now = _as_they_are(found, causes, spread)
-    others = [[Rival((one,), worse, False) for one, worse in own] for own in path.others]
-    return Along(found._replace(fit=now), spread, [*others, *([] for _ in kept)], path)
+    found = found._replace(fit=now)
+    return Along(found, spread, _rivals(found, path), path)
+
+
+def _rivals(found: Search, path: Path) -> list[list[Rival]]:
+    """Return what was tried in the place of each cause: by the path, and in channels what the path was not asked."""
+    told = []
+    for k, own in enumerate(rivals(found.records, found)):
+        mine = path.others[k] if k < len(path.others) else ()
+        asked = {one.candidate.kind for one, _ in mine}
+        least = max(EXCLUDED, SAME * float(path.gains[k])) if k < len(path.gains) else EXCLUDED
+        made = [Rival((one,), worse, worse > least) for one, worse in mine]
+        made += [one for one in own if one.causes[0].candidate.kind not in asked]
+        told.append(sorted(made, key=lambda one: one.worse))
+    return told
 
 
 def _numbers(found: Search, path: Path, kept: Sequence[Cause]) -> tuple[list[Cause], Array]:

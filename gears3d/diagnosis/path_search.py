@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.library import price
 from gears3d.diagnosis.shooting import Starts, Windows
+from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,6 +39,8 @@ NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
 FITTED, POLISHED = 7, 3
 """Candidates that are fitted in a round, and those of them that are fitted with new starts."""
+SAME = 0.01
+"""Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
 AGREES = 9.0
 """The same of a cause that was found otherwise: three standard deviations, at a size that is known beforehand."""
 EXCLUDED = 16.0
@@ -66,7 +70,7 @@ class Path(NamedTuple):
         after: with them.
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
-        others: what was tried in the place of each cause and is not worse by ``EXCLUDED``, with how much it is worse.
+        others: what was tried in the place of each cause, with the chi-square over the level by which it is worse.
     """
 
     causes: tuple[Cause, ...]
@@ -124,7 +128,7 @@ def path_search(
             for one in tried.get(found.causes[k].candidate.kind, ())
             if len(one.causes) == len(found.causes)
         ]
-        others.append(tuple(one for one in worse if one[1] < EXCLUDED))
+        others.append(tuple(worse))
         _restore(windows, found)
     level = windows.level(found.rest)
     usual = windows.level(found.rest * windows.sigma)
@@ -187,19 +191,14 @@ def _searched(
     for number in range(ROUNDS):
         told(number / ROUNDS)
         _restore(windows, now)
-        best, all_tried = None, []
+        tries = []
         for one in _fits(windows, known, now):
             _restore(windows, one)
-            one = _polished(windows, _scanned(windows, _polished(windows, one)))
-            all_tried.append(one)
-            more = 0 if best is None else _count(one) - _count(best)
-            if (
-                best is None or _better(windows, best.rest, one.rest)[0] > EXCLUDED * more
-            ):  # the simplest that is not excluded
-                best = one
+            tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
+        best = _simplest(windows, now, tries)
         if best is None or not SMALLEST < _size(best.causes[-1]) < LARGEST or not _pays(windows, now, best):
             break
-        tried[best.causes[-1].candidate.kind] = [one for one in all_tried if one is not best]
+        tried[best.causes[-1].candidate.kind] = [one for one in tries if one is not best]
         now = _pruned(windows, best)
     _restore(windows, now)
     return now
@@ -224,8 +223,22 @@ def _better(windows: Windows, less: Array, more: Array) -> tuple[float, float]:
     )
 
 
-def _count(state: _State) -> int:
-    return sum(len(cause.numbers) for cause in state.causes)
+def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State | None:
+    """Return the simplest of those that the best does not exclude: of fewest numbers, gears before sensors."""
+    if not tries:
+        return None
+    best = tries[0]
+    for one in tries[1:]:
+        if _better(windows, best.rest, one.rest)[0] > 0.0:
+            best = one
+    least = max(EXCLUDED, SAME * _better(windows, now.rest, best.rest)[0])
+    able = [one for one in tries if one is best or _better(windows, one.rest, best.rest)[0] < least]
+
+    def simple(one: _State) -> tuple[int, float, bool, bool]:
+        last = one.causes[-1]
+        return len(last.numbers), price(last.candidate), isinstance(last.effect, SensorEffect), one is not best
+
+    return min(able, key=simple)
 
 
 def _size(cause: Cause) -> float:

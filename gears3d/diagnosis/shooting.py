@@ -242,7 +242,10 @@ class Windows:
         return np.bincount(self.window, rest * rest, len(self)) / count
 
     def runs(self, rest: Array) -> float:
-        """Return how many readings in a row have about the same residual: 1 for white noise."""
+        """Return how many readings in a row have about the same residual: 1 for white noise.
+
+        Where the model's own error prevails, it is the same over a quarter of a window.
+        """
         order = np.arange(len(self.window)) - np.searchsorted(self.window, self.window)
         block = np.unique(self.window * BINS + order // RUN, return_inverse=True)[1]
         count = np.bincount(block)
@@ -251,7 +254,8 @@ class Windows:
         if not np.any(good):
             return 1.0
         sums = np.bincount(block, np.where(good, rest, 0.0))
-        return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 1.0)
+        model = float(np.median((ROUNDED * self.backlash / self.sigma) ** 2))
+        return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 0.25 * BINS * model, 1.0)
 
     def restart(self, effects: Sequence[Any], *, anew: bool = False) -> None:
         """Choose the start of each window among flights through its first readings and rests on either flank.

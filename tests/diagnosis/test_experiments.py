@@ -6,11 +6,12 @@ import pytest
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import candidates
 from gears3d.diagnosis.experiments import LASTS, runs
+from gears3d.diagnosis.rivals import rivals
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
 
-BENCH = {"run.duration": "4 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "gears.drive.teeth": 45,
+BENCH = {"run.duration": "3 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "gears.drive.teeth": 45,
          "gears.loose.teeth": 60, "motion.mean": "60 rpm", "sensors.drive.noise": "5 urad",
          "sensors.loose.noise": "50 urad"}  # fmt: skip
 HIDDEN = [{"kind": "drag_viscous", "coefficient": "0.002 N m s/rad"}]
@@ -55,7 +56,9 @@ def test_a_rival_is_named_with_the_runs_that_would_exclude_it(found):
 def test_the_proposed_run_separates_them_as_predicted(found):
     _, best, both = found
     assert [cause.kind for cause in both.causes] == ["drag_viscous"]
-    rival = next(one for one in both.others[0] if one.causes[0].candidate.kind == "drag_coulomb")
+    assert all(one.excluded for one in both.others[0] if one.causes[0].candidate.kind == "drag_coulomb")
+    in_channels = rivals(both.found.records, both.found)[0]  # as predicted; the path itself tells more
+    rival = next(one for one in in_channels if one.causes[0].candidate.kind == "drag_coulomb")
     assert rival.excluded
     level = max(both.found.fit.chi2 / len(both.found.fit.rest), 1.0)
     assert np.sqrt(rival.worse / level) == pytest.approx(best.sigma, rel=0.3)

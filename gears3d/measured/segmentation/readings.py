@@ -18,9 +18,9 @@ WHITE = 0.3
 """Noise in counts from which on samples are read with white noise and edges run together."""
 SWEPT = 2.0
 """Counts by which steps from sample to sample must vary for counts not to keep step with samples."""
-PASSES = 3.0
-"""Counts that pass in a usual sample from which on a reading like the one before is a repeated one: a gear that slows
-down to less than one has its flank left long before."""
+REPEATS = 3.0
+"""Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
+makes it half as often."""
 _REACH = 4
 """Edges to either side from which a speed is taken."""
 _TRIES = 200_000
@@ -69,7 +69,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     ('edges', 'smooth')
     """
     count = quantum(angle) or count_of(angle)  # the second where many counts pass in every sample
-    if held_readings(time, angle).samples > 1 or _passes(angle, count):
+    if held_readings(time, angle).samples > 1 or _repeats(angle, count):
         fresh = np.append(True, angle[1:] != angle[:-1])  # only the first of the repeated readings is a reading
         time, angle = time[fresh], angle[fresh]
     if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
@@ -84,9 +84,11 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
 
 
-def _passes(angle: np.ndarray, count: float | None) -> bool:
-    """Return whether so many counts pass in a sample that a gear which turns repeats no reading by itself."""
-    return float(np.median(np.abs(some_steps(angle)))) > PASSES * (count or 0.0)
+def _repeats(angle: np.ndarray, count: float | None) -> bool:
+    """Return whether readings of a gear that passes many counts in a sample repeat by more than chance."""
+    step = np.abs(some_steps(angle))
+    none, next_ = float(np.sum(step == 0.0)), float(np.sum((step > 0.0) & (step < 1.5 * (count or 0.0))))
+    return float(np.median(step)) > SWEPT * (count or 0.0) and none > REPEATS * (next_ + 1.0)
 
 
 def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Reading, NoiseModel]:

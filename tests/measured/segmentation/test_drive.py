@@ -32,3 +32,22 @@ def test_a_fluctuation_as_fast_as_a_spline_has_knots_is_no_noise(noise):
     assert np.std(off) < 0.03 * 2.5e-4 * turn
     assert np.std(off) < 3.0 * motion.speed_sigma
     assert motion.rest < 1.1
+
+
+def test_readings_repeated_now_and_then_are_left_out():
+    time = np.arange(0.0, 1.0, 1e-4)
+    angle = np.floor((60.0 * time + 0.05 * np.sin(40.0 * time)) / 1e-5) * 1e-5
+    held = np.arange(9, len(time), 9)
+    read = angle.copy()
+    read[held] = read[held - 1]
+    known = read_encoder(time, read)
+    assert len(known.time) == len(time) - len(held)
+    assert not np.isin(time[held], known.time).any()
+    assert len(read_encoder(time, angle).time) == len(time)
+    curve = steady(known).curve(time[100:-100])
+    assert np.abs(curve - angle[100:-100]).max() < 2e-5
+
+
+def test_a_slow_counter_keeps_its_edges():
+    time = np.arange(0.0, 1.0, 1e-4)
+    assert read_encoder(time, np.floor(0.3 * time**1.1 / 1e-3) * 1e-3).kind == "edges"
