@@ -22,6 +22,10 @@ Array = np.ndarray
 ACCOUNTS = 4.0
 """Usual mean square of residuals, in variances of the noise, up to which the path counts as accounted for: 1/f noise,
 for which a window's start makes up in part only, comes to three."""
+FAINT = ("mesh_drag",)
+"""Causes that are felt only where a flank is left, with their square: windows test them, but do not find them."""
+LEAVES = 0.5
+"""Part of the path's error beyond noise that causes may leave at most where it does not come true."""
 UNSEEN = ("drive_motion",)
 """Causes that no path tells: the drive moves as measured."""
 
@@ -34,18 +38,22 @@ class Along(NamedTuple):
         covariance: of their numbers [SI], (p, p).
         others: what is not excluded in the place of each.
         path: how well they account for it.
+        decides: whether they do; else the search's own causes are as they were.
+        refutes: whether the search's own causes leave most of the path's error.
     """
 
     found: Search
     covariance: Array
     others: list[list[Rival]]
     path: Path
+    decides: bool = True
+    refutes: bool = False
 
 
 def along_path(
     found: Search, admitted: Sequence[Admitted], paths: Paths, told: Callable[[float], None] = lambda part: None
 ) -> Along | None:
-    """Return the causes by which the path comes true; ``None`` where it comes true by none of the catalogue.
+    """Return the causes by which the path comes true; ``None`` where no windows can be shot.
 
     Args:
         found: by the search in flights, contacts and impacts.
@@ -62,10 +70,13 @@ def along_path(
     windows = Windows(rigs[0], [paths.of(one) for _, one in pairs], periods, [one.turned for one, _ in pairs])
     kept = [one for one in found.fit.causes if one.candidate.kind in UNSEEN]
     first = [one for one in found.fit.causes if one.candidate.kind not in UNSEEN]
-    known = [one for one in found.known.candidates if one.kind not in UNSEEN]
+    known = [one for one in found.known.candidates if one.kind not in (*UNSEEN, *FAINT)]
     path = path_search(windows, known, first, told)
-    if path is None or (path.after > ACCOUNTS and path.missed > SMALLEST * windows.backlash):
+    if path is None:
         return None
+    if path.after > ACCOUNTS and path.missed > SMALLEST * windows.backlash:
+        leaves = (path.first - 1.0) / max(path.before - 1.0, 1e-9)
+        return Along(found, found.fit.covariance, [], path, False, bool(first) and leaves > LEAVES)
     causes, spread = _numbers(found, path, kept)
     now = _as_they_are(found, causes, spread)
     found = found._replace(fit=now)

@@ -26,7 +26,7 @@ from gears3d.diagnosis.resonance import Resonance, resonance
 from gears3d.diagnosis.rivals import Rival, rivals
 from gears3d.diagnosis.search import Search, blind, keeping
 from gears3d.diagnosis.structure import Structure
-from gears3d.diagnosis.suspicion import part, predicted
+from gears3d.diagnosis.suspicion import part, predicted, unproven
 from gears3d.diagnosis.verdict import (
     CHANCE,
     Named,
@@ -189,10 +189,11 @@ def _diagnosed(
         raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
     records, found, deep = searched(admitted, records, highest, paths, tell)
+    whole = None
     if rings is None and deep is None:
         tell("predicting the path from windows of all records", 0.75)
         whole = along_path(found, admitted, paths, lambda part: tell("searching along the path", 0.75 + 0.1 * part))
-        if whole is not None:
+        if whole is not None and whole.decides:
             return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
@@ -213,6 +214,8 @@ def _diagnosed(
     parted = part(found, others, beside(spread, deep), rig, notes)
     tell("predicting the displacement from measured states", 0.88)
     parted, far = predicted(parted, admitted, paths)
+    if whole is not None and whole.refutes:
+        parted = unproven(parted, whole.path)
     found, others, causes = parted.found, parted.others, parted.causes
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()

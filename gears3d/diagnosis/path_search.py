@@ -37,9 +37,9 @@ SCORED = 32
 """Windows in which candidates are scored."""
 NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
-FITTED, POLISHED = 7, 3
+FITTED, POLISHED = 7, 5
 """Candidates that are fitted in a round, and those of them that are fitted with new starts."""
-SAME = 0.01
+SAME = 1e-3
 """Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
 AGREES = 9.0
 """The same of a cause that was found otherwise: three standard deviations, at a size that is known beforehand."""
@@ -71,6 +71,7 @@ class Path(NamedTuple):
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse.
+        first: usual mean square with the causes that were found otherwise; infinite where they cannot be fitted.
     """
 
     causes: tuple[Cause, ...]
@@ -81,6 +82,7 @@ class Path(NamedTuple):
     missed: float
     windows: int
     others: tuple[tuple[tuple[Cause, float], ...], ...]
+    first: float
 
 
 class _State(NamedTuple):
@@ -112,7 +114,9 @@ def path_search(
     base = _polished(windows, _opened(windows))
     tried: dict[str, list[_State]] = {}
     found = _searched(windows, known, base, tried, told)
+    theirs = np.inf
     if first and (other := _other(windows, base, first)) is not None:
+        theirs = float(np.median(windows.level(other.rest)))
         other = _searched(windows, known, _pruned(windows, other), tried, told)
         if _better(windows, found.rest, other.rest)[0] > ACCEPT:
             found = other
@@ -134,7 +138,7 @@ def path_search(
     usual = windows.level(found.rest * windows.sigma)
     return Path(
         found.causes, _covariance(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
-        float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
+        float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others), theirs,
     )  # fmt: skip
 
 

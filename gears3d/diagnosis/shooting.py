@@ -1,7 +1,7 @@
 """Multiple shooting: the rigid model through windows all over the records, each from a start of its own.
 
 A window begins with the place and the speed that fit its readings best and then goes its way under the measured motion
-of the drive, over impacts, bounces and contact alike. Nothing is segmented: what the model predicts is the path itself,
+of the drive, over impacts, bounces and contact. Nothing is segmented: what the model predicts is the path itself,
 as it was read, and what it leaves are residuals of readings. Source: Bock and Plitt 1984, multiple shooting.
 """
 
@@ -96,10 +96,12 @@ class Windows:
         self.step = span / (NODES - 1)
         time = self.begin[:, None] + np.linspace(0.0, 1.0, NODES) * span[:, None]
         curves = [known.steady.curve for known in tracks]
-        self.drive = tuple(
-            np.array([curves[k](at, order) for k, at in zip(self.record, time, strict=True)]).reshape(-1, NODES)
-            for order in (0, 1, 2)
-        )
+
+        def driven(order: int) -> Array:
+            made = [curves[k](at, order) for k, at in zip(self.record, time, strict=True)]
+            return np.array(made).reshape(-1, NODES)
+
+        self.drive = driven(0), driven(1), driven(2)
         self.turned = np.array([turned[k] for k in self.record]).reshape(-1, 2)
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
@@ -124,7 +126,7 @@ class Windows:
     def _spans(self, k: int, known: Track, period: float, most: int) -> list[tuple[float, float]]:
         """Return beginnings and durations of the windows of a record, and set the record's zero.
 
-        A window begins early in the longest stay amid the gap of its period, where place and speed show best.
+        A window begins early in the longest stay between the flanks of its period, where place and speed show best.
         """
         first, last = float(known.time[0]), float(known.time[-1])
         span = float(np.clip(period, FALLS[0] * self.fall, FALLS[1] * self.fall))
@@ -177,7 +179,7 @@ class Windows:
         few = copy(self)
         for name in ("record", "begin", "step", "turned", "weight"):
             setattr(few, name, getattr(self, name)[picked])
-        few.drive = tuple(one[picked] for one in self.drive)
+        few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
         few.starts = Starts(*(one[picked] for one in self.starts))
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
@@ -190,7 +192,7 @@ class Windows:
 
     def _predicted(self, effects: Sequence[Any], starts: Starts) -> Array:
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
-        sensors = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
+        sensors: list[Any] = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
         zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
         angle, speed, rate = self.drive
         seen = angle + self.turned[:, :1]
@@ -262,7 +264,7 @@ class Windows:
 
         Args:
             effects: in addition to those of the rig.
-            anew: whether the present starts are forgotten.
+            anew: whether the present starts are discarded.
         """
         if not len(self):
             return

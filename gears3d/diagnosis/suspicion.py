@@ -128,6 +128,27 @@ def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tup
     return Parted(found, others, causes, suspects, (*parted.notes, *told), decides), left if causes else []
 
 
+def unproven(parted: Parted, path: Path) -> Parted:
+    """Return causes as suspects, none of which brings the path much nearer.
+
+    Args:
+        parted: causes so far.
+        path: that does not come true by them, nor by any other of the catalogue.
+    """
+    if not parted.causes:
+        return parted
+    kinds, windows = ", ".join(one.kind for one in parted.causes), path.windows
+    before, after = np.sqrt(path.before), np.sqrt(path.first)
+    told = Note(
+        "path-refutes",
+        f"{kinds}: the displacement predicted in {windows} windows deviates by {after:.3g} times the noise with these"
+        f" causes, by {before:.3g} times for the rig as it is, and no causes of the catalogue explain it",
+        "check the motion, the counts and the condition of the records",
+    )
+    found = _only(parted.found, [False] * len(parted.found.fit.causes))
+    return Parted(found, [], (), (*parted.causes, *parted.suspects), (*parted.notes, told), False)
+
+
 def _um(errors: Array) -> str:
     return f"{1e6 * float(np.sqrt(np.mean(errors**2))):.3g} um"
 

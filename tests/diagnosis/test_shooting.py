@@ -117,13 +117,28 @@ def test_a_cause_that_was_found_otherwise_and_is_not_there_is_refuted(rig):
     assert [one.candidate.kind for one in found.causes] == ["drag_viscous"]
 
 
-@pytest.mark.parametrize("seed", [9])
-def test_low_bounces_name_the_restitution_not_the_geometry(seed, tmp_path):
-    """A rig of the operating space whose flights, contacts and impacts, cut one by one, asked for a pitch error."""
+def diagnosed(seed, kind, folder):
+    """The diagnosis of a rig of the operating space in which a cause is hidden."""
     rig = space.draw(seed + 1, 20)[seed]
-    made = anywhere.plan(rig, ["restitution_speed"], samples=100_000)
-    hide(made, tmp_path, observe=anywhere.observer(rig), stated=False)
-    bench = load(tmp_path / "rig.toml")
-    found = diagnose(admit_all([tmp_path / "record.toml"], bench), bench)
+    made = anywhere.plan(rig, [kind], samples=100_000)
+    hide(made, folder, observe=anywhere.observer(rig), stated=False)
+    bench = load(folder / "rig.toml")
+    return diagnose(admit_all([folder / "record.toml"], bench), bench)
+
+
+@pytest.mark.slow
+def test_low_bounces_name_the_restitution_not_the_geometry(tmp_path):
+    """Flights, contacts and impacts, cut one by one, asked for another restitution than the one that is hidden."""
+    found = diagnosed(11, "restitution_speed", tmp_path)
     assert [one.kind for one in found.causes] == ["restitution_speed"]
     assert found.verdict == "explained"
+    assert "windows" in found.causes[0].evidence
+
+
+@pytest.mark.slow
+def test_causes_that_leave_the_path_as_far_off_are_suspects(tmp_path):
+    """Bounces of a restitution of 0.09 are too low to be cut: wider backlash was named."""
+    found = diagnosed(2, "restitution_asymmetry", tmp_path)
+    assert not found.causes
+    assert found.suspects
+    assert any(note.kind == "path-refutes" for note in found.notes)
