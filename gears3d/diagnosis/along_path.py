@@ -77,6 +77,8 @@ def along_path(
     if path.after > ACCOUNTS and path.missed > SMALLEST * windows.backlash:
         leaves = (path.first - 1.0) / max(path.before - 1.0, 1e-9)
         return Along(found, found.fit.covariance, [], path, False, bool(first) and leaves > LEAVES)
+    if first and (path.first <= ACCOUNTS or not _contradicted(first, path)):
+        return Along(found, found.fit.covariance, [], path, False)
     causes, spread = _numbers(found, path, kept)
     now = _as_they_are(found, causes, spread)
     found = found._replace(fit=now)
@@ -94,6 +96,14 @@ def _rivals(found: Search, path: Path) -> list[list[Rival]]:
         made += [one for one in own if one.causes[0].candidate.kind not in asked]
         told.append(sorted(made, key=lambda one: one.worse))
     return told
+
+
+def _contradicted(first: Sequence[Cause], path: Path) -> bool:
+    """Return whether the path excludes a cause that flights, contacts and impacts show."""
+    able = {one.candidate.kind for one in path.causes}
+    for own, gain in zip(path.others, path.gains, strict=True):
+        able |= {one.candidate.kind for one, worse in own if worse < max(EXCLUDED, SAME * float(gain))}
+    return not {one.candidate.kind for one in first} <= able
 
 
 def _numbers(found: Search, path: Path, kept: Sequence[Cause]) -> tuple[list[Cause], Array]:

@@ -39,7 +39,7 @@ NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
 FITTED, POLISHED = 7, 5
 """Candidates that are fitted in a round, and those of them that are fitted with new starts."""
-SAME = 1e-3
+SAME = 0.01
 """Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
 AGREES = 9.0
 """The same of a cause that was found otherwise: three standard deviations, at a size that is known beforehand."""
