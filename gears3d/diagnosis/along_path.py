@@ -24,6 +24,8 @@ ACCOUNTS = 4.0
 for which a window's start makes up in part only, comes to three."""
 FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left, with their square: windows test them, but do not find them."""
+SAME_PATH = {"transmission_error", "eccentricity"}
+"""Errors of flanks that a path tells from those of the drive's encoder by its turn alone."""
 LEAVES = 0.5
 """Part of the path's error beyond noise that causes may leave at most where it does not come true."""
 UNSEEN = ("drive_motion",)
@@ -103,6 +105,8 @@ def _contradicted(first: Sequence[Cause], path: Path) -> bool:
     able = {one.candidate.kind for one in path.causes}
     for own, gain in zip(path.others, path.gains, strict=True):
         able |= {one.candidate.kind for one, worse in own if worse < max(EXCLUDED, SAME * float(gain))}
+    if "encoder_eccentricity" in able:
+        able |= SAME_PATH  # flanks that stand out move the gear as a drive does whose encoder errs
     return not {one.candidate.kind for one in first} <= able
 
 
