@@ -15,7 +15,7 @@ import numpy as np
 
 from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.library import price
-from gears3d.diagnosis.shooting import Starts, Windows
+from gears3d.diagnosis.shooting import Linearised, Starts, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
@@ -290,15 +290,14 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
     return sorted(made, key=lambda one: float(np.sum((one.rest * weight) ** 2)))[:POLISHED]
 
 
-def _columns(windows: Windows, causes: Sequence[Cause], rest: Array) -> list[Array]:
+def _columns(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
-    columns = []
-    for k, cause in enumerate(causes):
+    windows, columns = along.windows, []
+    for cause in causes:
         for j, unit in enumerate(cause.units):
             numbers = cause.numbers.copy()
             numbers[j] += STEP * unit
-            moved = [*causes[:k], cause._replace(numbers=numbers), *causes[k + 1 :]]
-            columns.append((rest - windows.residuals(_effects(moved))) / STEP)
+            columns.append(along.column(cause._replace(numbers=numbers).effect, cause.effect) / STEP)
     record = windows.record[windows.window]
     columns += [(record == k) / windows.sigma * windows.backlash for k in range(len(windows.zeros))]
     return columns
@@ -308,10 +307,11 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
     """Return causes, zeros and starts with the numbers that leave the least chi-square, by Gauss-Newton."""
     causes = tuple(now.causes)
     weight = windows.weight[windows.window]
-    rest = windows.residuals(_effects(causes))
     for _ in range(rounds):
-        starts = tuple(one * weight for one in windows.start_columns(_effects(causes), rest))
-        columns = np.column_stack([one * weight for one in _columns(windows, causes, rest)])
+        along = windows.along(_effects(causes))
+        rest = along.rest
+        starts = tuple(one * weight for one in along.starts())
+        columns = np.column_stack([one * weight for one in _columns(along, causes)])
         away = windows.without_starts((starts[0], starts[1]))
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
@@ -376,7 +376,7 @@ def _scanned(windows: Windows, now: _State) -> _State:
 def _settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     """Move the starts alone to where they leave the least of residuals, and return these."""
     for _ in range(SETTLING):
-        tried = windows.moved(windows.start_columns(effects, rest), rest, FARTHEST[1])
+        tried = windows.moved(windows.along(effects).starts(), rest, FARTHEST[1])
         new = windows.residuals(effects, tried)
         better = windows.level(new) < windows.level(rest)
         windows.starts = Starts(*(np.where(better, a, b) for a, b in zip(tried, windows.starts, strict=True)))
@@ -406,10 +406,10 @@ def _scores(
 ) -> tuple[list[tuple[float, Candidate, Array]], float]:
     """Return the fall of chi-square that each candidate promises, with its numbers in units, and the level."""
     few, mine = windows.some(SCORED)
-    rest, effects, weight = now.rest[mine], _effects(now.causes), few.weight[few.window]
-    starts = tuple(one * weight for one in few.start_columns(effects, rest))
+    rest, along, weight = now.rest[mine], few.along(_effects(now.causes)), few.weight[few.window]
+    starts = tuple(one * weight for one in along.starts())
     away = few.without_starts((starts[0], starts[1]))
-    others = np.column_stack([away(one * weight) for one in _columns(few, now.causes, rest)])
+    others = np.column_stack([away(one * weight) for one in _columns(along, now.causes)])
     others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
     left = away(rest * weight)
     left = left - others @ (others.T @ left)
@@ -420,7 +420,7 @@ def _scores(
         for k in range(2 if one.phased else 1):
             numbers = np.zeros(2 if one.phased else 1)
             numbers[k] = TRIED * one.tried * one.unit
-            column = away((rest - few.residuals([*effects, one.effect(numbers)])) / (TRIED * one.tried) * weight)
+            column = away(along.column(one.effect(numbers)) / (TRIED * one.tried) * weight)
             columns.append(column - others @ (others.T @ column))
         both = np.column_stack(columns)
         normal, right = both.T @ both, both.T @ left
@@ -436,9 +436,10 @@ def _covariance(windows: Windows, now: _State) -> Array:
     if not len(units):
         return np.zeros((0, 0))
     weight = windows.weight[windows.window]
-    starts = tuple(one * weight for one in windows.start_columns(_effects(now.causes), now.rest))
+    along = windows.along(_effects(now.causes))
+    starts = tuple(one * weight for one in along.starts())
     away = windows.without_starts((starts[0], starts[1]))
-    own = np.column_stack([away(one * weight) for one in _columns(windows, now.causes, now.rest)])
+    own = np.column_stack([away(one * weight) for one in _columns(along, now.causes)])
     rest = away(now.rest * weight)
     inverse = np.linalg.pinv(own.T @ own)
     level = max(float(rest @ rest) / max(len(rest) - own.shape[1] - 2 * len(windows), 1), 1.0)

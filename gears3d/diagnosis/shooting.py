@@ -15,8 +15,8 @@ import numpy as np
 
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.prediction import reading_error
+from gears3d.diagnosis.shooting_kernels import follow, shoot, slowing
 from gears3d.effects import Code, SensorEffect
-from gears3d.kernels import njit
 from gears3d.lumped.flanks import perfect
 
 if TYPE_CHECKING:
@@ -41,6 +41,8 @@ RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
+EVENTS = 512
+"""Impacts and partings of a window that small changes are followed over at most."""
 KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.IMPACT_OFFSET,
@@ -188,54 +190,87 @@ class Windows:
 
     def residuals(self, effects: Sequence[Any], starts: Starts | None = None) -> Array:
         """Return readings less what the rig with more effects makes of them, in standard deviations, (n,)."""
-        return (self.read - self._predicted(effects, starts or self.starts)) / self.sigma
+        return (self.read - self._run(effects, starts or self.starts).made) / self.sigma
 
-    def _predicted(self, effects: Sequence[Any], starts: Starts) -> Array:
+    def along(self, effects: Sequence[Any]) -> Linearised:
+        """Return the run of the rig with more effects from the present starts, for small changes along it."""
+        return Linearised(self, self._run(effects, self.starts, EVENTS))
+
+    def _run(self, effects: Sequence[Any], starts: Starts, most: int = 0) -> _Run:
+        """Return what the rig with more effects does, with so many events of each window at most."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         sensors: list[Any] = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
         zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
         angle, speed, rate = self.drive
         seen = angle + self.turned[:, :1]
         loose = (self.radii[0] * angle + zero) / self.radii[1] + self.turned[:, 1:]
-        wrong = np.zeros_like(angle)
-        if misread := [one for one in sensors if one.gear == "drive"]:
-            wrong = reading_error(misread, "drive", seen.ravel(), speed.ravel()).reshape(seen.shape)
-            slope = np.gradient(wrong, axis=1) / self.step[:, None]
-            angle, speed = angle - wrong, speed - slope
-            rate = rate - np.gradient(slope, axis=1) / self.step[:, None]
-        flanks = self._flanks([row for row in rows if 200 < row.code < 300], seen, loose)
+        if wrong := self.misread(sensors, seen):
+            angle, speed, rate = (own - off for own, off in zip(self.drive, wrong, strict=True))
+        flanks = self.flanks(rows, seen, loose)
+        flanks = flanks[0], flanks[1] + self.backlash
         laws = np.array([self.values.restitution, 0.0, 0.0])
         for row in rows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                 laws[row.code - Code.IMPACT_OFFSET] += row.p[0]
         path, pace = np.empty_like(angle), np.empty_like(angle)
-        for k in np.unique(self.record):
-            mine = np.flatnonzero(self.record == k)
-            own = slice(mine[0], mine[-1] + 1)
-            ahead = float(zero[mine[0], 0] / self.radii[1] + self.turned[mine[0], 1])
-            _shoot(
-                self.begin[own], self.step[own], angle[own], speed[own], rate[own], flanks[0][own], flanks[1][own],
-                np.array([*self.radii, self.lever]), _torques(rows, self.values.drag_torque, ahead), laws,
-                starts.place[own], starts.rate[own], starts.mode[own], path[own], pace[own],
-            )  # fmt: skip
+        ahead, events = zero[:, 0] / self.radii[1] + self.turned[:, 1], np.zeros((len(self), most, 7))
+        torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
+        about = np.array([*self.radii, self.lever])
+        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, *starts, path, pace,
+              events, counts)  # fmt: skip
         w, i, share = self.window, self.node, self.beyond
         made = _between(path[w, i], path[w, i + 1], pace[w, i], pace[w, i + 1], share, self.step[w])
-        if late := [one for one in sensors if one.gear == "loose"]:
-            turn = loose[w, i] + share * (loose[w, i + 1] - loose[w, i]) + made / self.radii[1]
-            pacing = speed[w, i] * self.radii[0] / self.radii[1]
-            made = made + self.radii[1] * reading_error(late, "loose", turn, pacing)
-        if misread:
-            made = made - self.radii[0] * (wrong[w, i] + share * (wrong[w, i + 1] - wrong[w, i]))
-        return made + self.zeros[self.record[w]]
+        made += self.zeros[self.record[w]] + self.shown(sensors, wrong, loose, speed, made)
+        return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts)
 
-    def _flanks(self, rows: Sequence[Row], drive: Array, loose: Array) -> tuple[Array, Array]:
-        """Return the displacement on the active and on the reverse flank at the nodes [m], (w, n) each."""
-        made = [np.zeros_like(drive), np.full_like(drive, self.backlash)]
-        if rows:
-            for flank, place in enumerate(made):
-                which = np.full(drive.size, flank)
-                turn = loose + flank * self.backlash / self.radii[1]
-                place += deviation(rows, self.pair, drive.ravel(), turn.ravel(), which).reshape(drive.shape)
+    def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
+        """Return by how much the drive is read wrong at the nodes, and derivatives of that; ``None`` for nothing."""
+        if not (own := [one for one in sensors if one.gear == "drive"]):
+            return None
+        wrong = reading_error(own, "drive", seen.ravel(), self.drive[1].ravel()).reshape(seen.shape)
+        slope = np.gradient(wrong, axis=1) / self.step[:, None]
+        return wrong, slope, np.gradient(slope, axis=1) / self.step[:, None]
+
+    def shown(
+        self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, speed: Array,
+        path: Array | float = 0.0,
+    ) -> Array | float:  # fmt: skip
+        """Return by how much readings of the displacement are wrong [m], (n,).
+
+        Args:
+            sensors: effects.
+            wrong: of :meth:`misread`.
+            loose: angles of the loose gear at rest on its flank, at the nodes [rad].
+            speed: of the drive there [rad/s].
+            path: displacement at the readings [m], (n,).
+        """
+        w, i, share, made = self.window, self.node, self.beyond, 0.0
+        if own := [one for one in sensors if one.gear == "loose"]:
+            turn = loose[w, i] + share * (loose[w, i + 1] - loose[w, i]) + path / self.radii[1]
+            made = self.radii[1] * reading_error(own, "loose", turn, speed[w, i] * self.radii[0] / self.radii[1])
+        if wrong is not None:
+            made = made - self.radii[0] * (wrong[0][w, i] + share * (wrong[0][w, i + 1] - wrong[0][w, i]))
+        return made
+
+    def flanks(
+        self, rows: Sequence[Row], drive: Array, loose: Array, known: tuple[Any, Any] = (None, None)
+    ) -> tuple[Array, Array]:
+        """Return by how much effects move the active and the reverse flank at the nodes [m], (w, n) each.
+
+        Args:
+            rows: normal forms.
+            drive: angles [rad], (w, n).
+            loose: angles on the active flank [rad], (w, n).
+            known: waves over the angles of each flank, for :func:`gears3d.diagnosis.deviation.deviation`.
+        """
+        rows = [row for row in rows if 200 < row.code < 300]
+        if not rows:
+            return np.zeros_like(drive), np.zeros_like(drive)
+        made = []
+        for flank, kept in enumerate(known):
+            which, turn = np.full(drive.size, flank), loose + flank * self.backlash / self.radii[1]
+            own = deviation(rows, self.pair, drive.ravel(), turn.ravel(), which, kept)
+            made.append(own.reshape(drive.shape))
         return made[0], made[1]
 
     def level(self, rest: Array) -> Array:
@@ -301,25 +336,11 @@ class Windows:
         """Return the size of a unit of a start's place [m] and rate [m/s]."""
         return self.backlash, self.backlash / self.fall
 
-    def start_columns(self, effects: Sequence[Any], rest: Array) -> tuple[Array, Array]:
-        """Return how predictions change with place and rate of their window's start, per unit, (n,) each.
-
-        Args:
-            effects: in addition to those of the rig.
-            rest: residuals with them.
-        """
-        free, columns = (self.starts.mode == 0)[self.window], []
-        for k, tried in enumerate((1e-4, 5e-4)):
-            moved = list(self.starts)
-            moved[k] = moved[k] + tried * self.units()[k]
-            columns.append((rest - self.residuals(effects, Starts(*moved))) / tried * free)
-        return columns[0], columns[1]
-
     def moved(self, columns: tuple[Array, Array], rest: Array, most: float = np.inf) -> Starts:
         """Return the starts that leave the least of residuals, by least squares within each window.
 
         Args:
-            columns: of :meth:`start_columns`.
+            columns: of :meth:`Linearised.starts`.
             rest: residuals.
             most: units that a start moves at most.
         """
@@ -339,7 +360,7 @@ class Windows:
         """Return what takes all that starts explain out of a column, each window by itself.
 
         Args:
-            columns: of :meth:`start_columns`, weighted as the columns that are asked about.
+            columns: of :meth:`Linearised.starts`, weighted as the columns that are asked about.
         """
         w, count = self.window, len(self)
         a, b = columns
@@ -359,22 +380,115 @@ class Windows:
         return away
 
 
-def _torques(rows: Sequence[Row], drag: float, ahead: float) -> Array:
-    """Return torques as the kernel has them: code, gate, numbers; their phases from the model's angle on.
+class _Run(NamedTuple):
+    """What a rig does in all windows.
+
+    Args:
+        made: displacement at the readings, as it would be read [m], (n,).
+        path: at the nodes [m], (w, nodes).
+        pace: rate there [m/s], (w, nodes).
+        starts: from which.
+        seen: angles of both gears at the nodes, by which effects count, the loose one at rest on its flank [rad].
+        drive: angle and speed of the drive at the nodes, in truth [rad, rad/s].
+        ahead: loose gear's angle, from which effects count, where the model has 0 [rad], (w,).
+        events: of the windows, (w, most, 7).
+        counts: how many, (w,).
+    """
+
+    made: Array
+    path: Array
+    pace: Array
+    starts: Starts
+    seen: tuple[Array, Array]
+    drive: tuple[Array, Array]
+    ahead: Array
+    events: Array
+    counts: Array
+
+
+class Linearised:
+    """The run of a rig with effects, and what small changes of starts and effects do along it, to first order.
+
+    Args:
+        windows: that were run.
+        run: what they did.
+    """
+
+    def __init__(self, windows: Windows, run: _Run) -> None:
+        self.windows, self.run = windows, run
+        self.rest = (windows.read - run.made) / windows.sigma
+        self.none = np.zeros(windows.drive[0].shape)
+        self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
+
+    def starts(self) -> tuple[Array, Array]:
+        """Return how predictions change with place and rate of their window's start, per unit, (n,) each.
+
+        Starts on a flank do not change.
+        """
+        free = (self.run.starts.mode == 0).astype(float)
+        units, still = self.windows.units(), np.zeros(self.run.events.shape[:2])
+        none, flanks = np.zeros(len(free)), (self.none, self.none, self.none)
+        first = self._followed(flanks, still, (free * units[0], none))
+        return first / self.windows.sigma, self._followed(flanks, still, (none, free * units[1])) / self.windows.sigma
+
+    def column(self, effect: Any, before: Any = None) -> Array:
+        """Return how predictions change with another effect, in standard deviations, (n,).
+
+        Args:
+            effect: in addition to those of the run.
+            before: in the place of which, when it is one of those.
+        """
+        windows, run = self.windows, self.run
+        pushed, active, reverse = self.none, self.none, self.none
+        rebound, shown = np.zeros(run.events.shape[:2]), 0.0
+        for sign, one in ((1.0, effect), (-1.0, before)):
+            if one is None:
+                continue
+            rows = one.rows(windows.values)
+            if any(100 < row.code < 200 for row in rows):
+                made, about = np.empty_like(self.none), np.array([*windows.radii, windows.lever])
+                slowing(windows.begin, windows.step, *run.drive, about, run.ahead, torques_of(rows), run.path, run.pace,
+                        made)  # fmt: skip
+                pushed = pushed + sign * made
+            if any(200 < row.code < 300 for row in rows):
+                keep = not any(row.code == Code.FLANK_TOOTH for row in rows)
+                moved = windows.flanks(rows, *run.seen, self.waves if keep else (None, None))
+                active, reverse = active + sign * moved[0], reverse + sign * moved[1]
+            for row in rows:
+                if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
+                    form = (1.0, np.abs(run.events[:, :, 4]), 0.5 * run.events[:, :, 3])[row.code - Code.IMPACT_OFFSET]
+                    rebound = rebound + sign * row.p[0] * form
+            if isinstance(one, SensorEffect):
+                wrong = windows.misread([one], run.seen[0])
+                if wrong is not None:
+                    pushed = pushed + sign * windows.radii[0] * wrong[2]
+                w, i, share = windows.window, windows.node, windows.beyond
+                path = run.path[w, i] + share * (run.path[w, i + 1] - run.path[w, i])
+                shown = shown + sign * windows.shown([one], wrong, run.seen[1], windows.drive[1], path)
+        none = np.zeros(len(windows))
+        return (self._followed((pushed, active, reverse), rebound, (none, none)) + shown) / windows.sigma
+
+    def _followed(self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array]) -> Array:
+        """Return the change of the displacement at the readings [m], (n,)."""
+        windows, run = self.windows, self.run
+        made = np.empty_like(self.none)
+        follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
+        w, i, share = windows.window, windows.node, windows.beyond
+        return made[w, i] + share * (made[w, i + 1] - made[w, i])
+
+
+def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
+    """Return torques as the kernels have them: code, gate, three numbers.
 
     Args:
         rows: normal forms; those that are no torques are passed over.
         drag: of the rig [N·m].
-        ahead: the loose gear's angle, from which effects count, where the model has 0 [rad].
     """
-    made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]]
+    made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
     for row in rows:
         if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:
-            p = [*row.p, 0.0, 0.0, 0.0][:3]
-            if row.code == Code.TORQUE_HARMONIC:
-                p[2] += p[0] * ahead
-            made.append([float(row.code), float(row.gate), *p])
-    return np.array(made)
+            made.append([float(row.code), float(row.gate), *[*row.p, 0.0, 0.0, 0.0][:3]])
+    return np.array(made, dtype=float).reshape(-1, 5)
 
 
 def _between(first: Array, last: Array, begin: Array, end: Array, share: Array, step: Array) -> Array:
@@ -385,124 +499,3 @@ def _between(first: Array, last: Array, begin: Array, end: Array, share: Array, 
     cubic = first * (1.0 + 2.0 * share) * rest**2 + last * share**2 * (3.0 - 2.0 * share)
     cubic = cubic + step * share * rest * (begin * rest - end * share)
     return np.where(smooth, cubic, first + share * way)
-
-
-@njit(cache=True)
-def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
-    """Return the acceleration of the loose gear by its torques along the line of action [m/s²]."""
-    sign = 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
-    total = 0.0
-    for k in range(len(torques)):
-        code, gate, p = int(torques[k, 0]), int(torques[k, 1]), torques[k, 2:]
-        if gate == 1 and mode != 0:
-            continue
-        if (gate == 2 and mode == 0) or (gate > 2 and mode != gate - 2):
-            continue
-        if code == 101:
-            total += p[0] * sign
-        elif code == 102:
-            total += p[0] * (speed - p[1])
-        elif code == 103:
-            total += p[0] * abs(speed) ** p[1] * sign
-        elif code == 104:
-            total += p[1] * np.cos(p[0] * angle + p[2])
-        elif code == 105:
-            total += p[0] * (1.0 - np.exp(-t / p[1])) * sign
-    return -lever * total
-
-
-@njit(cache=True)
-def _bent(place: Array, i: int, step: float) -> float:
-    """Return the second derivative of what is given at nodes, at one of them."""
-    k = min(max(i, 1), len(place) - 2)
-    return (place[k + 1] - 2.0 * place[k] + place[k - 1]) / step**2
-
-
-@njit(cache=True)
-def _window(
-    begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
-    torques: Array, laws: Array, s: float, v: float, mode: int, path: Array, pace: Array,
-) -> None:  # fmt: skip
-    """Work out one window: cubic steps from node to node, halted at impacts and where a flank is left."""
-    r1, r2, lever = about[0], about[1], about[2]
-    nodes = len(angle)
-    for i in range(nodes):
-        path[i], pace[i] = s, v
-        if i == nodes - 1:
-            break
-        rest = step
-        for _ in range(60):
-            f = 1.0 - rest / step
-            t = begin + (i + f) * step
-            own = active if mode == 1 else reverse
-            if mode == 0:
-                a = _slowed(
-                    t, (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
-                    (v + r1 * (speed[i] + f * (speed[i + 1] - speed[i]))) / r2, 0, torques, lever,
-                ) - r1 * (rate[i] + f * (rate[i + 1] - rate[i]))  # fmt: skip
-                s1, v1 = s + v * rest + 0.5 * a * rest**2, v + a * rest
-                end = _slowed(
-                    t + rest, (s1 + r1 * angle[i + 1]) / r2, (v1 + r1 * speed[i + 1]) / r2, 0, torques, lever
-                ) - r1 * rate[i + 1]  # fmt: skip
-                jerk = (end - a) / rest
-                s1 = s + rest * (v + rest * (0.5 * a + rest * jerk / 6.0))
-                below, above = s1 < active[i + 1], s1 > reverse[i + 1]
-                if not below and not above:
-                    s, v = s1, v + rest * (a + 0.5 * rest * jerk)
-                    break
-                mode = 1 if below else 2
-                own, sign = (active, 1.0) if below else (reverse, -1.0)
-                lean = (own[i + 1] - own[i]) / step
-                here = own[i] + f * (own[i + 1] - own[i])
-                low, high = 0.0, rest
-                for _ in range(50):
-                    m = 0.5 * (low + high)
-                    if sign * (s + m * (v + m * (0.5 * a + m * jerk / 6.0)) - here - lean * m) < 0.0:
-                        high = m
-                    else:
-                        low = m
-                hits = v + low * (a + 0.5 * low * jerk) - lean
-                e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
-                e = min(max(e, 0.0), 1.0)
-                s, v = here + lean * low, lean - e * hits
-                rest -= low
-                closing = -sign * (a + low * jerk)
-                back = e * abs(hits)
-                if back > 0.0 and (closing <= 0.0 or 2.0 * back / (closing * (1.0 - min(e, 0.98))) > 0.5 * step):
-                    mode = 0  # else all its bounces end within half a step
-            else:
-                sign = 1.0 if mode == 1 else -1.0
-                lean = (own[i + 1] - own[i]) / step
-                place = own[i + 1]
-                first = _slowed(t, (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever)
-                first = sign * (first - r1 * rate[i] - _bent(own, i, step))
-                last = _slowed(
-                    begin + (i + 1) * step, (place + r1 * angle[i + 1]) / r2, (lean + r1 * speed[i + 1]) / r2, mode,
-                    torques, lever,
-                )  # fmt: skip
-                last = sign * (last - r1 * rate[i + 1] - _bent(own, i + 1, step))
-                now = first + f * (last - first)
-                v = lean
-                if now <= 0.0 and last <= 0.0:
-                    s = place
-                    break
-                m = 0.0 if now > 0.0 else rest * now / (now - last)
-                s, mode = own[i] + lean * (f * step + m), 0
-                rest -= m
-            if rest <= 1e-12 * step:
-                break
-
-
-@njit(cache=True)
-def _shoot(
-    begin: Array, step: Array, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
-    torques: Array, laws: Array, place: Array, pace_0: Array, mode: Array, path: Array, pace: Array,
-) -> None:  # fmt: skip
-    """Work out all windows: displacement and rate at their nodes."""
-    for w in range(len(begin)):
-        s, v = min(max(place[w], active[w, 0]), reverse[w, 0]), pace_0[w]
-        if mode[w] > 0:
-            own = active[w] if mode[w] == 1 else reverse[w]
-            s, v = own[0], (own[1] - own[0]) / step[w]
-        _window(begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, torques, laws, s, v,
-                mode[w], path[w], pace[w])  # fmt: skip

@@ -80,6 +80,43 @@ def test_a_free_flight_is_a_parabola(rig):
         )
 
 
+SMALL = {
+    "drag_position": {"amplitude": 1e-4, "order": 2, "phase": 0.3},
+    "drag_viscous": {"coefficient": 1e-5},
+    "restitution_speed": {"slope": -1e-3},
+    "restitution_asymmetry": {"asymmetry": 1e-4},
+    "backlash_offset": {"offset": 1e-9},
+    "eccentricity": {"offset": 1e-9, "phase": 0.3, "gear": "drive"},
+    "transmission_error": {"amplitude": 1e-9, "order": 20, "phase": 0.3, "gear": "loose"},
+    "encoder_eccentricity": {"amplitude": 1e-8, "phase": 0.3, "gear": "drive"},
+    "encoder_skew": {"delay": 1e-8, "gear": "loose"},
+}
+
+
+@pytest.mark.parametrize("kind", SMALL)
+def test_small_changes_are_followed_as_runs_go(rig, kind):
+    windows, _ = shot(rig)
+    windows.restart((), anew=True)
+    effect = catalogue()[kind](**SMALL[kind])
+    run = windows.along([])
+    apart = run.rest - windows.residuals([effect])
+    missed = run.column(effect) - apart
+    assert np.any(run.run.counts > 5)
+    assert np.sqrt(np.mean(missed**2)) < 0.05 * np.sqrt(np.mean(apart**2))
+
+
+def test_small_changes_of_starts_are_followed_as_runs_go(rig):
+    windows, _ = shot(rig)
+    windows.restart((), anew=True)
+    run, small = windows.along([]), 1e-5
+    for k, made in enumerate(run.starts()):
+        moved = list(windows.starts)
+        moved[k] = moved[k] + small * windows.units()[k] * (moved[2] == 0)
+        apart = (run.rest - windows.residuals([], Starts(*moved))) / small
+        usual = np.sqrt(np.median(windows.level(apart)[windows.starts.mode == 0]))
+        assert np.sqrt(np.median(windows.level(made - apart))) < 0.05 * usual
+
+
 def test_rigs_that_are_not_rigid_are_not_shot(rig):
     assert shootable(rig)
     soft = {"kind": "tooth_compliance", "stiffness": "1e8 N/m", "damping": "100 N s/m"}
