@@ -131,7 +131,7 @@ def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], round
         for damping in dampings:
             move = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), right, rcond=1e-12)[0]
             try:
-                trial = _moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units, pivot)
+                trial = moved(causes, np.clip(move, -FARTHEST, FARTHEST) * units, pivot)
                 tried = [_part(records, cause) for cause in trial]
             except InputError:  # beyond the bounds of a parameter
                 continue
@@ -166,15 +166,22 @@ def slopes_of(records: Sequence[Evidence], cause: Cause, part: Array | None = No
     return found
 
 
-def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]:
+def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]:
     """Return causes with their numbers moved, those of the shapes within their bounds.
 
     A power keeps its torque at the pivot, a usual speed, while its exponent moves: its coefficient goes with that
     speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already. A torque
     over a difference of speeds is straight in its coefficient and in the product of that and the other speed.
+
+    Args:
+        causes: with their numbers.
+        by: which these move [SI], (p,).
+        pivot: a usual speed of the loose gear [rad/s].
     """
-    cuts, moved = np.cumsum([len(cause.numbers) for cause in causes])[:-1], []
-    for cause, step in zip(causes, np.split(by, cuts), strict=True):
+    at, made = 0, []
+    for cause in causes:
+        step = by[at : at + len(cause.numbers)]
+        at += len(step)
         numbers = _within(cause, cause.numbers + step)
         if cause.candidate.kind == "drag_power" and cause.free:
             before, after = np.exp(cause.numbers[1]), np.exp(numbers[1])
@@ -182,8 +189,8 @@ def _moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...
             numbers[0] *= pivot ** (before - after)
         if cause.candidate.kind == "drag_differential" and cause.free and numbers[0] != 0.0:
             numbers = _within(cause, np.array([numbers[0], cause.numbers[1] + step[1] * cause.numbers[0] / numbers[0]]))
-        moved.append(cause._replace(numbers=numbers))
-    return tuple(moved)
+        made.append(cause._replace(numbers=numbers))
+    return tuple(made)
 
 
 def _within(cause: Cause, numbers: Array) -> Array:

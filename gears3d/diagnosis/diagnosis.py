@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.diagnosis.along_path import Along, along_path
+from gears3d.diagnosis.along_path import AlongPath, along_path
 from gears3d.diagnosis.amiss import amiss, unspent
 from gears3d.diagnosis.bodies import Bodies, heldout_3d, in_bodies
 from gears3d.diagnosis.evidence import Evidence, uncut
@@ -188,13 +188,14 @@ def _diagnosed(
             return _uncut(admitted_all, rig, notes, "unexplained", rings)
         raise
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
-    records, found, deep = searched(admitted, records, highest, paths, tell)
     whole = None
-    if rings is None and deep is None:
-        tell("predicting the path from windows of all records", 0.75)
-        whole = along_path(found, admitted, paths, lambda part: tell("searching along the path", 0.75 + 0.1 * part))
+    if rings is None:
+        doing = "searching for causes of the path"
+        tell(doing, 0.6)
+        whole = along_path(records, admitted, paths, highest, lambda part: tell(doing, 0.6 + 0.1 * part))
         if whole is not None and whole.decides:
             return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+    records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
     while True:
@@ -214,8 +215,8 @@ def _diagnosed(
     parted = part(found, others, beside(spread, deep), rig, notes)
     tell("predicting the displacement from measured states", 0.88)
     parted, far = predicted(parted, admitted, paths)
-    if whole is not None and whole.refutes:
-        parted = unproven(parted, whole.path)
+    if whole is not None and deep is None:
+        parted = unproven(parted, whole.path, whole.contradicted(parted.found))
     found, others, causes = parted.found, parted.others, parted.causes
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
@@ -228,22 +229,26 @@ def _diagnosed(
     off += [one for one in unspent(found) if one.name not in {each.name for each in [*left, *off]}]
     left, odd = [*left, *off, *far], [*odd, *more]
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
+    if whole is not None and whole.agrees and not causes and not parted.suspects:
+        left = []  # what is left of single events is how they were cut
+        limits = {place: min(limit, whole.limits[place]) for place, limit in limits.items()}
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
                      found, others, told, parted.suspects, solid, runs=apart, rings=rings)  # fmt: skip
 
 
 def _along(
-    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: Along, tell: Callable[[str, float], None],
-    bodies: bool, runs: bool,
+    admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: AlongPath,
+    tell: Callable[[str, float], None], bodies: bool, runs: bool,
 ) -> Diagnosis:  # fmt: skip
-    """Return the diagnosis of records whose path comes true by causes, or by none."""
-    parted = part(whole.found, whole.others, [], rig, notes, whole.path)
+    """Return the diagnosis of records whose path comes true by causes, or without any."""
+    found, others = whole.found()
+    parted = part(found, others, [], rig, notes, whole.path)
     found, causes = parted.found, parted.causes
     tell("predicting held-out records", 0.9)
     held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
     solid, apart = _further(found, parted.others, tell, bodies, runs)
-    limits = power(found.known)
+    limits = whole.limits
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))

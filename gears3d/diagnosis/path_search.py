@@ -9,13 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import pairwise
+from math import gcd, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.cause import Cause, begin
+from gears3d.diagnosis.candidates import FREE
+from gears3d.diagnosis.cause import Cause, begin, moved
 from gears3d.diagnosis.library import price
 from gears3d.diagnosis.shooting import Linearised, Starts, Windows
+from gears3d.diagnosis.zeros import GEARS, Phases, goes_by, one_size, order_of, reference, worth_of
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
@@ -25,14 +29,18 @@ if TYPE_CHECKING:
 Array = np.ndarray
 ACCEPT = 40.0
 """Fall of chi-square over its level that a cause must bring: by chance, among three thousand numbers, in 1e-6."""
-STEADY = 5.0
-"""Standard errors, by the scatter over windows, that this fall must differ from none by."""
+STEADY = 4.0
+"""Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
+fall must differ from none by: that of fourteen windows out of a hundred."""
 SMALLEST, LARGEST = 0.01, 3.0
 """Sizes in units between which a cause is one: smaller ones come from how the drive's motion is smoothed."""
 STEP = 1e-3
 """Of a number in units, for slopes at a fit."""
 TRIED = 0.2
 """Part of the size at which candidates have their columns."""
+SQUARED, SQUARED_STEP = ("mesh_drag",), 0.02
+"""Causes that are felt with their square, and the part of the size at which their columns are taken: to first order
+they change nothing."""
 SCORED = 32
 """Windows in which candidates are scored."""
 NEAR = 0.1
@@ -41,14 +49,14 @@ FITTED, POLISHED = 7, 5
 """Candidates that are fitted in a round, and those of them that are fitted with new starts."""
 SAME = 0.01
 """Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
-AGREES = 9.0
-"""The same of a cause that was found otherwise: three standard deviations, at a size that is known beforehand."""
 EXCLUDED = 16.0
 """Chi-square over the level by which another cause must be worse to be excluded: four standard deviations."""
 ROUNDS = 8
 """Causes at most, and rounds of Gauss-Newton."""
-FARTHEST = (0.5, 0.2)
-"""Units that numbers and starts move in a round at most."""
+FARTHEST = (0.5, 0.2, 0.05)
+"""Units that numbers and starts move in a round at most, and radians that angles turn."""
+TURNED = 1e-5
+"""Of an angle, for slopes [rad]."""
 DAMPED = (1.0, 0.3, 0.1)
 """Parts of a step that are tried."""
 SETTLING = 2
@@ -71,7 +79,7 @@ class Path(NamedTuple):
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse.
-        first: usual mean square with the causes that were found otherwise; infinite where they cannot be fitted.
+        seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
     """
 
     causes: tuple[Cause, ...]
@@ -82,7 +90,7 @@ class Path(NamedTuple):
     missed: float
     windows: int
     others: tuple[tuple[tuple[Cause, float], ...], ...]
-    first: float
+    seen: dict[str, float]
 
 
 class _State(NamedTuple):
@@ -92,21 +100,45 @@ class _State(NamedTuple):
     rest: Array
     starts: Starts
     zeros: Array
+    turned: Array
     weight: Array
 
 
+class _Score(NamedTuple):
+    """What a candidate promises: fall of chi-square, its numbers in units, how records are turned for it [rad].
+
+    Its worth is chi-square over the square of the first number.
+    """
+
+    gain: float
+    candidate: Candidate
+    units: Array
+    by: Array
+    worth: float
+
+
+class Against(NamedTuple):
+    """Causes that were found otherwise, fitted to the path.
+
+    Args:
+        causes: with the numbers that the path gives them.
+        covariance: of these [SI], (p, p).
+        level: usual mean square of a window's residuals with them.
+    """
+
+    causes: tuple[Cause, ...]
+    covariance: Array
+    level: float
+
+
 def path_search(
-    windows: Windows,
-    known: Sequence[Candidate],
-    first: Sequence[Cause] = (),
-    told: Callable[[float], None] = lambda part: None,
+    windows: Windows, known: Sequence[Candidate], told: Callable[[float], None] = lambda part: None
 ) -> Path | None:
     """Return the causes that make the path come true; ``None`` where there are too few windows.
 
     Args:
-        windows: of the records.
+        windows: of the records; they are left as the causes have them.
         known: candidates.
-        first: causes that were found otherwise, tried against those found here.
         told: called with the part that is done.
     """
     if len(windows) < SCORED // 4:
@@ -114,15 +146,6 @@ def path_search(
     base = _polished(windows, _opened(windows))
     tried: dict[str, list[_State]] = {}
     found = _searched(windows, known, base, tried, told)
-    theirs = np.inf
-    if first and (other := _other(windows, base, first)) is not None:
-        theirs = float(np.median(windows.level(other.rest)))
-        other = _searched(windows, known, _pruned(windows, other), tried, told)
-        if _better(windows, found.rest, other.rest)[0] > ACCEPT:
-            found = other
-    for cause in first:
-        found = _with_agreeing(windows, found, cause)
-    _restore(windows, found)
     gains, others = [], []
     for k in range(len(found.causes)):
         less = _polished(windows, _fitted(windows, _without(found, k)))
@@ -138,8 +161,36 @@ def path_search(
     usual = windows.level(found.rest * windows.sigma)
     return Path(
         found.causes, _covariance(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
-        float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others), theirs,
+        float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
+        _seen(windows, known, found),
     )  # fmt: skip
+
+
+def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[float, float]]) -> Against | None:
+    """Return causes that were found otherwise, fitted to the path; ``None`` where the rig cannot have them.
+
+    Args:
+        windows: of the records, with starts that fit.
+        causes: in the place of all others.
+        turned: what is added to the angles of both gears in each record, from which they count [rad].
+    """
+    before = _state(windows, (), windows.read)
+    windows.turned = np.array(turned, float).reshape(-1, 2)
+    try:
+        rest = windows.residuals(_effects(causes))
+        found = _polished(windows, _fitted(windows, _state(windows, causes, rest)))
+        return Against(found.causes, _covariance(windows, found), float(np.median(windows.level(found.rest))))
+    except InputError:
+        return None
+    finally:
+        _restore(windows, before)
+
+
+def _seen(windows: Windows, known: Sequence[Candidate], found: _State) -> dict[str, float]:
+    """Return the smallest size of causes of one number that the path shows beside others, in units, by kind."""
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in FREE]
+    scores, level = _scores(windows, plain, found)
+    return {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
 
 
 def _opened(windows: Windows) -> _State:
@@ -148,43 +199,18 @@ def _opened(windows: Windows) -> _State:
 
 
 def _state(windows: Windows, causes: Sequence[Cause], rest: Array) -> _State:
-    return _State(tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.weight.copy())
+    return _State(
+        tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy()
+    )
 
 
 def _restore(windows: Windows, state: _State) -> None:
-    windows.starts, windows.zeros, windows.weight = state.starts, state.zeros.copy(), state.weight.copy()
+    windows.starts, windows.zeros, windows.turned = state.starts, state.zeros.copy(), state.turned.copy()
+    windows.weight = state.weight.copy()
 
 
 def _effects(causes: Sequence[Cause]) -> list[object]:
     return [one for one in (cause.effect for cause in causes) if one is not None]
-
-
-def _other(windows: Windows, base: _State, causes: Sequence[Cause]) -> _State | None:
-    """Return causes that were found otherwise, fitted to the path; ``None`` where they cannot be."""
-    try:
-        _restore(windows, base)
-        rest = windows.residuals(_effects(causes))
-        return _polished(windows, _fitted(windows, _state(windows, causes, rest)))
-    except InputError:
-        return None
-
-
-def _with_agreeing(windows: Windows, found: _State, cause: Cause) -> _State:
-    """Return a state with a cause that was found otherwise, where the path is too short for it but does not refute it.
-
-    All of a record shows less than its windows can; a number that the path has as well within its own error stands.
-    """
-    if any(one.candidate.kind == cause.candidate.kind for one in found.causes) or not _size(cause) > SMALLEST:
-        return found
-    _restore(windows, found)
-    try:
-        more = _fitted(windows, found._replace(causes=(*found.causes, cause)))
-    except InputError:
-        return found
-    own = slice(-len(cause.numbers), None)
-    apart = more.causes[-1].numbers - cause.numbers
-    sigma = np.sqrt(np.diag(_covariance(windows, more))[own])
-    return more if np.all(np.abs(apart) < 3.0 * sigma) and _size(more.causes[-1]) > SMALLEST else found
 
 
 def _searched(
@@ -200,7 +226,7 @@ def _searched(
             _restore(windows, one)
             tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
         best = _simplest(windows, now, tries)
-        if best is None or not SMALLEST < _size(best.causes[-1]) < LARGEST or not _pays(windows, now, best):
+        if best is None or not SMALLEST < _size(windows, best.causes[-1]) < LARGEST or not _pays(windows, now, best):
             break
         tried[best.causes[-1].candidate.kind] = [one for one in tries if one is not best]
         now = _pruned(windows, best)
@@ -222,9 +248,9 @@ def _better(windows: Windows, less: Array, more: Array) -> tuple[float, float]:
     level = max(float(np.median(b)), 1e-12)
     most = FAR * level + float(np.median(a))
     fall = (np.minimum(a, most) - np.minimum(b, most)) * np.bincount(windows.window, minlength=len(windows))
-    return float(fall.sum()) / (level * windows.runs(more)), float(
-        fall.mean() / (fall.std() / np.sqrt(len(fall)) + 1e-30)
-    )
+    fall = fall / (level * windows.runs(more))
+    bounded = np.clip(fall, -EXCLUDED, EXCLUDED)
+    return float(fall.sum()), float(bounded.mean() / (bounded.std() / np.sqrt(len(fall)) + 1e-30))
 
 
 def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State | None:
@@ -245,9 +271,12 @@ def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State 
     return min(able, key=simple)
 
 
-def _size(cause: Cause) -> float:
-    """Return the size of a cause in its units."""
-    return float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1])) / cause.candidate.unit
+def _size(windows: Windows, cause: Cause) -> float:
+    """Return the size of a cause in its units, those of a power of the speed at its own exponent."""
+    size = float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1])) / cause.candidate.unit
+    if cause.candidate.kind == "drag_power":
+        size *= windows.pivot ** (float(np.exp(cause.numbers[1])) - cause.candidate.shape["exponent"])
+    return size
 
 
 def _without(state: _State, k: int) -> _State:
@@ -260,7 +289,7 @@ def _pruned(windows: Windows, now: _State) -> _State:
     while k < len(now.causes) and len(now.causes) > 1:
         _restore(windows, now)
         less = _polished(windows, _fitted(windows, _without(now, k)))
-        if SMALLEST < _size(now.causes[k]) < LARGEST and _pays(windows, less, now):
+        if SMALLEST < _size(windows, now.causes[k]) < LARGEST and _pays(windows, less, now):
             k += 1
         else:
             now, k = less, 0
@@ -271,16 +300,17 @@ def _pruned(windows: Windows, now: _State) -> _State:
 def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_State]:
     """Return the best candidates of each kind, fitted together with the causes, best first."""
     scores, level = _scores(windows, known, now)
-    able = [one for one in scores if np.hypot.reduce(one[2]) > 0.5 * SMALLEST and one[0] > ACCEPT * level]
+    able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
     made, kinds = [], set()
-    for gain, one, units in able:
-        if gain < NEAR * able[0][0] or len(made) >= FITTED:
+    for gain, one, units, by, _ in able:
+        if gain < NEAR * able[0].gain or len(made) >= FITTED:
             break
         if one.kind in kinds or (one.kind, str(one.shape)) in there:
             continue
         kinds.add(one.kind)
         _restore(windows, now)
+        windows.turned = windows.turned + by
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
             fit = _fitted(windows, now._replace(causes=(*now.causes, cause)))
@@ -293,19 +323,47 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
 def _columns(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
     windows, columns = along.windows, []
-    for cause in causes:
+    for k, cause in enumerate(causes):
+        felt = cause.candidate.kind in SQUARED
         for j, unit in enumerate(cause.units):
             numbers = cause.numbers.copy()
-            numbers[j] += STEP * unit
-            columns.append(along.column(cause._replace(numbers=numbers).effect, cause.effect) / STEP)
+            numbers[j] += (SQUARED_STEP if felt else STEP) * unit
+            other = cause._replace(numbers=numbers)
+            if felt:
+                rest = windows.residuals(_effects([*causes[:k], other, *causes[k + 1 :]]))
+                columns.append((along.rest - rest) / SQUARED_STEP)
+            else:
+                columns.append(along.column(other.effect, cause.effect) / STEP)
     record = windows.record[windows.window]
     columns += [(record == k) / windows.sigma * windows.backlash for k in range(len(windows.zeros))]
+    for side, records in _loose_angles(windows, causes):
+        by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
+        own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
+        turned = sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(record)))
+        columns += [np.where(record == k, turned / STEP, 0.0) for k in records]
     return columns
+
+
+def _loose_angles(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int, list[int]]]:
+    """Return the records whose angles of each gear count from anywhere, as far as causes tell them.
+
+    Where no record has a mark, the phases of causes count from the first.
+    """
+    told = []
+    for side, gear in enumerate(GEARS):
+        own = [one.candidate for one in causes if goes_by(one.candidate) == gear]
+        lost = np.flatnonzero(windows.lost[:, side]).tolist()
+        if len(lost) == len(windows.lost) and any(one.phased for one in own):
+            lost = lost[1:]
+        if own and lost:
+            told.append((side, lost))
+    return told
 
 
 def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
     """Return causes, zeros and starts with the numbers that leave the least chi-square, by Gauss-Newton."""
     causes = tuple(now.causes)
+    units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
     weight = windows.weight[windows.window]
     for _ in range(rounds):
         along = windows.along(_effects(causes))
@@ -315,32 +373,34 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
         away = windows.without_starts((starts[0], starts[1]))
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
-        numbers = len(step) - len(windows.zeros)
+        numbers = sum(len(cause.numbers) for cause in causes)
         step[:numbers] = np.clip(step[:numbers], -FARTHEST[0], FARTHEST[0])
-        before, zeros, old = float(np.sum((rest * weight) ** 2)), windows.zeros, windows.starts
+        before, old = float(np.sum((rest * weight) ** 2)), windows.starts
+        zeros, turned, angles = windows.zeros, windows.turned, _loose_angles(windows, causes)
         for damping in DAMPED:
-            moved, at = [], 0
-            for cause in causes:
-                part = damping * step[at : at + len(cause.numbers)]
-                moved.append(cause._replace(numbers=cause.numbers + part * cause.units))
-                at += len(cause.numbers)
             left = rest * weight - columns @ (damping * step)
             try:
-                effects = _effects(moved)
-                windows.zeros = zeros + damping * step[numbers:] * windows.backlash
+                trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
+                effects = _effects(trial)
+                at = numbers + len(zeros)
+                windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
+                windows.turned = turned.copy()
+                for side, records in angles:
+                    by = damping * step[at : at + len(records)] * TURNED / STEP
+                    windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])
+                    at += len(records)
                 tried = windows.moved((starts[0], starts[1]), left, FARTHEST[1])
                 new, kept = windows.residuals(effects, tried), windows.residuals(effects)
             except InputError:  # beyond the bounds of a parameter
-                windows.zeros = zeros
+                windows.zeros, windows.turned = zeros, turned
                 continue
             better = windows.level(new) < windows.level(kept)
             windows.starts = Starts(*(np.where(better, a, b) for a, b in zip(tried, old, strict=True)))
             new = _settled(windows, effects, np.where(better[windows.window], new, kept))
             if (after := float(np.sum((new * weight) ** 2))) < before:
-                causes, rest = tuple(moved), new
+                causes, rest = trial, new
                 break
-            windows.starts = old
-            windows.zeros = zeros
+            windows.starts, windows.zeros, windows.turned = old, zeros, turned
         else:
             break
         if before - after < 1e-4 * before:
@@ -366,7 +426,7 @@ def _scanned(windows: Windows, now: _State) -> _State:
                 rest = _settled(windows, effects, windows.residuals(effects))
                 if _better(windows, (better or now).rest, rest)[0] > ACCEPT:
                     better = _state(windows, causes, rest)
-        if better is None or not SMALLEST < _size(better.causes[-1]) < LARGEST:
+        if better is None or not SMALLEST < _size(windows, better.causes[-1]) < LARGEST:
             break
         now = better
     _restore(windows, now)
@@ -401,10 +461,8 @@ def _polished(windows: Windows, now: _State, rounds: int = 4) -> _State:
     return now
 
 
-def _scores(
-    windows: Windows, known: Sequence[Candidate], now: _State
-) -> tuple[list[tuple[float, Candidate, Array]], float]:
-    """Return the fall of chi-square that each candidate promises, with its numbers in units, and the level."""
+def _scores(windows: Windows, known: Sequence[Candidate], now: _State) -> tuple[list[_Score], float]:
+    """Return what each candidate promises, most first, and the level of the residuals."""
     few, mine = windows.some(SCORED)
     rest, along, weight = now.rest[mine], few.along(_effects(now.causes)), few.weight[few.window]
     starts = tuple(one * weight for one in along.starts())
@@ -415,19 +473,112 @@ def _scores(
     left = left - others @ (others.T @ left)
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
     scale, found = len(windows) / len(few), []
+    turning = _Turning(windows, now.causes)
+    record = few.record[few.window]
     for one in known:
+        if not turning.told(one):
+            continue
         columns = []
         for k in range(2 if one.phased else 1):
             numbers = np.zeros(2 if one.phased else 1)
-            numbers[k] = TRIED * one.tried * one.unit
-            column = away(along.column(one.effect(numbers)) / (TRIED * one.tried) * weight)
+            part = one.tried * (1.0 if one.kind in SQUARED else TRIED)
+            numbers[k] = part * one.unit
+            if one.kind in SQUARED:
+                changed = along.rest - few.residuals([*_effects(now.causes), one.effect(numbers)])
+            else:
+                changed = along.column(one.effect(numbers))
+            column = away(changed / part * weight)
             columns.append(column - others @ (others.T @ column))
-        both = np.column_stack(columns)
-        normal, right = both.T @ both, both.T @ left
-        if np.all(np.isfinite(normal)) and np.trace(normal) > 0.0:
-            units = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
-            found.append((scale * float(units @ right), one, units))
-    return sorted(found, key=lambda each: -each[0]), level
+        normal, right = _by_record(np.column_stack(columns), left, record, len(windows.zeros))
+        if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
+            gain, units, by = turning.best(one, normal, right)
+            if one.kind in SQUARED:
+                gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
+            gain = scale * gain - turning.dear(one) * level
+            found.append(_Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
+    return sorted(found, key=lambda each: -each.gain), level
+
+
+def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
+    """Return the normal equations of columns in each record, (r, p, p) and (r, p)."""
+    edges = np.searchsorted(record, np.arange(count + 1))
+    parts = [slice(a, b) for a, b in pairwise(edges)]
+    normal = np.array([columns[one].T @ columns[one] for one in parts])
+    return normal, np.array([columns[one].T @ left[one] for one in parts])
+
+
+class _Turning:
+    """How records whose encoders begin anywhere are turned for a candidate.
+
+    Args:
+        windows: of the records.
+        causes: that are there, by which angles may be aligned already.
+    """
+
+    def __init__(self, windows: Windows, causes: Sequence[Cause]) -> None:
+        self.windows = windows
+        self.orders = {
+            gear: [order_of(one.candidate) for one in causes if one.candidate.phased and goes_by(one.candidate) == gear]
+            for gear in GEARS
+        }
+
+    def _free(self, one: Candidate) -> int:
+        """Return how many angles a candidate has beyond one."""
+        gear = goes_by(one)
+        if not gear or self.orders[gear]:
+            return 0
+        lost = self.windows.lost[:, GEARS.index(gear)]
+        return int(lost.sum()) - bool(np.all(lost))
+
+    def told(self, one: Candidate) -> bool:
+        """Return whether a candidate can be asked about: not a tooth, where angles are not aligned."""
+        return one.phased or not self._free(one)
+
+    def dear(self, one: Candidate) -> float:
+        """Return the chi-square that a candidate must gain more for the angles that it has free."""
+        return worth_of(self._free(one))
+
+    def best(self, one: Candidate, normal: Array, right: Array) -> tuple[float, Array, Array]:
+        """Return the gain of a candidate, its numbers in units, and by how much records are turned, (r, 2) [rad].
+
+        Args:
+            one: the candidate.
+            normal: equations of its numbers in each record, (r, p, p).
+            right: of the same, (r, p).
+        """
+        by = np.zeros_like(self.windows.turned)
+        gear, order = goes_by(one), order_of(one)
+        side = GEARS.index(gear) if gear else 0
+        lost = self.windows.lost[:, side]
+        known = gcd(*self.orders[gear]) if gear else 0
+        if one.phased and known > 1 and order % known and np.any(lost):
+            by[:, side] = self._branches(one_size(one, normal, right), lost, 2.0 * pi / known)
+            shift = order * by[:, side]
+            turned = np.array([[np.cos(shift), np.sin(shift)], [-np.sin(shift), np.cos(shift)]])
+            normal, right = (
+                np.einsum("ijk,kil,lmk->kjm", turned, normal, turned),
+                np.einsum("ijk,ki->kj", turned, right),
+            )
+        elif one.phased and self._free(one):
+            seen = one_size(one, normal, right)
+            first = 0 if np.all(lost) else reference(np.where(lost, 0.0, seen.worth))
+            away = (seen.phase - seen.phase[first] + pi) % (2.0 * pi) - pi
+            by[:, side] = np.where(lost, away / order, 0.0)
+            units = seen.size * np.array([np.cos(seen.phase[first]), -np.sin(seen.phase[first])])
+            return seen.gain, units, by
+        common, pull = normal.sum(axis=0), right.sum(axis=0)
+        units = np.linalg.lstsq(common, pull, rcond=1e-10)[0]
+        return float(units @ pull), units, by
+
+    @staticmethod
+    def _branches(seen: Phases, lost: Array, period: float) -> Array:
+        """Return by how many whole periods of orders that are aligned each record is turned [rad], (r,)."""
+        own = 2.0 * pi / order_of(seen.candidate)
+        first = 0 if np.all(lost) else int(np.argmin(lost))
+        away = (seen.phase - seen.phase[first]) / order_of(seen.candidate)
+        tried = period * np.arange(round(2.0 * pi / period))
+        off = np.abs((tried[None] - away[:, None] + 0.5 * own) % own - 0.5 * own)
+        return np.where(lost & (seen.worth > 0.0), tried[np.argmin(off, axis=1)], 0.0)
 
 
 def _covariance(windows: Windows, now: _State) -> Array:

@@ -86,6 +86,44 @@ def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause
     return _search(records, highest, MOST, first, strongest.known)
 
 
+def given(records: Sequence[Evidence], highest: int, causes: Sequence[Cause]) -> Search:
+    """Return a search with causes that are known otherwise, at their sizes, without points that they leave far off.
+
+    Args:
+        records: of one rig.
+        highest: order that is looked for.
+        causes: with their numbers.
+    """
+    records = with_own_noise([without_strays(one) for one in records])
+    effects = [one.effect for one in causes if one.effect is not None]
+    for far in FAR:
+        rest = _base(records) - contribution(records, effects)
+        records = without_outliers(records, rest, far) or records
+    base, known = known_of(records, highest)
+    return Search(fit(records, base, causes), base, [], known, list(records))
+
+
+def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
+    """Return causes of some kinds that their channels ask for beside those that are known.
+
+    Args:
+        found: with the causes that are known.
+        kinds: that are looked for.
+    """
+    asked = [one for one in found.known.candidates if one.kind in kinds]
+    if not asked:
+        return []
+    known = library(found.records, asked)
+    none: dict[str, float] = dict.fromkeys(("drive", "loose", ""), 0.0)
+    now = begun = found.fit
+    while len(now.causes) < len(begun.causes) + MOST:
+        able = _able(score(known, now.rest, directions(found.records, now)), none, now.causes)
+        if not able:
+            break
+        now = fit(found.records, found.base, [*now.causes, begin(able[0].candidate, able[0].units)], 8)
+    return list(now.causes[len(begun.causes) :])
+
+
 def _held(records: Sequence[Evidence], now: Fit) -> Array:
     """Return residuals that causes leave with the numbers of those records that agree, (n,).
 

@@ -16,6 +16,7 @@ import numpy as np
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.prediction import reading_error
 from gears3d.diagnosis.shooting_kernels import follow, shoot, slowing
+from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
 
@@ -66,17 +67,17 @@ def shootable(rig: Scenario) -> bool:
 
 
 class Windows:
-    """Windows of the records of one rig, with their starts, and the zeros of the displacement of each record.
+    """Windows of the records of one rig, with their starts, and the zeros of each record: of displacement and angles.
 
     Args:
         rig: scenario of the bench.
         tracks: paths of the records.
         periods: of the drive's fluctuation in each record [s].
-        turned: what is added to the angles of drive and loose gear of each record, from which effects count [rad].
+        unmarked: gears of each record whose encoders begin anywhere.
     """
 
     def __init__(
-        self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float], turned: Sequence[tuple[float, float]]
+        self, rig: Scenario, tracks: Sequence[Track], periods: Sequence[float], unmarked: Sequence[Sequence[str]] = ()
     ) -> None:
         self.rig, self.pair, self.values = rig, rig.pair(), rig.rig()
         self.radii = self.values.base_radius_drive, self.values.base_radius_loose
@@ -86,7 +87,8 @@ class Windows:
         self.fall = float(np.sqrt(2.0 * self.backlash / slowing))
         self.base, self.effects = rig.rows(), rig.effects
         self.origins = [self.radii[1] * one.origin[1] - self.radii[0] * one.origin[0] for one in tracks]
-        self.zeros = np.zeros(len(tracks))
+        self.zeros, self.turned = np.zeros(len(tracks)), np.zeros((len(tracks), 2))
+        self.lost = np.array([[gear in own for gear in GEARS] for own in unmarked or [()] * len(tracks)])
         rows, seen = [], []
         for k, (known, period) in enumerate(zip(tracks, periods, strict=True)):
             for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1)):
@@ -104,7 +106,6 @@ class Windows:
             return np.array(made).reshape(-1, NODES)
 
         self.drive = driven(0), driven(1), driven(2)
-        self.turned = np.array([turned[k] for k in self.record]).reshape(-1, 2)
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
@@ -179,7 +180,7 @@ class Windows:
         number[picked] = np.arange(len(picked))
         mine = number[self.window] >= 0
         few = copy(self)
-        for name in ("record", "begin", "step", "turned", "weight"):
+        for name in ("record", "begin", "step", "weight"):
             setattr(few, name, getattr(self, name)[picked])
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
         few.starts = Starts(*(one[picked] for one in self.starts))
@@ -202,8 +203,8 @@ class Windows:
         sensors: list[Any] = [one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)]
         zero = (np.asarray(self.origins)[self.record] + self.zeros[self.record])[:, None]
         angle, speed, rate = self.drive
-        seen = angle + self.turned[:, :1]
-        loose = (self.radii[0] * angle + zero) / self.radii[1] + self.turned[:, 1:]
+        turned = self.turned[self.record]
+        seen, loose = angle + turned[:, :1], (self.radii[0] * angle + zero) / self.radii[1] + turned[:, 1:]
         if wrong := self.misread(sensors, seen):
             angle, speed, rate = (own - off for own, off in zip(self.drive, wrong, strict=True))
         flanks = self.flanks(rows, seen, loose)
@@ -213,7 +214,7 @@ class Windows:
             if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                 laws[row.code - Code.IMPACT_OFFSET] += row.p[0]
         path, pace = np.empty_like(angle), np.empty_like(angle)
-        ahead, events = zero[:, 0] / self.radii[1] + self.turned[:, 1], np.zeros((len(self), most, 7))
+        ahead, events = zero[:, 0] / self.radii[1] + turned[:, 1], np.zeros((len(self), most, 7))
         torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
         about = np.array([*self.radii, self.lever])
         shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, *starts, path, pace,
@@ -332,6 +333,11 @@ class Windows:
             kept = Starts(*(np.where(better, own, before) for own, before in zip(one, kept, strict=True)))
         self.starts = kept
 
+    @property
+    def pivot(self) -> float:
+        """Usual speed of the loose gear [rad/s]."""
+        return max(float(np.mean(np.abs(self.drive[1]))) * self.radii[0] / self.radii[1], 1e-9)
+
     def units(self) -> tuple[float, float]:
         """Return the size of a unit of a start's place [m] and rate [m/s]."""
         return self.backlash, self.backlash / self.fall
@@ -431,40 +437,42 @@ class Linearised:
         first = self._followed(flanks, still, (free * units[0], none))
         return first / self.windows.sigma, self._followed(flanks, still, (none, free * units[1])) / self.windows.sigma
 
-    def column(self, effect: Any, before: Any = None) -> Array:
+    def column(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
         """Return how predictions change with another effect, in standard deviations, (n,).
 
         Args:
             effect: in addition to those of the run.
             before: in the place of which, when it is one of those.
+            turned: what is added to the angles of drive and loose gear from which the other counts [rad].
         """
         windows, run = self.windows, self.run
         pushed, active, reverse = self.none, self.none, self.none
         rebound, shown = np.zeros(run.events.shape[:2]), 0.0
-        for sign, one in ((1.0, effect), (-1.0, before)):
+        for sign, one, by in ((1.0, effect, turned), (-1.0, before, (0.0, 0.0))):
             if one is None:
                 continue
             rows = one.rows(windows.values)
+            seen, loose = (own + more if more else own for own, more in zip(run.seen, by, strict=True))
             if any(100 < row.code < 200 for row in rows):
                 made, about = np.empty_like(self.none), np.array([*windows.radii, windows.lever])
-                slowing(windows.begin, windows.step, *run.drive, about, run.ahead, torques_of(rows), run.path, run.pace,
-                        made)  # fmt: skip
+                slowing(windows.begin, windows.step, *run.drive, about, run.ahead + by[1], torques_of(rows), run.path,
+                        run.pace, made)  # fmt: skip
                 pushed = pushed + sign * made
             if any(200 < row.code < 300 for row in rows):
-                keep = not any(row.code == Code.FLANK_TOOTH for row in rows)
-                moved = windows.flanks(rows, *run.seen, self.waves if keep else (None, None))
+                keep = not any(by) and not any(row.code == Code.FLANK_TOOTH for row in rows)
+                moved = windows.flanks(rows, seen, loose, self.waves if keep else (None, None))
                 active, reverse = active + sign * moved[0], reverse + sign * moved[1]
             for row in rows:
                 if Code.IMPACT_OFFSET <= row.code <= Code.IMPACT_FLANK:
                     form = (1.0, np.abs(run.events[:, :, 4]), 0.5 * run.events[:, :, 3])[row.code - Code.IMPACT_OFFSET]
                     rebound = rebound + sign * row.p[0] * form
             if isinstance(one, SensorEffect):
-                wrong = windows.misread([one], run.seen[0])
+                wrong = windows.misread([one], seen)
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
                 w, i, share = windows.window, windows.node, windows.beyond
                 path = run.path[w, i] + share * (run.path[w, i + 1] - run.path[w, i])
-                shown = shown + sign * windows.shown([one], wrong, run.seen[1], windows.drive[1], path)
+                shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], path)
         none = np.zeros(len(windows))
         return (self._followed((pushed, active, reverse), rebound, (none, none)) + shown) / windows.sigma
 

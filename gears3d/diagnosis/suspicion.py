@@ -128,25 +128,29 @@ def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tup
     return Parted(found, others, causes, suspects, (*parted.notes, *told), decides), left if causes else []
 
 
-def unproven(parted: Parted, path: Path) -> Parted:
-    """Return causes as suspects, none of which brings the path much nearer.
+def unproven(parted: Parted, path: Path, wrong: Sequence[bool]) -> Parted:
+    """Return causes as suspects that the path gives another size, or that do not bring it much nearer.
 
     Args:
         parted: causes so far.
-        path: that does not come true by them, nor by any other of the catalogue.
+        path: as far as it comes true.
+        wrong: whether it contradicts each cause of the search.
     """
-    if not parted.causes:
+    bad = [cause.effect for cause, own in zip(parted.found.fit.causes, wrong, strict=True) if own]
+    refuted = tuple(one for one in parted.causes if one.effect in bad)
+    if not refuted:
         return parted
-    kinds, windows = ", ".join(one.kind for one in parted.causes), path.windows
-    before, after = np.sqrt(path.before), np.sqrt(path.first)
-    told = Note(
-        "path-refutes",
-        f"{kinds}: the displacement predicted in {windows} windows deviates by {after:.3g} times the noise with these"
-        f" causes, by {before:.3g} times for the rig as it is, and no causes of the catalogue explain it",
-        "check the motion, the counts and the condition of the records",
+    text = (
+        f"{', '.join(one.kind for one in refuted)}: the displacement predicted in {path.windows} windows contradicts"
+        f" it: it deviates by {np.sqrt(path.before):.3g} times the noise for the rig as it is, and by"
+        f" {np.sqrt(path.after):.3g} times with the causes that it shows itself"
     )
-    found = _only(parted.found, [False] * len(parted.found.fit.causes))
-    return Parted(found, [], (), (*parted.causes, *parted.suspects), (*parted.notes, told), False)
+    told = Note("path-refutes", text, "check the motion, the counts and the condition of the records")
+    stays = [not own for own in wrong]
+    others = [each for each, stay in zip(parted.others, stays, strict=True) if stay]
+    causes = tuple(one for one in parted.causes if one not in refuted)
+    return Parted(_only(parted.found, stays), others, causes, (*refuted, *parted.suspects), (*parted.notes, told),
+                  parted.decides and bool(causes))  # fmt: skip
 
 
 def _um(errors: Array) -> str:

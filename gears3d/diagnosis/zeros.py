@@ -133,9 +133,17 @@ def dear(records: Sequence[Evidence], gear: str) -> float:
         records: all.
         gear: by whose angle it goes.
     """
+    return worth_of(free(records, gear))
+
+
+def worth_of(more: int) -> float:
+    """Return the chi-square by which chance gains more from so many phases than from one.
+
+    Args:
+        more: phases beyond one.
+    """
     from scipy.stats import chi2
 
-    more = free(records, gear)
     return float(chi2.isf(CHANCE, 2 + more) - chi2.isf(CHANCE, 2)) if more else 0.0
 
 
@@ -147,12 +155,14 @@ class Phases(NamedTuple):
         gain: of a common size and a phase for each record, in chi-square.
         phase: in each record [rad], (r,).
         worth: what is known of each phase: the inverse of its variance, (r,).
+        size: that all have in common, in units.
     """
 
     candidate: Candidate
     gain: float
     phase: Array
     worth: Array
+    size: float = 0.0
 
 
 def apart(found: Phases, by: Array) -> bool:
@@ -185,7 +195,7 @@ def phases(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) -
     for most, one, normal, right in tried:
         if best is not None and most < best.gain:  # it would gain that with a size in each record, too
             break
-        found = _one_size(one, normal, right)
+        found = one_size(one, normal, right)
         best = found if best is None or found.gain > best.gain else best
     return best
 
@@ -203,7 +213,7 @@ def _normal(known: Library, which: int, rest: Array) -> tuple[Array, Array]:
     return normal, right
 
 
-def _one_size(one: Candidate, normal: Array, right: Array) -> Phases:
+def one_size(one: Candidate, normal: Array, right: Array) -> Phases:
     """Return the size that all records have in common and the phase of each, whose gain is largest.
 
     Records may know a candidate in one direction only, as where all flights are at one angle: then it is the size of
@@ -233,7 +243,7 @@ def _one_size(one: Candidate, normal: Array, right: Array) -> Phases:
         size = size + off / stiff if stiff > 0.0 else size
     u = np.array([np.cos(at), -np.sin(at)]).T
     gain = float(np.sum(2.0 * size * np.sum(u * right, axis=1) - size**2 * np.einsum("ki,kij,kj->k", u, normal, u)))
-    return Phases(one, gain, at, np.maximum(bow, 0.0))
+    return Phases(one, gain, at, np.maximum(bow, 0.0), size)
 
 
 def turns(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) -> tuple[Array, Phases] | None:

@@ -166,7 +166,7 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     [20.0, 3.0, 1.885, 0.5, 0.9425]
     """
     time, angle = np.asarray(time, float), np.asarray(angle, float)
-    count = (quantum(angle) or count_of(angle) or 0.0) if len(angle) > 1 and not len(frequencies) else 0.0
+    count = _beats(angle) if len(angle) > 1 and not len(frequencies) else 0.0
     time, angle, width = _means(time, angle)
     span = float(time[-1] - time[0]) if len(time) else 0.0
     if len(time) < FEWEST or not span > 0.0 or not np.isfinite(angle.sum()):
@@ -178,6 +178,19 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     if not len(frequencies):
         turns, numbers = _search(fit, COUNTED * count)
     return _motion(fit, turns, numbers, bool(len(frequencies)))
+
+
+def _beats(angle: Array) -> float:
+    """Return the count of an encoder as far as its lines are left by noise, which dithers them [rad].
+
+    Source: Widrow and Kollar 2008, Quantization Noise: noise of variance v lets the line of counts q fall by
+    exp(-2·pi²·v/q²).
+    """
+    count = quantum(angle) or count_of(angle) or 0.0
+    if not count:
+        return 0.0
+    noise = max(float(np.var(np.diff(angle, 2))) / 6.0 - count**2 / 12.0, 0.0)
+    return count * float(np.exp(-2.0 * pi**2 * noise / count**2))
 
 
 def of_period(time: Array, angle: Array, period: float, at: Array) -> Array:
