@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gears3d.diagnosis.aligned import ENOUGH
-from gears3d.diagnosis.candidates import candidates
+from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
+from gears3d.diagnosis.evidence import uncut
+from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.joint import settled
-from gears3d.diagnosis.path_search import EXCLUDED, SAME, SMALLEST, Path, against, path_search
+from gears3d.diagnosis.path_search import EXCLUDED, OIL, SMALLEST, Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.rivals import Rival
-from gears3d.diagnosis.search import Search, given, in_own_channels
+from gears3d.diagnosis.search import Search, blind, given, in_own_channels
 from gears3d.diagnosis.shooting import Windows, shootable
 from gears3d.diagnosis.verdict import PLACES
 from gears3d.diagnosis.zeros import turn
+from gears3d.effects import Code, catalogue
+from gears3d.errors import InputError
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
     from gears3d.diagnosis.paths import Paths
     from gears3d.measured.checks import Admitted
+    from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
 ACCOUNTS = 4.0
@@ -35,6 +41,8 @@ FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
 UNSEEN = ("drive_motion",)
 """Causes that no path tells: the drive moves as measured."""
+AGREE = 1.5
+"""Chi-square a point of channels up to which they tell causes apart: more, and records were cut wrongly."""
 CLEAR = 0.02
 """Smallest size of an effect in each place, in units, that a path must show to tell that there is none."""
 APART, KNOWN = 3.0, 0.005
@@ -49,13 +57,13 @@ class AlongPath(NamedTuple):
         windows: of the records, as the path's causes have them.
         path: the causes, and how well they account for it.
         records: turned to the zeros of one of them.
-        highest: order that was looked for.
+        others: records that were not segmented, of which only the path is known.
     """
 
     windows: Windows
     path: Path
     records: list[Evidence]
-    highest: int
+    others: list[Evidence]
 
     @property
     def accounts(self) -> bool:
@@ -68,7 +76,7 @@ class AlongPath(NamedTuple):
         if self.path.causes:
             return self.accounts
         clear = self.agrees and max(self.limits.values()) <= CLEAR
-        return clear and not in_own_channels(given(self.records, self.highest, ()), FAINT)
+        return clear and bool(self.records) and not in_own_channels(given(self.records, (), FAINT), FAINT)
 
     @property
     def agrees(self) -> bool:
@@ -82,15 +90,38 @@ class AlongPath(NamedTuple):
 
     def found(self) -> tuple[Search, list[list[Rival]]]:
         """Return the causes as a search has them, and what is not excluded in the place of each."""
-        found = given(self.records, self.highest, self.path.causes)
+        told = _rivals(self.path)
+        if not self.records:
+            found = blind(self.others)
+            now = Fit(self.path.causes, 0.0, self.path.covariance, found.base)
+            return found._replace(fit=now), told
+        found = given(self.records, self.path.causes, UNSEEN)
         by, changed = settled(found.records, self.path.causes)
         if changed > ENOUGH:
             records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
-            found = given(records, self.highest, self.path.causes)
-        causes, spread = _numbers(found, self.path, in_own_channels(found, UNSEEN))
+            found = given(records, self.path.causes, UNSEEN)
+        if any(one.candidate.kind == OIL for one in self.path.causes):  # records were cut by dry flanks
+            causes, spread = [*self.path.causes], self.path.covariance
+        else:
+            first = _told_apart(found, self.path.causes, told)
+            causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)
-        return found._replace(fit=now), [*_rivals(self.path), *([] for _ in causes[len(self.path.causes) :])]
+        return found._replace(fit=now), [*told, *([] for _ in causes[len(told) :])]
+
+    def held(self, found: Search) -> tuple[Split, ...]:
+        """Return what the causes are worth on data that they were not fitted to: of channels, under oil of the path.
+
+        Args:
+            found: with the causes.
+        """
+        if self.records and not any(one.candidate.kind == OIL for one in found.fit.causes):
+            return tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
+        told = halves(self.windows, found.fit.causes) if found.fit.causes else []
+        return tuple(
+            Split((name,), base, extended, min(extended, 1.0), gain, {"visit": (off, left)})
+            for name, (base, extended, off, left, gain) in zip(("even windows", "odd windows"), told, strict=False)
+        )
 
     def contradicted(self, found: Search) -> list[bool]:
         """Return which causes of a search the path gives another size, or leaves it as far off with.
@@ -123,54 +154,103 @@ def along_path(
     """Return the causes by which the path comes true, or what is left of it; ``None`` where no windows can be shot.
 
     Args:
-        records: of one rig, as they were cut.
-        admitted: the same, as they came in.
+        records: of one rig, those that could be segmented.
+        admitted: all, as they came in.
         paths: of the records.
         highest: order that is looked for.
         told: called with the part that is done.
     """
-    came = {one.file: one for one in admitted}
-    pairs = [(one, came[one.name]) for one in records if one.name in came]
-    rigs = [one.rig for _, one in pairs if one.rig is not None]
-    if not rigs or len(rigs) < len(pairs) or not all(shootable(rig) for rig in rigs):
+    tracks: list[tuple[Admitted, Track]] = []
+    for one in admitted:
+        with suppress(InputError):
+            tracks.append((one, paths.of(one)))
+    rigs = [one.rig for one, _ in tracks if one.rig is not None]
+    if not rigs or len(rigs) < len(tracks) or not all(shootable(rig) for rig in rigs):
         return None
     periods = [rig.period if rig.motion.harmonics else np.inf for rig in rigs]
-    tracks, unmarked = [paths.of(one) for _, one in pairs], [one.unmarked for one, _ in pairs]
-    windows = Windows(rigs[0], tracks, periods, unmarked)
-    lasts = max(float(one.time[-1] - one.time[0]) for one in tracks)
-    speed = float(np.mean([abs(one.motion.mean) for one in records]))
-    known = candidates(replace(records[0].rig, mean_speed=speed), lasts, highest)
-    path = path_search(windows, [one for one in known if one.kind not in (*UNSEEN, *FAINT)], told)
+    unmarked = [tuple(one.recording.meta.get("zero_arbitrary", ())) for one, _ in tracks]
+    windows = Windows(rigs[0], [known for _, known in tracks], periods, unmarked)
+    lasts = max(float(known.time[-1] - known.time[0]) for _, known in tracks)
+    rig = replace(rigs[0].rig(), mean_speed=float(np.mean([abs(one.motion.mean) for one in rigs])))
+    asked = [one for one in candidates(rig, lasts, highest) if one.kind not in (*UNSEEN, *FAINT)]
+    if rig.face_width > 0.0 and not any(row.code == Code.GAP_FILM for row in rigs[0].rows()):
+        unit = catalogue()[OIL](viscosity=1e-3).unit_size(rig)
+        asked.append(Candidate(OIL, {}, "viscosity", unit, False, ()))
+    path = path_search(windows, asked, told)
     if path is None:
         return None
-    turned = {one.name: by for (one, _), by in zip(pairs, windows.turned.tolist(), strict=True)}
-    return AlongPath(windows, path, [turn(one, *turned.get(one.name, (0.0, 0.0))) for one in records], highest)
+    turned = {one.file: by for (one, _), by in zip(tracks, windows.turned.tolist(), strict=True)}
+    measured = [turn(one, *turned.get(one.name, (0.0, 0.0))) for one in records]
+    there = {one.name for one in records}
+    others = [
+        replace(uncut(rig, one.file), unmarked=lost, turned=tuple(turned[one.file]))
+        for (one, _), rig, lost in zip(tracks, rigs, unmarked, strict=True)
+        if one.file not in there
+    ]
+    return AlongPath(windows, path, measured, others)
 
 
 def _rivals(path: Path) -> list[list[Rival]]:
     """Return what was tried in the place of each cause."""
-    told = []
-    for gain, own in zip(path.gains, path.others, strict=True):
-        least = max(EXCLUDED, SAME * float(gain))
-        told.append(sorted((Rival((one,), worse, worse > least) for one, worse in own), key=lambda one: one.worse))
-    return told
+    made = [[Rival((one,), worse, excluded) for one, worse, excluded in own] for own in path.others]
+    return [sorted(own, key=lambda one: one.worse) for own in made]
 
 
-def _numbers(found: Search, path: Path, kept: Sequence[Cause]) -> tuple[list[Cause], Array]:
-    """Return the causes with the numbers of path or channels, whichever are known better and agree."""
-    own = fit(found.records, found.base, [*path.causes, *kept])
+def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]]) -> list[Cause]:
+    """Return causes of which channels, that hold all of the records, tell those apart that windows do not.
+
+    Args:
+        found: without causes, or with them.
+        causes: of the path.
+        told: what is not excluded in the place of each; those that channels exclude are marked.
+    """
+    causes = list(causes)
+    for k, own in enumerate(told):
+        now = fit(found.records, found.base, causes)
+        tried = [fit(found.records, found.base, [*causes[:k], one.causes[0], *causes[k + 1 :]]) for one in own]
+        open_ = [j for j, one in enumerate(own) if not one.excluded]
+        best = min(open_, key=lambda j: tried[j].chi2, default=None)
+        level = min([now.chi2, *(tried[j].chi2 for j in open_)]) / max(len(now.rest), 1)
+        if level > AGREE:
+            continue
+        level = max(level, 1.0)
+        least, instead = now.chi2, causes[k]
+        if best is not None and tried[best].chi2 < now.chi2 - EXCLUDED * level:
+            least, causes[k] = tried[best].chi2, tried[best].causes[k]
+        worse = [each.chi2 - least for each in tried]
+        marked = [one._replace(worse=max(one.worse, off), excluded=one.excluded or off > EXCLUDED * level)
+                  for one, off in zip(own, worse, strict=True)]  # fmt: skip
+        if causes[k] is not instead:
+            off = now.chi2 - least
+            marked[own.index(own[best or 0])] = Rival((instead,), off, True)
+        told[k] = sorted(marked, key=lambda one: one.worse)
+    return causes
+
+
+def _numbers(found: Search, path: Path, first: Sequence[Cause], kept: Sequence[Cause]) -> tuple[list[Cause], Array]:
+    """Return causes with the numbers of path or channels, whichever are known better and agree.
+
+    Args:
+        found: with the records.
+        path: with its own causes.
+        first: the same, or what channels have in the place of one.
+        kept: that only channels show.
+    """
+    own = fit(found.records, found.base, [*first, *kept])
     theirs = covariance(found.records, own.causes) if own.causes else own.covariance
-    size = len(path.covariance)
-    spread = np.array(theirs, float)
-    spread[:size, :size] = path.covariance
-    causes, at = [], 0
-    for cause, other in zip(path.causes, own.causes, strict=False):
-        part = slice(at, at + len(cause.numbers))
-        at = part.stop
-        mine, its = np.diag(path.covariance)[part], np.diag(theirs)[part]
+    spread, causes, at, there = np.array(theirs, float), [], 0, 0
+    for cause, before, other in zip(first, path.causes, own.causes, strict=False):
+        part, here = slice(at, at + len(cause.numbers)), slice(there, there + len(before.numbers))
+        at, there = part.stop, here.stop
+        if cause.candidate.kind != before.candidate.kind:
+            causes.append(other)
+            continue
+        mine, its = np.diag(path.covariance)[here], np.diag(theirs)[part]
         near = np.all(np.abs(cause.numbers - other.numbers) < 3.0 * np.sqrt(mine + its))
         if near and np.all(its < mine) and np.all(its > 0.0):
             cause = other
-            spread[part, part] = theirs[part, part]
+        else:
+            spread[part], spread[:, part] = 0.0, 0.0
+            spread[part, part] = path.covariance[here, here]
         causes.append(cause)
-    return [*causes, *own.causes[len(path.causes) :]], spread
+    return [*causes, *own.causes[len(first) :]], spread

@@ -179,6 +179,11 @@ def _diagnosed(
             return _lawful(admitted_all, rig, notes, law, bodies)
         return _beside(admitted_all, rig, notes, seen)
     rings = resonance(admitted, paths)
+    highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
+
+    def searching(part: float) -> None:
+        tell("searching for causes of the path", 0.6 + 0.1 * part)
+
     try:
         records, notes = _measured(admitted, notes, tell, paths)
     except InputError:  # what yields, swims in oil, or rings, may not be cut at all
@@ -186,15 +191,13 @@ def _diagnosed(
             return _lawful(admitted_all, rig, notes, law, bodies)
         if rings is not None:
             return _uncut(admitted_all, rig, notes, "unexplained", rings)
-        raise
-    highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
-    whole = None
-    if rings is None:
-        doing = "searching for causes of the path"
-        tell(doing, 0.6)
-        whole = along_path(records, admitted, paths, highest, lambda part: tell(doing, 0.6 + 0.1 * part))
+        whole = along_path([], admitted, paths, highest, searching)
         if whole is not None and whole.decides:
             return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+        raise
+    whole = along_path(records, admitted, paths, highest, searching)
+    if whole is not None and whole.decides and (rings is None or whole.path.causes):
+        return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
     records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []
@@ -215,7 +218,7 @@ def _diagnosed(
     parted = part(found, others, beside(spread, deep), rig, notes)
     tell("predicting the displacement from measured states", 0.88)
     parted, far = predicted(parted, admitted, paths)
-    if whole is not None and deep is None:
+    if whole is not None and deep is None and rings is None:
         parted = unproven(parted, whole.path, whole.contradicted(parted.found))
     found, others, causes = parted.found, parted.others, parted.causes
     tell("predicting held-out records", 0.9)
@@ -243,18 +246,24 @@ def _along(
 ) -> Diagnosis:  # fmt: skip
     """Return the diagnosis of records whose path comes true by causes, or without any."""
     found, others = whole.found()
+    notes = [
+        one._replace(text=one.text.replace("record excluded:", "not segmented, only its path is used:"))
+        if one.kind == "not-measured"
+        else one
+        for one in notes
+    ]
     parted = part(found, others, [], rig, notes, whole.path)
     found, causes = parted.found, parted.causes
     tell("predicting held-out records", 0.9)
-    held = tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
+    held = whole.held(found)
     solid, apart = _further(found, parted.others, tell, bodies, runs)
-    limits = whole.limits
+    limits, known = whole.limits, found.records + (whole.others if whole.records else [])
     extended = rig.with_([("effect[+]", one.table) for one in causes]) if causes else rig
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records))
     verdict = judged(causes, [], limits) if parted.decides else "not_decidable"
     tell("done", 1.0)
-    return Diagnosis(verdict, causes, (), held, limits, extended, tuple(evidence_of(found.records)), findings,
+    return Diagnosis(verdict, causes, (), held, limits, extended, tuple(evidence_of(known)), findings,
                      found, parted.others, told, parted.suspects, solid, runs=apart)  # fmt: skip
 
 

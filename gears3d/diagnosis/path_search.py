@@ -38,17 +38,26 @@ STEP = 1e-3
 """Of a number in units, for slopes at a fit."""
 TRIED = 0.2
 """Part of the size at which candidates have their columns."""
-SQUARED, SQUARED_STEP = ("mesh_drag",), 0.02
-"""Causes that are felt with their square, and the part of the size at which their columns are taken: to first order
-they change nothing."""
+SQUARED, OIL = "mesh_drag", "oil_film"
+"""A cause that is felt with its square, and one that changes all of the path from its smallest size on."""
+BENT, LEAST = 0.02, 0.1
+"""Part of the size by which columns of these are taken, and the least size of that, in units."""
+OILS = (0.05, 0.2, 0.6)
+"""Sizes in units at which oil is tried."""
 SCORED = 32
 """Windows in which candidates are scored."""
 NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
-FITTED, POLISHED = 7, 5
-"""Candidates that are fitted in a round, and those of them that are fitted with new starts."""
+FITTED = 7
+"""Candidates that are fitted in a round."""
 SAME = 0.01
 """Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
+LEFT = 0.25
+"""Part of the chi-square that is left beyond noise by which another cause must be worse, too."""
+APART = 3.0
+"""Standard errors, by the scatter over windows, that this must differ from none by."""
+ERRS = 1e-3
+"""Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
 EXCLUDED = 16.0
 """Chi-square over the level by which another cause must be worse to be excluded: four standard deviations."""
 ROUNDS = 8
@@ -78,7 +87,8 @@ class Path(NamedTuple):
         after: with them.
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
-        others: what was tried in the place of each cause, with the chi-square over the level by which it is worse.
+        others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
+            whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
     """
 
@@ -89,7 +99,7 @@ class Path(NamedTuple):
     after: float
     missed: float
     windows: int
-    others: tuple[tuple[tuple[Cause, float], ...], ...]
+    others: tuple[tuple[tuple[Cause, float, bool], ...], ...]
     seen: dict[str, float]
 
 
@@ -150,8 +160,9 @@ def path_search(
     for k in range(len(found.causes)):
         less = _polished(windows, _fitted(windows, _without(found, k)))
         gains.append(_better(windows, less.rest, found.rest)[0])
+        least = _least(windows, gains[-1], found.rest)
         worse = [
-            (one.causes[-1], _better(windows, one.rest, found.rest)[0])
+            (one.causes[-1], _better(windows, one.rest, found.rest)[0], _excludes(windows, one, found, least))
             for one in tried.get(found.causes[k].candidate.kind, ())
             if len(one.causes) == len(found.causes)
         ]
@@ -164,6 +175,36 @@ def path_search(
         float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         _seen(windows, known, found),
     )  # fmt: skip
+
+
+def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float, float, float, float]]:
+    """Return what causes are worth in every second window, fitted to the others, and the other way about.
+
+    Args:
+        windows: of the records, with starts that fit.
+        causes: with their numbers.
+
+    Returns:
+        Mean square of residuals without and with the causes, in variances of the noise; root mean squares of the same
+        [m]; gain in log-likelihood.
+    """
+    made, before = [], _state(windows, causes, windows.read)
+    for first in (0, 1):
+        parts = [windows.only(np.arange(k, len(windows), 2))[0] for k in (first, 1 - first)]
+        for one in parts:
+            one.zeros, one.turned = before.zeros.copy(), before.turned.copy()
+        now = _fitted(parts[0], _state(parts[0], causes, parts[0].read))
+        held, levels = parts[1], []
+        for told in ((), now.causes):
+            held.restart(_effects(told))
+            rest = _settled(held, _effects(told), held.residuals(_effects(told)))
+            level = held.level(rest)
+            levels.append((float(np.median(level)), float(np.sqrt(np.median(held.level(rest * held.sigma)))), rest))
+        (base, off, blind), (extended, left, rest) = levels
+        gain = 0.5 * _better(held, blind, rest)[0]
+        made.append((base, extended, off, left, gain))
+    _restore(windows, before)
+    return made
 
 
 def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[float, float]]) -> Against | None:
@@ -188,8 +229,8 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
 
 def _seen(windows: Windows, known: Sequence[Candidate], found: _State) -> dict[str, float]:
     """Return the smallest size of causes of one number that the path shows beside others, in units, by kind."""
-    plain = [one for one in known if not one.phased and not one.shape and one.kind not in FREE]
-    scores, level = _scores(windows, plain, found)
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, OIL)]
+    scores, level = _scores(windows, plain, found, -np.inf)
     return {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
 
 
@@ -214,10 +255,11 @@ def _effects(causes: Sequence[Cause]) -> list[object]:
 
 
 def _searched(
-    windows: Windows, known: Sequence[Candidate], now: _State, tried: dict[str, list[_State]],
+    windows: Windows, known: Sequence[Candidate], base: _State, tried: dict[str, list[_State]],
     told: Callable[[float], None],
 ) -> _State:  # fmt: skip
     """Return a state with causes added one after the other, as long as they gain."""
+    now = base
     for number in range(ROUNDS):
         told(number / ROUNDS)
         _restore(windows, now)
@@ -225,18 +267,28 @@ def _searched(
         for one in _fits(windows, known, now):
             _restore(windows, one)
             tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
+        if tries:
+            least = max(ACCEPT, NEAR * max(_better(windows, now.rest, one.rest)[0] for one in tries))
+            for one in _oiled(windows, known, now, least):
+                _restore(windows, one)
+                tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
         best = _simplest(windows, now, tries)
-        if best is None or not SMALLEST < _size(windows, best.causes[-1]) < LARGEST or not _pays(windows, now, best):
+        if (
+            best is None
+            or not SMALLEST < _size(windows, best.causes[-1]) < LARGEST
+            or not _pays(windows, base, now, best)
+        ):
             break
         tried[best.causes[-1].candidate.kind] = [one for one in tries if one is not best]
-        now = _pruned(windows, best)
+        now = _pruned(windows, base, best)
     _restore(windows, now)
     return now
 
 
-def _pays(windows: Windows, less: _State, more: _State) -> bool:
+def _pays(windows: Windows, base: _State, less: _State, more: _State) -> bool:
+    """Return whether a cause gains more than chance, and than the errors of a model that explains so much."""
     gain, sure = _better(windows, less.rest, more.rest)
-    return gain > ACCEPT and sure > STEADY
+    return gain > max(ACCEPT, ERRS * _better(windows, base.rest, more.rest)[0]) and sure > STEADY
 
 
 def _better(windows: Windows, less: Array, more: Array) -> tuple[float, float]:
@@ -261,14 +313,33 @@ def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State 
     for one in tries[1:]:
         if _better(windows, best.rest, one.rest)[0] > 0.0:
             best = one
-    least = max(EXCLUDED, SAME * _better(windows, now.rest, best.rest)[0])
-    able = [one for one in tries if one is best or _better(windows, one.rest, best.rest)[0] < least]
+    least = _least(windows, _better(windows, now.rest, best.rest)[0], best.rest)
+    able = [one for one in tries if one is best or not _excludes(windows, one, best, least)]
 
-    def simple(one: _State) -> tuple[int, float, bool, bool]:
+    def simple(one: _State) -> tuple[int, float, bool, bool, bool]:
         last = one.causes[-1]
-        return len(last.numbers), price(last.candidate), isinstance(last.effect, SensorEffect), one is not best
+        one_sided = last.candidate.kind == "restitution_asymmetry"  # that of a flank, where only one is met
+        sensor = isinstance(last.effect, SensorEffect)
+        return len(last.numbers), price(last.candidate), one_sided, sensor, one is not best
 
     return min(able, key=simple)
+
+
+def _least(windows: Windows, gain: float, rest: Array) -> float:
+    """Return the chi-square over the level by which a cause must be worse to be excluded.
+
+    Four standard deviations; part of what the better one explains, for a model errs; and part of what it leaves beyond
+    noise, which something else does that may be taken for either.
+    """
+    level = float(np.median(windows.level(rest)))
+    beyond = max(level - 1.0, 0.0) / level * len(windows.read) / windows.runs(rest)
+    return max(EXCLUDED, SAME * gain, LEFT * beyond)
+
+
+def _excludes(windows: Windows, one: _State, other: _State, least: float) -> bool:
+    """Return whether a state leaves more than another, by so much, and in windows all over the records."""
+    worse, sure = _better(windows, one.rest, other.rest)
+    return worse > least and sure > APART
 
 
 def _size(windows: Windows, cause: Cause) -> float:
@@ -283,13 +354,13 @@ def _without(state: _State, k: int) -> _State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
 
 
-def _pruned(windows: Windows, now: _State) -> _State:
+def _pruned(windows: Windows, base: _State, now: _State) -> _State:
     """Return a state without causes that the others make needless."""
     k = 0
     while k < len(now.causes) and len(now.causes) > 1:
         _restore(windows, now)
         less = _polished(windows, _fitted(windows, _without(now, k)))
-        if SMALLEST < _size(windows, now.causes[k]) < LARGEST and _pays(windows, less, now):
+        if SMALLEST < _size(windows, now.causes[k]) < LARGEST and _pays(windows, base, less, now):
             k += 1
         else:
             now, k = less, 0
@@ -317,23 +388,56 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
             if fit.causes[-1].possible:
                 made.append(fit)
     weight = now.weight[windows.window]
-    return sorted(made, key=lambda one: float(np.sum((one.rest * weight) ** 2)))[:POLISHED]
+    return sorted(made, key=lambda one: float(np.sum((one.rest * weight) ** 2)))
+
+
+def _oiled(windows: Windows, known: Sequence[Candidate], now: _State, least: float) -> list[_State]:
+    """Return causes with oil between the flanks as well, where some windows promise that it gains so much."""
+    oil = next((one for one in known if one.kind == OIL), None)
+    if oil is None or any(one.candidate.kind == OIL for one in now.causes):
+        return []
+    _restore(windows, now)
+    few, mine = windows.some(SCORED // 2)
+    zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
+    for size in OILS:
+        effects = [*_effects(now.causes), oil.effect(np.array([size * oil.unit]))]
+        few.zeros, rest = zeros.copy(), now.rest[mine]
+        for _ in range(2):  # what floats on oil lies off the zero that dry flanks have
+            few.restart(effects)
+            rest = few.residuals(effects)
+            for k in range(len(zeros)):
+                own = few.record[few.window] == k
+                few.zeros[k] += float(np.median(rest[own] * few.sigma[own])) if np.any(own) else 0.0
+        gain = _better(few, now.rest[mine], few.residuals(effects))[0]
+        if gain > most:
+            most, best = gain, (size, few.zeros)
+    if best is None:
+        return []
+    with suppress(InputError):
+        cause = begin(oil, np.array([best[0]]))
+        windows.zeros = best[1].copy()
+        windows.restart(_effects([*now.causes, cause]))
+        rest = windows.residuals(_effects([*now.causes, cause]))
+        return [_fitted(windows, _state(windows, (*now.causes, cause), rest))]
+    return []
 
 
 def _columns(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
     windows, columns = along.windows, []
+    oil = any(cause.candidate.kind == OIL for cause in causes)  # a film is thin where most happens: no straight line
     for k, cause in enumerate(causes):
-        felt = cause.candidate.kind in SQUARED
+        bent = oil or cause.candidate.kind == SQUARED
         for j, unit in enumerate(cause.units):
+            step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP
             numbers = cause.numbers.copy()
-            numbers[j] += (SQUARED_STEP if felt else STEP) * unit
+            numbers[j] += step * unit
             other = cause._replace(numbers=numbers)
-            if felt:
+            if bent:
                 rest = windows.residuals(_effects([*causes[:k], other, *causes[k + 1 :]]))
-                columns.append((along.rest - rest) / SQUARED_STEP)
+                columns.append((along.rest - rest) / step)
             else:
-                columns.append(along.column(other.effect, cause.effect) / STEP)
+                columns.append(along.column(other.effect, cause.effect) / step)
     record = windows.record[windows.window]
     columns += [(record == k) / windows.sigma * windows.backlash for k in range(len(windows.zeros))]
     for side, records in _loose_angles(windows, causes):
@@ -381,6 +485,8 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
             left = rest * weight - columns @ (damping * step)
             try:
                 trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
+                if any(one.candidate.kind == OIL and one.numbers[0] <= 0.0 for one in trial):
+                    continue
                 effects = _effects(trial)
                 at = numbers + len(zeros)
                 windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
@@ -446,7 +552,7 @@ def _settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
 
 def _polished(windows: Windows, now: _State, rounds: int = 4) -> _State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
-    for _ in range(rounds):
+    for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
         level = windows.level(now.rest)
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
         windows.restart(_effects(now.causes))
@@ -461,8 +567,10 @@ def _polished(windows: Windows, now: _State, rounds: int = 4) -> _State:
     return now
 
 
-def _scores(windows: Windows, known: Sequence[Candidate], now: _State) -> tuple[list[_Score], float]:
-    """Return what each candidate promises, most first, and the level of the residuals."""
+def _scores(
+    windows: Windows, known: Sequence[Candidate], now: _State, least: float = ACCEPT
+) -> tuple[list[_Score], float]:
+    """Return what each candidate promises, most first, and the level of the residuals, without what promises less."""
     few, mine = windows.some(SCORED)
     rest, along, weight = now.rest[mine], few.along(_effects(now.causes)), few.weight[few.window]
     starts = tuple(one * weight for one in along.starts())
@@ -472,18 +580,18 @@ def _scores(windows: Windows, known: Sequence[Candidate], now: _State) -> tuple[
     left = away(rest * weight)
     left = left - others @ (others.T @ left)
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
-    scale, found = len(windows) / len(few), []
+    scale, found, asked = len(windows) / len(few), [], []
     turning = _Turning(windows, now.causes)
     record = few.record[few.window]
     for one in known:
-        if not turning.told(one):
+        if one.kind == OIL or not turning.told(one):
             continue
         columns = []
         for k in range(2 if one.phased else 1):
             numbers = np.zeros(2 if one.phased else 1)
-            part = one.tried * (1.0 if one.kind in SQUARED else TRIED)
+            part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
             numbers[k] = part * one.unit
-            if one.kind in SQUARED:
+            if one.kind == SQUARED:
                 changed = along.rest - few.residuals([*_effects(now.causes), one.effect(numbers)])
             else:
                 changed = along.column(one.effect(numbers))
@@ -491,11 +599,19 @@ def _scores(windows: Windows, known: Sequence[Candidate], now: _State) -> tuple[
             columns.append(column - others @ (others.T @ column))
         normal, right = _by_record(np.column_stack(columns), left, record, len(windows.zeros))
         if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
-            gain, units, by = turning.best(one, normal, right)
-            if one.kind in SQUARED:
-                gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
-            gain = scale * gain - turning.dear(one) * level
-            found.append(_Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
+            bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
+            asked.append((scale * float(bound), one, normal, right))
+    asked.sort(key=lambda each: -each[0])
+    best: dict[str, float] = {}
+    for bound, one, normal, right in asked:  # with a size in each record a candidate gains as much at most
+        if bound < max(least * level, best.get(one.kind, 0.0)):
+            continue
+        gain, units, by = turning.best(one, normal, right)
+        if one.kind == SQUARED:
+            gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
+        gain = scale * gain - turning.dear(one) * level
+        best[one.kind] = max(best.get(one.kind, 0.0), gain)
+        found.append(_Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
     return sorted(found, key=lambda each: -each.gain), level
 
 

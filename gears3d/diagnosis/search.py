@@ -86,21 +86,22 @@ def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause
     return _search(records, highest, MOST, first, strongest.known)
 
 
-def given(records: Sequence[Evidence], highest: int, causes: Sequence[Cause]) -> Search:
-    """Return a search with causes that are known otherwise, at their sizes, without points that they leave far off.
+def given(records: Sequence[Evidence], causes: Sequence[Cause], kinds: Sequence[str]) -> Search:
+    """Return a search with causes that are known otherwise, without points that they leave far off.
 
     Args:
         records: of one rig.
-        highest: order that is looked for.
         causes: with their numbers.
+        kinds: of the candidates that it knows.
     """
     records = with_own_noise([without_strays(one) for one in records])
     effects = [one.effect for one in causes if one.effect is not None]
     for far in FAR:
         rest = _base(records) - contribution(records, effects)
         records = without_outliers(records, rest, far) or records
-    base, known = known_of(records, highest)
-    return Search(fit(records, base, causes), base, [], known, list(records))
+    asked = [one for one in _candidates(records, 0) if one.kind in kinds]
+    base = _base(records)
+    return Search(fit(records, base, causes), base, [], library(records, asked), list(records))
 
 
 def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
@@ -113,7 +114,7 @@ def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
     asked = [one for one in found.known.candidates if one.kind in kinds]
     if not asked:
         return []
-    known = library(found.records, asked)
+    known = found.known if len(asked) == len(found.known.candidates) else library(found.records, asked)
     none: dict[str, float] = dict.fromkeys(("drive", "loose", ""), 0.0)
     now = begun = found.fit
     while len(now.causes) < len(begun.causes) + MOST:
@@ -160,10 +161,13 @@ def known_of(records: Sequence[Evidence], highest: int, before: Library | None =
         highest: order that is looked for.
         before: candidates of the same records, some of whose channels may have had other points.
     """
-    base = _base(records)
+    return _base(records), library(records, _candidates(records, highest), before)
+
+
+def _candidates(records: Sequence[Evidence], highest: int) -> list[Candidate]:
     duration = max(float(one.channels.drive.time[-1] - one.channels.drive.time[0]) for one in records)
     rig = replace(records[0].rig, mean_speed=float(np.mean([abs(one.motion.mean) for one in records])))
-    return base, library(records, candidates(rig, duration, highest, *lines(records)), before)
+    return candidates(rig, duration, highest, *lines(records))
 
 
 def _search(

@@ -15,7 +15,7 @@ import numpy as np
 
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.prediction import reading_error
-from gears3d.diagnosis.shooting_kernels import follow, shoot, slowing
+from gears3d.diagnosis.shooting_kernels import carried, follow, shoot, slowing
 from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
@@ -42,12 +42,14 @@ RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
+NEXT = 1e-3
+"""Units that starts between films of oil are moved by, for slopes."""
 EVENTS = 512
 """Impacts and partings of a window that small changes are followed over at most."""
 KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.IMPACT_OFFSET,
-    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC,
+    Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
 )  # fmt: skip
 """Normal forms that a window can be shot with; friction, without compliance, moves nothing, scatter predicts nothing,
 and the drive moves as measured."""
@@ -175,7 +177,10 @@ class Windows:
         """Return at most so many of the windows, and which of the readings are theirs, (n,)."""
         if len(self) <= most:
             return self, np.ones(len(self.time), dtype=bool)
-        picked = np.unique(np.linspace(0, len(self) - 1, most).round().astype(int))
+        return self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
+
+    def only(self, picked: Array) -> tuple[Windows, Array]:
+        """Return windows by their numbers, and which of the readings are theirs, (n,)."""
         number = np.full(len(self), -1)
         number[picked] = np.arange(len(picked))
         mine = number[self.window] >= 0
@@ -195,7 +200,7 @@ class Windows:
 
     def along(self, effects: Sequence[Any]) -> Linearised:
         """Return the run of the rig with more effects from the present starts, for small changes along it."""
-        return Linearised(self, self._run(effects, self.starts, EVENTS))
+        return Linearised(self, effects, self._run(effects, self.starts, EVENTS))
 
     def _run(self, effects: Sequence[Any], starts: Starts, most: int = 0) -> _Run:
         """Return what the rig with more effects does, with so many events of each window at most."""
@@ -217,12 +222,14 @@ class Windows:
         ahead, events = zero[:, 0] / self.radii[1] + turned[:, 1], np.zeros((len(self), most, 7))
         torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
         about = np.array([*self.radii, self.lever])
-        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, *starts, path, pace,
-              events, counts)  # fmt: skip
+        film = film_of(rows)
+        flow = np.zeros((len(self), NODES - 1 if most and len(film) else 0, 4))
+        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts, path,
+              pace, events, counts, flow)  # fmt: skip
         w, i, share = self.window, self.node, self.beyond
         made = _between(path[w, i], path[w, i + 1], pace[w, i], pace[w, i + 1], share, self.step[w])
         made += self.zeros[self.record[w]] + self.shown(sensors, wrong, loose, speed, made)
-        return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts)
+        return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
         """Return by how much the drive is read wrong at the nodes, and derivatives of that; ``None`` for nothing."""
@@ -331,6 +338,9 @@ class Windows:
             better = left < BETTER * best
             best = np.where(better, left, best)
             kept = Starts(*(np.where(better, own, before) for own, before in zip(one, kept, strict=True)))
+        if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
+            run = self._run(effects, kept)  # what floats on a film is free as well
+            kept = Starts(run.path[:, 0].copy(), run.pace[:, 0].copy(), np.zeros(len(self), dtype=int))
         self.starts = kept
 
     @property
@@ -399,6 +409,8 @@ class _Run(NamedTuple):
         ahead: loose gear's angle, from which effects count, where the model has 0 [rad], (w,).
         events: of the windows, (w, most, 7).
         counts: how many, (w,).
+        flanks: displacement on the active and on the reverse flank at the nodes [m], (w, nodes) each.
+        flow: from node to node between films of oil, (w, nodes - 1, 4); empty without.
     """
 
     made: Array
@@ -410,6 +422,8 @@ class _Run(NamedTuple):
     ahead: Array
     events: Array
     counts: Array
+    flanks: tuple[Array, Array]
+    flow: Array
 
 
 class Linearised:
@@ -417,11 +431,12 @@ class Linearised:
 
     Args:
         windows: that were run.
+        effects: in addition to those of the rig.
         run: what they did.
     """
 
-    def __init__(self, windows: Windows, run: _Run) -> None:
-        self.windows, self.run = windows, run
+    def __init__(self, windows: Windows, effects: Sequence[Any], run: _Run) -> None:
+        self.windows, self.effects, self.run = windows, effects, run
         self.rest = (windows.read - run.made) / windows.sigma
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
@@ -431,8 +446,15 @@ class Linearised:
 
         Starts on a flank do not change.
         """
-        free = (self.run.starts.mode == 0).astype(float)
+        free = (self.run.starts.mode == 0).astype(float)  # of those on a flank, none
         units, still = self.windows.units(), np.zeros(self.run.events.shape[:2])
+        if self.run.flow.size:  # in a thin film most happens between two nodes
+            columns = []
+            for k in (0, 1):
+                moved = list(self.run.starts)
+                moved[k] = moved[k] + NEXT * units[k] * free
+                columns.append((self.rest - self.windows.residuals(self.effects, Starts(*moved))) / NEXT)
+            return columns[0], columns[1]
         none, flanks = np.zeros(len(free)), (self.none, self.none, self.none)
         first = self._followed(flanks, still, (free * units[0], none))
         return first / self.windows.sigma, self._followed(flanks, still, (none, free * units[1])) / self.windows.sigma
@@ -480,9 +502,17 @@ class Linearised:
         """Return the change of the displacement at the readings [m], (n,)."""
         windows, run = self.windows, self.run
         made = np.empty_like(self.none)
-        follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
+        if run.flow.size:
+            carried(windows.step, run.flow, run.path, run.flanks, *pushed, *starts, made)
+        else:
+            follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
         w, i, share = windows.window, windows.node, windows.beyond
         return made[w, i] + share * (made[w, i + 1] - made[w, i])
+
+
+def film_of(rows: Sequence[Row]) -> Array:
+    """Return the film of oil among normal forms as the kernels have it, (6,); empty without one."""
+    return np.array([row.p for row in rows if row.code == Code.GAP_FILM], dtype=float).reshape(-1)[:6]
 
 
 def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:

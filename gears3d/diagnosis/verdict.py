@@ -113,10 +113,14 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
     for k, cause in enumerate(now.causes):
         own = slice(at, at + len(cause.numbers))
         at = own.stop
-        less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
-        gain = less.chi2 - now.chi2 if path is None or k >= len(path.gains) else float(path.gains[k])
         effect: Any = cause.effect
-        text = evidence_for(found, cause, less.rest, gain) if path is None else along(path, gain)
+        if path is not None and k < len(path.gains):
+            gain = float(path.gains[k])
+            text = along(path, gain)
+        else:
+            less = fit(found.records, found.base, now.causes[:k] + now.causes[k + 1 :])
+            gain = less.chi2 - now.chi2
+            text = evidence_for(found, cause, less.rest, gain)
         alternatives = tuple(alternative(one) for one in others[k] if not one.excluded)
         excluded = tuple(refused(one) for one in others[k] if one.excluded)
         numbers = parameters(cause, known[own, own])

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gears3d.measured.noise import without_repeats
 from gears3d.signals import count_of, quantum
 from gears3d.units import show
 
@@ -39,6 +40,8 @@ FINEST = 20.0
 """Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
 COUNTED = 0.35
 """Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
+TIMES = 10
+"""Multiple of the strongest harmonic up to which a line below the counts is believed to be one."""
 RUN_UP = 0.02
 """Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
 FUNDAMENTAL = 0.1
@@ -166,7 +169,11 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     [20.0, 3.0, 1.885, 0.5, 0.9425]
     """
     time, angle = np.asarray(time, float), np.asarray(angle, float)
-    count = _beats(angle) if len(angle) > 1 and not len(frequencies) else 0.0
+    count = 0.0
+    if len(angle) > 1 and not len(frequencies):
+        whole = quantum(angle) or count_of(angle)
+        time, angle = without_repeats(time, angle, whole)
+        count = _beats(angle, whole or 0.0)
     time, angle, width = _means(time, angle)
     span = float(time[-1] - time[0]) if len(time) else 0.0
     if len(time) < FEWEST or not span > 0.0 or not np.isfinite(angle.sum()):
@@ -180,17 +187,16 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     return _motion(fit, turns, numbers, bool(len(frequencies)))
 
 
-def _beats(angle: Array) -> float:
+def _beats(angle: Array, count: float) -> float:
     """Return the count of an encoder as far as its lines are left by noise, which dithers them [rad].
 
-    Source: Widrow and Kollar 2008, Quantization Noise: noise of variance v lets the line of counts q fall by
-    exp(-2·pi²·v/q²).
+    Counts alone make second differences of one count at most. Source: Widrow and Kollar 2008, Quantization Noise:
+    noise of variance v lets the line of counts q fall by exp(-2·pi²·v/q²).
     """
-    count = quantum(angle) or count_of(angle) or 0.0
     if not count:
         return 0.0
-    noise = max(float(np.var(np.diff(angle, 2))) / 6.0 - count**2 / 12.0, 0.0)
-    return count * float(np.exp(-2.0 * pi**2 * noise / count**2))
+    noise = max(float(np.median(np.abs(np.diff(angle, 2)))) - count, 0.0) / (0.6745 * np.sqrt(6.0))
+    return count * float(np.exp(-2.0 * pi**2 * noise**2 / count**2))
 
 
 def of_period(time: Array, angle: Array, period: float, at: Array) -> Array:
@@ -294,7 +300,7 @@ def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
         line = grid[1] if len(grid) > 1 else 1.0
         level = np.maximum(level, _steep(grid, power))
         usable = (grid >= LEAST * line) & (power > level * np.log(len(grid) / CHANCE))
-        usable &= power > least**2
+        usable &= (power > least**2) | _multiples(grid, turns[:1])
         usable[-1] = False
         for turn in turns:
             usable &= np.abs(grid - turn) > APART * line
@@ -315,6 +321,15 @@ def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
     for _ in range(ROUNDS if len(turns) else 0):
         turns, numbers = fit.refined(turns, numbers)
     return turns, numbers
+
+
+def _multiples(grid: Array, first: Array) -> Array:
+    """Return which lines are multiples of the strongest: counts beat with samples, and make lines anywhere else."""
+    if not len(first):
+        return np.zeros(len(grid), dtype=bool)
+    times = grid / first[0]
+    near = np.abs(times - np.round(times)) * first[0] < 1.5 * grid[1]
+    return near & (np.round(times) > 1.0) & (np.round(times) <= TIMES)
 
 
 def _motion(fit: _Fit, turns: Array, numbers: Array, given: bool) -> DriveMotion:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import quantum as quantum_of
-from gears3d.signals import robust_deviation
+from gears3d.signals import robust_deviation, some_steps
 from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
 STRETCHES, STRETCH = 16, 1 << 16
@@ -55,6 +55,11 @@ FAINT = 0.005
 """Part of the strongest order's amplitude below which another one may be a side band of it."""
 HELD_SHARE = 0.6
 """Part of the changes that must come after the same number of repeated readings, for an update rate to be stated."""
+SWEPT = 2.0
+"""Counts in a sample from which on a reading that repeats is none."""
+REPEATS = 3.0
+"""Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
+makes it half as often."""
 SURE = 3.0
 """Standard deviations that flicker, random walk and jitter must differ from zero by to be applied."""
 
@@ -269,6 +274,27 @@ def combined(one: NoiseModel, other: NoiseModel, radii: tuple[float, float]) -> 
     }
     return replace(other, white=sum_of("white"), quantum=sum_of("quantum"), flicker=sum_of("flicker"),
                    walk=sum_of("walk"), periodic=(), sigmas=sigmas | {"jitter": np.nan})  # fmt: skip
+
+
+def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return readings without those that only repeat the one before: held ones, and such as come now and then.
+
+    Args:
+        time: of the samples [s], (n,).
+        angle: [rad], (n,).
+        count: of the encoder [rad]; ``None`` for a smooth record.
+    """
+    if held_readings(time, angle).samples > 1 or _twice(angle, count or 0.0):
+        fresh = np.append(True, angle[1:] != angle[:-1])
+        return time[fresh], angle[fresh]
+    return time, angle
+
+
+def _twice(angle: np.ndarray, count: float) -> bool:
+    """Return whether readings of a gear that passes many counts in a sample repeat by more than chance."""
+    step = np.abs(some_steps(angle))
+    none, next_ = float(np.sum(step == 0.0)), float(np.sum((step > 0.0) & (step < 1.5 * count)))
+    return float(np.median(step)) > SWEPT * count and none > REPEATS * (next_ + 1.0)
 
 
 def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:

@@ -7,6 +7,7 @@ from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import candidates
 from gears3d.diagnosis.experiments import LASTS, runs
 from gears3d.diagnosis.rivals import rivals
+from gears3d.diagnosis.search import known_of
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
@@ -57,7 +58,8 @@ def test_the_proposed_run_separates_them_as_predicted(found):
     _, best, both = found
     assert [cause.kind for cause in both.causes] == ["drag_viscous"]
     assert all(one.excluded for one in both.others[0] if one.causes[0].candidate.kind == "drag_coulomb")
-    in_channels = rivals(both.found.records, both.found)[0]  # as predicted; the path itself tells more
+    known = known_of(both.found.records, 4)[1]
+    in_channels = rivals(both.found.records, both.found._replace(known=known))[0]  # as predicted; the path tells more
     rival = next(one for one in in_channels if one.causes[0].candidate.kind == "drag_coulomb")
     assert rival.excluded
     level = max(both.found.fit.chi2 / len(both.found.fit.rest), 1.0)

@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.challenge import anywhere, hide, space
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import candidates
+from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, shootable
 from gears3d.effects import catalogue
@@ -22,6 +22,7 @@ HIDDEN = {
     "drag_viscous": {"coefficient": 0.01},
     "backlash_offset": {"offset": 2e-5},
     "eccentricity": {"offset": 1e-5, "phase": 0.4, "gear": "drive"},
+    "oil_film": {"viscosity": 0.01},
 }
 
 
@@ -115,6 +116,31 @@ def test_small_changes_of_starts_are_followed_as_runs_go(rig):
         apart = (run.rest - windows.residuals([], Starts(*moved))) / small
         usual = np.sqrt(np.median(windows.level(apart)[windows.starts.mode == 0]))
         assert np.sqrt(np.median(windows.level(made - apart))) < 0.05 * usual
+
+
+@pytest.mark.parametrize(
+    ("kind", "viscosity"), [("eccentricity", 0.001), ("eccentricity", 0.15), ("drag_viscous", 0.15)]
+)
+def test_small_changes_are_followed_between_films_of_oil(rig, kind, viscosity):
+    oil = catalogue()["oil_film"](viscosity=viscosity)
+    effect = catalogue()[kind](**{"eccentricity": {"offset": 1e-6, "phase": 0.3, "gear": "drive"},
+                                  "drag_viscous": {"coefficient": 1e-3}}[kind])  # fmt: skip
+    windows, _ = shot(rig, [oil])
+    windows.restart([oil], anew=True)
+    run = windows.along([oil])
+    apart = run.rest - windows.residuals([oil, effect])
+    usual = np.sqrt(np.median(windows.level(apart)))
+    assert np.sqrt(np.median(windows.level(run.column(effect) - apart))) < 0.2 * usual
+
+
+def test_oil_is_found_with_its_viscosity(rig):
+    oil = catalogue()["oil_film"](viscosity=0.05)
+    windows, _ = shot(rig, [oil])
+    unit = oil.unit_size(rig.rig())
+    known = [*known_of(rig, windows), Candidate("oil_film", {}, "viscosity", unit, False, ())]
+    found = path_search(windows, known)
+    assert [one.candidate.kind for one in found.causes] == ["oil_film"]
+    assert found.causes[0].numbers[0] == pytest.approx(0.05, rel=0.02)
 
 
 def test_rigs_that_are_not_rigid_are_not_shot(rig):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.noise import NoiseModel, estimate_noise, held_readings
+from gears3d.measured.noise import NoiseModel, estimate_noise, without_repeats
 from gears3d.signals import changes, count_of, local_slope, noise_of, quantum, some_steps
 
 FEWEST = 200
@@ -18,9 +18,6 @@ WHITE = 0.3
 """Noise in counts from which on samples are read with white noise and edges run together."""
 SWEPT = 2.0
 """Counts by which steps from sample to sample must vary for counts not to keep step with samples."""
-REPEATS = 3.0
-"""Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
-makes it half as often."""
 _REACH = 4
 """Edges to either side from which a speed is taken."""
 _TRIES = 200_000
@@ -69,9 +66,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
     ('edges', 'smooth')
     """
     count = quantum(angle) or count_of(angle)  # the second where many counts pass in every sample
-    if held_readings(time, angle).samples > 1 or _repeats(angle, count):
-        fresh = np.append(True, angle[1:] != angle[:-1])  # only the first of the repeated readings is a reading
-        time, angle = time[fresh], angle[fresh]
+    time, angle = without_repeats(time, angle, count)
     if count is None or _even(angle, count):  # even steps: counts and samples keep step throughout
         floor = max(noise_of(time, angle, clip=4.0), 1e-14 * max(float(angle.max()), -float(angle.min()), 1.0))
         return Reading(time, angle, np.broadcast_to(floor, len(time)), None, "smooth")
@@ -82,13 +77,6 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
             return found
     floor = max(noise_of(time, angle, clip=4.0), count / np.sqrt(12.0))  # of rounding
     return Reading(time, angle, np.broadcast_to(floor, len(time)), count, "counts", 0.5 * count)
-
-
-def _repeats(angle: np.ndarray, count: float | None) -> bool:
-    """Return whether readings of a gear that passes many counts in a sample repeat by more than chance."""
-    step = np.abs(some_steps(angle))
-    none, next_ = float(np.sum(step == 0.0)), float(np.sum((step > 0.0) & (step < 1.5 * (count or 0.0))))
-    return float(np.median(step)) > SWEPT * (count or 0.0) and none > REPEATS * (next_ + 1.0)
 
 
 def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Reading, NoiseModel]:
