@@ -379,11 +379,13 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
             break
         if one.kind in kinds or (one.kind, str(one.shape)) in there:
             continue
-        kinds.add(one.kind)
-        _restore(windows, now)
-        windows.turned = windows.turned + by
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
+            if not cause.possible:  # another shape of its kind may be
+                continue
+            kinds.add(one.kind)
+            _restore(windows, now)
+            windows.turned = windows.turned + by
             fit = _fitted(windows, now._replace(causes=(*now.causes, cause)))
             if fit.causes[-1].possible:
                 made.append(fit)
