@@ -58,12 +58,14 @@ class AlongPath(NamedTuple):
         path: the causes, and how well they account for it.
         records: turned to the zeros of one of them.
         others: records that were not segmented, of which only the path is known.
+        names: of the records of the windows.
     """
 
     windows: Windows
     path: Path
     records: list[Evidence]
     others: list[Evidence]
+    names: list[str]
 
     @property
     def accounts(self) -> bool:
@@ -130,7 +132,9 @@ class AlongPath(NamedTuple):
             found: by a search in channels.
         """
         causes = [one for one in found.fit.causes if one.candidate.kind not in UNSEEN]
-        seen = against(self.windows, causes, [one.turned for one in found.records]) if causes else None
+        told = {one.name: one.turned for one in (*self.others, *found.records)}
+        turned = [told.get(name, (0.0, 0.0)) for name in self.names]
+        seen = against(self.windows, causes, turned) if causes else None
         if seen is None:
             return [False] * len(found.fit.causes)
         if not self.accounts:
@@ -187,7 +191,10 @@ def along_path(
         for (one, _), rig, lost in zip(tracks, rigs, unmarked, strict=True)
         if one.file not in there
     ]
-    return AlongPath(windows, path, measured, others)
+    found = AlongPath(windows, path, measured, others, [one.file for one, _ in tracks])
+    if records and others and not found.accounts:  # what cannot be segmented may be of another rig
+        return along_path(records, [one for one in admitted if one.file in there], paths, highest, told)
+    return found
 
 
 def _rivals(path: Path) -> list[list[Rival]]:
