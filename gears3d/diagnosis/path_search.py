@@ -42,14 +42,14 @@ SQUARED, OIL = "mesh_drag", "oil_film"
 """A cause that is felt with its square, and one that changes all of the path from its smallest size on."""
 BENT, LEAST = 0.02, 0.1
 """Part of the size by which columns of these are taken, and the least size of that, in units."""
-OILS = (0.05, 0.2, 0.6)
+OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
 """Sizes in units at which oil is tried."""
 SCORED = 32
 """Windows in which candidates are scored."""
 NEAR = 0.1
 """Part of the best score that a candidate needs to be fitted."""
-FITTED = 7
-"""Candidates that are fitted in a round."""
+FITTED = (7, 2)
+"""Candidates that are fitted in a round, and between films of oil, where a run takes ten times as long."""
 SAME = 0.01
 """Part of what a cause explains by which another must explain less, too, to be excluded: the rest is the model's."""
 LEFT = 0.25
@@ -268,7 +268,7 @@ def _searched(
             _restore(windows, one)
             tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
         if tries:
-            least = max(ACCEPT, NEAR * max(_better(windows, now.rest, one.rest)[0] for one in tries))
+            least = max(ACCEPT, SAME * max(_better(windows, now.rest, one.rest)[0] for one in tries))
             for one in _oiled(windows, known, now, least):
                 _restore(windows, one)
                 tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
@@ -314,7 +314,7 @@ def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State 
         if _better(windows, best.rest, one.rest)[0] > 0.0:
             best = one
     least = _least(windows, _better(windows, now.rest, best.rest)[0], best.rest)
-    able = [one for one in tries if one is best or not _excludes(windows, one, best, least)]
+    able = [one for one in tries if one is best or _better(windows, one.rest, best.rest)[0] < least]
 
     def simple(one: _State) -> tuple[int, float, bool, bool, bool]:
         last = one.causes[-1]
@@ -373,9 +373,10 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
     scores, level = _scores(windows, known, now)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
+    most = FITTED[1 if any(one.candidate.kind == OIL for one in now.causes) else 0]
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
-        if gain < NEAR * able[0].gain or len(made) >= FITTED:
+        if gain < NEAR * able[0].gain or len(made) >= most:
             break
         if one.kind in kinds or (one.kind, str(one.shape)) in there:
             continue
