@@ -382,8 +382,6 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
             continue
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
-            if not cause.possible:  # another shape of its kind may be
-                continue
             kinds.add(one.kind)
             _restore(windows, now)
             windows.turned = windows.turned + by
