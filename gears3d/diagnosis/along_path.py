@@ -227,9 +227,8 @@ def _told_apart(found: Search, causes: Sequence[Cause], told: list[list[Rival]])
         worse = [each.chi2 - least for each in tried]
         marked = [one._replace(worse=max(one.worse, off), excluded=one.excluded or off > EXCLUDED * level)
                   for one, off in zip(own, worse, strict=True)]  # fmt: skip
-        if causes[k] is not instead:
-            off = now.chi2 - least
-            marked[own.index(own[best or 0])] = Rival((instead,), off, True)
+        if best is not None and causes[k] is not instead:
+            marked[best] = Rival((instead,), now.chi2 - least, True)
         told[k] = sorted(marked, key=lambda one: one.worse)
     return causes
 
