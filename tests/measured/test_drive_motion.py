@@ -86,3 +86,24 @@ def test_what_a_map_states_of_the_motion_and_no_more_is_taken_from_the_rig(tmp_p
     stated = motion_of("", stated_motion=True)
     assert stated.rig.motion == bench.motion
     assert stated.motion.mean == pytest.approx(3.0, rel=1e-4)
+
+
+def swinging(noise, held=1):
+    """Times and counted angles of a drive whose second harmonic is a fifth of a count."""
+    count, time = 1e-4, np.arange(0.0, 4.0, 1e-4)
+    angle = 31.7 * time - 2e-4 * np.cos(2.0 * np.pi * 40.0 * time) - 2e-5 * np.cos(2.0 * np.pi * 80.0 * time + 0.7)
+    angle = np.floor((angle + noise * np.random.default_rng(3).standard_normal(len(time))) / count) * count
+    return time, np.repeat(angle[::held], held)[: len(time)]
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-4])
+def test_a_multiple_of_the_fluctuation_is_found_below_a_count(noise):
+    found = drive_motion(*swinging(noise)).harmonics
+    small = next(one for one in found if abs(one.frequency - 80.0) < 0.5)
+    assert small.amplitude == pytest.approx(2e-5 * 2.0 * np.pi * 80.0, rel=0.2)
+
+
+def test_held_readings_make_no_lines_of_their_own():
+    found = drive_motion(*swinging(2e-4, held=7)).harmonics
+    assert found[0].frequency == pytest.approx(40.0, abs=0.01)
+    assert all(one.frequency < 200.0 for one in found)
