@@ -15,7 +15,7 @@ from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.joint import settled
-from gears3d.diagnosis.path_search import EXCLUDED, OIL, SMALLEST, Path, against, halves, path_search
+from gears3d.diagnosis.path_search import EXCLUDED, OIL, SCATTER, SMALLEST, Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.search import Search, blind, given, in_own_channels
@@ -75,7 +75,7 @@ class AlongPath(NamedTuple):
     @property
     def decides(self) -> bool:
         """Whether the path comes true by causes, or shows that there is none, so that nothing else is to be asked."""
-        if self.path.causes:
+        if self.path.causes or self.path.scatter:
             return self.accounts
         clear = self.agrees and max(self.limits.values()) <= CLEAR
         return clear and bool(self.records) and not in_own_channels(given(self.records, (), FAINT), FAINT)
@@ -83,7 +83,7 @@ class AlongPath(NamedTuple):
     @property
     def agrees(self) -> bool:
         """Whether the path is that of the rig as it is, to its noise."""
-        return not self.path.causes and self.path.after <= ACCOUNTS
+        return not self.path.causes and self.path.scatter is None and self.path.after <= ACCOUNTS
 
     @property
     def limits(self) -> dict[str, float]:
@@ -180,6 +180,7 @@ def along_path(
     if rig.face_width > 0.0 and not any(row.code == Code.GAP_FILM for row in rigs[0].rows()):
         unit = catalogue()[OIL](viscosity=1e-3).unit_size(rig)
         asked.append(Candidate(OIL, {}, "viscosity", unit, False, ()))
+    asked.append(Candidate(SCATTER, {}, "standard_deviation", max(rig.restitution, 0.1), False, ()))
     path = path_search(windows, asked, told)
     if path is None:
         return None

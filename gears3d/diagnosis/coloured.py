@@ -109,16 +109,19 @@ def restored(white: Array, by: Filter) -> Array:
     return found
 
 
-def roots_of(time: Array, sigma: Array, slow: float) -> Array:
+def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Array:
     """Return matrices that make the points of each flight white, (f, b, b).
 
     Args:
         time: of the points of each flight [s], (f, b).
         sigma: standard deviation of the white noise of each, (f, b).
         slow: root of the power of the 1/f noise per unit of ln f, in the unit of ``sigma``.
+        longest: time that matters, where that is longer than a flight [s].
     """
     lasts = time[:, -1] - time[:, 0]
-    rates, variance = _relaxations(float(lasts.max()), float(lasts.min()) / max(time.shape[1] - 1, 1), slow)
+    rates, variance = _relaxations(
+        max(float(lasts.max()), longest), float(lasts.min()) / max(time.shape[1] - 1, 1), slow
+    )
     lag = np.abs(time[:, :, None] - time[:, None, :])
     covariance = variance * sum(np.exp(-rate * lag) for rate in rates)
     covariance = covariance + (sigma**2)[:, :, None] * np.eye(time.shape[1])

@@ -196,7 +196,7 @@ def _diagnosed(
             return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
         raise
     whole = along_path(records, admitted, paths, highest, searching)
-    if whole is not None and whole.decides and (rings is None or whole.path.causes):
+    if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
     records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
@@ -252,7 +252,7 @@ def _along(
         else one
         for one in notes
     ]
-    parted = part(found, others, [], rig, notes, whole.path)
+    parted = part(found, others, beside(whole.path.scatter, None), rig, notes, whole.path)
     found, causes = parted.found, parted.causes
     tell("predicting held-out records", 0.9)
     held = whole.held(found)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from itertools import pairwise
 from math import gcd, pi
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,7 +17,8 @@ import numpy as np
 from gears3d.diagnosis.candidates import FREE
 from gears3d.diagnosis.cause import Cause, begin, moved
 from gears3d.diagnosis.library import price
-from gears3d.diagnosis.shooting import Linearised, Starts, Windows
+from gears3d.diagnosis.scatter import Scatter
+from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
 from gears3d.diagnosis.zeros import GEARS, Phases, goes_by, one_size, order_of, reference, worth_of
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
@@ -38,8 +38,11 @@ STEP = 1e-3
 """Of a number in units, for slopes at a fit."""
 TRIED = 0.2
 """Part of the size at which candidates have their columns."""
-SQUARED, OIL = "mesh_drag", "oil_film"
-"""A cause that is felt with its square, and one that changes all of the path from its smallest size on."""
+SQUARED, OIL, SCATTER = "mesh_drag", "oil_film", "restitution_scatter"
+"""A cause that is felt with its square, one that changes all of the path from its smallest size on, and one by which
+every impact has a number of its own."""
+SCATTERED, SPREADS = 0.1, 3
+"""Size in units from which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 BENT, LEAST = 0.02, 0.1
 """Part of the size by which columns of these are taken, and the least size of that, in units."""
 OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
@@ -90,6 +93,7 @@ class Path(NamedTuple):
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
             whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
+        scatter: of the restitution beside the causes.
     """
 
     causes: tuple[Cause, ...]
@@ -101,10 +105,14 @@ class Path(NamedTuple):
     windows: int
     others: tuple[tuple[tuple[Cause, float, bool], ...], ...]
     seen: dict[str, float]
+    scatter: Scatter | None = None
 
 
 class _State(NamedTuple):
-    """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them."""
+    """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them.
+
+    The price of kicks is the logarithm by which they lower the evidence, twice, in each window.
+    """
 
     causes: tuple[Cause, ...]
     rest: Array
@@ -112,6 +120,7 @@ class _State(NamedTuple):
     zeros: Array
     turned: Array
     weight: Array
+    price: Array
 
 
 class _Score(NamedTuple):
@@ -159,21 +168,38 @@ def path_search(
     gains, others = [], []
     for k in range(len(found.causes)):
         less = _polished(windows, _fitted(windows, _without(found, k)))
-        gains.append(_better(windows, less.rest, found.rest)[0])
+        gains.append(_better(windows, less, found)[0])
         least = _least(windows, gains[-1], found.rest)
         worse = [
-            (one.causes[-1], _better(windows, one.rest, found.rest)[0], _excludes(windows, one, found, least))
+            (one.causes[-1], _better(windows, one, found)[0], _excludes(windows, one, found, least))
             for one in tried.get(found.causes[k].candidate.kind, ())
             if len(one.causes) == len(found.causes)
         ]
         others.append(tuple(worse))
         _restore(windows, found)
     level = windows.level(found.rest)
-    usual = windows.level(found.rest * windows.sigma)
-    return Path(
+    usual = windows.level(windows.missed(_effects(found.causes)))
+    made = Path(
         found.causes, _covariance(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         _seen(windows, known, found),
+    )  # fmt: skip
+    return _apart(made)
+
+
+def _apart(path: Path) -> Path:
+    """Return a path whose scatter of the restitution stands beside its causes."""
+    kinds = [one.candidate.kind for one in path.causes]
+    if SCATTER not in kinds:
+        return path
+    k = kinds.index(SCATTER)
+    at = sum(len(one.numbers) for one in path.causes[:k])
+    value, sigma = float(path.causes[k].numbers[0]), float(np.sqrt(path.covariance[at, at]))
+    covariance = np.delete(np.delete(path.covariance, at, axis=0), at, axis=1)
+    return path._replace(
+        causes=path.causes[:k] + path.causes[k + 1 :], others=path.others[:k] + path.others[k + 1 :],
+        covariance=covariance, gains=np.delete(path.gains, k),
+        scatter=Scatter(value, sigma, float(path.gains[k]), 1.0, 0.0),
     )  # fmt: skip
 
 
@@ -198,10 +224,10 @@ def halves(windows: Windows, causes: Sequence[Cause]) -> list[tuple[float, float
         for told in ((), now.causes):
             held.restart(_effects(told))
             rest = _settled(held, _effects(told), held.residuals(_effects(told)))
-            level = held.level(rest)
-            levels.append((float(np.median(level)), float(np.sqrt(np.median(held.level(rest * held.sigma)))), rest))
-        (base, off, blind), (extended, left, rest) = levels
-        gain = 0.5 * _better(held, blind, rest)[0]
+            level, missed = held.level(rest), held.level(held.missed(_effects(told)))
+            levels.append((float(np.median(level)), float(np.sqrt(np.median(missed))), _state(held, told, rest)))
+        (base, off, blind), (extended, left, more) = levels
+        gain = 0.5 * _better(held, blind, more)[0]
         made.append((base, extended, off, left, gain))
     _restore(windows, before)
     return made
@@ -229,7 +255,7 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
 
 def _seen(windows: Windows, known: Sequence[Candidate], found: _State) -> dict[str, float]:
     """Return the smallest size of causes of one number that the path shows beside others, in units, by kind."""
-    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, OIL)]
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, OIL, SCATTER)]
     scores, level = _scores(windows, plain, found, -np.inf)
     return {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
 
@@ -241,8 +267,9 @@ def _opened(windows: Windows) -> _State:
 
 def _state(windows: Windows, causes: Sequence[Cause], rest: Array) -> _State:
     return _State(
-        tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy()
-    )
+        tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy(),
+        _price(windows, causes),
+    )  # fmt: skip
 
 
 def _restore(windows: Windows, state: _State) -> None:
@@ -268,10 +295,13 @@ def _searched(
             _restore(windows, one)
             tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
         if tries:
-            least = max(ACCEPT, SAME * max(_better(windows, now.rest, one.rest)[0] for one in tries))
+            least = max(ACCEPT, SAME * max(_better(windows, now, one)[0] for one in tries))
             for one in _oiled(windows, known, now, least):
                 _restore(windows, one)
                 tries.append(_polished(windows, _scanned(windows, _polished(windows, one))))
+        for one in _scattered(windows, known, now):
+            _restore(windows, one)
+            tries.append(_polished(windows, one))
         best = _simplest(windows, now, tries)
         if (
             best is None
@@ -287,20 +317,25 @@ def _searched(
 
 def _pays(windows: Windows, base: _State, less: _State, more: _State) -> bool:
     """Return whether a cause gains more than chance, and than the errors of a model that explains so much."""
-    gain, sure = _better(windows, less.rest, more.rest)
-    return gain > max(ACCEPT, ERRS * _better(windows, base.rest, more.rest)[0]) and sure > STEADY
+    gain, sure = _better(windows, less, more)
+    return gain > max(ACCEPT, ERRS * _better(windows, base, more)[0]) and sure > STEADY
 
 
-def _better(windows: Windows, less: Array, more: Array) -> tuple[float, float]:
+def _better(windows: Windows, less: _State, more: _State) -> tuple[float, float]:
     """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
 
     What keeps its sign for some readings counts as one reading.
     """
+    return _fall(windows, less.rest, more.rest, more.price - less.price)
+
+
+def _fall(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
+    """Return the same of residuals, of which the better ones may have a price in each window."""
     a, b = windows.level(less), windows.level(more)
     level = max(float(np.median(b)), 1e-12)
     most = FAR * level + float(np.median(a))
     fall = (np.minimum(a, most) - np.minimum(b, most)) * np.bincount(windows.window, minlength=len(windows))
-    fall = fall / (level * windows.runs(more))
+    fall = fall / (level * windows.runs(more)) - price
     bounded = np.clip(fall, -EXCLUDED, EXCLUDED)
     return float(fall.sum()), float(bounded.mean() / (bounded.std() / np.sqrt(len(fall)) + 1e-30))
 
@@ -311,10 +346,10 @@ def _simplest(windows: Windows, now: _State, tries: Sequence[_State]) -> _State 
         return None
     best = tries[0]
     for one in tries[1:]:
-        if _better(windows, best.rest, one.rest)[0] > 0.0:
+        if _better(windows, best, one)[0] > 0.0:
             best = one
-    least = _least(windows, _better(windows, now.rest, best.rest)[0], best.rest)
-    able = [one for one in tries if one is best or _better(windows, one.rest, best.rest)[0] < least]
+    least = _least(windows, _better(windows, now, best)[0], best.rest)
+    able = [one for one in tries if one is best or _better(windows, one, best)[0] < least]
 
     def simple(one: _State) -> tuple[int, float, bool, bool, bool]:
         last = one.causes[-1]
@@ -338,7 +373,7 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
 
 def _excludes(windows: Windows, one: _State, other: _State, least: float) -> bool:
     """Return whether a state leaves more than another, by so much, and in windows all over the records."""
-    worse, sure = _better(windows, one.rest, other.rest)
+    worse, sure = _better(windows, one, other)
     return worse > least and sure > APART
 
 
@@ -388,8 +423,8 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
             fit = _fitted(windows, now._replace(causes=(*now.causes, cause)))
             if fit.causes[-1].possible:
                 made.append(fit)
-    weight = now.weight[windows.window]
-    return sorted(made, key=lambda one: float(np.sum((one.rest * weight) ** 2)))
+    windows.weight = now.weight
+    return sorted(made, key=lambda one: float(np.sum((one.rest * windows.weights(one.rest)) ** 2)))
 
 
 def _oiled(windows: Windows, known: Sequence[Candidate], now: _State, least: float) -> list[_State]:
@@ -402,14 +437,14 @@ def _oiled(windows: Windows, known: Sequence[Candidate], now: _State, least: flo
     zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
     for size in OILS:
         effects = [*_effects(now.causes), oil.effect(np.array([size * oil.unit]))]
-        few.zeros, rest = zeros.copy(), now.rest[mine]
+        few.zeros, before = zeros.copy(), now.rest[mine[: len(now.rest)]]
         for _ in range(2):  # what floats on oil lies off the zero that dry flanks have
             few.restart(effects)
-            rest = few.residuals(effects)
+            missed = few.missed(effects)
             for k in range(len(zeros)):
                 own = few.record[few.window] == k
-                few.zeros[k] += float(np.median(rest[own] * few.sigma[own])) if np.any(own) else 0.0
-        gain = _better(few, now.rest[mine], few.residuals(effects))[0]
+                few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
+        gain = _fall(few, before, few.residuals(effects))[0]
         if gain > most:
             most, best = gain, (size, few.zeros)
     if best is None:
@@ -421,6 +456,53 @@ def _oiled(windows: Windows, known: Sequence[Candidate], now: _State, least: flo
         rest = windows.residuals(_effects([*now.causes, cause]))
         return [_fitted(windows, _state(windows, (*now.causes, cause), rest))]
     return []
+
+
+def _scattered(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_State]:
+    """Return causes with restitution that scatters as well, where flanks are dry."""
+    own = next((one for one in known if one.kind == SCATTER), None)
+    if own is None or any(one.candidate.kind in (OIL, SCATTER) for one in now.causes):
+        return []
+    _restore(windows, now)
+    causes = (*now.causes, begin(own, np.array([SCATTERED])))
+    made = _state(windows, causes, windows.residuals(_effects(causes)))
+    for _ in range(SPREADS):
+        made = _spread(windows, _fitted(windows, made))
+    return [made]
+
+
+def _kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Array] | None:
+    """Return what takes starts and kicks out of columns, and how well each kick is known by itself, 0 to 1, (w, K).
+
+    ``None`` where restitution does not scatter.
+    """
+    along = windows.along(_effects(causes))
+    if not along.spread:
+        return None
+    columns = along.starts()
+    own = windows.without_starts([one * windows.weights(one) for one in columns])
+    return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
+
+
+def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
+    """Return twice the logarithm by which kicks lower the evidence of each window, (w,)."""
+    own = _kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
+    if own is None:
+        return np.zeros(len(windows))
+    return 2.0 * np.sum(np.log(np.maximum(own[0].sizes[:, -KICKS:], 1.0)), axis=1)
+
+
+def _spread(windows: Windows, now: _State) -> _State:
+    """Return a state whose restitution scatters as its kicks do. Source: MacKay 1992, Neural Computation 4(3)."""
+    k = next((k for k, one in enumerate(now.causes) if one.candidate.kind == SCATTER), None)
+    own = None if k is None else _kicked(windows, now.causes)
+    if k is None or own is None:
+        return now
+    size = np.sqrt(np.sum(windows.starts.kicks**2) / max(float(own[1].sum()), 1e-9))
+    last = now.causes[k]
+    size = np.clip(size, 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
+    causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])
+    return _state(windows, causes, windows.residuals(_effects(causes)))
 
 
 def _columns(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
@@ -439,8 +521,9 @@ def _columns(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
                 columns.append((along.rest - rest) / step)
             else:
                 columns.append(along.column(other.effect, cause.effect) / step)
-    record = windows.record[windows.window]
-    columns += [(record == k) / windows.sigma * windows.backlash for k in range(len(windows.zeros))]
+    record = windows.record[windows.every[: len(along.rest)]]
+    unit = along.extended(windows.backlash / windows.sigma)
+    columns += [(record == k) * unit for k in range(len(windows.zeros))]
     for side, records in _loose_angles(windows, causes):
         by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
         own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
@@ -469,13 +552,13 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
     """Return causes, zeros and starts with the numbers that leave the least chi-square, by Gauss-Newton."""
     causes = tuple(now.causes)
     units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
-    weight = windows.weight[windows.window]
+    rest = now.rest
     for _ in range(rounds):
         along = windows.along(_effects(causes))
-        rest = along.rest
-        starts = tuple(one * weight for one in along.starts())
+        rest, weight = along.rest, windows.weights(along.rest)
+        starts = [one * weight for one in along.starts()]
         columns = np.column_stack([one * weight for one in _columns(along, causes)])
-        away = windows.without_starts((starts[0], starts[1]))
+        away = windows.without_starts(starts)
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
@@ -496,14 +579,14 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
                     by = damping * step[at : at + len(records)] * TURNED / STEP
                     windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])
                     at += len(records)
-                tried = windows.moved((starts[0], starts[1]), left, FARTHEST[1])
+                tried = windows.moved(starts, left, along.spread, FARTHEST[1])
                 new, kept = windows.residuals(effects, tried), windows.residuals(effects)
             except InputError:  # beyond the bounds of a parameter
                 windows.zeros, windows.turned = zeros, turned
                 continue
             better = windows.level(new) < windows.level(kept)
-            windows.starts = Starts(*(np.where(better, a, b) for a, b in zip(tried, old, strict=True)))
-            new = _settled(windows, effects, np.where(better[windows.window], new, kept))
+            windows.starts = tried.where(better, old)
+            new = _settled(windows, effects, np.where(better[windows.every[: len(new)]], new, kept))
             if (after := float(np.sum((new * weight) ** 2))) < before:
                 causes, rest = trial, new
                 break
@@ -520,7 +603,7 @@ def _scanned(windows: Windows, now: _State) -> _State:
 
     Starts that follow too small a cause hold it where it is; from new starts another size shows to be better.
     """
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if now.causes[-1].candidate.kind != SCATTER else 0):
         better = None
         for factor in SCAN:
             _restore(windows, now)
@@ -531,8 +614,9 @@ def _scanned(windows: Windows, now: _State) -> _State:
                 effects = _effects(causes)
                 windows.restart(effects)
                 rest = _settled(windows, effects, windows.residuals(effects))
-                if _better(windows, (better or now).rest, rest)[0] > ACCEPT:
-                    better = _state(windows, causes, rest)
+                tried = _state(windows, causes, rest)
+                if _better(windows, better or now, tried)[0] > ACCEPT:
+                    better = tried
         if better is None or not SMALLEST < _size(windows, better.causes[-1]) < LARGEST:
             break
         now = better
@@ -543,17 +627,19 @@ def _scanned(windows: Windows, now: _State) -> _State:
 def _settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     """Move the starts alone to where they leave the least of residuals, and return these."""
     for _ in range(SETTLING):
-        tried = windows.moved(windows.along(effects).starts(), rest, FARTHEST[1])
+        along = windows.along(effects)
+        tried = windows.moved(along.starts(), rest, along.spread, FARTHEST[1])
         new = windows.residuals(effects, tried)
         better = windows.level(new) < windows.level(rest)
-        windows.starts = Starts(*(np.where(better, a, b) for a, b in zip(tried, windows.starts, strict=True)))
-        rest = np.where(better[windows.window], new, rest)
+        windows.starts = tried.where(better, windows.starts)
+        rest = np.where(better[windows.every[: len(rest)]], new, rest)
     return rest
 
 
 def _polished(windows: Windows, now: _State, rounds: int = 4) -> _State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
+        now = _spread(windows, now)
         level = windows.level(now.rest)
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
         windows.restart(_effects(now.causes))
@@ -573,9 +659,9 @@ def _scores(
 ) -> tuple[list[_Score], float]:
     """Return what each candidate promises, most first, and the level of the residuals, without what promises less."""
     few, mine = windows.some(SCORED)
-    rest, along, weight = now.rest[mine], few.along(_effects(now.causes)), few.weight[few.window]
-    starts = tuple(one * weight for one in along.starts())
-    away = few.without_starts((starts[0], starts[1]))
+    rest, along = now.rest[mine[: len(now.rest)]], few.along(_effects(now.causes))
+    weight = few.weights(rest)
+    away = few.without_starts([one * weight for one in along.starts()])
     others = np.column_stack([away(one * weight) for one in _columns(along, now.causes)])
     others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
     left = away(rest * weight)
@@ -583,9 +669,9 @@ def _scores(
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
     scale, found, asked = len(windows) / len(few), [], []
     turning = _Turning(windows, now.causes)
-    record = few.record[few.window]
+    record = few.record[few.every[: len(rest)]]
     for one in known:
-        if one.kind == OIL or not turning.told(one):
+        if one.kind in (OIL, SCATTER) or not turning.told(one):
             continue
         columns = []
         for k in range(2 if one.phased else 1):
@@ -618,8 +704,7 @@ def _scores(
 
 def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
     """Return the normal equations of columns in each record, (r, p, p) and (r, p)."""
-    edges = np.searchsorted(record, np.arange(count + 1))
-    parts = [slice(a, b) for a, b in pairwise(edges)]
+    parts = [record == k for k in range(count)]
     normal = np.array([columns[one].T @ columns[one] for one in parts])
     return normal, np.array([columns[one].T @ left[one] for one in parts])
 
@@ -703,15 +788,21 @@ def _covariance(windows: Windows, now: _State) -> Array:
     units = np.concatenate([np.zeros(0), *(cause.units for cause in now.causes)])
     if not len(units):
         return np.zeros((0, 0))
-    weight = windows.weight[windows.window]
     along = windows.along(_effects(now.causes))
-    starts = tuple(one * weight for one in along.starts())
-    away = windows.without_starts((starts[0], starts[1]))
+    weight = windows.weights(along.rest)
+    away = windows.without_starts([one * weight for one in along.starts()])
     own = np.column_stack([away(one * weight) for one in _columns(along, now.causes)])
     rest = away(now.rest * weight)
     inverse = np.linalg.pinv(own.T @ own)
     level = max(float(rest @ rest) / max(len(rest) - own.shape[1] - 2 * len(windows), 1), 1.0)
-    pulls = np.column_stack([np.bincount(windows.window, column * rest, len(windows)) for column in own.T])
+    every = windows.every[: len(rest)]
+    pulls = np.column_stack([np.bincount(every, column * rest, len(windows)) for column in own.T])
     scatter = inverse @ (pulls.T @ pulls) @ inverse
     wide = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(level * np.diag(inverse), 1e-300), 1.0))
-    return (level * inverse * np.outer(wide, wide))[: len(units), : len(units)] * np.outer(units, units)
+    made = (level * inverse * np.outer(wide, wide))[: len(units), : len(units)] * np.outer(units, units)
+    kinds = [one.candidate.kind for one in now.causes for _ in one.numbers]
+    if SCATTER in kinds and (told := _kicked(windows, now.causes)) is not None:
+        at = kinds.index(SCATTER)
+        size = now.causes[[one.candidate.kind for one in now.causes].index(SCATTER)].numbers[0]
+        made[at, at] = size**2 / (2.0 * max(float(np.sum(told[1] ** 2)), 1e-9))
+    return made

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.coloured import roots_of
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.prediction import reading_error
-from gears3d.diagnosis.shooting_kernels import carried, follow, shoot, slowing
+from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, shoot, slowing
 from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
@@ -38,12 +39,19 @@ TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
 """Means of readings through which a free flight is fitted where a start is sought."""
 ROUNDED = 3e-4
 """Part of the backlash that nodes and the drive's curve put the path off by: the error of records without noise."""
+COLOURED = 0.1
+"""Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
+less changes chi-square by a percent."""
 RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
 NEXT = 1e-3
 """Units that starts between films of oil are moved by, for slopes."""
+KICKS = 16
+"""First impacts of a window that have a restitution of their own where it scatters."""
+FARTHEST_KICK = 2.0
+"""Standard deviations of the scatter that such a one moves in a round at most."""
 EVENTS = 512
 """Impacts and partings of a window that small changes are followed over at most."""
 KNOWN = (
@@ -56,11 +64,41 @@ and the drive moves as measured."""
 
 
 class Starts(NamedTuple):
-    """Where windows begin: displacement [m], rate [m/s], mode (0 in flight, 1 active, 2 reverse flank), each (w,)."""
+    """What windows have of their own.
+
+    Args:
+        place: displacement where they begin [m], (w,).
+        rate: of the same [m/s], (w,).
+        mode: 0 in flight, 1 on the active, 2 on the reverse flank, (w,).
+        kicks: by which the restitution of the first impacts is higher, (w, KICKS).
+    """
 
     place: Array
     rate: Array
     mode: Array
+    kicks: Array
+
+    def where(self, better: Array, other: Starts) -> Starts:
+        """Return these where they are better, and others elsewhere.
+
+        Args:
+            better: windows, (w,).
+            other: starts.
+        """
+        return Starts(
+            *(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in zip(self, other, strict=True))
+        )
+
+
+def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
+    """Return starts without scatter of the restitution.
+
+    Args:
+        place: displacement [m], (w,).
+        rate: of the same [m/s], (w,).
+        mode: of the starts.
+    """
+    return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)))
 
 
 def shootable(rig: Scenario) -> bool:
@@ -110,17 +148,29 @@ class Windows:
         self.drive = driven(0), driven(1), driven(2)
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
+        self.roots = [
+            self._root(known, [row for row, own in zip(seen, rows, strict=True) if own[0] == k])
+            for k, known in enumerate(tracks)
+        ]
         self.time, self.read = (np.concatenate([np.zeros(0), *(one[k] for one in seen)]) for k in (0, 1))
         self.sigma = np.repeat([one[2] for one in seen], lasts)
         share = (self.time - self.begin[self.window]) / self.step[self.window] if rows else self.time
         self.node = np.clip(share.astype(int), 0, NODES - 2)
         self.beyond = share - self.node
         self.weight = np.ones(len(rows))
-        none = np.zeros(len(rows))
-        self.starts = Starts(none, none.copy(), np.zeros(len(rows), dtype=int))
+        self.every, self.order = self._numbered()
+        self.starts = at_rest(np.zeros(len(rows)), np.zeros(len(rows)))
 
     def __len__(self) -> int:
         return len(self.begin)
+
+    def _numbered(self) -> tuple[Array, Array]:
+        """Return the window of each reading, and of each kick after them, and their places in it, (n + KICKS w,)."""
+        kicked = np.repeat(np.arange(len(self)), KICKS)
+        order = np.arange(len(self.window)) - np.searchsorted(self.window, self.window)
+        most = int(order.max(initial=-1)) + 1
+        order = np.concatenate([order, np.tile(most + np.arange(KICKS), len(self))])
+        return np.concatenate([self.window, kicked]), order
 
     def _place(self, k: int, known: Track, first: float, last: float) -> tuple[Array, Array]:
         """Return times and displacements of the readings of a stretch, the zero of the displacement anywhere."""
@@ -173,14 +223,43 @@ class Windows:
         time, place = (column[: bins * size].reshape(bins, size).mean(axis=1) for column in (time, place))
         return time, place, float(np.hypot(known.noise / np.sqrt(size), ROUNDED * self.backlash))
 
+    def _root(self, known: Track, seen: list[tuple[Array, Array, float]]) -> Array | None:
+        """Return what makes the readings of a record's windows white; ``None`` where their noise is.
+
+        Args:
+            known: path of the record.
+            seen: times, displacements and standard deviation of each of its windows.
+        """
+        slow = known.model.flicker
+        if not seen or slow <= COLOURED * seen[0][2]:
+            return None
+        time = max((one[0] for one in seen), key=len)
+        whole = float(known.time[-1] - known.time[0])
+        return roots_of(time[None], np.ones((1, len(time))), slow / seen[0][2], whole)[0]
+
+    def whitened(self, column: Array) -> Array:
+        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them, (n,).
+
+        Args:
+            column: of the readings, (n,).
+        """
+        if all(root is None for root in self.roots):
+            return column
+        dense = self._dense([column])[:, :, 0]
+        for k, root in enumerate(self.roots):
+            if root is not None and np.any(own := self.record == k):
+                most = min(len(root), dense.shape[1])
+                dense[own, :most] = dense[own, :most] @ root[:most, :most].T
+        return dense[self.window, self.order[: len(column)]]
+
     def some(self, most: int) -> tuple[Windows, Array]:
-        """Return at most so many of the windows, and which of the readings are theirs, (n,)."""
+        """Return at most so many of the windows, and which of the readings and kicks are theirs, (n + KICKS w,)."""
         if len(self) <= most:
-            return self, np.ones(len(self.time), dtype=bool)
+            return self, np.ones(len(self.every), dtype=bool)
         return self.only(np.unique(np.linspace(0, len(self) - 1, most).round().astype(int)))
 
     def only(self, picked: Array) -> tuple[Windows, Array]:
-        """Return windows by their numbers, and which of the readings are theirs, (n,)."""
+        """Return windows by their numbers, and which of the readings and kicks are theirs, (n + KICKS w,)."""
         number = np.full(len(self), -1)
         number[picked] = np.arange(len(picked))
         mine = number[self.window] >= 0
@@ -192,11 +271,41 @@ class Windows:
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
         few.window = number[self.window][mine]
-        return few, mine
+        few.every, few.order = few._numbered()
+        return few, number[self.every] >= 0
 
     def residuals(self, effects: Sequence[Any], starts: Starts | None = None) -> Array:
-        """Return readings less what the rig with more effects makes of them, in standard deviations, (n,)."""
-        return (self.read - self._run(effects, starts or self.starts).made) / self.sigma
+        """Return readings less what the rig with more effects makes of them, in standard deviations, (n,).
+
+        Where restitution scatters, minus the kicks in standard deviations of the scatter follow, (n + KICKS w,).
+        """
+        starts = starts or self.starts
+        return self.rest(self._run(effects, starts).made, starts, self.spread(effects))
+
+    def missed(self, effects: Sequence[Any]) -> Array:
+        """Return readings less what the rig with more effects makes of them [m], (n,)."""
+        return self.read - self._run(effects, self.starts).made
+
+    def rest(self, made: Array, starts: Starts, spread: float) -> Array:
+        """Return readings less what is made of them, and minus the kicks, in standard deviations.
+
+        Args:
+            made: displacement at the readings [m], (n,).
+            starts: with the kicks.
+            spread: standard deviation of the restitution.
+        """
+        rest = self.whitened((self.read - made) / self.sigma)
+        return np.concatenate([rest, -starts.kicks.ravel() / spread]) if spread else rest
+
+    def spread(self, effects: Sequence[Any]) -> float:
+        """Return the standard deviation of the restitution, for which windows have kicks; of oil, 0.
+
+        Args:
+            effects: in addition to those of the rig.
+        """
+        rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
+        own = [row.p[0] for row in rows if row.code == Code.IMPACT_SCATTER]
+        return float(np.hypot.reduce(own)) if own and not len(film_of(rows)) else 0.0
 
     def along(self, effects: Sequence[Any]) -> Linearised:
         """Return the run of the rig with more effects from the present starts, for small changes along it."""
@@ -223,9 +332,10 @@ class Windows:
         torques, counts = torques_of(rows, self.values.drag_torque), np.zeros(len(self), dtype=np.int64)
         about = np.array([*self.radii, self.lever])
         film = film_of(rows)
+        kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
         flow = np.zeros((len(self), NODES - 1 if most and len(film) else 0, 4))
-        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts, path,
-              pace, events, counts, flow)  # fmt: skip
+        shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3], kicks,
+              path, pace, events, counts, flow)  # fmt: skip
         w, i, share = self.window, self.node, self.beyond
         made = _between(path[w, i], path[w, i + 1], pace[w, i], pace[w, i + 1], share, self.step[w])
         made += self.zeros[self.record[w]] + self.shown(sensors, wrong, loose, speed, made)
@@ -282,19 +392,22 @@ class Windows:
         return made[0], made[1]
 
     def level(self, rest: Array) -> Array:
-        """Return the mean square of residuals in each window, (w,)."""
+        """Return the mean square of residuals in each window, (w,); kicks count beside the readings."""
         count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
-        return np.bincount(self.window, rest * rest, len(self)) / count
+        return np.bincount(self.every[: len(rest)], rest * rest, len(self)) / count
+
+    def weights(self, rest: Array) -> Array:
+        """Return the weight of each residual by its window."""
+        return self.weight[self.every[: len(rest)]]
 
     def runs(self, rest: Array) -> float:
         """Return how many readings in a row have about the same residual: 1 for white noise.
 
         Where the model's own error prevails, it is the same over a quarter of a window.
         """
-        order = np.arange(len(self.window)) - np.searchsorted(self.window, self.window)
-        block = np.unique(self.window * BINS + order // RUN, return_inverse=True)[1]
+        usual, rest = self.level(rest), rest[: len(self.window)]
+        block = np.unique(self.window * BINS + self.order[: len(rest)] // RUN, return_inverse=True)[1]
         count = np.bincount(block)
-        usual = self.level(rest)
         good = (usual <= 4.0 * np.median(usual))[self.window] & (count[block] == RUN)
         if not np.any(good):
             return 1.0
@@ -313,7 +426,7 @@ class Windows:
             return
         tried = [] if anew else [self.starts]
         none = np.zeros(len(self))
-        tried += [Starts(none, none, np.full(len(self), mode)) for mode in (1, 2)]
+        tried += [at_rest(none, none, mode) for mode in (1, 2)]
         fall = -self.lever * self.values.drag_torque - self.radii[0] * self.drive[2]
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
@@ -322,7 +435,7 @@ class Windows:
         since = self.time - self.begin[w]
         straight = self.read - self.zeros[self.record[w]]
         straight = straight - pulled[w, i] - self.beyond * (pulled[w, i + 1] - pulled[w, i])
-        order = np.arange(len(w)) - np.searchsorted(w, w)
+        order = self.order[: len(w)]
         for taken in TAKEN:
             near = order < taken
             own, x, y = w[near], since[near], straight[near]
@@ -331,16 +444,16 @@ class Windows:
             )
             spread = count * sxx - sx**2
             slope = np.where(spread > 0.0, (count * sxy - sx * sy) / np.where(spread > 0.0, spread, 1.0), 0.0)
-            tried.append(Starts((sy - slope * sx) / np.maximum(count, 1), slope, np.zeros(len(self), dtype=int)))
+            tried.append(at_rest((sy - slope * sx) / np.maximum(count, 1), slope))
         best, kept = np.full(len(self), np.inf), self.starts
         for one in tried:
             left = self.level(self.residuals(effects, one))
             better = left < BETTER * best
             best = np.where(better, left, best)
-            kept = Starts(*(np.where(better, own, before) for own, before in zip(one, kept, strict=True)))
+            kept = one.where(better, kept)
         if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
             run = self._run(effects, kept)  # what floats on a film is free as well
-            kept = Starts(run.path[:, 0].copy(), run.pace[:, 0].copy(), np.zeros(len(self), dtype=int))
+            kept = at_rest(run.path[:, 0].copy(), run.pace[:, 0].copy())
         self.starts = kept
 
     @property
@@ -352,48 +465,79 @@ class Windows:
         """Return the size of a unit of a start's place [m] and rate [m/s]."""
         return self.backlash, self.backlash / self.fall
 
-    def moved(self, columns: tuple[Array, Array], rest: Array, most: float = np.inf) -> Starts:
+    def moved(self, columns: Sequence[Array], rest: Array, spread: float, most: float = np.inf) -> Starts:
         """Return the starts that leave the least of residuals, by least squares within each window.
 
         Args:
             columns: of :meth:`Linearised.starts`.
             rest: residuals.
-            most: units that a start moves at most.
+            spread: standard deviation of the restitution, the unit of the kicks.
+            most: units that place and rate of a start move at most.
         """
-        a, b = columns
-        aa, bb, ab, ar, br = (
-            np.bincount(self.window, each, len(self)) for each in (a * a, b * b, a * b, a * rest, b * rest)
-        )
-        size = aa * bb - ab * ab
-        good = size > 1e-9 * aa * bb
-        size = np.where(good, size, 1.0)
-        place = np.clip(np.where(good, (bb * ar - ab * br) / size, 0.0), -most, most)
-        rate = np.clip(np.where(good, (aa * br - ab * ar) / size, 0.0), -most, most)
-        units = self.units()
-        return Starts(self.starts.place + place * units[0], self.starts.rate + rate * units[1], self.starts.mode)
+        own, left = self._dense(columns), self._dense([rest])[:, :, 0]
+        size = np.sqrt(np.sum(own * own, axis=1))
+        own = own / np.where(size > 0.0, size, 1.0)[:, None]
+        normal = np.einsum("wnp,wnq->wpq", own, own)
+        step = np.einsum("wpq,wnq,wn->wp", np.linalg.pinv(normal, rcond=1e-9, hermitian=True), own, left)
+        step = step / np.where(size > 0.0, size, 1.0)
+        by, units = np.clip(step[:, :2], -most, most), self.units()
+        now = self.starts
+        kicks = now.kicks + spread * np.clip(step[:, 2:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
+        return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks)
 
-    def without_starts(self, columns: tuple[Array, Array]) -> Any:
+    def _dense(self, columns: Sequence[Array]) -> Array:
+        """Return columns window by window, zeros after the readings of a short one, (w, most readings + kicks, p)."""
+        count = len(columns[0])
+        order = self.order[:count]
+        made = np.zeros((len(self), int(order.max(initial=-1)) + 1, len(columns)))
+        for k, column in enumerate(columns):
+            made[self.every[:count], order, k] = column
+        return made
+
+    def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
         """Return what takes all that starts explain out of a column, each window by itself.
 
         Args:
             columns: of :meth:`Linearised.starts`, weighted as the columns that are asked about.
         """
-        w, count = self.window, len(self)
-        a, b = columns
-        size = np.sqrt(np.bincount(w, a * a, count))
-        a = a / np.where(size > 0.0, size, 1.0)[w]
-        along = np.bincount(w, a * b, count)
-        b = b - a * along[w]
-        size = np.sqrt(np.bincount(w, b * b, count))
-        good = size > 1e-9 * (1.0 + np.abs(along))
-        b = np.where(good[w], b / np.where(good, size, 1.0)[w], 0.0)
+        return WithoutStarts(self, columns)
 
-        def away(column: Array) -> Array:
-            for one in (a, b):
-                column = column - one * np.bincount(w, one * column, count)[w]
-            return column
 
-        return away
+class WithoutStarts:
+    """What takes all that starts explain out of columns, each window by itself.
+
+    Args:
+        windows: of the columns.
+        columns: of :meth:`Linearised.starts`.
+
+    Attributes:
+        sizes: norms of the columns without those before them, (w, p).
+    """
+
+    def __init__(self, windows: Windows, columns: Sequence[Array]) -> None:
+        self._windows, self._given = windows, windows._dense(columns)
+        own = self._given.copy()
+        self.sizes = np.zeros((len(own), own.shape[2]))
+        for k in range(own.shape[2]):
+            before, whole = own[:, :, :k], np.sqrt(np.sum(own[:, :, k] ** 2, axis=1))
+            for _ in range(2):
+                own[:, :, k] -= np.einsum("wnp,wp->wn", before, np.einsum("wnp,wn->wp", before, own[:, :, k]))
+            size = np.sqrt(np.sum(own[:, :, k] ** 2, axis=1))
+            good = size > 3e-5 * whole
+            own[:, :, k] *= np.where(good, 1.0 / np.where(good, size, 1.0), 0.0)[:, None]
+            self.sizes[:, k] = np.where(good, size, 0.0)
+        self._own = own
+
+    def variances(self) -> Array:
+        """Return the variance of each number of a start beside the others, 0 where it changes nothing, (w, p)."""
+        normal = np.einsum("wnp,wnq->wpq", self._given, self._given)
+        return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
+
+    def __call__(self, column: Array) -> Array:
+        """Return a column without what starts explain."""
+        dense = self._windows._dense([column])[:, :, 0]
+        along = np.einsum("wnp,wp->wn", self._own, np.einsum("wnp,wn->wp", self._own, dense))
+        return column - along[self._windows.every[: len(column)], self._windows.order[: len(column)]]
 
 
 class _Run(NamedTuple):
@@ -437,27 +581,47 @@ class Linearised:
 
     def __init__(self, windows: Windows, effects: Sequence[Any], run: _Run) -> None:
         self.windows, self.effects, self.run = windows, effects, run
-        self.rest = (windows.read - run.made) / windows.sigma
+        self.spread = windows.spread(effects)
+        self.rest = windows.rest(run.made, run.starts, self.spread)
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
 
-    def starts(self) -> tuple[Array, Array]:
-        """Return how predictions change with place and rate of their window's start, per unit, (n,) each.
+    def starts(self) -> list[Array]:
+        """Return how predictions change with place and rate of their window's start, and its kicks, per unit.
 
         Starts on a flank do not change.
         """
         free = (self.run.starts.mode == 0).astype(float)  # of those on a flank, none
-        units, still = self.windows.units(), np.zeros(self.run.events.shape[:2])
+        windows, still = self.windows, np.zeros(self.run.events.shape[:2])
+        units = windows.units()
         if self.run.flow.size:  # in a thin film most happens between two nodes
             columns = []
             for k in (0, 1):
                 moved = list(self.run.starts)
                 moved[k] = moved[k] + NEXT * units[k] * free
-                columns.append((self.rest - self.windows.residuals(self.effects, Starts(*moved))) / NEXT)
-            return columns[0], columns[1]
+                columns.append((self.rest - windows.residuals(self.effects, Starts(*moved))) / NEXT)
+            return columns
         none, flanks = np.zeros(len(free)), (self.none, self.none, self.none)
-        first = self._followed(flanks, still, (free * units[0], none))
-        return first / self.windows.sigma, self._followed(flanks, still, (none, free * units[1])) / self.windows.sigma
+        starts = (free * units[0], none), (none, free * units[1])
+        made = [self.extended(self._followed(flanks, still, one) / windows.sigma) for one in starts]
+        if not self.spread:
+            return made
+        struck = (self.run.events[:, :, 2] == BOUNCES) | (self.run.events[:, :, 2] == SETTLES)
+        number = np.cumsum(struck, axis=1) - 1
+        for k in range(KICKS):
+            own = np.where(struck & (number == k), self.spread, 0.0)
+            column = self.extended(self._followed(flanks, own, (none, none)) / windows.sigma)
+            column[len(windows.time) + k :: KICKS] = 1.0
+            made.append(column)
+        return made
+
+    def extended(self, column: Array) -> Array:
+        """Return a column of readings, in their standard deviations, made white, with zeros for kicks where these are.
+
+        Args:
+            column: of the readings, (n,).
+        """
+        return np.concatenate([self.windows.whitened(column), np.zeros(len(self.rest) - len(column))])
 
     def column(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
         """Return how predictions change with another effect, in standard deviations, (n,).
@@ -496,7 +660,8 @@ class Linearised:
                 path = run.path[w, i] + share * (run.path[w, i + 1] - run.path[w, i])
                 shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], path)
         none = np.zeros(len(windows))
-        return (self._followed((pushed, active, reverse), rebound, (none, none)) + shown) / windows.sigma
+        made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
+        return self.extended(made / windows.sigma)
 
     def _followed(self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array]) -> Array:
         """Return the change of the displacement at the readings [m], (n,)."""

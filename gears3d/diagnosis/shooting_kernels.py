@@ -45,14 +45,17 @@ def _bent(place: Array, i: int, step: float) -> float:
 @njit(cache=True)
 def _window(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
-    ahead: float, torques: Array, laws: Array, s: float, v: float, mode: int, path: Array, pace: Array, events: Array,
+    ahead: float, torques: Array, laws: Array, kicks: Array, s: float, v: float, mode: int, path: Array, pace: Array,
+    events: Array,
 ) -> int:  # fmt: skip
     """Work out one window: cubic steps from node to node, halted at impacts and where a flank is left.
+
+    The first impacts have restitutions of their own, higher by as much as is given.
 
     Events get node, part of the step, kind, flank, speed, restitution and acceleration, all relative to the flank.
     """
     r1, r2, lever = about[0], about[1], about[2]
-    nodes, count = len(angle), 0
+    nodes, count, struck = len(angle), 0, 0
     for i in range(nodes):
         path[i], pace[i] = s, v
         if i == nodes - 1:
@@ -90,6 +93,9 @@ def _window(
                         low = m
                 hits = v + low * (a + 0.5 * low * jerk) - lean
                 e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
+                if struck < len(kicks):
+                    e += kicks[struck]
+                struck += 1
                 e = min(max(e, 0.0), 1.0)
                 s, v = here + lean * low, lean - e * hits
                 rest -= low
@@ -282,8 +288,8 @@ def carried(
 @njit(cache=True)
 def shoot(
     begin: Array, step: Array, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
-    ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, path: Array,
-    pace: Array, events: Array, counts: Array, flow: Array,
+    ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, kicks: Array,
+    path: Array, pace: Array, events: Array, counts: Array, flow: Array,
 ) -> None:  # fmt: skip
     """Work out all windows: displacement and rate at their nodes; events between dry flanks, the flow between films."""
     for w in range(len(begin)):
@@ -300,8 +306,8 @@ def shoot(
             own = active[w] if mode[w] == 1 else reverse[w]
             s, v = own[0], (own[1] - own[0]) / step[w]
         counts[w] = _window(
-            begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, ahead[w], torques, laws, s, v,
-            mode[w], path[w], pace[w], events[w],
+            begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, ahead[w], torques, laws,
+            kicks[w], s, v, mode[w], path[w], pace[w], events[w],
         )  # fmt: skip
 
 

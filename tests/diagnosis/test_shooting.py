@@ -9,10 +9,11 @@ from gears3d.challenge import anywhere, hide, space
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.path_search import against, path_search
-from gears3d.diagnosis.shooting import Starts, Windows, shootable
+from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
 from gears3d.effects import catalogue
 from gears3d.measured.checks import admit_all
 from gears3d.measured.segmentation import path_of
+from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 
@@ -68,9 +69,7 @@ def test_windows_go_where_the_power_series_goes(rig, kind):
 
 def test_a_free_flight_is_a_parabola(rig):
     windows, _ = shot(rig)
-    start = Starts(
-        np.full(len(windows), 0.5 * windows.backlash), np.full(len(windows), 1e-3), np.zeros(len(windows), int)
-    )
+    start = at_rest(np.full(len(windows), 0.5 * windows.backlash), np.full(len(windows), 1e-3))
     made = windows.read - windows.residuals([], start) * windows.sigma - windows.zeros[0]
     first = np.searchsorted(windows.window, np.arange(len(windows)))
     for w in range(0, len(windows), 3):
@@ -168,6 +167,55 @@ def test_a_cause_is_found_with_its_size(rig, kind):
     found = path_search(windows, known_of(rig, windows))
     assert [one.candidate.kind for one in found.causes] == [kind]
     assert found.causes[0].numbers[0] == pytest.approx(getattr(effect, found.causes[0].candidate.size), rel=0.05)
+
+
+def test_restitution_that_scatters_is_found_beside_a_torque(rig):
+    hidden = {"restitution_scatter": {"standard_deviation": 0.04}, "drag_viscous": {"coefficient": 0.01}}
+    effects = [catalogue()[kind](**values) for kind, values in hidden.items()]
+    windows, _ = shot(rig, effects)
+    scatters = Candidate("restitution_scatter", {}, "standard_deviation", rig.rig().restitution, False, ())
+    found = path_search(windows, [*known_of(rig, windows), scatters])
+    assert [one.candidate.kind for one in found.causes] == ["drag_viscous"]
+    assert found.causes[0].numbers[0] == pytest.approx(0.01, rel=0.05)
+    assert found.scatter is not None
+    assert abs(found.scatter.value - 0.04) < 3.0 * found.scatter.sigma < 0.03
+    assert found.after < 2.0 < found.before
+
+
+def test_kicks_of_single_impacts_are_followed_as_runs_go(rig):
+    scatter = catalogue()["restitution_scatter"](standard_deviation=0.05)
+    windows, _ = shot(rig)
+    windows.restart((), anew=True)
+    run = windows.along([scatter])
+    for k, made in enumerate(run.starts()[2:5]):
+        small = 1e-4
+        kicks = windows.starts.kicks.copy()
+        kicks[:, k] += small * 0.05
+        apart = (run.rest - windows.residuals([scatter], windows.starts._replace(kicks=kicks))) / small
+        usual = np.sqrt(np.mean(apart[: len(windows.time)] ** 2))
+        assert usual > 0.0
+        assert np.sqrt(np.median(windows.level(made - apart))) < 0.05 * usual
+        assert np.allclose(apart[len(windows.time) :], made[len(windows.time) :])
+
+
+def test_readings_under_flicker_are_made_white(rig):
+    """Their residuals from windows of the rig itself have the mean square that the noise model gives them."""
+    random = np.random.default_rng(3)
+    made = simulate(rig, "rigid")
+    count, slow = len(made.time), 0.004 * rig.rig().backlash / rig.rig().base_radius_loose
+    spectrum = np.zeros(count // 2 + 1, complex)
+    spectrum[1:] = random.standard_normal((count // 2, 2)) @ [1.0, 1.0j] / np.sqrt(np.arange(1, count // 2 + 1))
+    signals = dict(made.signals)
+    flicker = slow * np.fft.irfft(spectrum, count) * 0.5 * count
+    white = 0.004 * rig.rig().backlash / rig.rig().base_radius_loose * random.standard_normal(count)
+    signals["theta_loose_rad"] = signals["theta_loose_rad"] + flicker + white
+    known = path_of(Recording(signals, meta=made.meta), rig, "made")
+    windows = Windows(rig, [known], [rig.period])
+    windows.restart((), anew=True)
+    level = np.median(windows.level(windows.residuals([])))
+    coloured = np.median(windows.level(windows.missed([]) / windows.sigma))
+    assert 0.5 < level < 2.0
+    assert coloured > 3.0 * level
 
 
 def test_a_cause_that_was_found_otherwise_and_is_not_there_leaves_the_path_off(rig):
