@@ -98,13 +98,13 @@ class AlongPath(NamedTuple):
             now = Fit(self.path.causes, 0.0, self.path.covariance, found.base)
             return found._replace(fit=now), told
         found = given(self.records, self.path.causes, UNSEEN)
-        by, changed = settled(found.records, self.path.causes)
-        if changed > ENOUGH:
-            records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
-            found = given(records, self.path.causes, UNSEEN)
         if any(one.candidate.kind == OIL for one in self.path.causes):  # records were cut by dry flanks
             causes, spread = [*self.path.causes], self.path.covariance
         else:
+            by, changed = settled(found.records, self.path.causes)
+            if changed > ENOUGH:
+                records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
+                found = given(records, self.path.causes, UNSEEN)
             first = _told_apart(found, self.path.causes, told)
             causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])

@@ -41,8 +41,8 @@ TRIED = 0.2
 SQUARED, OIL, SCATTER = "mesh_drag", "oil_film", "restitution_scatter"
 """A cause that is felt with its square, one that changes all of the path from its smallest size on, and one by which
 every impact has a number of its own."""
-SCATTERED, SPREADS = 0.1, 3
-"""Size in units from which the fit of a scatter begins, and rounds in which the size follows the kicks."""
+SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
+"""Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 BENT, LEAST = 0.02, 0.1
 """Part of the size by which columns of these are taken, and the least size of that, in units."""
 OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
@@ -71,6 +71,8 @@ TURNED = 1e-5
 """Of an angle, for slopes [rad]."""
 DAMPED = (1.0, 0.3, 0.1)
 """Parts of a step that are tried."""
+REACHES = tuple(0.08 * 1.25**k for k in range(12))
+"""Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 SETTLING = 2
 """Rounds in which starts follow a step of the numbers before it is judged."""
 SCAN = (0.8, 1.25)
@@ -417,11 +419,11 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: _State) -> list[_St
             continue
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
-            kinds.add(one.kind)
             _restore(windows, now)
             windows.turned = windows.turned + by
             fit = _fitted(windows, now._replace(causes=(*now.causes, cause)))
             if fit.causes[-1].possible:
+                kinds.add(one.kind)
                 made.append(fit)
     windows.weight = now.weight
     return sorted(made, key=lambda one: float(np.sum((one.rest * windows.weights(one.rest)) ** 2)))
@@ -464,11 +466,58 @@ def _scattered(windows: Windows, known: Sequence[Candidate], now: _State) -> lis
     if own is None or any(one.candidate.kind in (OIL, SCATTER) for one in now.causes):
         return []
     _restore(windows, now)
-    causes = (*now.causes, begin(own, np.array([SCATTERED])))
-    made = _state(windows, causes, windows.residuals(_effects(causes)))
+    best, most = None, ACCEPT
+    for size in SCATTERED:
+        causes = (*now.causes, begin(own, np.array([size])))
+        tried = _state(windows, causes, windows.residuals(_effects(causes)))
+        if (gain := _promised(windows, tried)) > most:
+            best, most = tried, gain
+    if best is None:
+        return []
     for _ in range(SPREADS):
-        made = _spread(windows, _fitted(windows, made))
-    return [made]
+        rest = _followed(windows, _effects(best.causes), best.rest)
+        best = _spread(windows, _fitted(windows, _state(windows, best.causes, rest)))
+    return [best]
+
+
+def _followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
+    """Move starts and kicks of each window to where they follow its readings from the first on, where that is better.
+
+    One impact after the other comes within reach; all at once, those that come late hold the first where they are.
+
+    Args:
+        windows: that go with starts; restitution scatters.
+        effects: of the causes.
+        rest: residuals of the present starts.
+
+    Returns:
+        Residuals.
+    """
+    before = windows.starts
+    windows.restart(effects, anew=True, until=REACHES[0])
+    new = windows.residuals(effects)
+    for reach in REACHES:
+        early = windows.early(reach, len(new))
+        for _ in range(SETTLING):
+            along = windows.along(effects)
+            tried = windows.moved([one * early for one in along.starts()], new * early, along.spread, FARTHEST[1])
+            moved = windows.residuals(effects, tried)
+            better = windows.level(moved * early) < windows.level(new * early)
+            windows.starts = tried.where(better, windows.starts)
+            new = np.where(better[windows.every[: len(new)]], moved, new)
+    better = windows.level(new) < windows.level(rest)
+    windows.starts = windows.starts.where(better, before)
+    return np.where(better[windows.every[: len(rest)]], new, rest)
+
+
+def _promised(windows: Windows, now: _State) -> float:
+    """Return by how much kicks lower chi-square over its level, to first order, less their price."""
+    columns = [one * windows.weights(one) for one in windows.along(_effects(now.causes)).starts()]
+    rest = now.rest * windows.weights(now.rest)
+    without, within = windows.without_starts(columns[:2])(rest), windows.without_starts(columns)(rest)
+    level = max(float(np.median(windows.level(within))), 1e-12)
+    fall = float(without @ without - within @ within) / (level * windows.runs(within))
+    return fall - float(now.price.sum())
 
 
 def _kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Array] | None:
@@ -562,7 +611,7 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
-        step[:numbers] = np.clip(step[:numbers], -FARTHEST[0], FARTHEST[0])
+        step[:numbers] = _shortened(causes, step[:numbers])
         before, old = float(np.sum((rest * weight) ** 2)), windows.starts
         zeros, turned, angles = windows.zeros, windows.turned, _loose_angles(windows, causes)
         for damping in DAMPED:
@@ -596,6 +645,16 @@ def _fitted(windows: Windows, now: _State, rounds: int = ROUNDS) -> _State:
         if before - after < 1e-4 * before:
             break
     return _state(windows, causes, rest)
+
+
+def _shortened(causes: Sequence[Cause], step: Array) -> Array:
+    """Return a step in units, those of each cause no longer than is allowed and in their direction."""
+    made, at = step.copy(), 0
+    for cause in causes:
+        own = slice(at, at + len(cause.numbers))
+        at = own.stop
+        made[own] *= FARTHEST[0] / max(float(np.max(np.abs(step[own]))), FARTHEST[0])
+    return made
 
 
 def _scanned(windows: Windows, now: _State) -> _State:

@@ -415,12 +415,23 @@ class Windows:
         model = float(np.median((ROUNDED * self.backlash / self.sigma) ** 2))
         return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 0.25 * BINS * model, 1.0)
 
-    def restart(self, effects: Sequence[Any], *, anew: bool = False) -> None:
+    def early(self, until: float, count: int) -> Array:
+        """Return 1 for readings in the first part of their window, and for kicks, else 0, (count,).
+
+        Args:
+            until: that part of a window.
+            count: of readings, or of these and kicks.
+        """
+        kept = (self.node + self.beyond) / (NODES - 1) <= until
+        return np.concatenate([kept, np.ones(count - len(kept), dtype=bool)]).astype(float)
+
+    def restart(self, effects: Sequence[Any], *, anew: bool = False, until: float = 1.0) -> None:
         """Choose the start of each window among flights through its first readings and rests on either flank.
 
         Args:
             effects: in addition to those of the rig.
             anew: whether the present starts are discarded.
+            until: part of a window, from its beginning on, that is to be met.
         """
         if not len(self):
             return
@@ -447,7 +458,8 @@ class Windows:
             tried.append(at_rest((sy - slope * sx) / np.maximum(count, 1), slope))
         best, kept = np.full(len(self), np.inf), self.starts
         for one in tried:
-            left = self.level(self.residuals(effects, one))
+            left = self.residuals(effects, one)
+            left = self.level(left * self.early(until, len(left)))
             better = left < BETTER * best
             best = np.where(better, left, best)
             kept = one.where(better, kept)
