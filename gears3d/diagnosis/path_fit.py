@@ -1,0 +1,322 @@
+"""Causes, starts and zeros fitted to windows of all records, and what a fit is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.cause import Cause, moved
+from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
+from gears3d.diagnosis.zeros import GEARS, goes_by
+from gears3d.errors import InputError
+
+Array = np.ndarray
+STEP = 1e-3
+"""Of a number in units, for slopes at a fit."""
+SQUARED, OIL, SCATTER = "mesh_drag", "oil_film", "restitution_scatter"
+"""A cause that is felt with its square, one that changes all of the path from its smallest size on, and one by which
+every impact has a number of its own."""
+ACCEPT = 40.0
+"""Fall of chi-square over its level that a cause must bring: by chance, among three thousand numbers, in 1e-6."""
+SMALLEST, LARGEST = 0.01, 3.0
+"""Sizes in units between which a cause is one: smaller ones come from how the drive's motion is smoothed."""
+BENT, LEAST = 0.02, 0.1
+"""Part of the size by which columns of these are taken, and the least size of that, in units."""
+EXCLUDED = 16.0
+"""Chi-square over the level by which another cause must be worse to be excluded: four standard deviations."""
+ROUNDS = 8
+"""Causes at most, and rounds of Gauss-Newton."""
+FARTHEST = (0.5, 0.2, 0.05)
+"""Units that numbers and starts move in a round at most, and radians that angles turn."""
+TURNED = 1e-5
+"""Of an angle, for slopes [rad]."""
+DAMPED = (1.0, 0.3, 0.1)
+"""Parts of a step that are tried."""
+SETTLING = 2
+"""Rounds in which starts follow a step of the numbers before it is judged."""
+SCAN = (0.8, 1.25)
+"""Times its size that a cause is tried at."""
+FAR = 9.0
+"""Times the level from which on a window counts as no more than that: its motion parted from the model's."""
+
+
+class State(NamedTuple):
+    """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them.
+
+    The price of kicks is the logarithm by which they lower the evidence, twice, in each window.
+    """
+
+    causes: tuple[Cause, ...]
+    rest: Array
+    starts: Starts
+    zeros: Array
+    turned: Array
+    weight: Array
+    price: Array
+
+
+def state_of(windows: Windows, causes: Sequence[Cause], rest: Array) -> State:
+    """Return the present state of windows, with causes and the residuals that these leave."""
+    return State(
+        tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy(),
+        _price(windows, causes),
+    )  # fmt: skip
+
+
+def restore(windows: Windows, state: State) -> None:
+    """Give windows the starts, zeros and weights of a state."""
+    windows.starts, windows.zeros, windows.turned = state.starts, state.zeros.copy(), state.turned.copy()
+    windows.weight = state.weight.copy()
+
+
+def effects_of(causes: Sequence[Cause]) -> list[object]:
+    """Return the effects of causes, without those that are nothing."""
+    return [one for one in (cause.effect for cause in causes) if one is not None]
+
+
+def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
+    """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
+
+    What keeps its sign for some readings counts as one reading.
+    """
+    return fall_of(windows, less.rest, more.rest, more.price - less.price)
+
+
+def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
+    """Return the same of residuals, of which the better ones may have a price in each window."""
+    a, b = windows.level(less), windows.level(more)
+    level = max(float(np.median(b)), 1e-12)
+    most = FAR * level + float(np.median(a))
+    fall = (np.minimum(a, most) - np.minimum(b, most)) * np.bincount(windows.window, minlength=len(windows))
+    fall = fall / (level * windows.runs(more)) - price
+    bounded = np.clip(fall, -EXCLUDED, EXCLUDED)
+    return float(fall.sum()), float(bounded.mean() / (bounded.std() / np.sqrt(len(fall)) + 1e-30))
+
+
+def size_of(windows: Windows, cause: Cause) -> float:
+    """Return the size of a cause in its units, those of a power of the speed at its own exponent."""
+    size = float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1])) / cause.candidate.unit
+    if cause.candidate.kind == "drag_power":
+        size *= windows.pivot ** (float(np.exp(cause.numbers[1])) - cause.candidate.shape["exponent"])
+    return size
+
+
+def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
+    """Return causes, zeros and starts with the numbers that leave the least chi-square, by Gauss-Newton."""
+    causes = tuple(now.causes)
+    units = np.concatenate([np.zeros(0), *(cause.units for cause in causes)])
+    rest = now.rest
+    for _ in range(rounds):
+        along = windows.along(effects_of(causes))
+        rest, weight = along.rest, windows.weights(along.rest)
+        starts = [one * weight for one in along.starts()]
+        columns = np.column_stack([one * weight for one in columns_of(along, causes)])
+        away = windows.without_starts(starts)
+        own = np.column_stack([away(column) for column in columns.T])
+        step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
+        numbers = sum(len(cause.numbers) for cause in causes)
+        step[:numbers] = _shortened(causes, step[:numbers])
+        before, old = float(np.sum((rest * weight) ** 2)), windows.starts
+        zeros, turned, angles = windows.zeros, windows.turned, _loose_angles(windows, causes)
+        for damping in DAMPED:
+            left = rest * weight - columns @ (damping * step)
+            try:
+                trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
+                if any(one.candidate.kind == OIL and one.numbers[0] <= 0.0 for one in trial):
+                    continue
+                effects = effects_of(trial)
+                at = numbers + len(zeros)
+                windows.zeros = zeros + damping * step[numbers:at] * windows.backlash
+                windows.turned = turned.copy()
+                for side, records in angles:
+                    by = damping * step[at : at + len(records)] * TURNED / STEP
+                    windows.turned[records, side] += np.clip(by, -FARTHEST[2], FARTHEST[2])
+                    at += len(records)
+                tried = windows.moved(starts, left, along.spread, FARTHEST[1])
+                new, kept = windows.residuals(effects, tried), windows.residuals(effects)
+            except InputError:  # beyond the bounds of a parameter
+                windows.zeros, windows.turned = zeros, turned
+                continue
+            better = windows.level(new) < windows.level(kept)
+            windows.starts = tried.where(better, old)
+            new = settled(windows, effects, np.where(better[windows.every[: len(new)]], new, kept))
+            if (after := float(np.sum((new * weight) ** 2))) < before:
+                causes, rest = trial, new
+                break
+            windows.starts, windows.zeros, windows.turned = old, zeros, turned
+        else:
+            break
+        if before - after < 1e-4 * before:
+            break
+    return state_of(windows, causes, rest)
+
+
+def _shortened(causes: Sequence[Cause], step: Array) -> Array:
+    """Return a step in units, those of each cause no longer than is allowed and in their direction."""
+    made, at = step.copy(), 0
+    for cause in causes:
+        own = slice(at, at + len(cause.numbers))
+        at = own.stop
+        made[own] *= FARTHEST[0] / max(float(np.max(np.abs(step[own]))), FARTHEST[0])
+    return made
+
+
+def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
+    """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
+    windows, columns = along.windows, []
+    oil = any(cause.candidate.kind == OIL for cause in causes)  # a film is thin where most happens: no straight line
+    for k, cause in enumerate(causes):
+        bent = oil or cause.candidate.kind == SQUARED
+        for j, unit in enumerate(cause.units):
+            step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP
+            numbers = cause.numbers.copy()
+            numbers[j] += step * unit
+            other = cause._replace(numbers=numbers)
+            if bent:
+                rest = windows.residuals(effects_of([*causes[:k], other, *causes[k + 1 :]]))
+                columns.append((along.rest - rest) / step)
+            else:
+                columns.append(along.column(other.effect, cause.effect) / step)
+    record = windows.record[windows.every[: len(along.rest)]]
+    unit = along.extended(windows.backlash / windows.sigma)
+    columns += [(record == k) * unit for k in range(len(windows.zeros))]
+    for side, records in _loose_angles(windows, causes):
+        by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
+        own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
+        turned = sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(record)))
+        columns += [np.where(record == k, turned / STEP, 0.0) for k in records]
+    return columns
+
+
+def _loose_angles(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int, list[int]]]:
+    """Return the records whose angles of each gear count from anywhere, as far as causes tell them.
+
+    Where no record has a mark, the phases of causes count from the first.
+    """
+    told = []
+    for side, gear in enumerate(GEARS):
+        own = [one.candidate for one in causes if goes_by(one.candidate) == gear]
+        lost = np.flatnonzero(windows.lost[:, side]).tolist()
+        if len(lost) == len(windows.lost) and any(one.phased for one in own):
+            lost = lost[1:]
+        if own and lost:
+            told.append((side, lost))
+    return told
+
+
+def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
+    """Move the starts alone to where they leave the least of residuals, and return these."""
+    for _ in range(SETTLING):
+        along = windows.along(effects)
+        tried = windows.moved(along.starts(), rest, along.spread, FARTHEST[1])
+        new = windows.residuals(effects, tried)
+        better = windows.level(new) < windows.level(rest)
+        windows.starts = tried.where(better, windows.starts)
+        rest = np.where(better[windows.every[: len(rest)]], new, rest)
+    return rest
+
+
+def polished(windows: Windows, now: State, rounds: int = 4) -> State:
+    """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
+    for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
+        now = with_spread(windows, now)
+        level = windows.level(now.rest)
+        windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
+        windows.restart(effects_of(now.causes))
+        new = fitted(windows, now)
+        before, after = float(np.sum(level)), float(np.sum(windows.level(new.rest)))
+        if after >= before:
+            restore(windows, now._replace(weight=windows.weight))
+            return now._replace(weight=windows.weight)
+        now = new
+        if after > 0.99 * before:
+            break
+    return now
+
+
+def scanned(windows: Windows, now: State) -> State:
+    """Return a state whose last cause has another size, where windows with new starts are nearer to that.
+
+    Starts that follow too small a cause hold it where it is; from new starts another size shows to be better.
+    """
+    for _ in range(ROUNDS if now.causes[-1].candidate.kind != SCATTER else 0):
+        better = None
+        for factor in SCAN:
+            restore(windows, now)
+            last = now.causes[-1]
+            sizes = np.where(np.arange(len(last.numbers)) < (2 if last.candidate.phased else 1), factor, 1.0)
+            causes = (*now.causes[:-1], last._replace(numbers=last.numbers * sizes))
+            with suppress(InputError):
+                effects = effects_of(causes)
+                windows.restart(effects)
+                rest = settled(windows, effects, windows.residuals(effects))
+                tried = state_of(windows, causes, rest)
+                if gain_of(windows, better or now, tried)[0] > ACCEPT:
+                    better = tried
+        if better is None or not SMALLEST < size_of(windows, better.causes[-1]) < LARGEST:
+            break
+        now = better
+    restore(windows, now)
+    return now
+
+
+def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Array] | None:
+    """Return what takes starts and kicks out of columns, and how well each kick is known by itself, 0 to 1, (w, K).
+
+    ``None`` where restitution does not scatter.
+    """
+    along = windows.along(effects_of(causes))
+    if not along.spread:
+        return None
+    columns = along.starts()
+    own = windows.without_starts([one * windows.weights(one) for one in columns])
+    return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
+
+
+def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
+    """Return twice the logarithm by which kicks lower the evidence of each window, (w,)."""
+    own = kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
+    if own is None:
+        return np.zeros(len(windows))
+    return 2.0 * np.sum(np.log(np.maximum(own[0].sizes[:, -KICKS:], 1.0)), axis=1)
+
+
+def with_spread(windows: Windows, now: State) -> State:
+    """Return a state whose restitution scatters as its kicks do. Source: MacKay 1992, Neural Computation 4(3)."""
+    k = next((k for k, one in enumerate(now.causes) if one.candidate.kind == SCATTER), None)
+    own = None if k is None else kicked(windows, now.causes)
+    if k is None or own is None:
+        return now
+    size = np.sqrt(np.sum(windows.starts.kicks**2) / max(float(own[1].sum()), 1e-9))
+    last = now.causes[k]
+    size = np.clip(size, 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
+    causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])
+    return state_of(windows, causes, windows.residuals(effects_of(causes)))
+
+
+def covariance_of(windows: Windows, now: State) -> Array:
+    """Return the covariance of all numbers: that of least squares, at least as wide as windows scatter [SI], (p, p)."""
+    units = np.concatenate([np.zeros(0), *(cause.units for cause in now.causes)])
+    if not len(units):
+        return np.zeros((0, 0))
+    along = windows.along(effects_of(now.causes))
+    weight = windows.weights(along.rest)
+    away = windows.without_starts([one * weight for one in along.starts()])
+    own = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    rest = away(now.rest * weight)
+    inverse = np.linalg.pinv(own.T @ own)
+    level = max(float(rest @ rest) / max(len(rest) - own.shape[1] - 2 * len(windows), 1), 1.0)
+    every = windows.every[: len(rest)]
+    pulls = np.column_stack([np.bincount(every, column * rest, len(windows)) for column in own.T])
+    scatter = inverse @ (pulls.T @ pulls) @ inverse
+    wide = np.sqrt(np.maximum(np.diag(scatter) / np.maximum(level * np.diag(inverse), 1e-300), 1.0))
+    made = (level * inverse * np.outer(wide, wide))[: len(units), : len(units)] * np.outer(units, units)
+    kinds = [one.candidate.kind for one in now.causes for _ in one.numbers]
+    if SCATTER in kinds and (told := kicked(windows, now.causes)) is not None:
+        at = kinds.index(SCATTER)
+        size = now.causes[[one.candidate.kind for one in now.causes].index(SCATTER)].numbers[0]
+        made[at, at] = size**2 / (2.0 * max(float(np.sum(told[1] ** 2)), 1e-9))
+    return made

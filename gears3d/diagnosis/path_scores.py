@@ -1,0 +1,165 @@
+"""What each candidate promises: how residuals of readings change with its size, without what starts explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import gcd, pi
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.path_fit import ACCEPT, OIL, SCATTER, SQUARED, State, columns_of, effects_of
+from gears3d.diagnosis.zeros import GEARS, Phases, goes_by, one_size, order_of, reference, worth_of
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.candidates import Candidate
+    from gears3d.diagnosis.cause import Cause
+    from gears3d.diagnosis.shooting import Windows
+
+Array = np.ndarray
+TRIED = 0.2
+"""Part of the size at which candidates have their columns."""
+SCORED = 32
+"""Windows in which candidates are scored."""
+
+
+class Score(NamedTuple):
+    """What a candidate promises: fall of chi-square, its numbers in units, how records are turned for it [rad].
+
+    Its worth is chi-square over the square of the first number.
+    """
+
+    gain: float
+    candidate: Candidate
+    units: Array
+    by: Array
+    worth: float
+
+
+def scores_of(
+    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT
+) -> tuple[list[Score], float]:
+    """Return what each candidate promises, most first, and the level of the residuals, without what promises less."""
+    few, mine = windows.some(SCORED)
+    rest, along = now.rest[mine[: len(now.rest)]], few.along(effects_of(now.causes))
+    weight = few.weights(rest)
+    away = few.without_starts([one * weight for one in along.starts()])
+    others = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
+    left = away(rest * weight)
+    left = left - others @ (others.T @ left)
+    level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
+    scale, found, asked = len(windows) / len(few), [], []
+    turning = _Turning(windows, now.causes)
+    record = few.record[few.every[: len(rest)]]
+    for one in known:
+        if one.kind in (OIL, SCATTER) or not turning.told(one):
+            continue
+        columns = []
+        for k in range(2 if one.phased else 1):
+            numbers = np.zeros(2 if one.phased else 1)
+            part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
+            numbers[k] = part * one.unit
+            if one.kind == SQUARED:
+                changed = along.rest - few.residuals([*effects_of(now.causes), one.effect(numbers)])
+            else:
+                changed = along.column(one.effect(numbers))
+            column = away(changed / part * weight)
+            columns.append(column - others @ (others.T @ column))
+        normal, right = _by_record(np.column_stack(columns), left, record, len(windows.zeros))
+        if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
+            bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
+            asked.append((scale * float(bound), one, normal, right))
+    asked.sort(key=lambda each: -each[0])
+    best: dict[str, float] = {}
+    for bound, one, normal, right in asked:  # with a size in each record a candidate gains as much at most
+        if bound < max(least * level, best.get(one.kind, 0.0)):
+            continue
+        gain, units, by = turning.best(one, normal, right)
+        if one.kind == SQUARED:
+            gain, units = gain * float(units[0] > 0.0), np.sqrt(np.maximum(units, 0.0) * one.tried)
+        gain = scale * gain - turning.dear(one) * level
+        best[one.kind] = max(best.get(one.kind, 0.0), gain)
+        found.append(Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
+    return sorted(found, key=lambda each: -each.gain), level
+
+
+def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
+    """Return the normal equations of columns in each record, (r, p, p) and (r, p)."""
+    parts = [record == k for k in range(count)]
+    normal = np.array([columns[one].T @ columns[one] for one in parts])
+    return normal, np.array([columns[one].T @ left[one] for one in parts])
+
+
+class _Turning:
+    """How records whose encoders begin anywhere are turned for a candidate.
+
+    Args:
+        windows: of the records.
+        causes: that are there, by which angles may be aligned already.
+    """
+
+    def __init__(self, windows: Windows, causes: Sequence[Cause]) -> None:
+        self.windows = windows
+        self.orders = {
+            gear: [order_of(one.candidate) for one in causes if one.candidate.phased and goes_by(one.candidate) == gear]
+            for gear in GEARS
+        }
+
+    def _free(self, one: Candidate) -> int:
+        """Return how many angles a candidate has beyond one."""
+        gear = goes_by(one)
+        if not gear or self.orders[gear]:
+            return 0
+        lost = self.windows.lost[:, GEARS.index(gear)]
+        return int(lost.sum()) - bool(np.all(lost))
+
+    def told(self, one: Candidate) -> bool:
+        """Return whether a candidate can be asked about: not a tooth, where angles are not aligned."""
+        return one.phased or not self._free(one)
+
+    def dear(self, one: Candidate) -> float:
+        """Return the chi-square that a candidate must gain more for the angles that it has free."""
+        return worth_of(self._free(one))
+
+    def best(self, one: Candidate, normal: Array, right: Array) -> tuple[float, Array, Array]:
+        """Return the gain of a candidate, its numbers in units, and by how much records are turned, (r, 2) [rad].
+
+        Args:
+            one: the candidate.
+            normal: equations of its numbers in each record, (r, p, p).
+            right: of the same, (r, p).
+        """
+        by = np.zeros_like(self.windows.turned)
+        gear, order = goes_by(one), order_of(one)
+        side = GEARS.index(gear) if gear else 0
+        lost = self.windows.lost[:, side]
+        known = gcd(*self.orders[gear]) if gear else 0
+        if one.phased and known > 1 and order % known and np.any(lost):
+            by[:, side] = self._branches(one_size(one, normal, right), lost, 2.0 * pi / known)
+            shift = order * by[:, side]
+            turned = np.array([[np.cos(shift), np.sin(shift)], [-np.sin(shift), np.cos(shift)]])
+            normal, right = (
+                np.einsum("ijk,kil,lmk->kjm", turned, normal, turned),
+                np.einsum("ijk,ki->kj", turned, right),
+            )
+        elif one.phased and self._free(one):
+            seen = one_size(one, normal, right)
+            first = 0 if np.all(lost) else reference(np.where(lost, 0.0, seen.worth))
+            away = (seen.phase - seen.phase[first] + pi) % (2.0 * pi) - pi
+            by[:, side] = np.where(lost, away / order, 0.0)
+            units = seen.size * np.array([np.cos(seen.phase[first]), -np.sin(seen.phase[first])])
+            return seen.gain, units, by
+        common, pull = normal.sum(axis=0), right.sum(axis=0)
+        units = np.linalg.lstsq(common, pull, rcond=1e-10)[0]
+        return float(units @ pull), units, by
+
+    @staticmethod
+    def _branches(seen: Phases, lost: Array, period: float) -> Array:
+        """Return by how many whole periods of orders that are aligned each record is turned [rad], (r,)."""
+        own = 2.0 * pi / order_of(seen.candidate)
+        first = 0 if np.all(lost) else int(np.argmin(lost))
+        away = (seen.phase - seen.phase[first]) / order_of(seen.candidate)
+        tried = period * np.arange(round(2.0 * pi / period))
+        off = np.abs((tried[None] - away[:, None] + 0.5 * own) % own - 0.5 * own)
+        return np.where(lost & (seen.worth > 0.0), tried[np.argmin(off, axis=1)], 0.0)
