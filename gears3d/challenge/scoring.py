@@ -17,6 +17,8 @@ ALIKE = {
     "restitution_speed": ("oil_film", "restitution_offset"),
 }
 """Kinds that some data cannot tell apart: no error when the true one is among the alternatives."""
+MEMBERS = 4
+"""Members of a set of causes, up to which it is right where the true one is in it."""
 OTHER_GEAR = {
     "flight.angle_drive": "flight.angle_loose",
     "flight.angle_loose": "flight.angle_drive",
@@ -117,7 +119,7 @@ def _right(kinds: list[str], unknown: list[Any]) -> tuple[str, ...]:
 
 
 def _alike(kind: str, name: str, among: set[str]) -> bool:
-    return kind in among and name in ALIKE.get(kind, ())
+    return kind in among and (len(among) <= MEMBERS or name in ALIKE.get(kind, ()))
 
 
 def _from_zeros(effect: dict[str, Any], zeros: list[list[float]] | None, teeth: list[int]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.joint import settled
-from gears3d.diagnosis.path_search import EXCLUDED, OIL, SCATTER, SMALLEST, Path, against, halves, path_search
+from gears3d.diagnosis.path_search import ACCOUNTS, EXCLUDED, OIL, SCATTER, SMALLEST, Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.search import Search, blind, given, in_own_channels
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
-ACCOUNTS = 4.0
-"""Usual mean square of residuals, in variances of the noise, up to which the path counts as accounted for: 1/f noise,
-for which a window's start makes up in part only, comes to three."""
 LEAVES = 0.5
 """Part of the path's error beyond noise that causes may leave at most where it does not come true."""
 FAINT = ("mesh_drag",)

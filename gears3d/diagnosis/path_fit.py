@@ -43,10 +43,17 @@ FAR = 9.0
 """Times the level from which on a window counts as no more than that: its motion parted from the model's."""
 
 
+ACCOUNTS = 4.0
+"""Usual mean square of residuals, in variances of the noise, up to which the path counts as accounted for: by noise
+that is known badly it comes to three."""
+SHIFTS, LOOKED = tuple(0.1 * k for k in range(-5, 6)), 32
+"""Backlashes by which the zero of a record is moved where it may be wrong, and windows in which this is tried."""
+
+
 class State(NamedTuple):
     """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them.
 
-    The price of kicks is the logarithm by which they lower the evidence, twice, in each window.
+    Of kicks stands by how much readings tell more of each than its scatter does, in information, (w, KICKS).
     """
 
     causes: tuple[Cause, ...]
@@ -55,14 +62,14 @@ class State(NamedTuple):
     zeros: Array
     turned: Array
     weight: Array
-    price: Array
+    told: Array
 
 
 def state_of(windows: Windows, causes: Sequence[Cause], rest: Array) -> State:
     """Return the present state of windows, with causes and the residuals that these leave."""
     return State(
         tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy(),
-        _price(windows, causes),
+        _told(windows, causes),
     )  # fmt: skip
 
 
@@ -80,13 +87,17 @@ def effects_of(causes: Sequence[Cause]) -> list[object]:
 def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
     """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
 
-    What keeps its sign for some readings counts as one reading.
+    What keeps its sign for some readings counts as one reading. Kicks lower the evidence by what readings tell of them.
     """
-    return fall_of(windows, less.rest, more.rest, more.price - less.price)
+    count = len(windows.time)
+    usual = max(float(np.median(windows.level(more.rest[:count]))), 1e-12) * windows.runs(more.rest)
+    prior = [np.bincount(windows.every[count : len(one.rest)], one.rest[count:] ** 2, len(windows)) +
+             np.sum(np.log1p(one.told / usual), axis=1) for one in (less, more)]  # fmt: skip
+    return fall_of(windows, less.rest[:count], more.rest[:count], prior[1] - prior[0])
 
 
 def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
-    """Return the same of residuals, of which the better ones may have a price in each window."""
+    """Return the same of residuals of readings, of which the better ones may have a price in each window."""
     a, b = windows.level(less), windows.level(more)
     level = max(float(np.median(b)), 1e-12)
     most = FAR * level + float(np.median(a))
@@ -219,6 +230,38 @@ def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     return rest
 
 
+def rezeroed(windows: Windows, now: State) -> State:
+    """Return a state with other zeros of the displacement, where the path is far off and windows are nearer with them.
+
+    The zero comes from the extreme readings, which an error of an encoder or of the flanks moves; from a wrong one
+    windows do not meet the flanks at which they would notice.
+    """
+    restore(windows, now)
+    if float(np.median(windows.level(now.rest))) <= ACCOUNTS:
+        return now
+    effects, zeros = effects_of(now.causes), now.zeros.copy()
+    few, mine = windows.some(LOOKED)
+    least = _by_record(few, now.rest[mine[: len(now.rest)]])
+    for shift in SHIFTS:
+        few.zeros = now.zeros + shift * windows.backlash
+        few.restart(effects, anew=True)
+        level = _by_record(few, few.residuals(effects))
+        better = level < 0.5 * least
+        zeros, least = np.where(better, few.zeros, zeros), np.where(better, level, least)
+    windows.zeros = zeros
+    if np.all(zeros == now.zeros):
+        return now
+    windows.restart(effects, anew=True)
+    return fitted(windows, state_of(windows, now.causes, windows.residuals(effects)))
+
+
+def _by_record(windows: Windows, rest: Array) -> Array:
+    """Return the usual mean square of residuals in the windows of each record, (r,)."""
+    level = windows.level(rest)
+    own = [level[windows.record == k] for k in range(len(windows.zeros))]
+    return np.array([np.median(one) if len(one) else 0.0 for one in own])
+
+
 def polished(windows: Windows, now: State, rounds: int = 4) -> State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
@@ -276,12 +319,12 @@ def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Ar
     return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
 
 
-def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
-    """Return twice the logarithm by which kicks lower the evidence of each window, (w,)."""
+def _told(windows: Windows, causes: Sequence[Cause]) -> Array:
+    """Return by how much readings tell more of each kick than its scatter does, in information, (w, KICKS)."""
     own = kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
     if own is None:
-        return np.zeros(len(windows))
-    return 2.0 * np.sum(np.log(np.maximum(own[0].sizes[:, -KICKS:], 1.0)), axis=1)
+        return np.zeros((len(windows), 0))
+    return np.maximum(own[0].sizes[:, -KICKS:] ** 2 - 1.0, 0.0)
 
 
 def with_spread(windows: Windows, now: State) -> State:
