@@ -1,4 +1,4 @@
-"""Causes, starts and zeros fitted to windows of all records, and what a fit is worth."""
+"""Causes, starts and zeros fitted to windows of all records, and the gain of one fit over another."""
 
 from __future__ import annotations
 
@@ -87,7 +87,8 @@ def effects_of(causes: Sequence[Cause]) -> list[object]:
 def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
     """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
 
-    What keeps its sign for some readings counts as one reading. Kicks lower the evidence by what readings tell of them.
+    What keeps its sign for some readings counts as one reading. Kicks lower the evidence by the information that
+    readings have of them.
     """
     count = len(windows.time)
     usual = max(float(np.median(windows.level(more.rest[:count]))), 1e-12) * windows.runs(more.rest)

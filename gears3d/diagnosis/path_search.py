@@ -57,7 +57,7 @@ STEADY = 4.0
 fall must differ from none by: that of fourteen windows out of a hundred."""
 TRUE = 1.5
 """Usual mean square of residuals, in variances of the noise, up to which the path has come true."""
-SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
+SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 2
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
 """Sizes in units at which oil is tried."""
@@ -73,7 +73,7 @@ APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
 ERRS = 1e-3
 """Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
-REACHES = tuple(0.08 * 1.25**k for k in range(12))
+REACHES = tuple(0.08 * 1.4**k for k in range(9))
 """Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
 
@@ -91,7 +91,7 @@ class Path(NamedTuple):
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
             whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
-        scatter: of the restitution beside the causes.
+        scatter: of the restitution, in addition to the causes.
     """
 
     causes: tuple[Cause, ...]
@@ -158,7 +158,7 @@ def path_search(
 
 
 def _apart(path: Path) -> Path:
-    """Return a path whose scatter of the restitution stands beside its causes."""
+    """Return a path whose scatter of the restitution is no longer among its causes."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:
         return path
@@ -263,13 +263,14 @@ def _added(
             for one in _oiled(windows, known, now, least):
                 restore(windows, one)
                 tries.append(polished(windows, scanned(windows, polished(windows, one))))
-        chance = []
-        for one in _scattered(windows, known, now):
-            restore(windows, one)
-            chance.append(polished(windows, one))
-        true = [one for one in chance if float(np.median(windows.level(one.rest))) < TRUE]
+        chance = []  # scatter comes last: it can explain any path
+        if not any(_is_true(windows, one) and _taken(windows, base, now, one) for one in tries):
+            for one in _scattered(windows, known, now):
+                restore(windows, one)
+                chance.append(polished(windows, one))
+        true = [one for one in chance if _is_true(windows, one)]
         best = _simplest(windows, now, [*tries, *true])
-        if best is None or not _taken(windows, base, now, best):  # chance comes last: it makes up for anything
+        if best is None or not _taken(windows, base, now, best):
             if float(np.median(windows.level(now.rest))) > ACCOUNTS:  # slopes say little where much is left
                 tries += _tried(windows, known, now, 0.0, tries)
             others = sorted(tries, key=lambda one: -gain_of(windows, now, one)[0])
@@ -285,7 +286,7 @@ def _added(
 def _exchanged(
     windows: Windows, base: State, known: Sequence[Candidate], now: State, tried: dict[str, list[State]]
 ) -> State:  # fmt: skip
-    """Return a state with another cause in the place of one, where that explains more beside the others.
+    """Return a state with another cause in the place of one, where that explains more together with the others.
 
     Causes that came first were taken without those that came later.
     """
@@ -375,10 +376,14 @@ def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
     return sure > APART and worse > (EXCLUDED if _comes_true(windows, one, other) else least)
 
 
+def _is_true(windows: Windows, one: State) -> bool:
+    """Return whether a state leaves noise."""
+    return float(np.median(windows.level(one.rest))) < TRUE
+
+
 def _comes_true(windows: Windows, less: State, more: State) -> bool:
-    """Return whether the path comes true by one state, while another does not even account for it."""
-    off, left = (float(np.median(windows.level(one.rest))) for one in (less, more))
-    return left < TRUE < ACCOUNTS < off
+    """Return whether one state leaves noise, while another does not even account for the path."""
+    return _is_true(windows, more) and float(np.median(windows.level(less.rest))) > ACCOUNTS
 
 
 def _without(state: State, k: int) -> State:
