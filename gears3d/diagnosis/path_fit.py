@@ -1,4 +1,4 @@
-"""Causes, starts and zeros fitted to windows of all records, and the gain of one fit over another."""
+"""Causes, starts and zeros fitted to windows of all records, and what a fit is worth."""
 
 from __future__ import annotations
 
@@ -43,17 +43,10 @@ FAR = 9.0
 """Times the level from which on a window counts as no more than that: its motion parted from the model's."""
 
 
-ACCOUNTS = 4.0
-"""Usual mean square of residuals, in variances of the noise, up to which the path counts as accounted for: by noise
-that is known badly it comes to three."""
-SHIFTS, LOOKED = tuple(0.1 * k for k in range(-5, 6)), 32
-"""Backlashes by which the zero of a record is moved where it may be wrong, and windows in which this is tried."""
-
-
 class State(NamedTuple):
     """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them.
 
-    Of kicks stands by how much readings tell more of each than its scatter does, in information, (w, KICKS).
+    The price of kicks is the logarithm by which they lower the evidence, twice, in each window.
     """
 
     causes: tuple[Cause, ...]
@@ -62,14 +55,14 @@ class State(NamedTuple):
     zeros: Array
     turned: Array
     weight: Array
-    told: Array
+    price: Array
 
 
 def state_of(windows: Windows, causes: Sequence[Cause], rest: Array) -> State:
     """Return the present state of windows, with causes and the residuals that these leave."""
     return State(
         tuple(causes), rest, windows.starts, windows.zeros.copy(), windows.turned.copy(), windows.weight.copy(),
-        _told(windows, causes),
+        _price(windows, causes),
     )  # fmt: skip
 
 
@@ -87,18 +80,13 @@ def effects_of(causes: Sequence[Cause]) -> list[object]:
 def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
     """Return by how much chi-square falls, over the level of the better residuals, and how sure that is by windows.
 
-    What keeps its sign for some readings counts as one reading. Kicks lower the evidence by the information that
-    readings have of them.
+    What keeps its sign for some readings counts as one reading.
     """
-    count = len(windows.time)
-    usual = max(float(np.median(windows.level(more.rest[:count]))), 1e-12) * windows.runs(more.rest)
-    prior = [np.bincount(windows.every[count : len(one.rest)], one.rest[count:] ** 2, len(windows)) +
-             np.sum(np.log1p(one.told / usual), axis=1) for one in (less, more)]  # fmt: skip
-    return fall_of(windows, less.rest[:count], more.rest[:count], prior[1] - prior[0])
+    return fall_of(windows, less.rest, more.rest, more.price - less.price)
 
 
 def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
-    """Return the same of residuals of readings, of which the better ones may have a price in each window."""
+    """Return the same of residuals, of which the better ones may have a price in each window."""
     a, b = windows.level(less), windows.level(more)
     level = max(float(np.median(b)), 1e-12)
     most = FAR * level + float(np.median(a))
@@ -130,7 +118,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
         own = np.column_stack([away(column) for column in columns.T])
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
-        step[:numbers] = _shortened(causes, step[:numbers])
+        step[:numbers] = _shortened(causes, step[:numbers], windows.pivot)
         before, old = float(np.sum((rest * weight) ** 2)), windows.starts
         zeros, turned, angles = windows.zeros, windows.turned, _loose_angles(windows, causes)
         for damping in DAMPED:
@@ -166,13 +154,20 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
     return state_of(windows, causes, rest)
 
 
-def _shortened(causes: Sequence[Cause], step: Array) -> Array:
-    """Return a step in units, those of each cause no longer than is allowed and in their direction."""
+def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
+    """Return a step in units, those of each cause no longer than is allowed and in their direction.
+
+    That of a power is as long as the torque at the pivot changes.
+    """
     made, at = step.copy(), 0
     for cause in causes:
         own = slice(at, at + len(cause.numbers))
-        at = own.stop
-        made[own] *= FARTHEST[0] / max(float(np.max(np.abs(step[own]))), FARTHEST[0])
+        at, long = own.stop, np.abs(step[own])
+        if cause.candidate.kind == "drag_power" and cause.free:
+            power = float(np.exp(cause.numbers[1]))
+            torque = step[own][0] + cause.numbers[0] / cause.units[0] * np.log(pivot) * power * step[own][1]
+            long[0] = abs(torque) * pivot ** (power - cause.candidate.shape["exponent"])
+        made[own] *= FARTHEST[0] / max(float(np.max(long)), FARTHEST[0])
     return made
 
 
@@ -229,38 +224,6 @@ def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
         windows.starts = tried.where(better, windows.starts)
         rest = np.where(better[windows.every[: len(rest)]], new, rest)
     return rest
-
-
-def rezeroed(windows: Windows, now: State) -> State:
-    """Return a state with other zeros of the displacement, where the path is far off and windows are nearer with them.
-
-    The zero comes from the extreme readings, which an error of an encoder or of the flanks moves; from a wrong one
-    windows do not meet the flanks at which they would notice.
-    """
-    restore(windows, now)
-    if float(np.median(windows.level(now.rest))) <= ACCOUNTS:
-        return now
-    effects, zeros = effects_of(now.causes), now.zeros.copy()
-    few, mine = windows.some(LOOKED)
-    least = _by_record(few, now.rest[mine[: len(now.rest)]])
-    for shift in SHIFTS:
-        few.zeros = now.zeros + shift * windows.backlash
-        few.restart(effects, anew=True)
-        level = _by_record(few, few.residuals(effects))
-        better = level < 0.5 * least
-        zeros, least = np.where(better, few.zeros, zeros), np.where(better, level, least)
-    windows.zeros = zeros
-    if np.all(zeros == now.zeros):
-        return now
-    windows.restart(effects, anew=True)
-    return fitted(windows, state_of(windows, now.causes, windows.residuals(effects)))
-
-
-def _by_record(windows: Windows, rest: Array) -> Array:
-    """Return the usual mean square of residuals in the windows of each record, (r,)."""
-    level = windows.level(rest)
-    own = [level[windows.record == k] for k in range(len(windows.zeros))]
-    return np.array([np.median(one) if len(one) else 0.0 for one in own])
 
 
 def polished(windows: Windows, now: State, rounds: int = 4) -> State:
@@ -320,12 +283,12 @@ def kicked(windows: Windows, causes: Sequence[Cause]) -> tuple[WithoutStarts, Ar
     return own, np.clip(1.0 - own.variances()[:, -KICKS:], 0.0, 1.0)
 
 
-def _told(windows: Windows, causes: Sequence[Cause]) -> Array:
-    """Return by how much readings tell more of each kick than its scatter does, in information, (w, KICKS)."""
+def _price(windows: Windows, causes: Sequence[Cause]) -> Array:
+    """Return twice the logarithm by which kicks lower the evidence of each window, (w,)."""
     own = kicked(windows, causes) if any(one.candidate.kind == SCATTER for one in causes) else None
     if own is None:
-        return np.zeros((len(windows), 0))
-    return np.maximum(own[0].sizes[:, -KICKS:] ** 2 - 1.0, 0.0)
+        return np.zeros(len(windows))
+    return 2.0 * np.sum(np.log(np.maximum(own[0].sizes[:, -KICKS:], 1.0)), axis=1)
 
 
 def with_spread(windows: Windows, now: State) -> State:

@@ -18,7 +18,6 @@ from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.library import price
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
-    ACCOUNTS,
     EXCLUDED,
     FARTHEST,
     LARGEST,
@@ -35,7 +34,6 @@ from gears3d.diagnosis.path_fit import (
     gain_of,
     polished,
     restore,
-    rezeroed,
     scanned,
     settled,
     size_of,
@@ -55,9 +53,10 @@ Array = np.ndarray
 STEADY = 4.0
 """Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
 fall must differ from none by: that of fourteen windows out of a hundred."""
-TRUE = 1.5
-"""Usual mean square of residuals, in variances of the noise, up to which the path has come true."""
-SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 2
+TRUE, ACCOUNTS = 1.5, 4.0
+"""Usual mean square of residuals, in variances of the noise, up to which they are noise, and up to which the path
+counts as accounted for: by noise that is known badly it comes to three."""
+SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
 """Sizes in units at which oil is tried."""
@@ -73,7 +72,7 @@ APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
 ERRS = 1e-3
 """Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
-REACHES = tuple(0.08 * 1.4**k for k in range(9))
+REACHES = tuple(0.08 * 1.25**k for k in range(12))
 """Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
 
@@ -91,7 +90,7 @@ class Path(NamedTuple):
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
             whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
-        scatter: of the restitution, in addition to the causes.
+        scatter: of the restitution beside the causes.
     """
 
     causes: tuple[Cause, ...]
@@ -158,7 +157,7 @@ def path_search(
 
 
 def _apart(path: Path) -> Path:
-    """Return a path whose scatter of the restitution is no longer among its causes."""
+    """Return a path whose scatter of the restitution stands beside its causes."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:
         return path
@@ -232,104 +231,54 @@ def _seen(windows: Windows, known: Sequence[Candidate], found: State) -> dict[st
 
 def _opened(windows: Windows) -> State:
     windows.restart((), anew=True)
-    return rezeroed(windows, fitted(windows, state_of(windows, (), windows.residuals(()))))
+    return fitted(windows, state_of(windows, (), windows.residuals(())))
 
 
 def _searched(
     windows: Windows, known: Sequence[Candidate], base: State, tried: dict[str, list[State]],
     told: Callable[[float], None],
 ) -> State:  # fmt: skip
-    """Return a state with causes added one after the other, and exchanged, as long as they gain."""
-    now = _added(windows, known, base, base, tried, told)
-    for _ in range(ROUNDS):
-        better = _exchanged(windows, base, known, now, tried)
-        if better is now:
-            break
-        now = _added(windows, known, base, better, tried, told)
-    return now
-
-
-def _added(
-    windows: Windows, known: Sequence[Candidate], base: State, now: State, tried: dict[str, list[State]],
-    told: Callable[[float], None],
-) -> State:  # fmt: skip
-    """Return a state with more causes, one after the other, as long as they gain."""
-    for number in range(len(now.causes), ROUNDS):
+    """Return a state with causes added one after the other, as long as they gain."""
+    now = base
+    for number in range(ROUNDS):
         told(number / ROUNDS)
         restore(windows, now)
-        tries = _tried(windows, known, now, NEAR)
+        tries = []
+        for one in _fits(windows, known, now):
+            restore(windows, one)
+            tries.append(polished(windows, scanned(windows, polished(windows, one))))
         if tries:
             least = max(ACCEPT, SAME * max(gain_of(windows, now, one)[0] for one in tries))
             for one in _oiled(windows, known, now, least):
                 restore(windows, one)
                 tries.append(polished(windows, scanned(windows, polished(windows, one))))
-        chance = []  # scatter comes last: it can explain any path
-        if not any(_is_true(windows, one) and _taken(windows, base, now, one) for one in tries):
-            for one in _scattered(windows, known, now):
-                restore(windows, one)
-                chance.append(polished(windows, one))
-        true = [one for one in chance if _is_true(windows, one)]
-        best = _simplest(windows, now, [*tries, *true])
-        if best is None or not _taken(windows, base, now, best):
-            if float(np.median(windows.level(now.rest))) > ACCOUNTS:  # slopes say little where much is left
-                tries += _tried(windows, known, now, 0.0, tries)
-            others = sorted(tries, key=lambda one: -gain_of(windows, now, one)[0])
-            best = next((one for one in [*others, *chance] if _taken(windows, base, now, one)), None)
-        if best is None:
+        for one in _scattered(windows, known, now):
+            restore(windows, one)
+            tries.append(polished(windows, one))
+        best = _simplest(windows, now, tries)
+        if (
+            best is None
+            or not SMALLEST < size_of(windows, best.causes[-1]) < LARGEST
+            or not _pays(windows, base, now, best)
+        ):
             break
-        tried[best.causes[-1].candidate.kind] = [one for one in [*tries, *chance] if one is not best]
+        tried[best.causes[-1].candidate.kind] = [one for one in tries if one is not best]
         now = _pruned(windows, base, best)
     restore(windows, now)
     return now
 
 
-def _exchanged(
-    windows: Windows, base: State, known: Sequence[Candidate], now: State, tried: dict[str, list[State]]
-) -> State:  # fmt: skip
-    """Return a state with another cause in the place of one, where that explains more together with the others.
-
-    Causes that came first were taken without those that came later.
-    """
-    for k, cause in enumerate(now.causes if len(now.causes) > 1 else ()):
-        if cause.candidate.kind in (OIL, SCATTER):
-            continue
-        restore(windows, now)
-        less = _without(now, k)
-        scatters = [j for j, one in enumerate(less.causes) if one.candidate.kind == SCATTER]
-        less = _without(less, scatters[0]) if scatters else less
-        less = polished(windows, fitted(windows, less))
-        others = []
-        for one in _fits(windows, known, less, cause.candidate):
-            restore(windows, one)
-            other = polished(windows, scanned(windows, polished(windows, one)))
-            others.append(next(iter(_scattered(windows, known, other)), other) if scatters else other)
-        tried[cause.candidate.kind] = others
-        best = now
-        for one in others:
-            last = next(other for other in reversed(one.causes) if other.candidate.kind != SCATTER)
-            least = _least(windows, gain_of(windows, less, one)[0], one.rest)
-            if _excludes(windows, best, one, least) and SMALLEST < size_of(windows, last) < LARGEST:
-                best = one
-        if best is not now:
-            return _pruned(windows, base, best)
-    restore(windows, now)
-    return now
-
-
-def _taken(windows: Windows, base: State, less: State, more: State) -> bool:
-    """Return whether the last cause is one: of a size that matters, and of gain."""
-    return SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and _pays(windows, base, less, more)
-
-
 def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     """Return whether a cause gains more than chance, and than the errors of a model that explains so much.
 
-    Where the path comes true by it alone, or it takes the place of another, errors of the model do not count.
+    Where residuals are noise with it, and far more without, errors of the model do not count; an error of a sensor may
+    stand for them.
     """
     gain, sure = gain_of(windows, less, more)
     if gain <= ACCEPT or sure <= STEADY:
         return False
-    if len(more.causes) <= len(less.causes) or _comes_true(windows, less, more):
+    off, left = (float(np.median(windows.level(one.rest))) for one in (less, more))
+    if left < TRUE < ACCOUNTS < off and not isinstance(more.causes[-1].effect, SensorEffect):
         return True
     return gain > ERRS * gain_of(windows, base, more)[0]
 
@@ -344,14 +293,12 @@ def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | N
             best = one
     least = _least(windows, gain_of(windows, now, best)[0], best.rest)
     able = [one for one in tries if one is best or gain_of(windows, one, best)[0] < least]
-    able += [one for one in tries if len(one.causes) < len(best.causes) and not _excludes(windows, one, best, least)]
 
     def simple(one: State) -> tuple[int, float, bool, bool, bool]:
         last = one.causes[-1]
         one_sided = last.candidate.kind == "restitution_asymmetry"  # that of a flank, where only one is met
         sensor = isinstance(last.effect, SensorEffect)
-        numbers = sum(len(cause.numbers) for cause in one.causes)
-        return numbers, price(last.candidate), one_sided, sensor, one is not best
+        return len(last.numbers), price(last.candidate), one_sided, sensor, one is not best
 
     return min(able, key=simple)
 
@@ -368,35 +315,13 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
-    """Return whether a state leaves more than another, by so much, and in windows all over the records.
-
-    Where the path comes true by the other alone, four standard deviations are enough.
-    """
+    """Return whether a state leaves more than another, by so much, and in windows all over the records."""
     worse, sure = gain_of(windows, one, other)
-    return sure > APART and worse > (EXCLUDED if _comes_true(windows, one, other) else least)
-
-
-def _is_true(windows: Windows, one: State) -> bool:
-    """Return whether a state leaves noise."""
-    return float(np.median(windows.level(one.rest))) < TRUE
-
-
-def _comes_true(windows: Windows, less: State, more: State) -> bool:
-    """Return whether one state leaves noise, while another does not even account for the path."""
-    return _is_true(windows, more) and float(np.median(windows.level(less.rest))) > ACCOUNTS
+    return worse > least and sure > APART
 
 
 def _without(state: State, k: int) -> State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
-
-
-def _lean(windows: Windows, now: State) -> State:
-    """Return a state without causes that the last one has in their place: they have become too small."""
-    for k in reversed(range(len(now.causes) - 1)):
-        if size_of(windows, now.causes[k]) < SMALLEST:
-            restore(windows, now)
-            now = polished(windows, fitted(windows, _without(now, k)))
-    return now
 
 
 def _pruned(windows: Windows, base: State, now: State) -> State:
@@ -405,7 +330,7 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     while k < len(now.causes):
         restore(windows, now)
         less = polished(windows, fitted(windows, _without(now, k)))
-        if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
+        if SMALLEST < size_of(windows, now.causes[k]) < LARGEST and _pays(windows, base, less, now):
             k += 1
         else:
             now, k = less, 0
@@ -413,39 +338,15 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     return now
 
 
-def _tried(
-    windows: Windows, known: Sequence[Candidate], now: State, near: float, tries: Sequence[State] = ()
-) -> list[State]:  # fmt: skip
-    """Return the best candidates of each kind that was not tried yet, fitted together with the causes from new starts.
-
-    Args:
-        windows: of the records.
-        known: candidates.
-        now: state with the causes so far.
-        near: part of the best score that a candidate needs.
-        tries: that are there already.
-    """
-    kinds = {one.causes[-1].candidate.kind for one in tries}
-    made = []
-    for one in _fits(windows, [one for one in known if one.kind not in kinds], now, near=near):
-        one = rezeroed(windows, one)
-        made.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
-    return made
-
-
-def _fits(
-    windows: Windows, known: Sequence[Candidate], now: State, without: Candidate | None = None, near: float = NEAR
-) -> list[State]:  # fmt: skip
-    """Return the best candidates of each kind but one, fitted together with the causes, best first."""
+def _fits(windows: Windows, known: Sequence[Candidate], now: State) -> list[State]:
+    """Return the best candidates of each kind, fitted together with the causes, best first."""
     scores, level = scores_of(windows, known, now)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
-    there = {
-        (one.kind, str(one.shape)) for one in [*(one.candidate for one in now.causes), *([without] if without else [])]
-    }
+    there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
     most = FITTED[1 if any(one.candidate.kind == OIL for one in now.causes) else 0]
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
-        if gain < near * able[0].gain or len(made) >= most:
+        if gain < NEAR * able[0].gain or len(made) >= most:
             break
         if one.kind in kinds or (one.kind, str(one.shape)) in there:
             continue
@@ -498,12 +399,11 @@ def _scattered(windows: Windows, known: Sequence[Candidate], now: State) -> list
     if own is None or any(one.candidate.kind in (OIL, SCATTER) for one in now.causes):
         return []
     restore(windows, now)
-    far = float(np.median(windows.level(now.rest))) > ACCOUNTS  # first order promises nothing there
-    best, most = None, -np.inf if far else ACCEPT
+    best, most = None, ACCEPT
     for size in SCATTERED:
         causes = (*now.causes, begin(own, np.array([size])))
         tried = state_of(windows, causes, windows.residuals(effects_of(causes)))
-        if (gain := gain_of(windows, now, _promised(windows, tried))[0]) > most:
+        if (gain := _promised(windows, tried)) > most:
             best, most = tried, gain
     if best is None:
         return []
@@ -543,8 +443,11 @@ def _followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array
     return np.where(better[windows.every[: len(rest)]], new, rest)
 
 
-def _promised(windows: Windows, now: State) -> State:
-    """Return a state with the residuals that starts and kicks leave to first order."""
+def _promised(windows: Windows, now: State) -> float:
+    """Return by how much kicks lower chi-square over its level, to first order, less their price."""
     columns = [one * windows.weights(one) for one in windows.along(effects_of(now.causes)).starts()]
-    weight = windows.weights(now.rest)
-    return now._replace(rest=windows.without_starts(columns)(now.rest * weight) / weight)
+    rest = now.rest * windows.weights(now.rest)
+    without, within = windows.without_starts(columns[:2])(rest), windows.without_starts(columns)(rest)
+    level = max(float(np.median(windows.level(within))), 1e-12)
+    fall = float(without @ without - within @ within) / (level * windows.runs(within))
+    return fall - float(now.price.sum())

@@ -39,7 +39,7 @@ TAKEN = (3, 5, 8, 12, 18, 27, 40, 60, 90, 130)
 """Means of readings through which a free flight is fitted where a start is sought."""
 ROUNDED = 3e-4
 """Part of the backlash that nodes and the drive's curve put the path off by: the error of records without noise."""
-COLOURED = 0.1
+COLOURED = 0.3
 """Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
 less changes chi-square by a percent."""
 RUN = 16
@@ -392,7 +392,7 @@ class Windows:
         return made[0], made[1]
 
     def level(self, rest: Array) -> Array:
-        """Return the mean square of residuals in each window, (w,); kicks count as well as readings."""
+        """Return the mean square of residuals in each window, (w,); kicks count beside the readings."""
         count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
         return np.bincount(self.every[: len(rest)], rest * rest, len(self)) / count
 
@@ -541,7 +541,7 @@ class WithoutStarts:
         self._own = own
 
     def variances(self) -> Array:
-        """Return the variance of each number of a start, the others being free, 0 where it changes nothing, (w, p)."""
+        """Return the variance of each number of a start beside the others, 0 where it changes nothing, (w, p)."""
         normal = np.einsum("wnp,wnq->wpq", self._given, self._given)
         return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
 

@@ -169,34 +169,6 @@ def test_a_cause_is_found_with_its_size(rig, kind):
     assert found.causes[0].numbers[0] == pytest.approx(getattr(effect, found.causes[0].candidate.size), rel=0.05)
 
 
-def test_an_error_of_an_encoder_that_moves_the_zero_is_found(rig):
-    values = rig.rig()
-    size = 0.4 * values.backlash / values.base_radius_loose
-    effect = catalogue()["encoder_eccentricity"](amplitude=size, order=4, phase=0.7, gear="loose")
-    windows, _ = shot(rig, [effect])
-    found = path_search(windows, known_of(rig, windows))
-    assert [(one.candidate.kind, one.candidate.shape["order"]) for one in found.causes] == [("encoder_eccentricity", 4)]
-    assert np.hypot(*found.causes[0].numbers) == pytest.approx(size, rel=0.02)
-
-
-@pytest.mark.slow
-def test_causes_that_came_first_are_exchanged(rig):
-    """An error of the loose gear's encoder looks like one of the drive gear as long as others are not there."""
-    values = rig.rig()
-    size = 0.3 * values.backlash
-    hidden = {
-        "encoder_eccentricity": {"amplitude": size / values.base_radius_loose, "phase": 0.7, "gear": "loose"},
-        "eccentricity": {"offset": size, "phase": 0.4, "gear": "loose"},
-        "restitution_asymmetry": {"asymmetry": 0.15},
-    }
-    windows, _ = shot(rig, [catalogue()[kind](**values) for kind, values in hidden.items()])
-    found = path_search(windows, known_of(rig, windows))
-    told = [{one.candidate.kind} | {other.candidate.kind for other, _, excluded in own if not excluded}
-            for one, own in zip(found.causes, found.others, strict=True)]  # fmt: skip
-    assert len(told) == 3
-    assert all(any(kind in among for among in told) for kind in hidden)
-
-
 def test_restitution_that_scatters_is_found_beside_a_torque(rig):
     hidden = {"restitution_scatter": {"standard_deviation": 0.04}, "drag_viscous": {"coefficient": 0.01}}
     effects = [catalogue()[kind](**values) for kind, values in hidden.items()]
