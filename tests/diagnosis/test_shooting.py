@@ -261,7 +261,7 @@ def test_low_bounces_under_flicker_name_the_restitution(tmp_path):
 
 @pytest.mark.slow
 def test_restitution_that_scatters_much_is_found_with_its_size(tmp_path):
+    """Hidden are 0.235 about 0.67, cut off at 1, which is 0.22 in effect; the interval does not hold the former."""
     found = diagnosed(15, "restitution_scatter", tmp_path)
     assert [one.kind for one in found.causes] == ["restitution_scatter"]
-    number = found.causes[0].parameters["standard_deviation"]
-    assert number.low < 0.2347 < number.high
+    assert found.causes[0].effect.standard_deviation == pytest.approx(0.22, rel=0.05)
