@@ -1,4 +1,4 @@
-"""Causes, starts and zeros fitted to windows of all records, and what a fit is worth."""
+"""Causes, starts and zeros fitted to windows of all records, and the gain of one fit over another."""
 
 from __future__ import annotations
 
@@ -249,7 +249,7 @@ def scanned(windows: Windows, now: State) -> State:
 
     Starts that follow too small a cause hold it where it is; from new starts another size shows to be better.
     """
-    for _ in range(ROUNDS if now.causes[-1].candidate.kind != SCATTER else 0):
+    for _ in range(ROUNDS):
         better = None
         for factor in SCAN:
             restore(windows, now)
@@ -297,9 +297,9 @@ def with_spread(windows: Windows, now: State) -> State:
     own = None if k is None else kicked(windows, now.causes)
     if k is None or own is None:
         return now
-    size = np.sqrt(np.sum(windows.starts.kicks**2) / max(float(own[1].sum()), 1e-9))
+    square = np.sum(windows.starts.kicks**2) / max(float(own[1].sum()), 1e-9) - windows.spread(()) ** 2
     last = now.causes[k]
-    size = np.clip(size, 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
+    size = np.clip(np.sqrt(max(square, 0.0)), 0.1 * SMALLEST * last.candidate.unit, last.candidate.unit)
     causes = (*now.causes[:k], last._replace(numbers=np.array([size])), *now.causes[k + 1 :])
     return state_of(windows, causes, windows.residuals(effects_of(causes)))
 

@@ -90,7 +90,7 @@ class Path(NamedTuple):
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
             whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
-        scatter: of the restitution beside the causes.
+        scatter: of the restitution, in addition to the causes.
     """
 
     causes: tuple[Cause, ...]
@@ -157,7 +157,7 @@ def path_search(
 
 
 def _apart(path: Path) -> Path:
-    """Return a path whose scatter of the restitution stands beside its causes."""
+    """Return a path whose scatter of the restitution is no longer among its causes."""
     kinds = [one.candidate.kind for one in path.causes]
     if SCATTER not in kinds:
         return path

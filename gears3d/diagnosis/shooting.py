@@ -41,7 +41,7 @@ ROUNDED = 3e-4
 """Part of the backlash that nodes and the drive's curve put the path off by: the error of records without noise."""
 COLOURED = 0.3
 """Part of the noise of a mean that the root of 1/f noise per unit of ln f must come to, for readings to be made white:
-less changes chi-square by a percent."""
+motion alone gave up to 0.26 in six records with 0.3 % white noise."""
 RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
@@ -392,7 +392,7 @@ class Windows:
         return made[0], made[1]
 
     def level(self, rest: Array) -> Array:
-        """Return the mean square of residuals in each window, (w,); kicks count beside the readings."""
+        """Return the mean square of residuals in each window, (w,); kicks count as well as readings."""
         count = np.maximum(np.bincount(self.window, minlength=len(self)), 1)
         return np.bincount(self.every[: len(rest)], rest * rest, len(self)) / count
 
@@ -541,7 +541,7 @@ class WithoutStarts:
         self._own = own
 
     def variances(self) -> Array:
-        """Return the variance of each number of a start beside the others, 0 where it changes nothing, (w, p)."""
+        """Return the variance of each number of a start, the others free, 0 where it changes nothing, (w, p)."""
         normal = np.einsum("wnp,wnq->wpq", self._given, self._given)
         return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
 
