@@ -136,7 +136,7 @@ def _relaxations(longest: float, shortest: float, slow: float) -> tuple[Array, f
     return ends[0] * ratio ** np.arange(count), slow**2 * np.log(ratio)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _gains(decay: Array, variance: Array, sigma: Array, gain: Array, root: Array) -> None:
     """Write the gains and what is new in each reading, which do not depend on the readings themselves."""
     count, parts = decay.shape
@@ -156,7 +156,7 @@ def _gains(decay: Array, variance: Array, sigma: Array, gain: Array, root: Array
                 known[a, b] -= gain[i, a] * toward[b]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Array) -> None:
     """Write what is new in each reading, in its standard deviations."""
     count, parts = decay.shape
@@ -171,7 +171,7 @@ def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Ar
         made[i] = new / root[i]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _readings(decay: Array, gain: Array, root: Array, white: Array, made: Array) -> None:
     """Write the readings of which some values are what is new, in its standard deviations."""
     count, parts = decay.shape

@@ -16,7 +16,7 @@ import numpy as np
 from gears3d.diagnosis.coloured import roots_of
 from gears3d.diagnosis.deviation import deviation
 from gears3d.diagnosis.prediction import reading_error
-from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, shoot, slowing
+from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow, read, shoot, slowing
 from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
@@ -245,7 +245,7 @@ class Windows:
         """
         if all(root is None for root in self.roots):
             return column
-        dense = self._dense([column])[:, :, 0]
+        dense = self._dense([column])[:, 0]
         for k, root in enumerate(self.roots):
             if root is not None and np.any(own := self.record == k):
                 most = min(len(root), dense.shape[1])
@@ -336,9 +336,9 @@ class Windows:
         flow = np.zeros((len(self), NODES - 1 if most and len(film) else 0, 4))
         shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3], kicks,
               path, pace, events, counts, flow)  # fmt: skip
-        w, i, share = self.window, self.node, self.beyond
-        made = _between(path[w, i], path[w, i + 1], pace[w, i], pace[w, i + 1], share, self.step[w])
-        made += self.zeros[self.record[w]] + self.shown(sensors, wrong, loose, speed, made)
+        made = np.zeros(len(self.window))
+        read(path, pace, self.step, self.window, self.node, self.beyond, made)
+        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, made)
         return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
@@ -362,12 +362,23 @@ class Windows:
             speed: of the drive there [rad/s].
             path: displacement at the readings [m], (n,).
         """
-        w, i, share, made = self.window, self.node, self.beyond, 0.0
+        made: Array | float = 0.0
         if own := [one for one in sensors if one.gear == "loose"]:
-            turn = loose[w, i] + share * (loose[w, i + 1] - loose[w, i]) + path / self.radii[1]
-            made = self.radii[1] * reading_error(own, "loose", turn, speed[w, i] * self.radii[0] / self.radii[1])
+            turn = self.between(loose) + path / self.radii[1]
+            fast = speed[self.window, self.node] * self.radii[0] / self.radii[1]
+            made = self.radii[1] * reading_error(own, "loose", turn, fast)
         if wrong is not None:
-            made = made - self.radii[0] * (wrong[0][w, i] + share * (wrong[0][w, i + 1] - wrong[0][w, i]))
+            made = made - self.radii[0] * self.between(wrong[0])
+        return made
+
+    def between(self, nodes: Array) -> Array:
+        """Return at the readings what is given at the nodes, straight lines in between, (n,).
+
+        Args:
+            nodes: values, (w, nodes).
+        """
+        made = np.zeros(len(self.window))
+        read(nodes, nodes[:, :0], self.step, self.window, self.node, self.beyond, made)
         return made
 
     def flanks(
@@ -442,10 +453,9 @@ class Windows:
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
         pulled = np.concatenate([none[:, None], np.cumsum(0.5 * (rate[:, 1:] + rate[:, :-1]), axis=1) * step], axis=1)
-        w, i = self.window, self.node
+        w = self.window
         since = self.time - self.begin[w]
-        straight = self.read - self.zeros[self.record[w]]
-        straight = straight - pulled[w, i] - self.beyond * (pulled[w, i + 1] - pulled[w, i])
+        straight = self.read - self.zeros[self.record[w]] - self.between(pulled)
         order = self.order[: len(w)]
         for taken in TAKEN:
             near = order < taken
@@ -486,24 +496,23 @@ class Windows:
             spread: standard deviation of the restitution, the unit of the kicks.
             most: units that place and rate of a start move at most.
         """
-        own, left = self._dense(columns), self._dense([rest])[:, :, 0]
-        size = np.sqrt(np.sum(own * own, axis=1))
-        own = own / np.where(size > 0.0, size, 1.0)[:, None]
-        normal = np.einsum("wnp,wnq->wpq", own, own)
-        step = np.einsum("wpq,wnq,wn->wp", np.linalg.pinv(normal, rcond=1e-9, hermitian=True), own, left)
-        step = step / np.where(size > 0.0, size, 1.0)
+        own, left = self._dense(columns), self._dense([rest])[:, 0, :, None]
+        size = np.sqrt(np.sum(own * own, axis=2))
+        own = own / np.where(size > 0.0, size, 1.0)[:, :, None]
+        inverse = np.linalg.pinv(own @ own.transpose(0, 2, 1), rcond=1e-9, hermitian=True)
+        step = (inverse @ (own @ left))[:, :, 0] / np.where(size > 0.0, size, 1.0)
         by, units = np.clip(step[:, :2], -most, most), self.units()
         now = self.starts
         kicks = now.kicks + spread * np.clip(step[:, 2:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
         return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks)
 
     def _dense(self, columns: Sequence[Array]) -> Array:
-        """Return columns window by window, zeros after the readings of a short one, (w, most readings + kicks, p)."""
+        """Return columns window by window, zeros after the readings of a short one, (w, p, most readings + kicks)."""
         count = len(columns[0])
         order = self.order[:count]
-        made = np.zeros((len(self), int(order.max(initial=-1)) + 1, len(columns)))
+        made = np.zeros((len(self), len(columns), int(order.max(initial=-1)) + 1))
         for k, column in enumerate(columns):
-            made[self.every[:count], order, k] = column
+            made[self.every[:count], k, order] = column
         return made
 
     def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
@@ -529,26 +538,25 @@ class WithoutStarts:
     def __init__(self, windows: Windows, columns: Sequence[Array]) -> None:
         self._windows, self._given = windows, windows._dense(columns)
         own = self._given.copy()
-        self.sizes = np.zeros((len(own), own.shape[2]))
-        for k in range(own.shape[2]):
-            before, whole = own[:, :, :k], np.sqrt(np.sum(own[:, :, k] ** 2, axis=1))
-            for _ in range(2):
-                own[:, :, k] -= np.einsum("wnp,wp->wn", before, np.einsum("wnp,wn->wp", before, own[:, :, k]))
-            size = np.sqrt(np.sum(own[:, :, k] ** 2, axis=1))
+        self.sizes = np.zeros(own.shape[:2])
+        for k in range(own.shape[1]):
+            before, whole = own[:, :k], np.sqrt(np.sum(own[:, k] ** 2, axis=1))
+            for _ in range(2 if k else 0):
+                own[:, k] -= _along(before, own[:, k])
+            size = np.sqrt(np.sum(own[:, k] ** 2, axis=1))
             good = size > 3e-5 * whole
-            own[:, :, k] *= np.where(good, 1.0 / np.where(good, size, 1.0), 0.0)[:, None]
+            own[:, k] *= np.where(good, 1.0 / np.where(good, size, 1.0), 0.0)[:, None]
             self.sizes[:, k] = np.where(good, size, 0.0)
         self._own = own
 
     def variances(self) -> Array:
         """Return the variance of each number of a start, the others free, 0 where it changes nothing, (w, p)."""
-        normal = np.einsum("wnp,wnq->wpq", self._given, self._given)
+        normal = self._given @ self._given.transpose(0, 2, 1)
         return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
 
     def __call__(self, column: Array) -> Array:
         """Return a column without what starts explain."""
-        dense = self._windows._dense([column])[:, :, 0]
-        along = np.einsum("wnp,wp->wn", self._own, np.einsum("wnp,wn->wp", self._own, dense))
+        along = _along(self._own, self._windows._dense([column])[:, 0])
         return column - along[self._windows.every[: len(column)], self._windows.order[: len(column)]]
 
 
@@ -668,8 +676,7 @@ class Linearised:
                 wrong = windows.misread([one], seen)
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
-                w, i, share = windows.window, windows.node, windows.beyond
-                path = run.path[w, i] + share * (run.path[w, i + 1] - run.path[w, i])
+                path = windows.between(run.path)
                 shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], path)
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
@@ -683,8 +690,12 @@ class Linearised:
             carried(windows.step, run.flow, run.path, run.flanks, *pushed, *starts, made)
         else:
             follow(windows.step, run.starts.mode, run.events, run.counts, *pushed, rebound, *starts, made)
-        w, i, share = windows.window, windows.node, windows.beyond
-        return made[w, i] + share * (made[w, i + 1] - made[w, i])
+        return windows.between(made)
+
+
+def _along(own: Array, dense: Array) -> Array:
+    """Return the parts of vectors, (w, n), that lie along others, which are orthonormal or zero, (w, p, n)."""
+    return (own.transpose(0, 2, 1) @ (own @ dense[:, :, None]))[:, :, 0]
 
 
 def film_of(rows: Sequence[Row]) -> Array:
@@ -704,13 +715,3 @@ def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
         if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:
             made.append([float(row.code), float(row.gate), *[*row.p, 0.0, 0.0, 0.0][:3]])
     return np.array(made, dtype=float).reshape(-1, 5)
-
-
-def _between(first: Array, last: Array, begin: Array, end: Array, share: Array, step: Array) -> Array:
-    """Return places between two nodes: cubics, but straight lines where an impact lies between them."""
-    way = last - first
-    smooth = np.abs(way - 0.5 * step * (begin + end)) < 0.2 * np.abs(step * (begin - end)) + 1e-12
-    rest = 1.0 - share
-    cubic = first * (1.0 + 2.0 * share) * rest**2 + last * share**2 * (3.0 - 2.0 * share)
-    cubic = cubic + step * share * rest * (begin * rest - end * share)
-    return np.where(smooth, cubic, first + share * way)

@@ -2,47 +2,52 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
-from gears3d.kernels import njit
+from gears3d.kernels import inner, njit
 
 Array = np.ndarray
+tight: Any = partial(inner, error_model="numpy", forceinline=True)
+"""Decorates what a node is worked out by: division by zero is no error there, and calls would cost as much again."""
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
 """What an event of a window is: an impact, one whose bounces all end within half a step, and parting from a flank."""
 
 
-@njit(cache=True)
+@tight
 def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lever: float) -> float:
     """Return the acceleration of the loose gear by its torques along the line of action [m/s²]."""
     sign = 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
     total = 0.0
     for k in range(len(torques)):
-        code, gate, p = int(torques[k, 0]), int(torques[k, 1]), torques[k, 2:]
+        code, gate = int(torques[k, 0]), int(torques[k, 1])  # a view of the numbers would cost more than the rest
         if gate == 1 and mode != 0:
             continue
         if (gate == 2 and mode == 0) or (gate > 2 and mode != gate - 2):
             continue
         if code == 101:
-            total += p[0] * sign
+            total += torques[k, 2] * sign
         elif code == 102:
-            total += p[0] * (speed - p[1])
+            total += torques[k, 2] * (speed - torques[k, 3])
         elif code == 103:
-            total += p[0] * abs(speed) ** p[1] * sign
+            total += torques[k, 2] * abs(speed) ** torques[k, 3] * sign
         elif code == 104:
-            total += p[1] * np.cos(p[0] * angle + p[2])
+            total += torques[k, 3] * np.cos(torques[k, 2] * angle + torques[k, 4])
         elif code == 105:
-            total += p[0] * (1.0 - np.exp(-t / p[1])) * sign
+            total += torques[k, 2] * (1.0 - np.exp(-t / torques[k, 3])) * sign
     return -lever * total
 
 
-@njit(cache=True)
+@tight
 def _bent(place: Array, i: int, step: float) -> float:
     """Return the second derivative of what is given at nodes, at one of them."""
     k = min(max(i, 1), len(place) - 2)
     return (place[k + 1] - 2.0 * place[k] + place[k - 1]) / step**2
 
 
-@njit(cache=True)
+@tight
 def _window(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, kicks: Array, s: float, v: float, mode: int, path: Array, pace: Array,
@@ -64,7 +69,6 @@ def _window(
         for _ in range(60):
             f = 1.0 - rest / step
             t = begin + (i + f) * step
-            own = active if mode == 1 else reverse
             if mode == 0:
                 a = _slowed(
                     t, ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2,
@@ -84,13 +88,16 @@ def _window(
                 own, sign = (active, 1.0) if below else (reverse, -1.0)
                 lean = (own[i + 1] - own[i]) / step
                 here = own[i] + f * (own[i + 1] - own[i])
-                low, high = 0.0, rest
-                for _ in range(50):
-                    m = 0.5 * (low + high)
-                    if sign * (s + m * (v + m * (0.5 * a + m * jerk / 6.0)) - here - lean * m) < 0.0:
-                        high = m
-                    else:
-                        low = m
+                low, high, m = 0.0, rest, rest
+                for _ in range(50):  # Newton's steps, halves where they leave the bracket
+                    off = sign * (s + m * (v + m * (0.5 * a + m * jerk / 6.0)) - here - lean * m)
+                    low, high = (m, high) if off >= 0.0 else (low, m)
+                    slope = sign * (v + m * (a + 0.5 * m * jerk) - lean)
+                    way = off / slope if slope != 0.0 else rest
+                    if high - low < 1e-13 * rest or abs(way) < 1e-14 * rest:
+                        break
+                    m = m - way if low < m - way < high else 0.5 * (low + high)
+                low = m
                 hits = v + low * (a + 0.5 * low * jerk) - lean
                 e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
                 if struck < len(kicks):
@@ -110,7 +117,7 @@ def _window(
                     events[count, 6] = a + low * jerk - _bent(own, i, step)
                     count += 1
             else:
-                sign = 1.0 if mode == 1 else -1.0
+                own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
                 lean = (own[i + 1] - own[i]) / step
                 place = own[i + 1]
                 first = _slowed(
@@ -139,7 +146,7 @@ def _window(
     return count
 
 
-@njit(cache=True)
+@tight
 def _films(gap: float, rate: float, film: Array, draws: float) -> tuple[float, float, float]:
     """Return by what the film of one flank pushes [N], and its derivatives to gap and rate of the gap.
 
@@ -150,11 +157,11 @@ def _films(gap: float, rate: float, film: Array, draws: float) -> tuple[float, f
     push, by_gap = wedge / h, -wedge / h**2
     if rate >= 0.0:
         return push, by_gap, 0.0
-    damping = -squeeze / h**1.5
+    damping = -squeeze / (h * np.sqrt(h))
     return push + damping * rate, by_gap - 1.5 * damping * rate / h, damping
 
 
-@njit(cache=True)
+@tight
 def _pushed(
     f: float, i: int, s: float, v: float, begin: float, step: float, angle: Array, speed: Array, rate: Array,
     active: Array, reverse: Array, about: Array, ahead: float, torques: Array, film: Array,
@@ -176,7 +183,7 @@ def _pushed(
     return free + r2 * lever * (near - far), r2 * lever * (near_s + far_s), r2 * lever * (near_v + far_v)
 
 
-@njit(cache=True)
+@tight
 def _oiled(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, film: Array, s: float, v: float, path: Array, pace: Array, flow: Array,
@@ -246,7 +253,7 @@ def _oiled(
             flow[i, 0], flow[i, 1], flow[i, 2], flow[i, 3] = p, q, r, t
 
 
-@njit(cache=True)
+@tight
 def _floats(
     step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array, torques: Array,
     film: Array, mode: int,
@@ -262,7 +269,7 @@ def _floats(
     return own[0] + sign * min(max(gap, film[4]), high), lean
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def carried(
     step: Array, flow: Array, path: Array, flanks: tuple[Array, Array], pushed: Array, active: Array, reverse: Array,
     place: Array, pace: Array, made: Array,
@@ -285,7 +292,7 @@ def carried(
             v = lean + flow[w, i, 2] * y + flow[w, i, 3] * u + 0.5 * h * pushed[w, i + 1]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def shoot(
     begin: Array, step: Array, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, kicks: Array,
@@ -311,7 +318,25 @@ def shoot(
         )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def read(path: Array, pace: Array, step: Array, window: Array, node: Array, share: Array, made: Array) -> None:
+    """Work out values at readings between two nodes: straight lines, with rates cubics where no impact lies between.
+
+    All is at nodes, (w, nodes), or at readings, (n,); the rate may be empty, (w, 0).
+    """
+    for k in range(len(window)):
+        w, i, f = window[k], node[k], share[k]
+        first, last, h = path[w, i], path[w, i + 1], step[w]
+        made[k] = first + f * (last - first)
+        if pace.shape[1] == 0:
+            continue
+        begin, end, r = pace[w, i], pace[w, i + 1], 1.0 - f
+        if abs(last - first - 0.5 * h * (begin + end)) < 0.2 * abs(h * (begin - end)) + 1e-12:
+            made[k] = first * (1.0 + 2.0 * f) * r * r + last * f * f * (3.0 - 2.0 * f)
+            made[k] += h * f * r * (begin * r - end * f)
+
+
+@njit(cache=True, error_model="numpy")
 def slowing(
     begin: Array, step: Array, angle: Array, speed: Array, about: Array, ahead: Array, torques: Array, path: Array,
     pace: Array, made: Array,
@@ -326,7 +351,7 @@ def slowing(
             )  # fmt: skip
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def follow(
     step: Array, mode: Array, events: Array, counts: Array, pushed: Array, active: Array, reverse: Array,
     rebound: Array, place: Array, pace: Array, made: Array,

@@ -29,7 +29,7 @@ speed of both flanks [m/s]."""
 COLUMNS = 6
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _push(law, gap, rate, rolling):
     """Acceleration off one flank, of its teeth and of its oil [m/s²]."""
     teeth, oil = 0.0, 0.0
@@ -43,14 +43,14 @@ def _push(law, gap, rate, rolling):
     return teeth / law[MASS], oil / law[MASS]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _flank(at, slope, x, side):
     """Place and speed of a flank at a part ``x`` of a step of the grid."""
     rate, bend = at[LOW_RATE + side], slope[LOW_RATE + side]
     return at[LOW + side] + x * (rate + 0.5 * bend * x), rate + bend * x
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _accelerated(law, y, v, at, slope, x):
     """Acceleration at a part ``x`` of a step of the grid, with values and slopes of the grid there."""
     forced = at[FORCED] + x * slope[FORCED]
@@ -67,7 +67,7 @@ def _accelerated(law, y, v, at, slope, x):
     return forced + teeth * (1.0 - law[FRICTION]) - other * (1.0 + law[FRICTION]) + oil - film
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _step(law, y, v, at, slope, x, h):
     """One step of Runge and Kutta, fourth order."""
     a1 = _accelerated(law, y, v, at, slope, x)
@@ -81,14 +81,14 @@ def _step(law, y, v, at, slope, x, h):
     return y + h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0, v + h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _over(law, y, at, slope, x):
     """How far a rigid flank is passed, and which."""
     low, high = _flank(at, slope, x, ACTIVE)[0] + law[LAYER], _flank(at, slope, x, REVERSE)[0] - law[LAYER]
     return (low - y, ACTIVE) if low - y > y - high else (y - high, REVERSE)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _finest(law, y, v, at, slope, x, left):
     """Longest step that the oil allows, and that ends where teeth that yield touch."""
     h = left
@@ -106,11 +106,11 @@ def _finest(law, y, v, at, slope, x, left):
         rate = max(abs(v - low_rate), abs(v - high_rate))
         thick = max(near, law[LAYER])
         h = min(h, NEAR * thick / max(rate, 1e-5))
-        h = min(h, law[MASS] * thick**1.5 / max(law[SQUEEZE], 1e-300))
+        h = min(h, law[MASS] * (thick * np.sqrt(thick)) / max(law[SQUEEZE], 1e-300))
     return max(h, min(left, SLOWEST))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _bounced(law, v, flank, side):
     """Speed after a blow against a flank of speed ``flank``, and whether the gear stays there."""
     sign = 1.0 if side == ACTIVE else -1.0
@@ -120,7 +120,7 @@ def _bounced(law, v, flank, side):
     return (flank, side) if back < law[STICK] else (flank + sign * back, FREE)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _ridden(law, at, slope, side, x):
     """State on a rigid flank, and whether it is left."""
     sign = 1.0 if side == ACTIVE else -1.0
@@ -130,7 +130,7 @@ def _ridden(law, at, slope, side, x):
     return y, v, leaves
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _far(law, y, v, at, nearer, step):
     """Whether nothing between the flanks acts within a whole step of the grid: both are further than it could move."""
     if law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0:
@@ -143,7 +143,7 @@ def _far(law, y, v, at, nearer, step):
     return at[LOW] < y < at[HIGH]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def follow(law, start, given, step, out):
     """Carry one path over its grid.
 
@@ -187,7 +187,7 @@ def follow(law, start, given, step, out):
     out[len(given) - 1] = y
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _struck(law, y, v, at, slope, x, h, side):
     """Length of the step after which a rigid flank is struck, the state after the blow, and where the gear is then."""
     low, high = 0.0, h
@@ -206,7 +206,7 @@ def _struck(law, y, v, at, slope, x, h, side):
     return max(high, SLOWEST), y2, v2, mode
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def follow_all(law, starts, zero, given, sizes, step, per, out):
     """Carry many paths, each with its own start and grid, and return means over ``per`` steps each.
 
