@@ -48,6 +48,14 @@ def _bent(place: Array, i: int, step: float) -> float:
 
 
 @tight
+def _at(place: Array, i: int, f: float, step: float) -> tuple[float, float]:
+    """Return what is given at nodes, and its rate, at a part of the step after one of them: parabolas."""
+    bend = 0.5 * step**2 * (_bent(place, i, step) + _bent(place, i + 1, step))
+    way = place[i + 1] - place[i]
+    return place[i] + f * way + 0.5 * bend * (f * f - f), (way + bend * (f - 0.5)) / step
+
+
+@tight
 def _window(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, kicks: Array, s: float, v: float, mode: int, path: Array, pace: Array,
@@ -86,27 +94,28 @@ def _window(
                     break
                 mode = 1 if below else 2
                 own, sign = (active, 1.0) if below else (reverse, -1.0)
-                lean = (own[i + 1] - own[i]) / step
-                here = own[i] + f * (own[i + 1] - own[i])
+                bend = 0.5 * (_bent(own, i, step) + _bent(own, i + 1, step))
+                here, lean = _at(own, i, f, step)
                 low, high, m = 0.0, rest, rest
                 for _ in range(50):  # Newton's steps, halves where they leave the bracket
-                    off = sign * (s + m * (v + m * (0.5 * a + m * jerk / 6.0)) - here - lean * m)
+                    off = sign * (s - here + m * (v - lean + m * (0.5 * (a - bend) + m * jerk / 6.0)))
                     low, high = (m, high) if off >= 0.0 else (low, m)
-                    slope = sign * (v + m * (a + 0.5 * m * jerk) - lean)
+                    slope = sign * (v - lean + m * (a - bend + 0.5 * m * jerk))
                     way = off / slope if slope != 0.0 else rest
                     if high - low < 1e-13 * rest or abs(way) < 1e-14 * rest:
                         break
                     m = m - way if low < m - way < high else 0.5 * (low + high)
                 low = m
+                here, lean = here + low * (lean + 0.5 * low * bend), lean + low * bend
                 hits = v + low * (a + 0.5 * low * jerk) - lean
                 e = laws[0] + laws[1] * abs(hits) + 0.5 * sign * laws[2]
                 if struck < len(kicks):
                     e += kicks[struck]
                 struck += 1
                 e = min(max(e, 0.0), 1.0)
-                s, v = here + lean * low, lean - e * hits
+                s, v = here, lean - e * hits
                 rest -= low
-                closing = -sign * (a + low * jerk)
+                closing = -sign * (a + low * jerk - bend)
                 back = e * abs(hits)
                 what = SETTLES
                 if back > 0.0 and (closing <= 0.0 or 2.0 * back / (closing * (1.0 - min(e, 0.98))) > 0.5 * step):
@@ -118,24 +127,22 @@ def _window(
                     count += 1
             else:
                 own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
-                lean = (own[i + 1] - own[i]) / step
-                place = own[i + 1]
+                lean, (place, leans) = _at(own, i, 0.0, step)[1], _at(own, i, 1.0, step)
                 first = _slowed(
                     t, ahead + (own[i] + r1 * angle[i]) / r2, (lean + r1 * speed[i]) / r2, mode, torques, lever
                 )
                 first = sign * (first - r1 * rate[i] - _bent(own, i, step))
                 last = _slowed(
-                    begin + (i + 1) * step, ahead + (place + r1 * angle[i + 1]) / r2, (lean + r1 * speed[i + 1]) / r2,
+                    begin + (i + 1) * step, ahead + (place + r1 * angle[i + 1]) / r2, (leans + r1 * speed[i + 1]) / r2,
                     mode, torques, lever,
                 )  # fmt: skip
                 last = sign * (last - r1 * rate[i + 1] - _bent(own, i + 1, step))
                 now = first + f * (last - first)
-                v = lean
                 if now <= 0.0 and last <= 0.0:
-                    s = place
+                    s, v = place, leans
                     break
                 m = 0.0 if now > 0.0 else rest * now / (now - last)
-                s, mode = own[i] + lean * (f * step + m), 0
+                (s, v), mode = _at(own, i, f + m / step, step), 0
                 rest -= m
                 if count < len(events):
                     events[count, 0], events[count, 1], events[count, 2] = i, 1.0 - rest / step, LEAVES
@@ -170,9 +177,8 @@ def _pushed(
     r1, r2, lever = about[0], about[1], about[2]
     turns = speed[i] + f * (speed[i + 1] - speed[i])
     loose = (v + r1 * turns) / r2
-    place = active[i] + f * (active[i + 1] - active[i])
-    beyond = reverse[i] + f * (reverse[i + 1] - reverse[i])
-    lean, leans = (active[i + 1] - active[i]) / step, (reverse[i + 1] - reverse[i]) / step
+    place, lean = _at(active, i, f, step)
+    beyond, leans = _at(reverse, i, f, step)
     mode = 1 if s - place < film[5] else (2 if beyond - s < film[5] else 0)
     turn = ahead + (s + r1 * (angle[i] + f * (angle[i + 1] - angle[i]))) / r2
     free = _slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
@@ -229,11 +235,11 @@ def _oiled(
                 t1 = (t + 0.5 * h * (k0 * q + c0 * t + k1 * (q + 0.5 * h * t))) / size
                 p, q, r, t = p + 0.5 * h * (r + r1), q + 0.5 * h * (t + t1), r1, t1
             k0, c0 = k1, c1
-            low = active[i] + f * (active[i + 1] - active[i]) + film[4]
-            high = reverse[i] + f * (reverse[i + 1] - reverse[i]) - film[4]
+            (low, lean), (high, leans) = _at(active, i, f, step), _at(reverse, i, f, step)
+            low, high = low + film[4], high - film[4]
             if s < low or s > high:
-                own, sign = (active, 1.0) if s < low else (reverse, -1.0)
-                hits = v - (own[i + 1] - own[i]) / step
+                sign = 1.0 if s < low else -1.0
+                hits = v - (lean if s < low else leans)
                 s = min(max(s, low), high)
                 e, hit = 0.0, sign * hits < 0.0
                 closing = -sign * one
@@ -260,7 +266,7 @@ def _floats(
 ) -> tuple[float, float]:  # fmt: skip
     """Return place and rate of a gear that its drag rests on the film of a flank when a window begins."""
     own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
-    lean = (own[1] - own[0]) / step
+    lean = _at(own, 0, 0.0, step)[1]
     loose = (lean + about[0] * speed[0]) / about[1]
     load = -sign * (_slowed(0.0, 0.0, loose, 0, torques, about[2]) - about[0] * rate[0]) / (about[1] * about[2])
     draws = abs(film[2] * speed[0] + film[3] * loose)
@@ -311,7 +317,7 @@ def shoot(
         s, v = min(max(place[w], active[w, 0]), reverse[w, 0]), pace_0[w]
         if mode[w] > 0:
             own = active[w] if mode[w] == 1 else reverse[w]
-            s, v = own[0], (own[1] - own[0]) / step[w]
+            s, v = _at(own, 0, 0.0, step[w])
         counts[w] = _window(
             begin[w], step[w], angle[w], speed[w], rate[w], active[w], reverse[w], about, ahead[w], torques, laws,
             kicks[w], s, v, mode[w], path[w], pace[w], events[w],
@@ -367,8 +373,7 @@ def follow(
         h, now, k = step[w], mode[w], 0
         s, v = place[w], pace[w]
         if now > 0:
-            own = active[w] if now == 1 else reverse[w]
-            s, v = own[0], (own[1] - own[0]) / h
+            s, v = _at(active[w] if now == 1 else reverse[w], 0, 0.0, h)
         nodes = made.shape[1]
         for i in range(nodes):
             made[w, i] = s
@@ -384,7 +389,7 @@ def follow(
                     s += lasts * (v + lasts * (2.0 * a + b) / 6.0)
                     v += 0.5 * lasts * (a + b)
                 own = active[w] if sign > 0.0 else reverse[w]
-                here, lean = own[i] + at * (own[i + 1] - own[i]), (own[i + 1] - own[i]) / h
+                here, lean = _at(own, i, at, h)
                 if what == BOUNCES:
                     hits, e, a = events[w, k, 4], events[w, k, 5], events[w, k, 6]
                     off, apace = s - here, v - lean
@@ -402,5 +407,4 @@ def follow(
                 s += lasts * (v + lasts * (2.0 * a + b) / 6.0)
                 v += 0.5 * lasts * (a + b)
             else:
-                own = active[w] if now == 1 else reverse[w]
-                s, v = own[i + 1], (own[i + 1] - own[i]) / h
+                s, v = _at(active[w] if now == 1 else reverse[w], i, 1.0, h)
