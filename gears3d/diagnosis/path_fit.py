@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from math import gcd
 from typing import NamedTuple
 
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, moved
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
-from gears3d.diagnosis.zeros import GEARS, goes_by
+from gears3d.diagnosis.zeros import GEARS, goes_by, order_of
 from gears3d.errors import InputError
 
 Array = np.ndarray
@@ -41,6 +42,14 @@ SCAN = (0.8, 1.25)
 """Times its size that a cause is tried at."""
 FAR = 9.0
 """Times the level from which on a window counts as no more than that: its motion parted from the model's."""
+
+
+ACCOUNTS = 4.0
+"""Usual mean square of residuals, in variances of the noise, up to which the path counts as accounted for: by noise
+that is known badly it comes to three."""
+SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
+"""Backlashes by which the zero of a record is moved where it may be wrong, parts of a period by which its angles are
+turned, and windows in which this is tried."""
 
 
 class State(NamedTuple):
@@ -119,7 +128,8 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
         step = np.linalg.lstsq(own, away(rest * weight), rcond=1e-9)[0]
         numbers = sum(len(cause.numbers) for cause in causes)
         step[:numbers] = _shortened(causes, step[:numbers], windows.pivot)
-        before, old = float(np.sum((rest * weight) ** 2)), windows.starts
+        most = FAR * float(np.median(windows.level(rest * weight)))
+        before, old = _bounded(windows, rest * weight, most), windows.starts
         zeros, turned, angles = windows.zeros, windows.turned, _loose_angles(windows, causes)
         for damping in DAMPED:
             left = rest * weight - columns @ (damping * step)
@@ -143,7 +153,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
             better = windows.level(new) < windows.level(kept)
             windows.starts = tried.where(better, old)
             new = settled(windows, effects, np.where(better[windows.every[: len(new)]], new, kept))
-            if (after := float(np.sum((new * weight) ** 2))) < before:
+            if (after := _bounded(windows, new * weight, most)) < before:
                 causes, rest = trial, new
                 break
             windows.starts, windows.zeros, windows.turned = old, zeros, turned
@@ -152,6 +162,11 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
         if before - after < 1e-4 * before:
             break
     return state_of(windows, causes, rest)
+
+
+def _bounded(windows: Windows, rest: Array, most: float) -> float:
+    """Return the sum of mean squares in windows, each of which counts so much at most: a few part from any model."""
+    return float(np.sum(np.minimum(windows.level(rest), most)))
 
 
 def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
@@ -226,6 +241,63 @@ def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     return rest
 
 
+def rezeroed(windows: Windows, now: State) -> State:
+    """Return a state with other zeros of displacement and angles, where records are far off and nearer with them.
+
+    The zero of the displacement comes from the extreme readings, which an error of an encoder or of the flanks moves;
+    from a wrong one windows do not meet the flanks at which they would notice. Angles without a mark come from slopes,
+    which say little of a record that is far off.
+    """
+    restore(windows, now)
+    few, mine = windows.some(LOOKED)
+    least = _by_record(few, now.rest[mine[: len(now.rest)]])
+    if np.all(least <= ACCOUNTS):
+        return now
+    effects, best = effects_of(now.causes), (now.zeros, now.turned)
+    tried = [(windows.guessed + shift * windows.backlash, now.turned) for shift in SHIFTS]
+    for side, gear in enumerate(GEARS):
+        orders = [
+            order_of(one.candidate) for one in now.causes if one.candidate.phased and goes_by(one.candidate) == gear
+        ]
+        if orders and np.any(windows.lost[:, side]):
+            turn = 2.0 * np.pi / gcd(*orders) * np.arange(1, TURNS) / TURNS
+            tried += [(now.zeros, now.turned + by * np.outer(windows.lost[:, side], np.eye(2)[side])) for by in turn]
+    for few.zeros, few.turned in tried:
+        few.restart(effects, anew=True)
+        level = _by_record(few, settled(few, effects, few.residuals(effects)))
+        better = level < 0.5 * least
+        best = np.where(better, few.zeros, best[0]), np.where(better[:, None], few.turned, best[1])
+        least = np.where(better, level, least)
+    if np.all(best[0] == now.zeros) and np.all(best[1] == now.turned):
+        return now
+    windows.zeros, turned = best
+    causes, windows.turned = _counted(windows, now.causes, turned)
+    effects = effects_of(causes)
+    windows.restart(effects, anew=True)
+    return fitted(windows, state_of(windows, causes, windows.residuals(effects)))
+
+
+def _counted(windows: Windows, causes: Sequence[Cause], turned: Array) -> tuple[list[Cause], Array]:
+    """Return causes, and the angles that records are turned by, counted from the first where none has a mark."""
+    made, turned = list(causes), turned.copy()
+    for side, gear in enumerate(GEARS):
+        if not np.all(windows.lost[:, side]):
+            continue
+        for k, one in enumerate(made):
+            if one.candidate.phased and goes_by(one.candidate) == gear:
+                seen = (one.numbers[0] - 1j * one.numbers[1]) * np.exp(1j * order_of(one.candidate) * turned[0, side])
+                made[k] = one._replace(numbers=np.concatenate([[seen.real, -seen.imag], one.numbers[2:]]))
+        turned[:, side] -= turned[0, side]
+    return made, turned
+
+
+def _by_record(windows: Windows, rest: Array) -> Array:
+    """Return the usual mean square of residuals in the windows of each record, (r,)."""
+    level = windows.level(rest)
+    own = [level[windows.record == k] for k in range(len(windows.zeros))]
+    return np.array([np.median(one) if len(one) else 0.0 for one in own])
+
+
 def polished(windows: Windows, now: State, rounds: int = 4) -> State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
@@ -234,7 +306,8 @@ def polished(windows: Windows, now: State, rounds: int = 4) -> State:
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
         windows.restart(effects_of(now.causes))
         new = fitted(windows, now)
-        before, after = float(np.sum(level)), float(np.sum(windows.level(new.rest)))
+        most = FAR * float(np.median(level))
+        before, after = _bounded(windows, now.rest, most), _bounded(windows, new.rest, most)
         if after >= before:
             restore(windows, now._replace(weight=windows.weight))
             return now._replace(weight=windows.weight)

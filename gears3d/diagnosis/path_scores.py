@@ -37,20 +37,34 @@ class Score(NamedTuple):
 
 
 def scores_of(
-    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT
+    windows: Windows, known: Sequence[Candidate], now: State, least: float = ACCEPT, place: int | None = None
 ) -> tuple[list[Score], float]:
-    """Return what each candidate promises, most first, and the level of the residuals, without what promises less."""
+    """Return what each candidate promises, most first, and the level of the residuals, without what promises less.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: causes so far.
+        least: fall of chi-square over the level that a candidate must promise.
+        place: of a cause in the place of which candidates are asked about: along the same path, without its part.
+    """
     few, mine = windows.some(SCORED)
     rest, along = now.rest[mine[: len(now.rest)]], few.along(effects_of(now.causes))
     weight = few.weights(rest)
     away = few.without_starts([one * weight for one in along.starts()])
     others = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    left, causes = away(rest * weight), list(now.causes)
+    if place is not None:
+        cause = causes.pop(place)
+        at = sum(len(one.numbers) for one in causes[:place])
+        size = (cause.numbers / cause.units)[: 2 if cause.candidate.phased else 1]
+        left = left + others[:, at : at + len(size)] @ size
+        others = np.delete(others, slice(at, at + len(cause.numbers)), axis=1)
     others = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
-    left = away(rest * weight)
     left = left - others @ (others.T @ left)
     level = float(left @ left) / max(len(left) - others.shape[1] - 2 * len(few), 1)
     scale, found, asked = len(windows) / len(few), [], []
-    turning = _Turning(windows, now.causes)
+    turning = _Turning(windows, causes)
     record = few.record[few.every[: len(rest)]]
     for one in known:
         if one.kind in (OIL, SCATTER) or not turning.told(one):

@@ -18,6 +18,7 @@ from gears3d.diagnosis.cause import Cause, begin
 from gears3d.diagnosis.library import price
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
+    ACCOUNTS,
     EXCLUDED,
     FARTHEST,
     LARGEST,
@@ -34,6 +35,7 @@ from gears3d.diagnosis.path_fit import (
     gain_of,
     polished,
     restore,
+    rezeroed,
     scanned,
     settled,
     size_of,
@@ -53,15 +55,15 @@ Array = np.ndarray
 STEADY = 4.0
 """Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
 fall must differ from none by: that of fourteen windows out of a hundred."""
-TRUE, ACCOUNTS = 1.5, 4.0
-"""Usual mean square of residuals, in variances of the noise, up to which they are noise, and up to which the path
-counts as accounted for: by noise that is known badly it comes to three."""
+TRUE = 1.5
+"""Usual mean square of residuals, in variances of the noise, up to which they are noise."""
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
 """Sizes in units at which oil is tried."""
-NEAR = 0.1
-"""Part of the best score that a candidate needs to be fitted."""
+NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
+"""Part of the best score that a candidate needs to be fitted, and in the place of a cause, and causes that are
+exchanged at most."""
 FITTED = (7, 2)
 """Candidates that are fitted in a round, and between films of oil, where a run takes ten times as long."""
 SAME = 0.01
@@ -70,8 +72,11 @@ LEFT = 0.25
 """Part of the chi-square that is left beyond noise by which another cause must be worse, too."""
 APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
-ERRS = 1e-3
+ERRS = 1e-5
 """Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
+REACHED, NEARBY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.8
+"""Parts of windows, from their beginning on, in which causes are sought one after the other, and part of the backlash
+up to which the path is near in so many windows: slopes then say what candidates promise."""
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
 """Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
@@ -132,20 +137,15 @@ def path_search(
     if len(windows) < SCORED // 4:
         return None
     base = polished(windows, _opened(windows))
-    tried: dict[str, list[State]] = {}
-    found = _searched(windows, known, base, tried, told)
-    gains, others = [], []
-    for k in range(len(found.causes)):
-        less = polished(windows, fitted(windows, _without(found, k)))
-        gains.append(gain_of(windows, less, found)[0])
-        least = _least(windows, gains[-1], found.rest)
-        worse = [
-            (one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least))
-            for one in tried.get(found.causes[k].candidate.kind, ())
-            if len(one.causes) == len(found.causes)
-        ]
-        others.append(tuple(worse))
-        restore(windows, found)
+    found, less, instead = _exchanged(windows, known, base, _searched(windows, known, base, told))
+    gains = [gain_of(windows, one, found)[0] for one in less]
+    others = []
+    for gain, own in zip(gains, instead, strict=True):
+        least = _least(windows, gain, found.rest)
+        others.append(tuple(
+            (one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own
+        ))  # fmt: skip
+    restore(windows, found)
     level = windows.level(found.rest)
     usual = windows.level(windows.missed(effects_of(found.causes)))
     made = Path(
@@ -231,22 +231,69 @@ def _seen(windows: Windows, known: Sequence[Candidate], found: State) -> dict[st
 
 def _opened(windows: Windows) -> State:
     windows.restart((), anew=True)
-    return fitted(windows, state_of(windows, (), windows.residuals(())))
+    return rezeroed(windows, fitted(windows, state_of(windows, (), windows.residuals(()))))
 
 
-def _searched(
-    windows: Windows, known: Sequence[Candidate], base: State, tried: dict[str, list[State]],
-    told: Callable[[float], None],
-) -> State:  # fmt: skip
-    """Return a state with causes added one after the other, as long as they gain."""
-    now = base
-    for number in range(ROUNDS):
+def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: Callable[[float], None]) -> State:
+    """Return a state with causes added one after the other, as long as they gain.
+
+    Where the path is so far off that slopes say little, causes are first sought in the beginnings of windows, as long
+    as the path is near with those that are known.
+    """
+    now, done = base, 0.0
+    dense = [one for one in known if one.kind != SCATTER]  # of the first impact it explains whatever is seen
+    while True:
+        done, part, first = _near(windows, now, done)
+        if part is windows:
+            break
+        if _far(part, first.rest) > ACCOUNTS:
+            found = _added(part, dense, polished(part, _opened(part)), polished(part, first), told)
+            now = polished(windows, _carried(windows, found)) if found.causes else now
+    return _added(windows, known, base, _pruned(windows, base, now), told)
+
+
+def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
+    """Return the largest part of windows, beyond one that is done, in which the path is near, these, and the state."""
+    least = next(part for part in REACHED if part > done)
+    for reach in reversed(REACHED):
+        part = windows.until(reach) if reach < 1.0 else windows
+        first = _carried(part, now) if reach < 1.0 else now
+        restore(part, first)
+        missed = _far(part, part.missed(effects_of(first.causes)))
+        noise = float(np.median(part.level(part.sigma)))
+        off = np.sqrt(max(missed - noise, 0.0)) / windows.backlash
+        if reach <= least or off < NEARBY or _far(part, first.rest) <= ACCOUNTS:
+            return reach, part, first
+    raise AssertionError
+
+
+def _far(windows: Windows, rest: Array) -> float:
+    """Return the mean square of residuals that many windows do not exceed."""
+    return float(np.quantile(windows.level(rest), MANY))
+
+
+def _carried(part: Windows, now: State) -> State:
+    """Return the causes of a state in windows of another length."""
+    part.zeros, part.turned, part.weight = now.zeros.copy(), now.turned.copy(), np.ones(len(part))
+    effects = effects_of(now.causes)
+    part.starts = now.starts
+    part.restart(effects)
+    rest = settled(part, effects, part.residuals(effects))
+    return rezeroed(part, state_of(part, now.causes, rest))
+
+
+def _added(
+    windows: Windows, known: Sequence[Candidate], base: State, now: State, told: Callable[[float], None]
+) -> State:
+    """Return a state with more causes, one after the other, as long as they gain."""
+    for number in range(len(now.causes), ROUNDS):
         told(number / ROUNDS)
         restore(windows, now)
         tries = []
         for one in _fits(windows, known, now):
+            one = rezeroed(windows, one)
             restore(windows, one)
-            tries.append(polished(windows, scanned(windows, polished(windows, one))))
+            tries.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
         if tries:
             least = max(ACCEPT, SAME * max(gain_of(windows, now, one)[0] for one in tries))
             for one in _oiled(windows, known, now, least):
@@ -255,32 +302,66 @@ def _searched(
         for one in _scattered(windows, known, now):
             restore(windows, one)
             tries.append(polished(windows, one))
-        best = _simplest(windows, now, tries)
-        if (
-            best is None
-            or not SMALLEST < size_of(windows, best.causes[-1]) < LARGEST
-            or not _pays(windows, base, now, best)
-        ):
+        best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
+        if best is None:
             break
-        tried[best.causes[-1].candidate.kind] = [one for one in tries if one is not best]
-        now = _pruned(windows, base, best)
+        best = _pruned(windows, base, best)
+        if gain_of(windows, now, best)[0] <= 0.0:
+            break
+        now = best
     restore(windows, now)
     return now
+
+
+def _exchanged(
+    windows: Windows, known: Sequence[Candidate], base: State, found: State
+) -> tuple[State, list[State], list[list[State]]]:
+    """Return a state with other causes in the place of some, where these explain more or are simpler.
+
+    Causes that came first were taken without those that came later.
+
+    Returns:
+        State, states without each of its causes, and with others in the place of each.
+    """
+    for left in reversed(range(EXCHANGES + 1)):
+        less, instead = [], []
+        for k, cause in enumerate(found.causes):
+            restore(windows, found)
+            less.append(polished(windows, fitted(windows, _without(found, k))))
+            own = []
+            for one in _fits(windows, known, found, k) if cause.candidate.kind not in (OIL, SCATTER) else ():
+                restore(windows, one)
+                own.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
+            same = found._replace(causes=(*less[-1].causes, cause))
+            able = [one for one in own if _taken(windows, base, less[-1], one)]
+            least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
+            if left and len(found.causes) > 1:  # what is as good may make others needless
+                able = [one if _excludes(windows, one, found, least) else _pruned(windows, base, one) for one in able]
+            best = _simplest(windows, less[-1], [same, *able]) or same
+            if left and (_simple(best) < _simple(same) or _excludes(windows, same, best, least)):
+                found = _added(windows, known, base, _pruned(windows, base, best), lambda part: None)
+                break
+            instead.append([one for one in own if len(one.causes) == len(found.causes)])
+        else:
+            restore(windows, found)
+            return found, less, instead
+    raise AssertionError
+
+
+def _taken(windows: Windows, base: State, less: State, more: State) -> bool:
+    """Return whether the last cause is one: of a size that matters, and of gain."""
+    return SMALLEST < size_of(windows, more.causes[-1]) < LARGEST and _pays(windows, base, less, more)
 
 
 def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     """Return whether a cause gains more than chance, and than the errors of a model that explains so much.
 
-    Where residuals are noise with it, and far more without, errors of the model do not count; an error of a sensor may
-    stand for them.
+    Where residuals are noise with it, errors of the model do not count.
     """
     gain, sure = gain_of(windows, less, more)
     if gain <= ACCEPT or sure <= STEADY:
         return False
-    off, left = (float(np.median(windows.level(one.rest))) for one in (less, more))
-    if left < TRUE < ACCOUNTS < off and not isinstance(more.causes[-1].effect, SensorEffect):
-        return True
-    return gain > ERRS * gain_of(windows, base, more)[0]
+    return float(np.median(windows.level(more.rest))) < TRUE or gain > ERRS * gain_of(windows, base, more)[0]
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
@@ -292,15 +373,17 @@ def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | N
         if gain_of(windows, best, one)[0] > 0.0:
             best = one
     least = _least(windows, gain_of(windows, now, best)[0], best.rest)
-    able = [one for one in tries if one is best or gain_of(windows, one, best)[0] < least]
+    able = [one for one in tries if one is best or not _is_worse(windows, one, best, least)]
 
-    def simple(one: State) -> tuple[int, float, bool, bool, bool]:
-        last = one.causes[-1]
-        one_sided = last.candidate.kind == "restitution_asymmetry"  # that of a flank, where only one is met
-        sensor = isinstance(last.effect, SensorEffect)
-        return len(last.numbers), price(last.candidate), one_sided, sensor, one is not best
+    return min(able, key=lambda one: (*_simple(one), one is not best))
 
-    return min(able, key=simple)
+
+def _simple(one: State) -> tuple[int, float, bool, bool]:
+    """Return by what a state is simpler than others: numbers, price of the last cause, places that it may stand for."""
+    last = one.causes[-1]
+    one_sided = last.candidate.kind == "restitution_asymmetry"  # that of a flank, where only one is met
+    numbers = sum(len(cause.numbers) for cause in one.causes)
+    return numbers, price(last.candidate), one_sided, isinstance(last.effect, SensorEffect)
 
 
 def _least(windows: Windows, gain: float, rest: Array) -> float:
@@ -310,18 +393,35 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
     noise, which something else does that may be taken for either.
     """
     level = float(np.median(windows.level(rest)))
-    beyond = max(level - 1.0, 0.0) / level * len(windows.read) / windows.runs(rest)
+    beyond = (level > TRUE) * (level - 1.0) / level * len(windows.read) / windows.runs(rest)
     return max(EXCLUDED, SAME * gain, LEFT * beyond)
+
+
+def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
+    """Return whether a state leaves more than another by so much.
+
+    Where the other leaves noise, and this one does not account for the path, four standard deviations are enough.
+    """
+    off, left = (float(np.median(windows.level(each.rest))) for each in (one, other))
+    return gain_of(windows, one, other)[0] > (EXCLUDED if left < TRUE < ACCOUNTS < off else least)
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
     """Return whether a state leaves more than another, by so much, and in windows all over the records."""
-    worse, sure = gain_of(windows, one, other)
-    return worse > least and sure > APART
+    return _is_worse(windows, one, other, least) and gain_of(windows, one, other)[1] > APART
 
 
 def _without(state: State, k: int) -> State:
     return state._replace(causes=state.causes[:k] + state.causes[k + 1 :])
+
+
+def _lean(windows: Windows, now: State) -> State:
+    """Return a state without causes that have become nothing by the last one."""
+    for k in reversed(range(len(now.causes) - 1)):
+        if size_of(windows, now.causes[k]) < SMALLEST:
+            restore(windows, now)
+            now = polished(windows, fitted(windows, _without(now, k)))
+    return now
 
 
 def _pruned(windows: Windows, base: State, now: State) -> State:
@@ -330,7 +430,7 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     while k < len(now.causes):
         restore(windows, now)
         less = polished(windows, fitted(windows, _without(now, k)))
-        if SMALLEST < size_of(windows, now.causes[k]) < LARGEST and _pays(windows, base, less, now):
+        if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
             k += 1
         else:
             now, k = less, 0
@@ -338,15 +438,24 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     return now
 
 
-def _fits(windows: Windows, known: Sequence[Candidate], now: State) -> list[State]:
-    """Return the best candidates of each kind, fitted together with the causes, best first."""
-    scores, level = scores_of(windows, known, now)
+def _fits(windows: Windows, known: Sequence[Candidate], now: State, place: int | None = None) -> list[State]:
+    """Return the best candidates of each kind, fitted together with the causes, best first.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: state with causes.
+        place: of a cause, in the place of which candidates that look like it are fitted.
+    """
+    scores, level = scores_of(windows, known, now, place=place)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
-    most = FITTED[1 if any(one.candidate.kind == OIL for one in now.causes) else 0]
+    causes = now.causes if place is None else _without(now, place).causes
+    most = FITTED[1 if any(one.candidate.kind == OIL for one in causes) else 0]
+    least = NEAR if place is None else LIKE
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
-        if gain < NEAR * able[0].gain or len(made) >= most:
+        if gain < least * able[0].gain or len(made) >= most:
             break
         if one.kind in kinds or (one.kind, str(one.shape)) in there:
             continue
@@ -354,7 +463,7 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: State) -> list[Stat
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
             restore(windows, now)
             windows.turned = windows.turned + by
-            fit = fitted(windows, now._replace(causes=(*now.causes, cause)))
+            fit = fitted(windows, now._replace(causes=(*causes, cause)))
             if fit.causes[-1].possible:
                 kinds.add(one.kind)
                 made.append(fit)

@@ -134,6 +134,7 @@ class Windows:
             for at, span in self._spans(k, known, period, max(MOST // len(tracks), 1)):
                 rows.append((k, at, span))
                 seen.append(self._read(k, known, at, span))
+        self.guessed = self.zeros.copy()
         self.record = np.array([row[0] for row in rows], dtype=int)
         self.begin = np.array([row[1] for row in rows])
         span = np.array([row[2] for row in rows])
@@ -145,7 +146,7 @@ class Windows:
             made = [curves[k](at, order) for k, at in zip(self.record, time, strict=True)]
             return np.array(made).reshape(-1, NODES)
 
-        self.drive = driven(0), driven(1), driven(2)
+        self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.roots = [
@@ -274,6 +275,23 @@ class Windows:
         few.every, few.order = few._numbered()
         return few, number[self.every] >= 0
 
+    def until(self, part: float) -> Windows:
+        """Return the same windows, each only as long as a part of it, with starts, zeros and weights of their own.
+
+        Args:
+            part: of each window, 0 to 1.
+        """
+        nodes = max(round(part * (self.drive[0].shape[1] - 1)) + 1, 3)
+        mine = self.node + self.beyond <= nodes - 1
+        few = copy(self)
+        few.drive = tuple(np.ascontiguousarray(one[:, :nodes]) for one in self.drive)
+        for name in ("time", "read", "sigma", "window"):
+            setattr(few, name, getattr(self, name)[mine])
+        few.node = np.minimum(self.node[mine], nodes - 2)
+        few.beyond = (self.node + self.beyond)[mine] - few.node
+        few.every, few.order = few._numbered()
+        return few
+
     def residuals(self, effects: Sequence[Any], starts: Starts | None = None) -> Array:
         """Return readings less what the rig with more effects makes of them, in standard deviations, (n,).
 
@@ -333,7 +351,7 @@ class Windows:
         about = np.array([*self.radii, self.lever])
         film = film_of(rows)
         kicks = starts.kicks if self.spread(effects) else starts.kicks[:, :0]
-        flow = np.zeros((len(self), NODES - 1 if most and len(film) else 0, 4))
+        flow = np.zeros((len(self), angle.shape[1] - 1 if most and len(film) else 0, 4))
         shoot(self.begin, self.step, angle, speed, rate, *flanks, about, ahead, torques, laws, film, *starts[:3], kicks,
               path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
@@ -433,7 +451,7 @@ class Windows:
             until: that part of a window.
             count: of readings, or of these and kicks.
         """
-        kept = (self.node + self.beyond) / (NODES - 1) <= until
+        kept = (self.node + self.beyond) / (self.drive[0].shape[1] - 1) <= until
         return np.concatenate([kept, np.ones(count - len(kept), dtype=bool)]).astype(float)
 
     def restart(self, effects: Sequence[Any], *, anew: bool = False, until: float = 1.0) -> None:
@@ -449,13 +467,16 @@ class Windows:
         tried = [] if anew else [self.starts]
         none = np.zeros(len(self))
         tried += [at_rest(none, none, mode) for mode in (1, 2)]
-        fall = -self.lever * self.values.drag_torque - self.radii[0] * self.drive[2]
+        now = self._run(effects, self.starts)
+        wrong = self.misread([one for one in (*self.effects, *effects) if isinstance(one, SensorEffect)], now.seen[0])
+        driven = self.drive[2] if wrong is None else self.drive[2] - wrong[2]
+        fall = -self.lever * self.values.drag_torque - self.radii[0] * driven
         step = self.step[:, None]
         rate = np.concatenate([none[:, None], np.cumsum(0.5 * (fall[:, 1:] + fall[:, :-1]), axis=1) * step], axis=1)
         pulled = np.concatenate([none[:, None], np.cumsum(0.5 * (rate[:, 1:] + rate[:, :-1]), axis=1) * step], axis=1)
         w = self.window
         since = self.time - self.begin[w]
-        straight = self.read - self.zeros[self.record[w]] - self.between(pulled)
+        straight = self.read - (now.made - self.between(now.path)) - self.between(pulled)
         order = self.order[: len(w)]
         for taken in TAKEN:
             near = order < taken
