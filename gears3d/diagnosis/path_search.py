@@ -74,9 +74,10 @@ APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
 ERRS = 1e-5
 """Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
-REACHED, NEARBY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.8
-"""Parts of windows, from their beginning on, in which causes are sought one after the other, and part of the backlash
-up to which the path is near in so many windows: slopes then say what candidates promise."""
+REACHED, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
+"""Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
+to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
+that is found, it is that of another rig."""
 REACHES = tuple(0.08 * 1.25**k for k in range(12))
 """Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
@@ -248,6 +249,9 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
             break
         if _far(part, first.rest) > ACCOUNTS:
             found = _added(part, dense, polished(part, _opened(part)), polished(part, first), told)
+            if _off(part, found) > ASTRAY:
+                now = base
+                break
             now = polished(windows, _carried(windows, found)) if found.causes else now
     return _added(windows, known, base, _pruned(windows, base, now), told)
 
@@ -258,13 +262,19 @@ def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, St
     for reach in reversed(REACHED):
         part = windows.until(reach) if reach < 1.0 else windows
         first = _carried(part, now) if reach < 1.0 else now
-        restore(part, first)
-        missed = _far(part, part.missed(effects_of(first.causes)))
-        noise = float(np.median(part.level(part.sigma)))
-        off = np.sqrt(max(missed - noise, 0.0)) / windows.backlash
-        if reach <= least or off < NEARBY or _far(part, first.rest) <= ACCOUNTS:
+        if reach <= least or _off(part, first) < NEARBY or _far(part, first.rest) <= ACCOUNTS:
             return reach, part, first
     raise AssertionError
+
+
+def _off(windows: Windows, now: State) -> float:
+    """Return by how much, beyond noise, many windows are off at most, in backlashes."""
+    restore(windows, now)
+    missed, noise = (
+        _far(windows, windows.missed(effects_of(now.causes))),
+        float(np.median(windows.level(windows.sigma))),
+    )
+    return float(np.sqrt(max(missed - noise, 0.0))) / windows.backlash
 
 
 def _far(windows: Windows, rest: Array) -> float:
