@@ -73,8 +73,9 @@ LEFT = 0.25
 APART = 3.0
 """Standard errors, by the scatter over windows, that this must differ from none by."""
 ERRS = 1e-5
-"""Part of what all causes explain that a model of them may err by: a cause that gains less is none."""
-REACHED, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
+"""Part of what all causes explain that a model of them may err by: 0.3 % of the path, to which sizes come true in
+records without noise. A cause that gains less is none."""
+BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02, 0.1, 0.8
 """Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
 to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
 that is found, it is that of another rig."""
@@ -242,7 +243,7 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
     as the path is near with those that are known.
     """
     now, done = base, 0.0
-    dense = [one for one in known if one.kind != SCATTER]  # of the first impact it explains whatever is seen
+    dense = [one for one in known if one.kind != SCATTER]  # which explains any rebound of a first impact
     while True:
         done, part, first = _near(windows, now, done)
         if part is windows:
@@ -258,8 +259,8 @@ def _searched(windows: Windows, known: Sequence[Candidate], base: State, told: C
 
 def _near(windows: Windows, now: State, done: float) -> tuple[float, Windows, State]:
     """Return the largest part of windows, beyond one that is done, in which the path is near, these, and the state."""
-    least = next(part for part in REACHED if part > done)
-    for reach in reversed(REACHED):
+    least = next(part for part in BEGINNINGS if part > done)
+    for reach in reversed(BEGINNINGS):
         part = windows.until(reach) if reach < 1.0 else windows
         first = _carried(part, now) if reach < 1.0 else now
         if reach <= least or _off(part, first) < NEARBY or _far(part, first.rest) <= ACCOUNTS:

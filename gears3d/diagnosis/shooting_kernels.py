@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
 import numpy as np
 
-from gears3d.kernels import inner, njit
+from gears3d.kernels import njit
+from gears3d.lumped.compile import tight
 
 Array = np.ndarray
-tight: Any = partial(inner, error_model="numpy", forceinline=True)
-"""Decorates what a node is worked out by: division by zero is no error there, and calls would cost as much again."""
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
 """What an event of a window is: an impact, one whose bounces all end within half a step, and parting from a flank."""
 
