@@ -3,24 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from math import gcd, pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.diagnosis.path_fit import ACCEPT, OIL, SCATTER, SQUARED, State, columns_of, effects_of
+from gears3d.diagnosis.cause import begin
+from gears3d.diagnosis.path_fit import (
+    ACCEPT,
+    LARGEST,
+    OIL,
+    SCATTER,
+    SMALLEST,
+    SQUARED,
+    State,
+    columns_of,
+    effects_of,
+)
 from gears3d.diagnosis.zeros import GEARS, Phases, goes_by, one_size, order_of, reference, worth_of
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.candidates import Candidate
     from gears3d.diagnosis.cause import Cause
-    from gears3d.diagnosis.shooting import Windows
+    from gears3d.diagnosis.shooting import Linearised, Windows
 
 Array = np.ndarray
 TRIED = 0.2
 """Part of the size at which candidates have their columns."""
 SCORED = 32
 """Windows in which candidates are scored."""
+ALIKE, MISSED, POOL, SETS = 0.2, 0.02, 16, 2
+"""Part of a cause's effect that a candidate must have to look like it; part of the effect of several that fewer may
+miss, for it is not quite linear in their sizes; candidates from which sets are taken, and sets that are fitted."""
 
 
 class Score(NamedTuple):
@@ -69,17 +84,8 @@ def scores_of(
     for one in known:
         if one.kind in (OIL, SCATTER) or not turning.told(one):
             continue
-        columns = []
-        for k in range(2 if one.phased else 1):
-            numbers = np.zeros(2 if one.phased else 1)
-            part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
-            numbers[k] = part * one.unit
-            if one.kind == SQUARED:
-                changed = along.rest - few.residuals([*effects_of(now.causes), one.effect(numbers)])
-            else:
-                changed = along.column(one.effect(numbers))
-            column = away(changed / part * weight)
-            columns.append(column - others @ (others.T @ column))
+        columns = [away(column * weight) for column in _own(along, now.causes, one)]
+        columns = [column - others @ (others.T @ column) for column in columns]
         normal, right = _by_record(np.column_stack(columns), left, record, len(windows.zeros))
         if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
             bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
@@ -96,6 +102,113 @@ def scores_of(
         best[one.kind] = max(best.get(one.kind, 0.0), gain)
         found.append(Score(gain, one, units, by, scale * float(normal[:, 0, 0].sum())))
     return sorted(found, key=lambda each: -each.gain), level
+
+
+def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> list[Array]:
+    """Return how predictions change with each number of a candidate, per unit, (n,) each."""
+    columns = []
+    for k in range(2 if one.phased else 1):
+        numbers = np.zeros(2 if one.phased else 1)
+        part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
+        numbers[k] = part * one.unit
+        if one.kind == SQUARED:
+            changed = along.rest - along.windows.residuals([*effects_of(causes), one.effect(numbers)])
+        else:
+            changed = along.column(one.effect(numbers))
+        columns.append(changed / part)
+    return columns
+
+
+def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[Cause, ...]]:
+    """Return sets of causes of fewer numbers that have along the present path the effect of the present causes.
+
+    Several causes may stand for fewer that were not found: a deviation of one gear and one of the other for an
+    eccentricity. Along one path effects are nearly linear in their sizes, so that every small set can be tried.
+
+    Args:
+        windows: of the records.
+        known: candidates.
+        now: causes that are there.
+
+    Returns:
+        Of each group of causes that look like the same candidates, the best sets of one, two and more.
+    """
+    few, _ = windows.some(SCORED)
+    along = few.along(effects_of(now.causes))
+    weight = few.weights(along.rest)
+    away = few.without_starts([one * weight for one in along.starts()])
+    found = np.column_stack([away(one * weight) for one in columns_of(along, now.causes)])
+    ends = np.cumsum([0, *(len(one.numbers) for one in now.causes)])
+    zeros = np.linalg.qr(found[:, ends[-1] :][:, np.any(found[:, ends[-1] :] != 0.0, axis=0)])[0]
+    done = []
+    for one, at in zip(now.causes, ends, strict=False):
+        size = (one.numbers / one.units)[: 2 if one.candidate.phased else 1]
+        column = found[:, at : at + len(size)] @ size
+        done.append(column - zeros @ (zeros.T @ column))
+    turning, able, columns = _Turning(windows, now.causes), [], []
+    for one in known:
+        if one.kind in (OIL, SCATTER, SQUARED) or not turning.fixed(one):
+            continue
+        own = np.column_stack([away(column * weight) for column in _own(along, now.causes, one)])
+        own -= zeros @ (zeros.T @ own)
+        if np.all(np.isfinite(own)) and np.any(own):
+            able.append(one)
+            columns.append(own)
+    alike = np.array([[_share(own, column) for own in columns] for column in done]).reshape(len(done), len(able))
+    made = []
+    for group in _groups(alike > ALIKE):
+        numbers = sum(len(now.causes[k].numbers) for k in group)
+        pool = np.argsort(-np.max(alike[group], axis=0))[:POOL]
+        pool = [int(k) for k in pool if np.max(alike[group, k]) > ALIKE]
+        whole = np.sum([done[k] for k in group], axis=0)
+        rest = tuple(one for k, one in enumerate(now.causes) if k not in group)
+        sets = _sets([columns[k] for k in pool], whole, numbers, len(group))
+        for own, units in sets:
+            causes = [begin(able[pool[k]], one) for k, one in zip(own, units, strict=True)]
+            made.append((*rest, *causes))
+    return made
+
+
+def _share(own: Array, column: Array) -> float:
+    """Return the part of a column that others explain."""
+    return float(np.sum((np.linalg.qr(own)[0].T @ column) ** 2) / max(float(column @ column), 1e-300))
+
+
+def _groups(alike: Array) -> list[list[int]]:
+    """Return groups of two causes or more that look like the same candidates, from a table, (causes, candidates)."""
+    joined = alike.astype(int) @ alike.T.astype(int) > 0
+    groups: list[list[int]] = []
+    left = set(range(len(alike)))
+    while left:
+        group, more = set(), {min(left)}
+        while more:
+            group |= more
+            more = {int(k) for one in more for k in np.flatnonzero(joined[one])} - group
+        left -= group
+        if len(group) > 1:
+            groups.append(sorted(group))
+    return groups
+
+
+def _sets(columns: Sequence[Array], whole: Array, numbers: int, most: int) -> list[tuple[tuple[int, ...], list[Array]]]:
+    """Return the best sets of columns of fewer numbers that explain nearly all of another, with their numbers."""
+    ends = np.cumsum([0, *(one.shape[1] for one in columns)])
+    table = np.column_stack(columns)
+    normal, right, total = table.T @ table, table.T @ whole, float(whole @ whole)
+    made = []
+    for count in range(1, most + 1):
+        good = []
+        for own in combinations(range(len(columns)), count):
+            at = np.concatenate([np.arange(ends[k], ends[k + 1]) for k in own])
+            if len(at) >= numbers:
+                continue
+            units = np.linalg.lstsq(normal[np.ix_(at, at)], right[at], rcond=1e-9)[0]
+            left = 1.0 - float(units @ right[at]) / total
+            parts = np.split(units, np.cumsum([columns[k].shape[1] for k in own])[:-1])
+            if left < MISSED and all(SMALLEST < np.hypot.reduce(one) < LARGEST for one in parts):
+                good.append((left, own, parts))
+        made += [(own, parts) for _, own, parts in sorted(good, key=lambda one: one[0])[:SETS]]
+    return made
 
 
 def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
@@ -131,6 +244,13 @@ class _Turning:
     def told(self, one: Candidate) -> bool:
         """Return whether a candidate can be asked about: not a tooth, where angles are not aligned."""
         return one.phased or not self._free(one)
+
+    def fixed(self, one: Candidate) -> bool:
+        """Return whether the angles that a candidate goes by are those of the causes, in all records."""
+        gear = goes_by(one)
+        if not gear or not np.any(self.windows.lost[:, GEARS.index(gear)]):
+            return True
+        return not self._free(one) and order_of(one) % max(gcd(*self.orders[gear]), 1) == 0
 
     def dear(self, one: Candidate) -> float:
         """Return the chi-square that a candidate must gain more for the angles that it has free."""

@@ -42,7 +42,7 @@ from gears3d.diagnosis.path_fit import (
     state_of,
     with_spread,
 )
-from gears3d.diagnosis.path_scores import SCORED, scores_of
+from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
 from gears3d.diagnosis.scatter import Scatter
 from gears3d.diagnosis.shooting import Windows
 from gears3d.effects import SensorEffect
@@ -335,6 +335,7 @@ def _exchanged(
         State, states without each of its causes, and with others in the place of each.
     """
     for left in reversed(range(EXCHANGES + 1)):
+        found = _fewer(windows, known, base, found)
         less, instead = [], []
         for k, cause in enumerate(found.causes):
             restore(windows, found)
@@ -357,6 +358,20 @@ def _exchanged(
             restore(windows, found)
             return found, less, instead
     raise AssertionError
+
+
+def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
+    """Return a state with fewer causes in the place of several that look like others, where these explain as much."""
+    tries = []
+    for causes in fewer(windows, known, found):
+        restore(windows, found)
+        with suppress(InputError):
+            rest = windows.residuals(effects_of(causes))
+            one = polished(windows, fitted(windows, state_of(windows, causes, rest)))
+            if not _excludes(windows, one, found, _least(windows, gain_of(windows, base, found)[0], found.rest)):
+                tries.append(one)
+    restore(windows, found)
+    return _simplest(windows, base, tries) or found
 
 
 def _taken(windows: Windows, base: State, less: State, more: State) -> bool:

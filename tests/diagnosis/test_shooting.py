@@ -8,6 +8,9 @@ import pytest
 from gears3d.challenge import anywhere, hide, space
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.candidates import Candidate, candidates
+from gears3d.diagnosis.cause import begin
+from gears3d.diagnosis.path_fit import effects_of, fitted, polished, state_of
+from gears3d.diagnosis.path_scores import fewer
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
 from gears3d.effects import catalogue
@@ -210,6 +213,28 @@ def test_three_causes_are_told_from_what_stands_in_for_them(rig):
             for one, own in zip(found.causes, found.others, strict=True)]  # fmt: skip
     assert len(told) == 3
     assert all(any(kind in among for among in told) for kind in hidden)
+
+
+def test_fewer_causes_stand_for_several_that_look_like_them(rig):
+    """A transmission error and a backlash variation do what one eccentricity does: small sets are asked together."""
+    values = rig.rig()
+    hidden = catalogue()["eccentricity"](offset=0.2 * values.backlash, phase=0.4, gear="loose")
+    windows, _ = shot(rig, [hidden])
+    known = known_of(rig, windows)
+    shapes = {
+        "transmission_error": {"gear": "loose", "order": 1, "flank": "both"},
+        "backlash_variation": {"order": 1},
+    }
+    apart = [one for one in known if one.shape == shapes.get(one.kind)]
+    causes = tuple(begin(one, np.array([0.1, 0.1])) for one in apart)
+    windows.restart([hidden], anew=True)
+    found = polished(windows, fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
+    assert len(causes) == 2
+    assert np.median(windows.level(found.rest)) < 2.0
+    sets = [own for own in fewer(windows, known, found) if {one.candidate.kind for one in own} == {"eccentricity"}]
+    assert sets
+    size = {one.candidate.shape["gear"]: np.hypot(*one.numbers) for (one,) in sets}
+    assert size["loose"] == pytest.approx(hidden.offset, rel=0.02)
 
 
 def test_restitution_that_scatters_is_found_beside_a_torque(rig):
