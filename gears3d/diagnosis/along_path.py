@@ -15,7 +15,8 @@ from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.joint import settled
-from gears3d.diagnosis.path_search import ACCOUNTS, EXCLUDED, OIL, SCATTER, SMALLEST, Path, against, halves, path_search
+from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT
+from gears3d.diagnosis.path_search import Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.rivals import Rival
 from gears3d.diagnosis.search import Search, blind, given, in_own_channels
@@ -84,8 +85,10 @@ class AlongPath(NamedTuple):
 
     @property
     def limits(self) -> dict[str, float]:
-        """Smallest size of an effect that the path shows, in units, by place."""
-        return {place: max(self.path.seen.get(kind, np.inf), SMALLEST) for place, kind in PLACES.items()}
+        """Smallest size of an effect that the path shows, in units, by place; compliant teeth have no restitution."""
+        soft = any(row.code == Code.GAP_SPRING for row in self.windows.base)
+        kinds = {place: kind for place, kind in PLACES.items() if not (soft and place == "impact")}
+        return {place: max(self.path.seen.get(kind, np.inf), SMALLEST) for place, kind in kinds.items()}
 
     def found(self) -> tuple[Search, list[list[Rival]]]:
         """Return the causes as a search has them, and what is not excluded in the place of each."""
@@ -95,7 +98,7 @@ class AlongPath(NamedTuple):
             now = Fit(self.path.causes, 0.0, self.path.covariance, found.base)
             return found._replace(fit=now), told
         found = given(self.records, self.path.causes, UNSEEN)
-        if any(one.candidate.kind == OIL for one in self.path.causes):  # records were cut by dry flanks
+        if any(one.candidate.kind in LAWS for one in self.path.causes):  # records were cut by rigid dry flanks
             causes, spread = [*self.path.causes], self.path.covariance
         else:
             by, changed = settled(found.records, self.path.causes)
@@ -114,7 +117,7 @@ class AlongPath(NamedTuple):
         Args:
             found: with the causes.
         """
-        if self.records and not any(one.candidate.kind == OIL for one in found.fit.causes):
+        if self.records and not any(one.candidate.kind in LAWS for one in found.fit.causes):
             return tuple(splits(found.records, found.fit.causes)) if found.fit.causes else ()
         told = halves(self.windows, found.fit.causes) if found.fit.causes else []
         return tuple(
@@ -174,9 +177,15 @@ def along_path(
     lasts = max(float(known.time[-1] - known.time[0]) for _, known in tracks)
     rig = replace(rigs[0].rig(), mean_speed=float(np.mean([abs(one.motion.mean) for one in rigs])))
     asked = [one for one in candidates(rig, lasts, highest) if one.kind not in (*UNSEEN, *FAINT)]
-    if rig.face_width > 0.0 and not any(row.code == Code.GAP_FILM for row in rigs[0].rows()):
+    there = {row.code for row in rigs[0].rows()}
+    if rig.face_width > 0.0 and Code.GAP_FILM not in there:
         unit = catalogue()[OIL](viscosity=1e-3).unit_size(rig)
         asked.append(Candidate(OIL, {}, "viscosity", unit, False, ()))
+    if rig.drag_torque > 0.0 and Code.GAP_SPRING not in there:
+        unit = catalogue()[SOFT](stiffness=1e6).unit_size(rig)
+        asked.append(Candidate(SOFT, {"damping": 1.0}, "stiffness", unit, False, ()))
+    if Code.GAP_SPRING in there and Code.TORQUE_FRICTION not in there:
+        asked.append(Candidate(RUB, {}, "coefficient", 1.0, False, ()))
     asked.append(Candidate(SCATTER, {}, "standard_deviation", max(rig.restitution, 0.1), False, ()))
     path = path_search(windows, asked, told)
     if path is None:

@@ -171,33 +171,39 @@ def _diagnosed(
     admitted_all, notes = admitted, [*of_channels(admitted), *of_zeros(admitted)]
     admitted = _moving(admitted, notes)
     paths = Paths()
-    seen = law_of(admitted, notes, tell, paths)
-    if seen.law is not None:
-        return _lawful(admitted_all, rig, notes, seen.law, bodies)
-    if yields(rig):
-        if not seen.agrees and (law := with_others(seen)) is not None:
-            return _lawful(admitted_all, rig, notes, law, bodies)
-        return _beside(admitted_all, rig, notes, seen)
-    rings = resonance(admitted, paths)
     highest = max(HIGHEST, rig.rig().teeth_drive + 2, rig.rig().teeth_loose + 2)
 
     def searching(part: float) -> None:
         tell("searching for causes of the path", 0.6 + 0.1 * part)
 
+    if yields(rig):
+        whole = along_path([], admitted, paths, highest, searching)
+        if whole is not None and (whole.decides or whole.agrees):
+            return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+        seen = law_of(admitted, notes, tell, paths)
+        if (law := seen.law or (None if seen.agrees else with_others(seen))) is not None:
+            return _lawful(admitted_all, rig, notes, law, bodies)
+        return _beside(admitted_all, rig, notes, seen)
+    rings = resonance(admitted, paths)
     try:
         records, notes = _measured(admitted, notes, tell, paths)
     except InputError:  # what yields, swims in oil, or rings, may not be cut at all
-        if (law := with_others(seen)) is not None:
+        if rings is None:
+            whole = along_path([], admitted, paths, highest, searching)
+            if whole is not None and whole.decides:
+                return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+        seen = law_of(admitted, notes, tell, paths)
+        if (law := seen.law or with_others(seen)) is not None:
             return _lawful(admitted_all, rig, notes, law, bodies)
         if rings is not None:
             return _uncut(admitted_all, rig, notes, "unexplained", rings)
-        whole = along_path([], admitted, paths, highest, searching)
-        if whole is not None and whole.decides:
-            return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
         raise
     whole = along_path(records, admitted, paths, highest, searching)
     if whole is not None and whole.decides and (rings is None or whole.path.causes or whole.path.scatter):
         return _along(admitted_all, rig, notes, whole, tell, bodies, runs)
+    seen = law_of(admitted, notes, tell, paths)
+    if seen.law is not None:
+        return _lawful(admitted_all, rig, notes, seen.law, bodies)
     records, found, deep = searched(admitted, records, highest, paths, tell)
     kicks = [] if rings is None else [rings.structure]
     kicks += thrown(found.records, found.fit.causes) if deep is None else []

@@ -17,9 +17,11 @@ from gears3d.errors import InputError
 Array = np.ndarray
 STEP = 1e-3
 """Of a number in units, for slopes at a fit."""
-SQUARED, OIL, SCATTER = "mesh_drag", "oil_film", "restitution_scatter"
-"""A cause that is felt with its square, one that changes all of the path from its smallest size on, and one by which
+SQUARED, OIL, SOFT, SCATTER = "mesh_drag", "oil_film", "tooth_compliance", "restitution_scatter"
+"""A cause that is felt with its square, two that change all of the path from their smallest size on, and one by which
 every impact has a number of its own."""
+LAWS, RUB = (OIL, SOFT), "mesh_friction"
+"""Causes that are laws of contact, of which a rig has one, and one that acts on compliant flanks."""
 ACCEPT = 40.0
 """Fall of chi-square over its level that a cause must bring: by chance, among three thousand numbers, in 1e-6."""
 SMALLEST, LARGEST = 0.01, 3.0
@@ -106,11 +108,11 @@ def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0
 
 
 def size_of(windows: Windows, cause: Cause) -> float:
-    """Return the size of a cause in its units, those of a power of the speed at its own exponent."""
+    """Return the size of a cause in its units, of a power at its own exponent, of a stiffness its inverse."""
     size = float(np.hypot.reduce(cause.numbers[: 2 if cause.candidate.phased else 1])) / cause.candidate.unit
     if cause.candidate.kind == "drag_power":
         size *= windows.pivot ** (float(np.exp(cause.numbers[1])) - cause.candidate.shape["exponent"])
-    return size
+    return 1.0 / size if cause.candidate.kind == SOFT else size
 
 
 def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
@@ -135,7 +137,7 @@ def fitted(windows: Windows, now: State, rounds: int = ROUNDS) -> State:
             left = rest * weight - columns @ (damping * step)
             try:
                 trial = moved(causes, damping * step[:numbers] * units, windows.pivot)
-                if any(one.candidate.kind == OIL and one.numbers[0] <= 0.0 for one in trial):
+                if any(one.candidate.kind in LAWS and one.numbers[0] <= 0.0 for one in trial):
                     continue
                 effects = effects_of(trial)
                 at = numbers + len(zeros)
@@ -182,6 +184,8 @@ def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
             power = float(np.exp(cause.numbers[1]))
             torque = step[own][0] + cause.numbers[0] / cause.units[0] * np.log(pivot) * power * step[own][1]
             long[0] = abs(torque) * pivot ** (power - cause.candidate.shape["exponent"])
+        if cause.candidate.kind == SOFT:
+            long[0] /= cause.numbers[0] / cause.units[0]
         made[own] *= FARTHEST[0] / max(float(np.max(long)), FARTHEST[0])
     return made
 
@@ -189,9 +193,8 @@ def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
 def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
     windows, columns = along.windows, []
-    oil = any(cause.candidate.kind == OIL for cause in causes)  # a film is thin where most happens: no straight line
-    for k, cause in enumerate(causes):
-        bent = oil or cause.candidate.kind == SQUARED
+    for k, cause in enumerate(causes):  # a film is thin where most happens: no straight line
+        bent = along.oiled or cause.candidate.kind in (*LAWS, RUB, SQUARED)
         for j, unit in enumerate(cause.units):
             step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP
             numbers = cause.numbers.copy()

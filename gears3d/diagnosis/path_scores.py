@@ -13,7 +13,8 @@ from gears3d.diagnosis.cause import begin
 from gears3d.diagnosis.path_fit import (
     ACCEPT,
     LARGEST,
-    OIL,
+    LAWS,
+    RUB,
     SCATTER,
     SMALLEST,
     SQUARED,
@@ -82,7 +83,7 @@ def scores_of(
     turning = _Turning(windows, causes)
     record = few.record[few.every[: len(rest)]]
     for one in known:
-        if one.kind in (OIL, SCATTER) or not turning.told(one):
+        if one.kind in (*LAWS, SCATTER) or not turning.told(one):
             continue
         columns = [away(column * weight) for column in _own(along, now.causes, one)]
         columns = [column - others @ (others.T @ column) for column in columns]
@@ -111,7 +112,7 @@ def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> list[Arr
         numbers = np.zeros(2 if one.phased else 1)
         part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
         numbers[k] = part * one.unit
-        if one.kind == SQUARED:
+        if one.kind in (SQUARED, RUB):
             changed = along.rest - along.windows.residuals([*effects_of(causes), one.effect(numbers)])
         else:
             changed = along.column(one.effect(numbers))
@@ -147,7 +148,7 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
         done.append(column - zeros @ (zeros.T @ column))
     turning, able, columns = _Turning(windows, now.causes), [], []
     for one in known:
-        if one.kind in (OIL, SCATTER, SQUARED) or not turning.fixed(one):
+        if one.kind in (*LAWS, SCATTER, SQUARED) or not turning.fixed(one):
             continue
         own = np.column_stack([away(column * weight) for column in _own(along, now.causes, one)])
         own -= zeros @ (zeros.T @ own)

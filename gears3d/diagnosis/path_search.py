@@ -22,11 +22,13 @@ from gears3d.diagnosis.path_fit import (
     EXCLUDED,
     FARTHEST,
     LARGEST,
+    LAWS,
     OIL,
     ROUNDS,
     SCATTER,
     SETTLING,
     SMALLEST,
+    SOFT,
     State,
     covariance_of,
     effects_of,
@@ -59,8 +61,10 @@ TRUE = 1.5
 """Usual mean square of residuals, in variances of the noise, up to which they are noise."""
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
-OILS = (0.03, 0.06, 0.12, 0.25, 0.5)
-"""Sizes in units at which oil is tried."""
+SIZES = {OIL: (0.03, 0.06, 0.12, 0.25, 0.5), SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0)}
+"""Sizes in units at which laws of contact are tried."""
+DAMPINGS = (0.05, 0.15)
+"""Parts of the critical damping at which compliant teeth are tried."""
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
 """Part of the best score that a candidate needs to be fitted, and in the place of a cause, and causes that are
 exchanged at most."""
@@ -226,7 +230,7 @@ def against(windows: Windows, causes: Sequence[Cause], turned: Sequence[tuple[fl
 
 def _seen(windows: Windows, known: Sequence[Candidate], found: State) -> dict[str, float]:
     """Return the smallest size of causes of one number that the path shows beside others, in units, by kind."""
-    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, OIL, SCATTER)]
+    plain = [one for one in known if not one.phased and not one.shape and one.kind not in (*FREE, *LAWS, SCATTER)]
     scores, level = scores_of(windows, plain, found, -np.inf)
     return {one.candidate.kind: float(np.sqrt(ACCEPT * level / one.worth)) for one in scores if one.worth > 0.0}
 
@@ -307,9 +311,10 @@ def _added(
             tries.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
         if tries:
             least = max(ACCEPT, SAME * max(gain_of(windows, now, one)[0] for one in tries))
-            for one in _oiled(windows, known, now, least):
-                restore(windows, one)
-                tries.append(polished(windows, scanned(windows, polished(windows, one))))
+            for start in (now, base) if now.causes else (now,):  # a law may do what several causes stood in for
+                for one in _lawful(windows, known, now, start, least):
+                    restore(windows, one)
+                    tries.append(polished(windows, scanned(windows, polished(windows, one))))
         for one in _scattered(windows, known, now):
             restore(windows, one)
             tries.append(polished(windows, one))
@@ -341,7 +346,7 @@ def _exchanged(
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k))))
             own = []
-            for one in _fits(windows, known, found, k) if cause.candidate.kind not in (OIL, SCATTER) else ():
+            for one in _fits(windows, known, found, k) if cause.candidate.kind not in (*LAWS, SCATTER) else ():
                 restore(windows, one)
                 own.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
             same = found._replace(causes=(*less[-1].causes, cause))
@@ -415,12 +420,13 @@ def _simple(one: State) -> tuple[int, float, bool, bool]:
 def _least(windows: Windows, gain: float, rest: Array) -> float:
     """Return the chi-square over the level by which a cause must be worse to be excluded.
 
-    Four standard deviations; part of what the better one explains, for a model errs; and part of what it leaves beyond
-    noise, which something else does that may be taken for either.
+    Four standard deviations; part of what the better one explains, for a model errs, less where what it leaves is
+    noise; and part of what it leaves beyond noise, which something else does that may be taken for either.
     """
     level = float(np.median(windows.level(rest)))
-    beyond = (level > TRUE) * (level - 1.0) / level * len(windows.read) / windows.runs(rest)
-    return max(EXCLUDED, SAME * gain, LEFT * beyond)
+    if level < TRUE:
+        return max(EXCLUDED, ERRS * gain)
+    return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
 
 
 def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
@@ -477,7 +483,7 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: State, place: int |
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
     causes = now.causes if place is None else _without(now, place).causes
-    most = FITTED[1 if any(one.candidate.kind == OIL for one in causes) else 0]
+    most = FITTED[1 if any(one.candidate.kind in LAWS for one in causes) else 0]
     least = NEAR if place is None else LIKE
     made, kinds = [], set()
     for gain, one, units, by, _ in able:
@@ -497,41 +503,52 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: State, place: int |
     return sorted(made, key=lambda one: float(np.sum((one.rest * windows.weights(one.rest)) ** 2)))
 
 
-def _oiled(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
-    """Return causes with oil between the flanks as well, where some windows promise that it gains so much."""
-    oil = next((one for one in known if one.kind == OIL), None)
-    if oil is None or any(one.candidate.kind == OIL for one in now.causes):
+def _lawful(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
+    """Return causes to start from with a law of contact as well, each of which some windows promise to gain so much."""
+    if any(one.candidate.kind in LAWS for one in start.causes):
         return []
-    restore(windows, now)
-    few, mine = windows.some(SCORED // 2)
-    zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
-    for size in OILS:
-        effects = [*effects_of(now.causes), oil.effect(np.array([size * oil.unit]))]
-        few.zeros, before = zeros.copy(), now.rest[mine[: len(now.rest)]]
-        for _ in range(2):  # what floats on oil lies off the zero that dry flanks have
-            few.restart(effects)
-            missed = few.missed(effects)
-            for k in range(len(zeros)):
-                own = few.record[few.window] == k
-                few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
-        gain = fall_of(few, before, few.residuals(effects))[0]
-        if gain > most:
-            most, best = gain, (size, few.zeros)
-    if best is None:
-        return []
-    with suppress(InputError):
-        cause = begin(oil, np.array([best[0]]))
-        windows.zeros = best[1].copy()
-        windows.restart(effects_of([*now.causes, cause]))
-        rest = windows.residuals(effects_of([*now.causes, cause]))
-        return [fitted(windows, state_of(windows, (*now.causes, cause), rest))]
-    return []
+    made = []
+    for law in (one for one in known if one.kind in LAWS):
+        restore(windows, start)
+        few, mine = windows.some(SCORED // 2)
+        zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
+        for cause in _begun(windows, law):
+            effects = [*effects_of(start.causes), cause.effect]
+            few.zeros, before = zeros.copy(), now.rest[mine[: len(now.rest)]]
+            for _ in range(2):  # on oil or compliant teeth the gear lies off the zero that rigid dry flanks have
+                few.restart(effects)
+                missed = few.missed(effects)
+                for k in range(len(zeros)):
+                    own = few.record[few.window] == k
+                    few.zeros[k] += float(np.median(missed[own])) if np.any(own) else 0.0
+            gain = fall_of(few, before, few.residuals(effects))[0]
+            if gain > most:
+                most, best = gain, (cause, few.zeros)
+        if best is None:
+            continue
+        with suppress(InputError):
+            causes, windows.zeros = (*start.causes, best[0]), best[1].copy()
+            windows.restart(effects_of(causes))
+            made.append(fitted(windows, state_of(windows, causes, windows.residuals(effects_of(causes)))))
+    return made
+
+
+def _begun(windows: Windows, law: Candidate) -> list[Cause]:
+    """Return a law of contact at the sizes at which it is tried."""
+    if law.kind == OIL:
+        return [begin(law, np.array([size])) for size in SIZES[OIL]]
+    mass = windows.values.inertia / windows.values.base_radius_loose**2
+    return [
+        begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
+        for size in SIZES[SOFT]
+        for damping in DAMPINGS
+    ]
 
 
 def _scattered(windows: Windows, known: Sequence[Candidate], now: State) -> list[State]:
     """Return causes with restitution that scatters as well, where flanks are dry."""
     own = next((one for one in known if one.kind == SCATTER), None)
-    if own is None or any(one.candidate.kind in (OIL, SCATTER) for one in now.causes):
+    if own is None or any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes):
         return []
     restore(windows, now)
     best, most = None, ACCEPT

@@ -58,9 +58,10 @@ KNOWN = (
     Code.TORQUE_CONSTANT, Code.TORQUE_LINEAR, Code.TORQUE_POWER, Code.TORQUE_HARMONIC, Code.TORQUE_RELAX,
     Code.TORQUE_FRICTION, Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC, Code.IMPACT_OFFSET,
     Code.IMPACT_SLOPE, Code.IMPACT_FLANK, Code.IMPACT_SCATTER, Code.MOTION_HARMONIC, Code.GAP_FILM,
+    Code.GAP_SPRING,
 )  # fmt: skip
-"""Normal forms that a window can be shot with; friction, without compliance, moves nothing, scatter predicts nothing,
-and the drive moves as measured."""
+"""Normal forms that a window can be shot with; friction moves nothing on rigid flanks, scatter predicts nothing, the
+drive moves as measured."""
 
 
 class Starts(NamedTuple):
@@ -102,7 +103,7 @@ def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
 
 
 def shootable(rig: Scenario) -> bool:
-    """Return whether windows can be shot with a rig: rigid flanks without stated deviations, torques of a formula."""
+    """Return whether windows can be shot with a rig: flanks without stated deviations, torques of a formula."""
     return perfect(rig.pair()) and all(row.code in KNOWN for row in rig.rows())
 
 
@@ -623,6 +624,8 @@ class Linearised:
     def __init__(self, windows: Windows, effects: Sequence[Any], run: _Run) -> None:
         self.windows, self.effects, self.run = windows, effects, run
         self.spread = windows.spread(effects)
+        rows = [row for effect in (*windows.effects, *effects) for row in effect.rows(windows.values)]
+        self.oiled = any(row.code == Code.GAP_FILM for row in rows)
         self.rest = windows.rest(run.made, run.starts, self.spread)
         self.none = np.zeros(windows.drive[0].shape)
         self.waves: tuple[dict[Any, Any], dict[Any, Any]] = {}, {}
@@ -635,7 +638,7 @@ class Linearised:
         free = (self.run.starts.mode == 0).astype(float)  # of those on a flank, none
         windows, still = self.windows, np.zeros(self.run.events.shape[:2])
         units = windows.units()
-        if self.run.flow.size:  # in a thin film most happens between two nodes
+        if self.oiled:  # in a thin film most happens between two nodes
             columns = []
             for k in (0, 1):
                 moved = list(self.run.starts)
@@ -720,8 +723,16 @@ def _along(own: Array, dense: Array) -> Array:
 
 
 def film_of(rows: Sequence[Row]) -> Array:
-    """Return the film of oil among normal forms as the kernels have it, (6,); empty without one."""
-    return np.array([row.p for row in rows if row.code == Code.GAP_FILM], dtype=float).reshape(-1)[:6]
+    """Return oil, compliance and friction of flanks among normal forms as the kernels have them, (9,); else empty."""
+    films, springs = ([row.p for row in rows if row.code == code] for code in (Code.GAP_FILM, Code.GAP_SPRING))
+    if not films and not springs:
+        return np.zeros(0)
+    made = np.zeros(9)
+    if films:
+        made[:6] = films[0][:6]
+    made[6:8] = np.sum([one[:2] for one in springs], axis=0) if springs else 0.0
+    made[8] = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
+    return made
 
 
 def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:

@@ -150,18 +150,24 @@ def _window(
 
 
 @tight
-def _films(gap: float, rate: float, film: Array, draws: float) -> tuple[float, float, float]:
-    """Return by what the film of one flank pushes [N], and its derivatives to gap and rate of the gap.
+def _films(gap: float, rate: float, film: Array, draws: float, rub: float) -> tuple[float, float, float]:
+    """Return by what one flank pushes [N], and its derivatives to gap and rate of the gap; friction takes its share.
 
-    A film has wedge, squeeze, rolling radii of drive and loose gear, and the thickness at which flanks touch; oil is
-    drawn in at a speed.
+    Its film has wedge, squeeze, rolling radii of drive and loose gear, and the thickness at which flanks touch; oil is
+    drawn in at a speed. Compliant teeth have stiffness and damping and never pull.
     """
-    wedge, squeeze, h = film[0] * draws, film[1], max(gap, film[4])
-    push, by_gap = wedge / h, -wedge / h**2
-    if rate >= 0.0:
-        return push, by_gap, 0.0
-    damping = -squeeze / (h * np.sqrt(h))
-    return push + damping * rate, by_gap - 1.5 * damping * rate / h, damping
+    push, by_gap, by_rate = 0.0, 0.0, 0.0
+    if film[0] > 0.0 or film[1] > 0.0:
+        wedge, squeeze, h = film[0] * draws, film[1], max(gap, film[4])
+        push, by_gap = wedge / h, -wedge / h**2
+        if rate < 0.0:
+            by_rate = -squeeze / (h * np.sqrt(h))
+            push, by_gap = push + by_rate * rate, by_gap - 1.5 * by_rate * rate / h
+    if film[6] > 0.0 and gap < film[4]:
+        force = film[6] * (film[4] - gap) - film[7] * rate
+        if force > 0.0:
+            push, by_gap, by_rate = push + rub * force, by_gap - rub * film[6], by_rate - rub * film[7]
+    return push, by_gap, by_rate
 
 
 @tight
@@ -180,8 +186,8 @@ def _pushed(
     free = _slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
     free -= r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
     draws = abs(film[2] * turns + film[3] * loose)
-    near, near_s, near_v = _films(s - place, v - lean, film, draws)
-    far, far_s, far_v = _films(beyond - s, leans - v, film, draws)
+    near, near_s, near_v = _films(s - place, v - lean, film, draws, 1.0 - film[8])
+    far, far_s, far_v = _films(beyond - s, leans - v, film, draws, 1.0 + film[8])
     return free + r2 * lever * (near - far), r2 * lever * (near_s + far_s), r2 * lever * (near_v + far_v)
 
 
@@ -190,10 +196,10 @@ def _oiled(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, film: Array, s: float, v: float, path: Array, pace: Array, flow: Array,
 ) -> None:  # fmt: skip
-    """Work out one window between two films of oil, by an embedded Runge-Kutta pair of orders 3 and 2.
+    """Work out one window between lubricated or compliant flanks, by a Runge-Kutta pair of orders 3 and 2.
 
-    Where flanks touch, they rebound. The flow from node to node gets what small changes of place and rate become, row
-    by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
+    Flanks that are not compliant rebound where they touch. The flow from node to node gets what small changes of place
+    and rate become, row by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
     """
     wide = reverse[0] - active[0]
     place, fast = 1e-5 * wide, 1e-5 * wide / step
@@ -233,7 +239,7 @@ def _oiled(
             k0, c0 = k1, c1
             (low, lean), (high, leans) = _at(active, i, f, step), _at(reverse, i, f, step)
             low, high = low + film[4], high - film[4]
-            if s < low or s > high:
+            if film[6] == 0.0 and (s < low or s > high):
                 sign = 1.0 if s < low else -1.0
                 hits = v - (lean if s < low else leans)
                 s = min(max(s, low), high)
@@ -260,15 +266,17 @@ def _floats(
     step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array, torques: Array,
     film: Array, mode: int,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return place and rate of a gear that its drag rests on the film of a flank when a window begins."""
+    """Return place and rate of a gear that its drag rests on a flank, or on its film, when a window begins."""
     own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
     lean = _at(own, 0, 0.0, step)[1]
     loose = (lean + about[0] * speed[0]) / about[1]
     load = -sign * (_slowed(0.0, 0.0, loose, 0, torques, about[2]) - about[0] * rate[0]) / (about[1] * about[2])
     draws = abs(film[2] * speed[0] + film[3] * loose)
     high = 0.25 * (reverse[0] - active[0])
-    gap = film[0] * draws / load if load > 0.0 else high
-    return own[0] + sign * min(max(gap, film[4]), high), lean
+    gap = min(max(film[0] * draws / load if load > 0.0 else high, film[4]), high)
+    if film[6] > 0.0 and load > 0.0 and gap <= film[4]:
+        gap = film[4] - load / (film[6] * (1.0 - sign * film[8]))
+    return own[0] + sign * gap, lean
 
 
 @njit(cache=True, error_model="numpy")
@@ -276,9 +284,9 @@ def carried(
     step: Array, flow: Array, path: Array, flanks: tuple[Array, Array], pushed: Array, active: Array, reverse: Array,
     place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Work out what small changes do to the displacement at the nodes between films, by the flow of a run.
+    """Work out what small changes do to the displacement at the nodes, by the flow of a run with forces of contact.
 
-    A film goes with its flank: changes are carried on relative to the nearer one.
+    A film and compliant teeth go with their flank: changes are carried on relative to the nearer one.
     """
     for w in range(len(step)):
         h, s, v = step[w], place[w], pace[w]
@@ -300,10 +308,12 @@ def shoot(
     ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, kicks: Array,
     path: Array, pace: Array, events: Array, counts: Array, flow: Array,
 ) -> None:  # fmt: skip
-    """Work out all windows: displacement and rate at their nodes; events between dry flanks, the flow between films."""
+    """Work out all windows: displacement and rate at their nodes; events of rigid dry flanks, the flow of others."""
     for w in range(len(begin)):
         if len(film):
-            s, v = min(max(place[w], active[w, 0]), reverse[w, 0]), pace_0[w]
+            s, v = place[w], pace_0[w]
+            if film[6] == 0.0:
+                s = min(max(s, active[w, 0]), reverse[w, 0])
             if mode[w] > 0:
                 own = (step[w], angle[w], speed[w], rate[w], active[w], reverse[w])
                 s, v = _floats(*own, about, torques, film, mode[w])

@@ -122,9 +122,11 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
         if not found.power:
             return "Records and nominal model agree in every contact episode: no model change is needed."
         shown = percent(max(found.power.values())).text
+        words = {"geometry": "backlash", "torque": "drag torque", "impact": "restitution"}
+        *first, last = [words[place] for place in words if place in found.power]
         return (
             "Records and nominal model agree: no model change is needed. "
-            f"Minimum detectable effect: {shown} of backlash, drag torque or restitution.{though}"
+            f"Minimum detectable effect: {shown} of {', '.join(first)} or {last}.{though}"
         )
     if found.verdict == "not_decidable" and (found.suspects or any(note.blocks for note in found.notes)):
         why = [note.text for note in found.notes if note.blocks] or [found.notes[-1].text]
