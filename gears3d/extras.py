@@ -45,6 +45,10 @@ EXTRAS = {
         "many runs as one dataset, here or on a dask cluster (sweep)",
     ),
     "video": Extra({"av": "av"}, "animations as MP4 (camera --video)"),
+    "cad": Extra(
+        {"OCP": "cadquery-ocp-novtk", "trimesh": "trimesh"},
+        "gears as STEP files with B-spline flanks (mesh --format step)",
+    ),
     "tables": Extra({"pandas": "pandas", "xarray": "xarray"}, "recordings as pandas and xarray tables"),
     "hdf5": Extra({"h5py": "h5py"}, "HDF5 and MATLAB v7.3 alone"),
     "matlab": Extra({"matio": "mat-io"}, "tables, timetables and other objects in MATLAB files"),

@@ -20,7 +20,7 @@ OPTIONAL = ("pybullet", "trimesh", "rerun-sdk")
 """Packages of extras whose versions it needs where they are installed."""
 CORE = "scenarios, recordings, the rigid model, identification, diagnosis and reports"
 """What works with no extra."""
-SHOWN = ("engine", "replay", "formats", "sweep", "video", "tables")
+SHOWN = ("engine", "replay", "formats", "sweep", "video", "cad", "tables")
 """Extras for people; the others are parts of ``formats``."""
 CHECK = """
 format = 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,7 +18,7 @@ def mesh(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="Folder for the files.", callback=to_folder)],
     format_: Annotated[
-        str, typer.Option("--format", help="stl, obj (both in mm), glb (m), or several with commas.")
+        str, typer.Option("--format", help="stl, obj, step (all in mm), glb (m), or several with commas.")
     ] = "stl",
     chord: Annotated[str, typer.Option(help="Largest distance between facets and flanks.")] = "0.5 um",
     gear: Annotated[str, typer.Option(help="drive, loose or both.")] = "both",
@@ -28,7 +28,7 @@ def mesh(
     """Write the gears of a scenario as watertight solids, each with a metadata sidecar: data, mass, hash, command.
 
     Flank effects of the scenario are in the solids. The axis is z; the active flank of tooth 1 crosses +x at the
-    working pitch radius.
+    working pitch radius. STEP has B-spline surfaces; needs pip install "gears3d[cad]".
 
     Example: gears3d mesh base/rigaud-2020 --out meshes/mine --format stl,glb --chord "2 um"
     """
@@ -39,7 +39,7 @@ def mesh(
     loaded = load(scenario, set_ or ())
     formats = [word.strip() for word in format_.split(",") if word.strip()]
     if not formats:
-        raise UsageError("--format is empty: give stl, obj, glb or several with commas")
+        raise UsageError("--format is empty: give stl, obj, glb, step or several with commas")
     which = ("drive", "loose") if gear == "both" else (gear,)
     words = [str(scenario), f"--out {out}", f"--format {','.join(formats)}", f'--chord "{chord}"']
     words += [f"--gear {gear}"] * (gear != "both") + [f"--set '{each}'" for each in set_ or ()]
@@ -60,8 +60,14 @@ def mesh(
         return
     for name, card in cards.items():
         for file in card["files"].values():
-            typer.echo(f"{out / file['name']}: {card['solid']['triangles']} triangles, {file['bytes'] / 1e3:.0f} kB")
+            typer.echo(f"{out / file['name']}: {_content(card, file)}, {file['bytes'] / 1e3:.0f} kB")
         typer.echo(f"{out / name}.json: {card['mass_properties']['mass_kg']:.6g} kg, {card['hash'][:23]}")
+
+
+def _content(card: dict[str, Any], file: dict[str, Any]) -> str:
+    if "flank_deviation_m" not in file:
+        return f"{card['solid']['triangles']} triangles"
+    return f"{file['faces']} faces, B-spline flanks within {file['flank_deviation_m'] * 1e9:.1g} nm of the true flanks"
 
 
 def _length(text: str) -> float:

@@ -24,7 +24,7 @@ def inner_radius(gear: Gear) -> float:
     return gear.pocket[1] if gear.pocket else 0.5 * (gear.bore or 0.0)
 
 
-def _contour(gear: Gear, levels: Array) -> Array:
+def inside_contour(gear: Gear, levels: Array) -> Array:
     """Return the contour from the lower face's inner edge to the upper one's: radius [m], height [m], angle [rad].
 
     It touches the axis (radius 0) where the body is full there. Each half keeps the angle of its end face; the wall
@@ -60,7 +60,7 @@ def inside_surface(gear: Gear, inner: Array, levels: Array) -> tuple[Array, Indi
         Points, those of the lower edge first [m], (m, 3); triangles, (k, 3); number of the first point of the upper
         edge.
     """
-    contour, n = _contour(gear, levels), len(inner)
+    contour, n = inside_contour(gear, levels), len(inner)
     if n == 1:
         return lift(inner, levels[[0, -1]]), np.zeros((0, 3), np.int64), 1
     around = inner / np.hypot(*inner.T)[:, None]
@@ -98,7 +98,7 @@ def drawn_inside(gear: Gear, inner: Array, levels: Array) -> list[tuple[Array, I
     if len(inner) == 1:
         return []
     around, parts = inner / np.hypot(*inner.T)[:, None], []
-    contour, n = _contour(gear, levels), len(inner)
+    contour, n = inside_contour(gear, levels), len(inner)
     for (r1, z1, a1), (r2, z2, a2) in pairwise(contour):
         if r1 == r2 == 0.0:
             continue

@@ -1,4 +1,4 @@
-"""A gear as files for other programs: STL and OBJ in millimetres, GLB in metres, and a card that says what it is."""
+"""A gear as files for other programs: STL, OBJ and STEP in millimetres, GLB in metres, with a metadata sidecar."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ from gears3d.gears.deviation import GEARS, Deviation
 from gears3d.gears.mounting import Mounting
 from gears3d.gears.pair import Pair
 from gears3d.gears.solids import mass_properties, solid, solid_arrays
+from gears3d.gears.step import require_kernel, step_file
 from gears3d.version import __version__
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-FORMATS = ("stl", "obj", "glb")
-UNITS = {"stl": "mm", "obj": "mm", "glb": "m"}
+FORMATS = ("stl", "obj", "glb", "step")
+UNITS = {"stl": "mm", "obj": "mm", "glb": "m", "step": "mm"}
 COLOURS = {"drive": (0.62, 0.70, 0.79, 1.0), "loose": (0.80, 0.75, 0.66, 1.0)}
 """Base colours of the GLB materials, red green blue alpha."""
 _QUICK = 5e5
@@ -49,7 +50,8 @@ def write_meshes(
     Args:
         pair: the pair, deviations included.
         folder: made if it is not there; files of the same names are replaced.
-        formats: of ``"stl"`` (binary, mm), ``"obj"`` (mm, 9 decimals), ``"glb"`` (m, with normals).
+        formats: of ``"stl"`` (binary, mm), ``"obj"`` (mm, 9 decimals), ``"glb"`` (m, with normals), ``"step"`` (mm,
+            B-spline surfaces, whatever the chord).
         chord: largest distance of the facets from the surface [m].
         which: the gears.
         densities: of drive and loose gear [kg/m³].
@@ -62,11 +64,14 @@ def write_meshes(
     Raises:
         UsageError: an unknown format or gear.
         InputError: a chord that is not positive, or a folder that cannot be written.
+        MissingExtraError: a library of the extra ``engine``, or of ``cad`` for STEP, is not installed.
     """
     for words, known, name in ((formats, FORMATS, "format"), (which, GEARS, "gear")):
         for word in words:
             if word not in known:
                 raise UsageError(f"there is no {name} {word!r}; {did_you_mean(word, known)}")
+    if "step" in formats:
+        require_kernel()
     cards = {}
     for gear in which:
         count = triangles_at(pair, gear, chord)
@@ -76,10 +81,10 @@ def write_meshes(
         files = {}
         for kind in dict.fromkeys(formats):
             tell(f"{gear}: {kind}")
-            data = _encoded(pair, gear, body, kind, chord)
+            data, more = _encoded(pair, gear, body, kind, chord)
             write_bytes(folder / f"{gear}.{kind}", data)
             digest = hashlib.sha256(data).hexdigest()
-            files[kind] = {"name": f"{gear}.{kind}", "unit": UNITS[kind], "bytes": len(data), "sha256": digest}
+            files[kind] = {"name": f"{gear}.{kind}", "unit": UNITS[kind], "bytes": len(data), "sha256": digest} | more
         cards[gear] = card(pair, gear, body, chord, densities[GEARS.index(gear)]) | {"files": files, "command": command}
         text = json.dumps(cards[gear], indent=2, ensure_ascii=False, allow_nan=False) + "\n"
         write_bytes(folder / f"{gear}.json", text.encode())
@@ -143,19 +148,24 @@ def content_hash(body: Trimesh) -> str:
     return f"sha256:{digest.hexdigest()}"
 
 
-def _encoded(pair: Pair, which: str, body: Trimesh, kind: str, chord: float) -> bytes:
+def _encoded(pair: Pair, which: str, body: Trimesh, kind: str, chord: float) -> tuple[bytes, dict[str, Any]]:
+    """Return a file, and what its entry in the sidecar has beyond those of other formats."""
     from trimesh import Trimesh
     from trimesh.exchange.obj import export_obj
     from trimesh.exchange.stl import export_stl
 
+    if kind == "step":
+        made = step_file(pair, which)
+        more = {"faces": made.faces, "volume_m3": made.volume, "flank_deviation_m": made.flank_deviation}
+        return made.data, more
     if kind == "glb":
-        return _glb(pair, which, chord)
+        return _glb(pair, which, chord), {}
     scaled = Trimesh(np.asarray(body.vertices) * 1e3, body.faces, process=False)
     if kind == "stl":
-        return bytes(export_stl(scaled))
+        return bytes(export_stl(scaled)), {}
     header = f"gears3d {__version__}, {which} gear, mm, axis z"
     text = export_obj(scaled, include_normals=False, digits=9, header=header)
-    return str(text).encode() + b"\n"
+    return str(text).encode() + b"\n", {}
 
 
 def _glb(pair: Pair, which: str, chord: float) -> bytes:

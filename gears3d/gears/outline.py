@@ -20,7 +20,7 @@ from gears3d.gears.surface import flanks_at
 
 Array = NDArray[np.float64]
 
-_LEAST_ROLL = 5e-3
+LEAST_ROLL = 5e-3
 """Roll angle at which drawing begins on an involute that starts at the base circle: 13 ppm of its radius higher."""
 
 
@@ -110,8 +110,8 @@ def segments_at(pair: Pair, which: str, chord: float, root_chord: float | None =
     """
     gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or chord
     lowest, first = form(gear, half)
-    measure = _fillet_measure(gear, half, first)[1]
-    flank = _flank_segments(pair, which, max(lowest, _LEAST_ROLL), chord)
+    measure = fillet_measure(gear, half, first)[1]
+    flank = _flank_segments(pair, which, max(lowest, LEAST_ROLL), chord)
     flank += len(relief_starts(flanks_at(pair, 0.0), GEARS.index(which)))
     tip_angle = 2.0 * (half - (gear.tip_roll - np.arctan(gear.tip_roll)))
     tip = max(1, _arc_segments(tip_angle, gear.tip_radius, coarse))
@@ -165,7 +165,7 @@ def _flank_segments(pair: Pair, which: str, lowest: float, chord: float) -> int:
     return max(2, ceil(span * sqrt(gear.base_radius * (1.0 + extra) / (8.0 * chord))))
 
 
-def _fillet_measure(gear: Gear, half_angle: float, first: float) -> tuple[Array, Array]:
+def fillet_measure(gear: Gear, half_angle: float, first: float) -> tuple[Array, Array]:
     """Angles along a fillet, and the root of length × turning up to each: a chord is an eighth of its square."""
     angles = np.linspace(first, 0.5 * pi, 129)
     dense = fillet_points(gear, half_angle, angles)
@@ -178,7 +178,7 @@ def _fillet_measure(gear: Gear, half_angle: float, first: float) -> tuple[Array,
 
 def _fillet(gear: Gear, half_angle: float, segments: int) -> Array:
     """Points (radius, angle from the middle of the tooth) from form point to root circle, even in chord error."""
-    angles, measure = _fillet_measure(gear, half_angle, form(gear, half_angle)[1])
+    angles, measure = fillet_measure(gear, half_angle, form(gear, half_angle)[1])
     even = np.interp(np.linspace(0.0, measure[-1], segments + 1), measure, angles)
     return fillet_points(gear, half_angle, even)
 
@@ -187,7 +187,7 @@ def _flank(flanks: Flanks, gear: int, side: int, tooth: int, extent: tuple[float
     """Points of a flank from form circle to tip, the edges where reliefs start among them, (segments + 1, 2)."""
     lowest, tip_radius, segments = extent
     last, starts = roll_at_radius(flanks, gear, side, tooth, tip_radius), relief_starts(flanks, gear)
-    rolls = np.linspace(max(lowest, _LEAST_ROLL) ** 1.5, last**1.5, segments + 1 - len(starts)) ** (2.0 / 3.0)
+    rolls = np.linspace(max(lowest, LEAST_ROLL) ** 1.5, last**1.5, segments + 1 - len(starts)) ** (2.0 / 3.0)
     return flank_points(flanks, gear, side, tooth, np.sort(np.append(rolls, starts)))[0]
 
 

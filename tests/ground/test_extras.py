@@ -78,7 +78,7 @@ def test_the_doctor_says_what_works_and_how_to_get_the_rest():
     assert done.returncode == 0, done.stderr
     text = " ".join(done.stdout.split())
     assert "rigid model and closed form agree" in text
-    for name in ("engine", "replay", "formats", "sweep", "video", "tables"):
+    for name in ("engine", "replay", "formats", "sweep", "video", "cad", "tables"):
         assert f'pip install "gears3d[{name}]"' in text
 
 
@@ -90,6 +90,7 @@ def test_the_doctor_says_what_works_and_how_to_get_the_rest():
         ("engine", ("bench", "ste", RUN, "--out", "made")),
         ("engine", ("bench", "drop", RUN, "--out", "made")),
         ("engine", ("mesh", RUN, "--out", "made")),
+        ("cad", ("mesh", RUN, "--format", "step", "--out", "made")),
         ("engine", ("validate", "--only", "helical")),
         ("replay", ("replay", "RUN")),
         ("replay", ("replay", "RUN", "RUN", "--out", "made")),

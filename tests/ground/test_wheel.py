@@ -12,7 +12,7 @@ from gears3d.extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
 PIP = ("-m", "pip", "--disable-pip-version-check", "--quiet")
-CHECKED = ("engine", "replay", "formats", "sweep", "video", "tables")
+CHECKED = ("engine", "replay", "formats", "sweep", "video", "cad", "tables")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(3600)]
 
 
@@ -140,6 +140,7 @@ def test_what_needs_an_extra_works_with_it_and_gives_the_line_for_pip_without(on
         "replay": ("replay", "seen", "--no-open"),
         "sweep": ("sweep", rig, "--vary", "drag.torque=0.2,0.4 N m", "--periods", "4", "--out", f"swept-{extra}"),
         "video": ("camera", "seen", "--video", "film.mp4", "--rate", "320", "--out", "strip.png"),
+        "cad": ("mesh", rig, "--format", "step", "--gear", "drive", "--chord", "20 um", "--out", "solids"),
         "formats": ("measure", "a.h5", "--rig", rig),
     }
     for name, arguments in verbs.items():
