@@ -9,19 +9,12 @@ import numpy as np
 
 from gears3d.engine.closing import TOUCH
 from gears3d.engine.lines import merged
-from gears3d.engine.mesh import (
-    Mesh,
-    both_sides,
-    lean_of,
-    survey,
-    teeth_of_points,
-    tilt_of,
-)
+from gears3d.engine.mesh import Mesh, both_sides, compare_raw, teeth_of_points
 from gears3d.engine.motion import drive_at
+from gears3d.engine.nearby import Nearby
 from gears3d.engine.world import MARGIN, MM, World
 from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
-from gears3d.gears.flank import Flanks
 
 if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
@@ -33,44 +26,37 @@ DEEP = 2e-5
 """Overlaps of yielding flanks deeper than this are not held against Bullet's, which are those of whole hulls [m]."""
 FAR = 3e-4
 """Gaps wider than this are not held against Bullet's: the ends of the hulls' flanks may be nearest there [m]."""
+COMPARE_AFTER = 0.618 * 2.0 * math.pi
+"""Turn of the drive after which Bullet's gaps are compared again where the near teeth are known [rad]."""
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
 
-def _roughness(flanks: Flanks) -> float:
-    """Return how far apart the deviations of two teeth in mesh can be [m]."""
-    waves = np.abs(flanks.harmonics[:, :, :, 1]).sum(axis=2)
-    return float((2.0 * waves + np.ptp(flanks.offsets, axis=2)).sum(axis=0).max())
-
-
 class Watch:
-    """Asks Bullet for the near teeth and holds its gaps against those of the true flanks.
+    """Asks Bullet for the near teeth and compares its gaps with those of the true flanks.
 
     Args:
         pair: the gears.
         shape: flanks and edges of the pair.
-        turn: of the drive gear in one step at most [rad].
         slices: of Bullet's teeth along the face.
     """
 
-    def __init__(self, pair: Pair, shape: Mesh, turn: float, slices: int | None = None) -> None:
+    def __init__(self, pair: Pair, shape: Mesh, slices: int | None = None) -> None:
         self._shape = shape
-        self._turn = turn
-        self._slack = 1e-6 + _roughness(shape.edged.flanks)
-        # two arcs of a quarter of the path's length as radius part by this much over the turn of a step
-        parting = (turn * pair.drive.base_radius) ** 2 / (0.25 * pair.path_length)
-        wandering = 2.0 * float(np.hypot(shape.offsets[::2], shape.offsets[1::2]).sum())
-        tilts = [float(np.hypot(*tilt)) for tilt in (lean_of(pair), tilt_of(pair, "drive"), tilt_of(pair, "loose"))]
-        wandering += max(gear.face_width for gear in (pair.drive, pair.loose)) * sum(tilts)
-        self._reach = 1.1 * (pair.backlash + wandering) + self._slack + parting + 20e-6
+        self.nearby = Nearby(pair, shape)
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = piece_budget(pair, slices=slices)
         self._sums = np.zeros(4)
         # flanks are refined in sections across the drive's axis
-        self._parts["tilt_error_m"] = 0.5 * sum(tilts) ** 2 * (pair.drive.tip_radius + pair.loose.tip_radius)
+        tilt = 0.5 * self.nearby.tilts**2 * (pair.drive.tip_radius + pair.loose.tip_radius)
+        self._parts["tilt_error_m"] = tilt
         self.allowed = self._parts["gap_error_m"] + self._parts["tilt_error_m"]
         self.queries = 0
-        self.teeth = np.zeros((0, 3), dtype=np.int64)
+        self._asked = -math.inf
+
+    def due(self, angle: float) -> bool:
+        """Return whether Bullet is to be asked at an angle of the drive [rad]."""
+        return abs(angle - self._asked) > COMPARE_AFTER or not self.nearby.known(angle)
 
     def look(self, world: World, plant: Plant, time: float, theta_loose: float) -> None:
         """Query Bullet once, name the candidate teeth, and check the raw gaps.
@@ -84,20 +70,17 @@ class Watch:
         Raises:
             EngineError: a raw gap differs from the refined one by more than the hulls can account for.
         """
-        theta_drive = drive_at(plant.motion, time)[0]
+        theta_drive = self._asked = drive_at(plant.motion, time)[0]
         found, raw = self._near(world, theta_drive, theta_loose, time)
-        thetas, limits = (theta_drive, theta_loose), (self._slack, -DEEP, FAR)
-        keep = np.zeros(len(found), bool)
-        row, excess, refined = survey(
-            self._shape, found, raw + MARGINS, thetas, self._turn, limits, (np.zeros(len(found)), keep), self._sums
-        )
-        self.teeth = found[keep]
+        thetas, limits = (theta_drive, theta_loose), (self.nearby.slack, -DEEP, FAR)
+        row, excess, refined = compare_raw(self._shape, found, raw + MARGINS, thetas, limits, self._sums)
         if abs(excess) > self.allowed:
             self._refuse(found[row], float(raw[row]), refined, time)
+        self.nearby.fill(found, thetas)
 
     def _near(self, world: World, theta_drive: float, theta_loose: float, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the teeth that Bullet finds near each other (n, 3), on both flanks, and its gaps (n,) [m]."""
-        reach = self._reach
+        reach = self.nearby.reach
         for _ in range(WIDENINGS):
             on_drive, on_loose, raw = world.nearest(reach)
             self.queries += 1

@@ -144,7 +144,7 @@ def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest
     for part in range(1, PARTS + 1):
         high = longest * part / PARTS
         gap_high, rate_high = gap_along(plant, teeth, side, arc, high)
-        if gap_high <= 0.0:
+        if gap_high <= (-TOUCH if gap_low <= TOUCH else 0.0):
             start = low
             if gap_low <= TOUCH:
                 start = _turn(plant, teeth, side, arc, low, high, 1.0)

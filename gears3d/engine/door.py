@@ -45,6 +45,8 @@ LONGEST_STEP = 2e-3
 """s."""
 TURN_PER_STEP = 0.3
 """How far the drive gear turns in one step at most, in tooth pitches."""
+STRETCH = 1.25
+"""How much farther a step may go where a window of near teeth ends there."""
 STEPS_PER_WAVE = 40.0
 """Steps in one period of the fastest harmonic of motion, torque or flanks at least."""
 
@@ -178,9 +180,10 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     arm = friction(rows) * gears.loose.base_radius
     motion = motion_table(scenario, rows) if path is None else path
     plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm, film)
-    longest = longest_step(motion, rows, gears, LONGEST_STEP if path is None or step is None else step)
-    turn = fastest(motion)[0] * longest
-    watch = Watch(gears, shape, turn, slices_of(gears))
+    most = LONGEST_STEP if path is None or step is None else step
+    longest = longest_step(motion, rows, gears, most)
+    stretched = longest_step(motion, rows, gears, most, STRETCH * TURN_PER_STEP)
+    watch = Watch(gears, shape, slices_of(gears))
     radii = (gears.drive.base_radius, gears.loose.base_radius)
     span = (scenario.run.duration, scenario.run.output_rate)
     log, contacts = (Log(*span), []) if begin is None else begin(plant, radii)
@@ -189,8 +192,10 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
             longest = STEP if step is None else step
             run = _native(scenario, rows, gears, (world, plant, watch, log), longest)
         else:
-            usual, longest = longest, longest if step is None else min(step, longest)
-            run = _located(scenario, rows, (longest, longest / usual), (world, plant, watch, log))
+            usual = longest
+            if step is not None:
+                longest, stretched = min(step, longest), min(step, stretched)
+            run = _located(scenario, rows, (longest, stretched, longest / usual), (world, plant, watch, log))
         run.contacts = contacts
         complete, stopped = False, None
         try:
@@ -283,7 +288,13 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     return made[0], made[1]
 
 
-def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair, most: float = LONGEST_STEP) -> float:
+def longest_step(
+    motion: np.ndarray,
+    rows: tuple[Row, ...],
+    pair: Pair,
+    most: float = LONGEST_STEP,
+    turn: float = TURN_PER_STEP,
+) -> float:
     """Return the longest step [s] that resolves the mesh and every harmonic of motion, torque and flanks.
 
     Args:
@@ -291,6 +302,7 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair, most: fl
         rows: of all effects.
         pair: the gears, deviations included.
         most: however slow everything is [s].
+        turn: of the drive gear in one step at most, in tooth pitches.
     """
     speed, frequency = fastest(motion)
     speed_loose = speed * pair.drive.base_radius / pair.loose.base_radius
@@ -303,7 +315,7 @@ def longest_step(motion: np.ndarray, rows: tuple[Row, ...], pair: Pair, most: fl
     times = [most]
     times += [2.0 * math.pi / STEPS_PER_WAVE / wave for wave in waves if wave > 0.0]
     if speed > 0.0:
-        times.append(TURN_PER_STEP * 2.0 * math.pi / pair.drive.teeth / speed)
+        times.append(turn * 2.0 * math.pi / pair.drive.teeth / speed)
     return min(times)
 
 
@@ -317,18 +329,19 @@ def _law(scenario: Scenario, rows: tuple[Row, ...]) -> ImpactLaw:
     return ImpactLaw(scenario.impact.restitution, rows, scenario.run.seed)
 
 
-def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, float], parts: Parts) -> Located:
+def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, float, float], parts: Parts) -> Located:
     world, plant, watch, log = parts
     settings = Settings(
         duration=scenario.run.duration,
         longest_step=steps[0],
+        stretched_step=steps[1],
         law=_law(scenario, rows),
         stick_velocity=scenario.impact.stick_velocity,
         springs=springs_of(rows),
         start=scenario.start.state,
         stroke=_stroke(scenario),
         deepest=YIELDED * scenario.gears.drive.module,
-        share=steps[1],
+        share=steps[2],
     )
     kind = Located if plant.film is NO_FILM else Oiled
     return kind(world, plant, settings, watch, log)

@@ -33,6 +33,7 @@ from gears3d.engine.lines import line_gap, turn_of
 from gears3d.engine.log import Impact, Log, Meeting
 from gears3d.engine.mesh import side_gap, touching_teeth
 from gears3d.engine.motion import drive_at
+from gears3d.engine.nearby import until_edge
 from gears3d.engine.pressing import lasting, pressed_step
 from gears3d.engine.torques import FREE, until_kink
 from gears3d.engine.world import World
@@ -44,8 +45,6 @@ NEAR = 1e-10
 """How exactly a gap must be closed when its impact happens [m]."""
 STANDSTILL = 2000
 """Events in a row without any time passing before the run is given up."""
-BARELY = 1e-3
-"""Part of the longest step below which the teeth are looked at rather than stepped on to the end of what is known."""
 REPORT_EVERY = 64
 """Steps between two calls of the progress function."""
 
@@ -57,6 +56,7 @@ class Settings:
     Args:
         duration: of the run [s].
         longest_step: s.
+        stretched_step: the longest that may be taken to the end of a window of near teeth [s].
         law: restitution.
         stick_velocity: rebounds slower than this become permanent contact [m/s].
         springs: compliant flanks (n, 2), empty for impulses.
@@ -68,6 +68,7 @@ class Settings:
 
     duration: float
     longest_step: float
+    stretched_step: float
     law: ImpactLaw
     stick_velocity: float
     springs: np.ndarray
@@ -124,7 +125,6 @@ class Located:
     steps: int = 0
     located: float = 0.0
     strayed: float = 0.0
-    known: float = 0.0
     contacts: list[tuple[int, float, float]] = field(default_factory=list)
     flight: Flight = field(default_factory=Flight)
     teeth: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
@@ -168,7 +168,7 @@ class Located:
     def _begin(self) -> None:
         """Put the gears where the scenario starts and see that they are not jammed."""
         self.watch.look(self.world, self.plant, 0.0, self.theta)
-        self.teeth = self.watch.teeth
+        self.teeth = self.watch.nearby.teeth(drive_at(self.plant.motion, 0.0)[0])
         angle, speed, _ = drive_at(self.plant.motion, 0.0)
         gaps = [side_gap(self.plant.surfaces, self.teeth, side, angle, self.theta) for side in (0, 1)]
         if gaps[0][0] + gaps[1][0] <= 0.0:
@@ -195,17 +195,16 @@ class Located:
                 self.theta -= force / springs[:, 0].sum() / self._contact(side)[2]
 
     def _advance(self) -> None:
-        """Do one step: look at the teeth, plan, let Bullet move the gears, act on what the step ends with."""
-        plant, most = self.plant, self.settings.longest_step
-        if not self._brief() or self.known - self.time < BARELY * most:
+        """Do one step: see which teeth are near, plan, let Bullet move the gears, act on what the step ends with."""
+        plant, settings = self.plant, self.settings
+        angle = drive_at(plant.motion, self.time)[0]
+        if self.watch.due(angle):
             self.watch.look(self.world, plant, self.time, self.theta)
-            self.teeth, self.known = self.watch.teeth, self.time + most
+        self.teeth = self.watch.nearby.teeth(angle)
+        steps = settings.longest_step, settings.stretched_step
+        edge = until_edge(plant.motion, self.time, self.watch.nearby.width, steps)
         kink = until_kink(plant.torques, plant.inertia, self.place, self.time, self.theta, self.omega)
-        self._go(min(self.known - self.time, self.settings.duration - self.time, kink))
-
-    def _brief(self) -> bool:
-        """Whether steps are so short that the teeth need not be looked at before each."""
-        return self.place != FREE and self.settings.springs.size > 0
+        self._go(min(edge, settings.duration - self.time, kink))
 
     def _go(self, longest: float) -> None:
         """Do one step as the place asks for it."""

@@ -307,62 +307,48 @@ def touching_teeth(
 
 
 @njit(cache=True)
-def survey(
+def compare_raw(
     shape: Mesh,
     teeth: np.ndarray,
     raw: np.ndarray,
     thetas: tuple[float, float],
-    turn: float,
     limits: tuple[float, float, float],
-    work: tuple[np.ndarray, np.ndarray],
     sums: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Find the tooth pairs that touch first, or nearly so, and compare Bullet's gaps with the refined ones.
+    """Compare Bullet's gaps with the refined ones, of the tooth pairs that touch first, or nearly so.
 
     Args:
         shape: flanks of the pair.
         teeth: found near each other (n, 3).
         raw: Bullet's gaps, margins taken out (n,) [m].
         thetas: angles of drive and loose gear [rad].
-        turn: of the drive gear to either side within which pairs are found, less than the flanks stay in mesh [rad].
         limits: by how much more open than the nearest a gap may be to count, the deepest and the widest gap that is
             compared [m].
-        work: gaps (n,) [m], overwritten, and whether a pair may touch first now or after the turn (n,), filled in.
         sums: takes count, sum, sum of squares and largest size of the differences (4,).
 
     Returns:
         The row that differs most, its excess and its refined gap [m].
     """
-    gaps, keep = work
     slack, deepest, widest = limits
-    ratio = shape.edged.flanks.gears[0, 0] / shape.edged.flanks.gears[1, 0]
+    gaps = np.full(teeth.shape[0], math.inf)
+    least = np.full(2, math.inf)
+    for i in range(teeth.shape[0]):
+        side = teeth[i, 2]
+        if side == NOBODY:
+            continue
+        if shape.seen != 0:
+            gaps[i] = _call_gap(shape.seen, (shape, thetas[0], thetas[1], teeth[i, 0], teeth[i, 1], side))[0]
+        else:
+            gaps[i] = tooth_gap(shape, thetas[0], thetas[1], teeth[i, 0], teeth[i, 1], side)[0]
+        least[side] = min(least[side], gaps[i])
     row, worst, refined = NOBODY, 0.0, 0.0
-    for pose in range(4):  # as Bullet sees the teeth, then as they touch now and after a turn to either side
-        sign = (pose == 2) * 1.0 - (pose == 3) * 1.0
-        drive, loose = thetas[0] + sign * turn, thetas[1] + sign * turn * ratio
-        active, reverse = math.inf, math.inf
-        for i in range(teeth.shape[0]):
-            side, gaps[i] = teeth[i, 2], math.inf
-            if side == NOBODY:
-                continue
-            if pose == 0 and shape.seen != 0:
-                gaps[i] = _call_gap(shape.seen, (shape, drive, loose, teeth[i, 0], teeth[i, 1], side))[0]
-            else:
-                gaps[i] = tooth_gap(shape, drive, loose, teeth[i, 0], teeth[i, 1], side)[0]
-            active = min(active, gaps[i]) if side == ACTIVE else active
-            reverse = min(reverse, gaps[i]) if side == REVERSE else reverse
-        for i in range(teeth.shape[0]):
-            least = active if teeth[i, 2] == ACTIVE else reverse
-            if teeth[i, 2] == NOBODY or not gaps[i] <= least + slack:
-                continue
-            if pose > 0:
-                keep[i] = True
-            elif deepest <= gaps[i] <= widest:
-                excess = raw[i] - gaps[i]
-                sums[0] += 1.0
-                sums[1] += excess
-                sums[2] += excess * excess
-                sums[3] = max(sums[3], abs(excess))
-                if abs(excess) > abs(worst):
-                    row, worst, refined = i, excess, gaps[i]
+    for i in range(teeth.shape[0]):
+        if deepest <= gaps[i] <= widest and gaps[i] <= least[teeth[i, 2]] + slack:
+            excess = raw[i] - gaps[i]
+            sums[0] += 1.0
+            sums[1] += excess
+            sums[2] += excess * excess
+            sums[3] = max(sums[3], abs(excess))
+            if abs(excess) > abs(worst):
+                row, worst, refined = i, excess, gaps[i]
     return row, worst, refined

@@ -125,7 +125,8 @@ class Native:
         """Stop where Bullet has let the teeth sink into each other."""
         self.watch.look(self.world, self.plant, self.time, self.theta)
         angle = drive_at(self.plant.motion, self.time)[0]
-        gap = min(side_gap(self.plant.surfaces, self.watch.teeth, side, angle, self.theta)[0] for side in (0, 1))
+        teeth = self.watch.nearby.teeth(angle)
+        gap = min(side_gap(self.plant.surfaces, teeth, side, angle, self.theta)[0] for side in (0, 1))
         if gap < -SUNK_NATIVE:
             raise sunk(-gap, self.time, "take a shorter step, or --contact located")
 
@@ -158,7 +159,7 @@ class Native:
         self.watch.look(self.world, self.plant, self.time, self.theta)
         angle, speed, _ = drive_at(self.plant.motion, self.time)
         angles, speeds = (angle, self.theta), (speed, self.omega)
-        drive, loose = touching_teeth(self.plant.surfaces, self.watch.teeth, hit.side, angles, speeds)
+        drive, loose = touching_teeth(self.plant.surfaces, self.watch.nearby.teeth(angle), hit.side, angles, speeds)
         frequency, phase = self.stroke
         self.log.impacts.append(
             Impact(

@@ -115,9 +115,6 @@ class Oiled(Located):
             low, high = (middle, high) if net(middle) > load else (low, middle)
         return low
 
-    def _brief(self) -> bool:
-        return self.place == FREE or self.settings.springs.size > 0
-
     def _go(self, longest: float) -> None:
         if self.place != FREE and not self.settings.springs.size:
             self._hold(longest)

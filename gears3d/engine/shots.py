@@ -11,13 +11,13 @@ from gears3d.effects.rows import Code
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
-from gears3d.engine.door import bodies, longest_step, prepared
+from gears3d.engine.door import STRETCH, TURN_PER_STEP, bodies, longest_step, prepared
 from gears3d.engine.holding import on_flank
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Impact, Log
 from gears3d.engine.mesh import meshed
-from gears3d.engine.motion import drive_at, fastest, motion_table, standing_at
+from gears3d.engine.motion import drive_at, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import FREE, acceleration, friction, gated, until_kink
 from gears3d.engine.world import World
@@ -65,9 +65,10 @@ class Bench:
         motion = standing_at(motion_table(scenario, rows), drive)
         self._plant = Plant(shape, motion, torques, gated(torques), rig.inertia, arm)
         longest = longest_step(motion, rows, gears)
-        self._watch = Watch(gears, shape, fastest(motion)[0] * longest, slices_of(gears))
+        stretched = longest_step(motion, rows, gears, turn=STRETCH * TURN_PER_STEP)
+        self._watch = Watch(gears, shape, slices_of(gears))
         self._settings = Settings(
-            0.0, longest, law, scenario.impact.stick_velocity, springs_of(rows), "free", (0.0, 0.0)
+            0.0, longest, stretched, law, scenario.impact.stick_velocity, springs_of(rows), "free", (0.0, 0.0)
         )
         self._world = World(*bodies(scenario, gears), respond=False)
         self._radii = gears.drive.base_radius, gears.loose.base_radius
@@ -173,7 +174,7 @@ class Bench:
         for _ in range(2):  # the second look is from the flank itself
             self._world.place((angle, guess), (speed, 0.0))
             self._watch.look(self._world, self._plant, time, guess)
-            guess, omega = on_flank(self._plant, self._watch.teeth, side, time, guess)
+            guess, omega = on_flank(self._plant, self._watch.nearby.teeth(angle), side, time, guess)
         return guess, omega
 
     def _run(self, times: np.ndarray, until: float, blind: bool = False) -> _Run:

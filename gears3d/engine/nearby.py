@@ -1,0 +1,215 @@
+"""Which pairs of teeth may touch, by the angle of the drive gear: Bullet's answers, kept as long as they hold.
+
+The loose gear lies within the backlash, so the drive's angle alone decides which pairs of teeth can touch. An answer of
+Bullet names all pairs within a reach. The reach is the largest distance that two teeth, rolling on each other, can have
+a turn before they touch, plus the backlash and all by which gears and mounting deviate. An answer is therefore complete
+for all angles within that turn. It is kept for windows of a fraction of a pitch, and holds again whenever both gears
+come back to the same teeth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gears3d.engine.mesh import ACTIVE, REVERSE, Mesh, lean_of, meshed, side_gap, tilt_of, tooth_gap
+from gears3d.engine.motion import drive_at
+from gears3d.gears.flank import Flanks
+from gears3d.kernels import inner, njit
+
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
+
+WINDOWS = 3
+"""Windows in one pitch of the drive."""
+AHEAD = 2
+"""Windows to either side of the present one that an answer fills: the next query comes after one pitch at the latest.
+
+Every pair of teeth is in mesh for longer than a pitch, so that all of them are compared with Bullet's gaps.
+"""
+GUARD = 0.1
+"""Part of a window by which its pairs are looked for beyond its ends, as far as a step may go too far."""
+NODES = (-GUARD, 0.5, 1.0 + GUARD)
+"""Places in a window at which the pairs that touch first are found, in windows."""
+LEVERS = 0.1
+"""Part of a gap by which two pairs may change places while the gap closes: levers of two contacts differ by less."""
+BEYOND = 1e-6
+"""Part of a window by which a step ends beyond it."""
+_SEARCH = 60
+_LOOKS = 24
+"""Places in a pitch at which the distance of teeth that roll on each other is measured."""
+_PITCHES = 3
+
+
+def _roughness(flanks: Flanks) -> float:
+    """Return how far apart the deviations of two teeth in mesh can be [m]."""
+    waves = np.abs(flanks.harmonics[:, :, :, 1]).sum(axis=2)
+    return float((2.0 * waves + np.ptp(flanks.offsets, axis=2)).sum(axis=0).max())
+
+
+def _parting(shape: Mesh, pitch: float, ratio: float, slack: float) -> float:
+    """Return the largest distance of two teeth that may touch within the turn of an answer [m]; see the module."""
+    turns = np.arange(-_PITCHES * _LOOKS, _PITCHES * _LOOKS + 1) / _LOOKS
+    teeth = np.array([[1, 1, ACTIVE]])
+    gaps = np.array([side_gap(shape, teeth, ACTIVE, x * pitch, x * pitch * ratio)[0] for x in turns])
+    ends = np.full(_LOOKS, math.inf)  # a neighbour's gap is that of this pair a pitch earlier or later
+    least = np.minimum(np.minimum(gaps, np.r_[ends, gaps[:-_LOOKS]]), np.r_[gaps[_LOOKS:], ends])
+    touching = turns[gaps <= least + slack]
+    turn = (AHEAD + 1.0 + GUARD) / WINDOWS
+    within = (turns >= touching.min() - turn - 1.0 / _LOOKS) & (turns <= touching.max() + turn + 1.0 / _LOOKS)
+    return float(gaps[within & np.isfinite(gaps)].max())
+
+
+class Nearby:
+    """The pairs of teeth that may touch, for all angles of the drive that Bullet has been asked about.
+
+    Args:
+        pair: the gears.
+        shape: flanks and edges of the pair.
+    """
+
+    def __init__(self, pair: Pair, shape: Mesh) -> None:
+        teeth = (pair.drive.teeth, pair.loose.teeth)
+        self.width = 2.0 * math.pi / teeth[0] / WINDOWS
+        self.table = np.zeros((WINDOWS * math.lcm(*teeth), 2), np.int64)
+        self.rows = np.zeros((256, 3), np.int64)
+        self._used = 0
+        self._shape = shape
+        self._ratio = teeth[0] / teeth[1]
+        self.slack = 1e-6 + _roughness(shape.edged.flanks)
+        wandering = 2.0 * float(np.hypot(shape.offsets[::2], shape.offsets[1::2]).sum())
+        tilts = (lean_of(pair), tilt_of(pair, "drive"), tilt_of(pair, "loose"))
+        self.tilts = sum(float(np.hypot(*tilt)) for tilt in tilts)
+        wandering += max(gear.face_width for gear in (pair.drive, pair.loose)) * self.tilts
+        ideal = meshed(replace(pair, deviations=(), mounting=())) if pair.deviations or pair.mounting else shape
+        parting = _parting(ideal, WINDOWS * self.width, self._ratio, self.slack)
+        self.reach = 1.1 * (pair.backlash + wandering) + self.slack + parting + 20e-6
+
+    def window(self, angle: float) -> int:
+        """Return the window of an angle of the drive [rad], a row of ``table``."""
+        return math.floor(angle / self.width) % len(self.table)
+
+    def known(self, angle: float) -> bool:
+        """Return whether the pairs at an angle of the drive [rad] are known."""
+        return bool(self.table[self.window(angle), 1])
+
+    def teeth(self, angle: float) -> np.ndarray:
+        """Return the pairs that may touch at an angle of the drive [rad]: teeth and side, (n, 3)."""
+        first, end = self.table[self.window(angle)]
+        return self.rows[first:end]
+
+    def fill(self, found: np.ndarray, thetas: tuple[float, float]) -> None:
+        """Keep what an answer says of the windows around it.
+
+        Args:
+            found: all pairs within reach (n, 3).
+            thetas: angles of drive and loose gear [rad].
+        """
+        most = (2 * AHEAD + 1) * len(found)
+        if self._used + most > len(self.rows):
+            self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, 3), np.int64)])
+        span = (self.width, self._ratio, self.slack)
+        self._used = _fill(self._shape, found, thetas, span, self.table, self.rows, self._used)
+
+
+@njit(cache=True)
+def _fill(
+    shape: Mesh,
+    found: np.ndarray,
+    thetas: tuple[float, float],
+    span: tuple[float, float, float],
+    table: np.ndarray,
+    rows: np.ndarray,
+    used: int,
+) -> int:
+    """Write the pairs of the windows around an angle into ``rows`` from ``used`` on; return how many are used then.
+
+    ``span`` is the width of a window [rad], the ratio of the loose gear's turn to the drive's, and by how much more
+    open than the nearest a gap may be to count [m].
+    """
+    width, ratio, slack = span
+    here = math.floor(thetas[0] / width)
+    keep, gaps = np.zeros(found.shape[0], np.bool_), np.zeros(found.shape[0])
+    for number in range(here - AHEAD, here + AHEAD + 1):
+        window = number % table.shape[0]
+        if table[window, 1] != 0:
+            continue
+        keep[:] = False
+        sides = 0
+        for node in NODES:
+            turn = (number + node) * width - thetas[0]
+            for side in (ACTIVE, REVERSE):
+                sides |= _mark(shape, found, side, (thetas[0] + turn, thetas[1] + turn * ratio), slack, gaps, keep)
+        if sides != 3 and number != here:  # whatever is there is too far for this answer
+            continue
+        table[window, 0] = used
+        for i in range(found.shape[0]):
+            if keep[i]:
+                rows[used] = found[i]
+                used += 1
+        table[window, 1] = used
+    return used
+
+
+@inner
+def _mark(shape, found, side, thetas, slack, gaps, keep):
+    """Mark the pairs of one side that touch first, where the loose gear is and where that side is closed.
+
+    Return 1 for the active and 2 for the reverse side, 0 where there is no pair.
+    """
+    least, lever = math.inf, 1.0
+    for i in range(found.shape[0]):
+        gaps[i] = math.inf
+        if found[i, 2] == side:
+            gaps[i], _, by_loose = tooth_gap(shape, thetas[0], thetas[1], found[i, 0], found[i, 1], side)
+            if gaps[i] < least:
+                least, lever = gaps[i], by_loose
+    if least == math.inf:
+        return 0
+    closed, shut = thetas[1] - least / lever, math.inf
+    for i in range(found.shape[0]):
+        keep[i] |= gaps[i] <= least + slack
+        if gaps[i] <= least + slack + LEVERS * abs(least):
+            gaps[i] = tooth_gap(shape, thetas[0], closed, found[i, 0], found[i, 1], side)[0]
+            shut = min(shut, gaps[i])
+        else:
+            gaps[i] = math.inf
+    for i in range(found.shape[0]):
+        keep[i] |= gaps[i] <= shut + slack
+    return 1 + side
+
+
+@njit(cache=True)
+def until_edge(motion: np.ndarray, time: float, width: float, steps: tuple[float, float]) -> float:
+    """Return how long a step may last within the window of the drive's angle [s].
+
+    Args:
+        motion: table of the drive gear's motion.
+        time: at which it starts [s].
+        width: of a window [rad].
+        steps: the longest step, and the one that may be taken if it ends with the window [s].
+    """
+    longest, most = steps
+    number = math.floor(drive_at(motion, time)[0] / width)
+    end = drive_at(motion, time + most)[0] / width - number
+    if 0.0 <= end < 1.0:
+        return longest
+    sign = -1.0 if end < 0.0 else 1.0
+    edge = (number + (end >= 1.0)) * width
+    low, high, at = 0.0, most, 0.5 * most
+    for _ in range(_SEARCH):
+        angle, speed, _ = drive_at(motion, time + at)
+        miss = sign * (angle - edge) / width
+        if miss > 0.0:
+            high = at
+        else:
+            low = at
+        if 0.0 < miss < 2.0 * BEYOND:
+            break
+        at += sign * (BEYOND - miss) * width / speed if speed != 0.0 else 0.0
+        if not low < at < high:
+            at = 0.5 * (low + high)
+    return high
