@@ -2,8 +2,8 @@
 
 Flights, impacts and contacts are those of :mod:`gears3d.diagnosis.prediction`, with the same
 standard deviations and the same nuisances, but each is predicted by the engine from its measured start state: a flight
-is integrated by Bullet, an impact acts along the common normal of two true flanks, a contact rolls on them. The engine
-knows nothing of the columns by which the causes were found.
+follows from the torques alone, an impact acts along the common normal of two true flanks, a contact rolls on them. The
+engine knows nothing of the columns by which the causes were found.
 """
 
 from __future__ import annotations

@@ -52,11 +52,6 @@ class Watch:
         self._parts["tilt_error_m"] = tilt
         self.allowed = self._parts["gap_error_m"] + self._parts["tilt_error_m"]
         self.queries = 0
-        self._asked = -math.inf
-
-    def due(self, angle: float) -> bool:
-        """Return whether Bullet is to be asked at an angle of the drive [rad]."""
-        return abs(angle - self._asked) > COMPARE_AFTER or not self.nearby.known(angle)
 
     def look(self, world: World, plant: Plant, time: float, theta_loose: float) -> None:
         """Query Bullet once, name the candidate teeth, and check the raw gaps.
@@ -70,7 +65,7 @@ class Watch:
         Raises:
             EngineError: a raw gap differs from the refined one by more than the hulls can account for.
         """
-        theta_drive = self._asked = drive_at(plant.motion, time)[0]
+        theta_drive = drive_at(plant.motion, time)[0]
         found, raw = self._near(world, theta_drive, theta_loose, time)
         thetas, limits = (theta_drive, theta_loose), (self.nearby.slack, -DEEP, FAR)
         row, excess, refined = compare_raw(self._shape, found, raw + MARGINS, thetas, limits, self._sums)
@@ -103,18 +98,17 @@ class Watch:
             f"{self.allowed * 1e6:.2f} µm of difference (collision pieces and flanks are not of the same gears)"
         )
 
-    def report(self, located: float, strayed: float) -> dict[str, float]:
+    def report(self, located: float) -> dict[str, float]:
         """Return the error budget, all in m.
 
         Args:
             located: largest gap left at an impact.
-            strayed: largest distance between where Bullet arrived and the path that was planned.
 
         Returns:
             ``facet_chord``, ``slice_edge`` of helical teeth, ``axis_tilt`` of axes that are not parallel,
             ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and about it, margins
-            taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` and the ``total`` of what an impact's
-            place depends on, which the hulls do not.
+            taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` (0: no event falls between two steps)
+            and the ``total`` of what an impact's place depends on, which the hulls do not.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count
@@ -130,6 +124,6 @@ class Watch:
             "raw_minus_refined_max": self._sums[3],
             "raw_allowed": self.allowed,
             "location": located,
-            "step": strayed,
-            "total": located + strayed + TOUCH,
+            "step": 0.0,
+            "total": located + TOUCH,
         }

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.engine.compile import inner
 from gears3d.engine.films import NO_FILM, Film
 from gears3d.engine.mesh import Mesh, call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
-from gears3d.kernels import inner, njit
 from gears3d.records import Floats2, Record
 
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
@@ -67,17 +67,16 @@ class Arc(NamedTuple):
     jerk: float
 
 
-def path_angle(arc, after):
-    """Return the loose gear's angle [rad] ``after`` seconds, a number or an array."""
+@inner
+def angle_after(arc, after):
+    """Return the loose gear's angle ``after`` seconds [rad]."""
     return arc.theta + (arc.omega + (0.5 * arc.accel + arc.jerk * after / 6.0) * after) * after
 
 
-def path_speed(arc, after):
-    """Return the loose gear's speed [rad/s] ``after`` seconds, a number or an array."""
+@inner
+def speed_after(arc, after):
+    """Return the loose gear's speed ``after`` seconds [rad/s]."""
     return arc.omega + (arc.accel + 0.5 * arc.jerk * after) * after
-
-
-angle_after, speed_after = inner(path_angle), inner(path_speed)
 
 
 @inner
@@ -205,7 +204,7 @@ def _stop_within(arc: Arc, longest: float) -> float:
     return high
 
 
-@njit(cache=True)
+@inner
 def plan_flight(
     plant: Plant, teeth: np.ndarray, start: Arc, longest: float, left: int
 ) -> tuple[float, Arc, int, float]:
@@ -244,7 +243,7 @@ def plan_flight(
     return duration, arc, event, highest(plant, teeth, left, arc, duration)
 
 
-@njit(cache=True)
+@inner
 def highest(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, duration: float) -> float:
     """Return the largest gap of one side during a step of flight [m]."""
     _, rate_low = gap_along(plant, teeth, side, arc, 0.0)

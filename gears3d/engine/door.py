@@ -16,7 +16,7 @@ from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
-from gears3d.engine.films import NO_FILM, film_of
+from gears3d.engine.films import film_of
 from gears3d.engine.halving import ORDER, halved
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
@@ -25,7 +25,6 @@ from gears3d.engine.log import Log
 from gears3d.engine.mesh import lean_of, meshed, offset_of, tilt_of
 from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
-from gears3d.engine.oiled import Oiled
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, gated, torque_table
 from gears3d.engine.world import Body, World
@@ -209,7 +208,7 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
         "longest_step_s": longest,
         "queries": watch.queries,
         "contacts": run.contacts,
-        "error_budget": _budget(watch.report(run.located, run.strayed), contact),
+        "error_budget": _budget(watch.report(run.located), contact),
         "interrupted": not complete,
         "reached_s": run.time,
         "base_radius_drive_m": radii[0],
@@ -343,8 +342,7 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, floa
         deepest=YIELDED * scenario.gears.drive.module,
         share=steps[2],
     )
-    kind = Located if plant.film is NO_FILM else Oiled
-    return kind(world, plant, settings, watch, log)
+    return Located(world, plant, settings, watch, log)
 
 
 def _native(scenario: Scenario, rows: tuple[Row, ...], pair: Pair, parts: Parts, step: float) -> Native:

@@ -51,6 +51,34 @@ def sunk(depth: float, time: float, remedy: str) -> EngineError:
     )
 
 
+def not_closed(gap: float, time: float) -> EngineError:
+    """Return the error of an impact of flanks that do not touch.
+
+    Args:
+        gap: [m].
+        time: [s].
+    """
+    return EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {time:.9g} s")
+
+
+def standing(time: float) -> EngineError:
+    """Return the error of events without any time passing.
+
+    Args:
+        time: [s].
+    """
+    return EngineError(f"no progress at t = {time:.9g} s: raise impact.stick_velocity")
+
+
+def not_a_number(time: float) -> EngineError:
+    """Return the error of a state that is not a number.
+
+    Args:
+        time: up to which all was well [s].
+    """
+    return EngineError(f"the loose gear's state is not a number after t = {time:.6g} s: look at the torques")
+
+
 def see_numbers(theta: float, omega: float, time: float) -> None:
     """Stop before a state that is no number gets into what is written down.
 
@@ -63,4 +91,4 @@ def see_numbers(theta: float, omega: float, time: float) -> None:
         EngineError: one of them is not finite.
     """
     if not (math.isfinite(theta) and math.isfinite(omega)):
-        raise EngineError(f"the loose gear's state is not a number after t = {time:.6g} s: look at the torques")
+        raise not_a_number(time)

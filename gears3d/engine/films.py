@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gears3d.effects.rows import Code, Row
+from gears3d.engine.compile import entry
 from gears3d.errors import Fault, InputError
-from gears3d.kernels import njit
 from gears3d.records import Record
 
 WIDEST = 0.25
@@ -72,7 +72,7 @@ def film_of(rows: Sequence[Row], backlash: float) -> Film:
     return Film(wedge, squeeze, drive, loose, minimum, felt)
 
 
-@njit(cache=True)
+@entry
 def film_push(film: Film, gap: float, rate: float, squeezed: bool, speeds: tuple[float, float]) -> float:
     """Return the force with which a film keeps two flanks apart [N].
 

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, gap_along, speed_after, through
+from gears3d.engine.compile import inner
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import gap_force
 from gears3d.engine.torques import FREE, resisting
-from gears3d.kernels import njit
 
 AT_REST = 2.0
 """Stands for the direction of motion of a loose gear that dry torque holds."""
@@ -55,7 +55,7 @@ class Forces(NamedTuple):
     within: int
 
 
-@njit(cache=True)
+@inner
 def pushed(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
 ) -> tuple[float, float, float]:
@@ -92,7 +92,7 @@ def pushed(
     return torque, passing, spring
 
 
-@njit(cache=True)
+@inner
 def _acceleration(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
 ) -> tuple[float, float]:
@@ -106,7 +106,7 @@ def _acceleration(
     return (torque - plain - forces.direction * dry) / plant.inertia, passing
 
 
-@njit(cache=True)
+@inner
 def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc) -> float:
     """Return the sign of motion, at rest that which begins, or AT_REST where dry torque holds."""
     if start.omega != 0.0:
@@ -119,7 +119,7 @@ def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: F
     return AT_REST if abs(net) <= dry else np.sign(net)
 
 
-@njit(cache=True)
+@inner
 def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> float:
     """Return the longest step that both films allow [s]; without oil there is none.
 
@@ -147,7 +147,7 @@ def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> 
     return longest
 
 
-@njit(cache=True)
+@inner
 def _path(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc, duration: float
 ) -> tuple[Arc, float]:
@@ -168,7 +168,7 @@ def _path(
     return arc, force
 
 
-@njit(cache=True)
+@inner
 def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float) -> int:
     """Return what has happened ``after`` seconds on a path: nothing, or how it ends."""
     if forces.direction != AT_REST and forces.direction * speed_after(arc, after) < 0.0:
@@ -195,7 +195,7 @@ def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, 
     return ON
 
 
-@njit(cache=True)
+@inner
 def plan_forced(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Forces, start: Arc, steps: tuple[float, float]
 ) -> tuple[float, Arc, float, int]:

@@ -10,11 +10,11 @@ import math
 import numpy as np
 
 from gears3d.engine.closing import HALVINGS, Arc, Plant
+from gears3d.engine.compile import entry, inner
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, resisting
-from gears3d.kernels import inner, njit
 
 HELD, LOST, MEETS = 0, 1, 2
 """How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
@@ -24,7 +24,7 @@ DIFFERENCE = 2e-6
 """Half-width of the differences of the flank's speed along the imposed motion [s]."""
 
 
-@njit(cache=True)
+@entry
 def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: float) -> tuple[float, float]:
     """Return the loose gear's angle [rad] and speed [rad/s] that keep the gap of one side closed.
 
@@ -85,14 +85,13 @@ def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: 
     return torque
 
 
+@inner
 def resolution(theta: float) -> float:
     """Return the difference of two gaps that rounding leaves meaningful at an angle [rad], in m."""
     return 1e-13 + 2e-16 * abs(theta)
 
 
-resolved = inner(resolution)
-
-
+@inner
 def softly(plant: Plant, time: float, stick_velocity: float) -> float:
     """Return the speed below which teeth that run onto each other take over without an impact [m/s].
 
@@ -103,7 +102,7 @@ def softly(plant: Plant, time: float, stick_velocity: float) -> float:
     return max(stick_velocity, 2.0 * abs(speed) * math.sqrt(2.0 * radius * resolution(angle)))
 
 
-@njit(cache=True)
+@entry
 def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, soft: float) -> tuple[int, float]:
     """Return which of the touching tooth pairs holds the loose gear, and its reaction [N].
 
@@ -120,7 +119,7 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
         gap, by_drive, by_loose, _ = call_side(
             plant.surfaces.side, (plant.surfaces, teeth[i : i + 1], side, angle, theta)
         )
-        if gap > least + resolved(theta):
+        if gap > least + resolution(theta):
             continue
         push = -by_drive / abs(by_loose) * speed
         same = soft / abs(by_loose)
@@ -130,7 +129,7 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
     return best, force
 
 
-@njit(cache=True)
+@inner
 def plan_contact(
     plant: Plant, teeth: np.ndarray, side: int, start: Arc, longest: float, soft: float
 ) -> tuple[float, int, int]:
@@ -150,7 +149,7 @@ def plan_contact(
     """
     weak = -1e-7 * plant.inertia
     row, force = supporting(plant, teeth, side, start.time, start.theta, soft)
-    if force < weak:
+    if not force >= weak:
         return 0.0, LOST, row
     low, part = 0.0, 1
     for _ in range(LOOKS + 8):
@@ -225,4 +224,4 @@ def _overlaps(plant: Plant, teeth: np.ndarray, held: np.ndarray, side: int, star
     """Return whether some pair of teeth overlaps while the held pair touches."""
     theta, _ = _held_at(plant, held, side, start, after)
     angle, _, _ = drive_at(plant.motion, start.time + after)
-    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] < -resolved(theta)
+    return call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0] < -resolution(theta)

@@ -5,8 +5,42 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from gears3d.effects.rows import Code, Flank, Row
+from gears3d.engine.compile import inner
 from gears3d.laws.restitution import scatter
+
+_OFFSET = int(Code.IMPACT_OFFSET)
+_SLOPE = int(Code.IMPACT_SLOPE)
+_FLANK = int(Code.IMPACT_FLANK)
+_SCATTER = int(Code.IMPACT_SCATTER)
+_ACTIVE = int(Flank.ACTIVE)
+
+
+@inner
+def coefficient(restitution: float, table: np.ndarray, flank: int, speed: float, draw: float) -> float:
+    """Return the coefficient of restitution of one impact.
+
+    Args:
+        restitution: base coefficient e0.
+        table: impact rows: code and number (n, 2).
+        flank: which is hit.
+        speed: of approach [m/s].
+        draw: standard normal number of this impact, for its scatter.
+    """
+    value = restitution
+    for i in range(table.shape[0]):
+        code, first = table[i, 0], table[i, 1]
+        if code == _OFFSET:
+            value += first
+        elif code == _SLOPE:
+            value += first * abs(speed)
+        elif code == _FLANK:
+            value += 0.5 * first if flank == _ACTIVE else -0.5 * first
+        elif code == _SCATTER:
+            value += first * draw
+    return min(max(value, 0.0), 1.0)
 
 
 class ImpactLaw:
@@ -25,14 +59,26 @@ class ImpactLaw:
     """
 
     def __init__(self, restitution: float, rows: Sequence[Row], seed: int) -> None:
-        self._restitution = restitution
-        self._rows = [row for row in rows if row.code // 100 == 3]
+        self.restitution = restitution
+        self.table = np.array([(row.code, row.p[0]) for row in rows if row.code // 100 == 3]).reshape(-1, 2)
         self._seed, self._asked = seed, 0
 
     @property
     def changes(self) -> bool:
         """Whether the coefficient differs from impact to impact."""
-        return any(row.code != Code.IMPACT_OFFSET for row in self._rows)
+        return bool((self.table[:, 0] != _OFFSET).any())
+
+    def draws(self, used: int, count: int) -> np.ndarray:
+        """Return the standard normal numbers of the next impacts, zeros without scatter (count,).
+
+        Args:
+            used: impacts since the last call.
+            count: how many numbers.
+        """
+        self._asked += used
+        if (self.table[:, 0] != _SCATTER).all():
+            return np.zeros(count)
+        return np.array([scatter(self._seed, index) for index in range(self._asked, self._asked + count)])
 
     def coefficient(self, flank: Flank, speed: float) -> float:
         """Return the coefficient for one impact; with scatter rows every call is the next impact's draw.
@@ -41,21 +87,12 @@ class ImpactLaw:
             flank: which is hit.
             speed: of approach [m/s].
         """
-        value = self._restitution
-        for row in self._rows:
-            first = row.p[0]
-            if row.code == Code.IMPACT_OFFSET:
-                value += first
-            elif row.code == Code.IMPACT_SLOPE:
-                value += first * abs(speed)
-            elif row.code == Code.IMPACT_FLANK:
-                value += 0.5 * first if flank == Flank.ACTIVE else -0.5 * first
-            elif row.code == Code.IMPACT_SCATTER:
-                value += first * scatter(self._seed, self._asked)
+        draw = float(self.draws(0, 1)[0])
         self._asked += 1
-        return min(max(value, 0.0), 1.0)
+        return float(coefficient(self.restitution, self.table, flank, speed, draw))
 
 
+@inner
 def normal_impulse(inertia: float, lever: float, friction: float, speeds: tuple[float, float]) -> float:
     """Return the impulse along the contact normal that changes the loose gear's speed, friction of the flanks paid.
 
@@ -71,19 +108,9 @@ def normal_impulse(inertia: float, lever: float, friction: float, speeds: tuple[
         The impulse, positive [N s].
 
     Source: J·Δω = P·(lever ∓ friction), the generalised impulse through the contact Jacobian.
-
-    >>> round(normal_impulse(0.07, 0.14, 0.0, (2.0, 3.0)), 12), round(normal_impulse(0.07, 0.14, 0.07, (2.0, 3.0)), 12)
-    (0.5, 1.0)
     """
     before, after = speeds
-    total = 0.0
-    for change, sense in _parts(before, after):
-        total += inertia * change / (lever - sense * friction)
-    return total
-
-
-def _parts(before: float, after: float) -> list[tuple[float, float]]:
-    """Return the changes of a speed with the sign that it has during each."""
     if before * after < 0.0:
-        return [(-before, math.copysign(1.0, before)), (after, math.copysign(1.0, after))]
-    return [(after - before, math.copysign(1.0, before + after))]
+        to_rest = -before / (lever - math.copysign(friction, before))
+        return inertia * (to_rest + after / (lever - math.copysign(friction, after)))
+    return inertia * (after - before) / (lever - math.copysign(friction, before + after))

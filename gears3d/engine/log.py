@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.engine.closing import Arc, Plant, path_angle, path_speed
+from gears3d.engine.closing import Arc, angle_after, speed_after
+from gears3d.engine.compile import inner
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at, drive_samples
-from gears3d.kernels import njit
 
 HELICAL = ("height_m", "axial_impulse_N_s")
 """Columns of helical teeth only."""
@@ -46,44 +46,29 @@ class Impact(NamedTuple):
     axial_impulse_N_s: float = math.nan
 
 
-class Meeting(NamedTuple):
-    """Teeth that meet.
-
-    Args:
-        drive: number of the drive gear's tooth.
-        loose: number of the loose gear's tooth.
-        height: middle of their line of contact along the face [m]; not a number where one section tells all.
-        leans: part of a force along their normal that acts along the axis, the same.
-    """
-
-    drive: int
-    loose: int
-    height: float = math.nan
-    leans: float = math.nan
-
-
-def _fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
+@inner
+def fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.ndarray) -> int:
     """Write the samples before ``until`` from a flight; return the first sample not written."""
-    last = max(first, int(np.searchsorted(times, until)))
-    after = times[first:last] - arc.time
-    out[first:last, 0], out[first:last, 1] = path_angle(arc, after), path_speed(arc, after)
-    return last
+    while first < times.size and times[first] < until:
+        after = times[first] - arc.time
+        out[first, 0], out[first, 1] = angle_after(arc, after), speed_after(arc, after)
+        first += 1
+    return first
 
 
-@njit(cache=True)
-def _fill_contact(
-    plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray, times: np.ndarray, first: int, out: np.ndarray
-) -> int:
+@inner
+def fill_contact(plant, teeth, side, ends, times, first, out):
     """Write the samples of a step with the gap held closed; return the first sample not written.
 
     ``ends`` holds time, angle, speed at start and end; between them a cubic, put right by the gap measured there.
     """
-    start, span = ends[0, 0], ends[1, 0] - ends[0, 0]
-    while first < times.size and times[first] < ends[1, 0]:
+    start, theta, omega, until, theta_end, omega_end = ends
+    span = until - start
+    while first < times.size and times[first] < until:
         x = (times[first] - start) / span
         y = 1.0 - x
-        guess = y * y * ((1.0 + 2.0 * x) * ends[0, 1] + x * span * ends[0, 2])
-        guess += x * x * ((3.0 - 2.0 * x) * ends[1, 1] - y * span * ends[1, 2])
+        guess = y * y * ((1.0 + 2.0 * x) * theta + x * span * omega)
+        guess += x * x * ((3.0 - 2.0 * x) * theta_end - y * span * omega_end)
         angle, speed, _ = drive_at(plant.motion, times[first])
         gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, guess))
         out[first, 0] = guess - gap / by_loose
@@ -101,34 +86,36 @@ class Log:
         times: of the samples in place of evenly spaced ones [s], (n,).
     """
 
+    goes_on = False
+    """Whether further samples follow in another block."""
+
     def __init__(self, duration: float, rate: float, times: np.ndarray | None = None) -> None:
         even = np.arange(math.floor(duration * rate * (1.0 + 1e-12)) + 1) / rate if times is None else times
         self.times: np.ndarray = even
         self.impacts: list[Impact] = []
-        self._loose = np.zeros((self.times.size, 2))
-        self._next = 0
+        self.rows = np.zeros((self.times.size, 2))
+        self.written = 0
+
+    def turn_over(self) -> None:
+        """Make room for further samples and impacts."""
 
     def flight(self, arc: Arc, until: float) -> None:
         """Write the samples of a flight that starts at ``arc.time`` and ends at ``until`` [s]."""
-        self._next = _fill_flight(arc, until, self.times, self._next, self._loose)
-
-    def contact(self, plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray) -> None:
-        """Write the samples of a step of permanent contact; ``ends`` (2, 3): time, angle, speed of the loose gear."""
-        self._next = _fill_contact(plant, teeth, side, ends, self.times, self._next, self._loose)
+        self.written = fill_flight(arc, until, self.times, self.written, self.rows)
 
     def finish(self, theta: float, omega: float, time: float) -> None:
         """Write the sample that falls on the end of the run, if one does."""
-        if self._next < self.times.size and self.times[self._next] <= time * (1.0 + 1e-12):
-            self._loose[self._next] = theta, omega
-            self._next += 1
+        if self.written < self.times.size and self.times[self.written] <= time * (1.0 + 1e-12):
+            self.rows[self.written] = theta, omega
+            self.written += 1
 
     def loose(self) -> np.ndarray:
         """Return the loose gear's angle at the samples [rad], (n,), NaN at those that were not reached."""
-        return np.where(np.arange(len(self.times)) < self._next, self._loose[:, 0], np.nan)
+        return np.where(np.arange(len(self.times)) < self.written, self.rows[:, 0], np.nan)
 
     def states(self) -> np.ndarray:
         """Return the loose gear's angle [rad] and speed [rad/s] at the samples that were reached, (n, 2)."""
-        return self._loose[: self._next].copy()
+        return self.rows[: self.written].copy()
 
     def signals(self, motion: np.ndarray, base_radii: tuple[float, float]) -> dict[str, np.ndarray]:
         """Return the columns of the recording.
@@ -137,7 +124,7 @@ class Log:
             motion: table of the drive gear's motion.
             base_radii: of drive and loose gear [m].
         """
-        times, loose = self.times[: self._next], self._loose[: self._next]
+        times, loose = self.times[: self.written], self.rows[: self.written]
         drive = drive_samples(motion, times)
         of_drive, of_loose = base_radii
         return {

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import float64, int64, types
 
+from gears3d.engine.compile import entry, inner
 from gears3d.engine.lines import Along, along_of, line_gap
 from gears3d.gears import Eccentricity, Misalignment, Wobble
 from gears3d.gears.edge import Edged, edged_gap, edged_gap_at
 from gears3d.gears.flank import Flanks, roll_of
-from gears3d.kernels import inner, njit
 from gears3d.records import Floats1, Record, address_of, caller
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
     return c * x - s * y, s * x + c * y
 
 
-@njit(cache=True)
+@entry
 def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
     """As :func:`tooth_gap`, of teeth whose gap differs over the face."""
     gap, by_drive, by_loose, _, _ = line_gap(
@@ -141,14 +141,14 @@ def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
     return gap, by_drive, by_loose
 
 
-@njit(cache=True)
+@entry
 def _seen_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
     """The gap as Bullet measures it: along the normal, and elsewhere of teeth that only edges bring together."""
     gap, _, _, _, inside = line_gap(mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
     return gap * mesh.along.tilt if inside else math.inf, 0.0, 0.0
 
 
-@njit(cache=True)
+@entry
 def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
     """As :func:`tooth_gap`, of one section on axes off the axes of rotation."""
     turned = math.pi - theta_loose
@@ -183,7 +183,7 @@ def tooth_gap(
     return gap, by_drive, by_loose
 
 
-@njit(cache=True)
+@entry
 def side_gap(
     shape: Mesh, teeth: np.ndarray, side: int, theta_drive: float, theta_loose: float
 ) -> tuple[float, float, float, int]:
@@ -253,7 +253,7 @@ def teeth_of_points(
     return found
 
 
-@njit(cache=True)
+@entry
 def _name_teeth(shape, counts, on_drive, on_loose, thetas, found):
     """Fill in what :func:`teeth_of_points` returns."""
     flanks, distance = shape.edged.flanks, shape.edged.flanks.mount[2]
@@ -274,7 +274,7 @@ def both_sides(found: np.ndarray) -> bool:
     return ACTIVE in sides and REVERSE in sides
 
 
-@njit(cache=True)
+@entry
 def touching_teeth(
     shape: Mesh, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
 ) -> tuple[int, int]:
@@ -306,7 +306,7 @@ def touching_teeth(
     return drive, loose
 
 
-@njit(cache=True)
+@entry
 def compare_raw(
     shape: Mesh,
     teeth: np.ndarray,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.effects.rows import Code, Row
-from gears3d.kernels import inner, njit
+from gears3d.engine.compile import entry, inner
 from gears3d.scenario.drive_record import LEAST, drive_record
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def _recorded(motion: np.ndarray, time: float) -> tuple[float, float, float]:
     return theta, omega, alpha
 
 
-@njit(cache=True)
+@entry
 def drive_at(motion: np.ndarray, time: float) -> tuple[float, float, float]:
     """Return the drive gear's angle [rad], speed [rad/s] and acceleration [rad/s²] at a time [s]."""
     theta = motion[0, 0] * time
@@ -160,7 +160,7 @@ def drive_samples(motion: np.ndarray, times: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True)
+@entry
 def _fill_samples(motion, times, out):
     """Fill in what :func:`drive_samples` returns."""
     for i in range(times.size):

@@ -69,7 +69,6 @@ class Native:
     omega: float = 0.0
     steps: int = 0
     located: float = 0.0
-    strayed: float = 0.0
     contacts: list[tuple[int, float, float]] = field(default_factory=list)
     _hit: _Hit | None = field(default=None, repr=False)
     _free: int = 0

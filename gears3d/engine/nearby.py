@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.engine.compile import entry, inner
 from gears3d.engine.mesh import ACTIVE, REVERSE, Mesh, lean_of, meshed, side_gap, tilt_of, tooth_gap
 from gears3d.engine.motion import drive_at
 from gears3d.gears.flank import Flanks
-from gears3d.kernels import inner, njit
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
@@ -115,7 +115,7 @@ class Nearby:
         self._used = _fill(self._shape, found, thetas, span, self.table, self.rows, self._used)
 
 
-@njit(cache=True)
+@entry
 def _fill(
     shape: Mesh,
     found: np.ndarray,
@@ -182,7 +182,7 @@ def _mark(shape, found, side, thetas, slack, gaps, keep):
     return 1 + side
 
 
-@njit(cache=True)
+@inner
 def until_edge(motion: np.ndarray, time: float, width: float, steps: tuple[float, float]) -> float:
     """Return how long a step may last within the window of the drive's angle [s].
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gears3d.effects.rows import Code, Row
-from gears3d.kernels import inner
+from gears3d.engine.compile import inner
 
 STEPS_PER_RADIAN = 10.0
 """Steps while the undamped contact oscillation turns through one radian."""
@@ -20,6 +20,7 @@ def springs_of(rows: Sequence[Row]) -> np.ndarray:
     return np.sum(found, axis=0, dtype=float, keepdims=True) if found else np.zeros((0, 2))
 
 
+@inner
 def pressed_step(springs: np.ndarray, mass: float) -> float:
     """Return the step [s] that resolves a contact.
 
@@ -27,10 +28,11 @@ def pressed_step(springs: np.ndarray, mass: float) -> float:
         springs: of :func:`springs_of`.
         mass: of the loose gear as the flank feels it [kg].
     """
-    stiffness, damping = springs.sum(axis=0)
+    stiffness, damping = springs[0, 0], springs[0, 1]
     return 1.0 / (STEPS_PER_RADIAN * (math.sqrt(stiffness / mass) + damping / mass))
 
 
+@inner
 def lasting(springs: np.ndarray, mass: float) -> float:
     """Return how long a contact must last to count as permanent: five periods of its oscillation [s].
 
@@ -38,7 +40,7 @@ def lasting(springs: np.ndarray, mass: float) -> float:
         springs: of :func:`springs_of`.
         mass: of the loose gear as the flank feels it [kg].
     """
-    return 10.0 * math.pi * math.sqrt(mass / springs[:, 0].sum())
+    return 10.0 * math.pi * math.sqrt(mass / springs[0, 0])
 
 
 @inner

@@ -16,10 +16,11 @@ from gears3d.engine.holding import on_flank
 from gears3d.engine.lines import slices_of
 from gears3d.engine.located import Located, Settings
 from gears3d.engine.log import Impact, Log
+from gears3d.engine.loop import ROOM
 from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
-from gears3d.engine.torques import FREE, acceleration, friction, gated, until_kink
+from gears3d.engine.torques import FREE, acceleration, friction, gated
 from gears3d.engine.world import World
 from gears3d.errors import EngineError, Fault, InputError
 
@@ -179,40 +180,29 @@ class Bench:
 
     def _run(self, times: np.ndarray, until: float, blind: bool = False) -> _Run:
         settings = Settings(**{**vars(self._settings), "duration": until})
-        return _Run(self._world, self._plant, settings, self._watch, Log(0.0, 1.0, times), blind=blind)
+        return _Run(self._world, self._plant, settings, self._watch, Log(0.0, 1.0, times), blind=blind, events=ROOM)
 
 
 class _Run(Located):
-    """A flight that starts at a given state; a blind one sees no flanks."""
-
-    def __init__(self, *parts: object, blind: bool) -> None:
-        super().__init__(*parts)  # type: ignore[arg-type]
-        self._blind = blind
+    """A flight that starts at a given state; its blocks hold one impact."""
 
     def begin(self, time: float, theta: float, omega: float) -> None:
         """Put the loose gear where it starts."""
-        self.time, self.theta, self.omega = time, theta, omega
-        self._pose()
+        self.state["time"], self.state["theta"], self.state["omega"] = time, theta, omega
 
     def path(self) -> np.ndarray:
         """Run to the end and return the angles at the samples."""
-        while self.time < self.settings.duration:
-            self._advance()
-        self.log.finish(self.theta, self.omega, self.time)
+        while self.go_on():
+            pass
+        self.log.finish(float(self.state["theta"]), float(self.state["omega"]), self.time)
         return self.log.loose()
 
     def first(self) -> Impact:
         """Run to the first impact."""
-        while self.time < self.settings.duration and not self.log.impacts:
-            self._advance()
+        while not self.log.impacts:
+            if not self.go_on():
+                self._drain()
+                break
         if not self.log.impacts:
             raise EngineError(f"no impact came about at t = {self.time:.6g} s: the flank goes away as fast")
         return self.log.impacts[0]
-
-    def _advance(self) -> None:
-        if not self._blind:
-            super()._advance()
-            return
-        plant = self.plant
-        kink = until_kink(plant.torques, plant.inertia, FREE, self.time, self.theta, self.omega)
-        self._fly(min(self.settings.longest_step, self.settings.duration - self.time, kink))

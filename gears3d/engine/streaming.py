@@ -94,11 +94,17 @@ class StreamedLog(Log):
         while self._turned_over():
             super().flight(arc, until)
 
-    def contact(self, plant: Plant, teeth: np.ndarray, side: int, ends: np.ndarray) -> None:
-        """Write the samples of a step of permanent contact; ``ends`` (2, 3): time, angle, speed of the loose gear."""
-        super().contact(plant, teeth, side, ends)
-        while self._turned_over():
-            super().contact(plant, teeth, side, ends)
+    @property
+    def goes_on(self) -> bool:  # type: ignore[override]
+        """Whether further samples follow in another block."""
+        return self._first + self.times.size < self._total
+
+    def turn_over(self) -> None:
+        """Write groups down that are full, or have no room for the next step."""
+        if len(self.impacts) >= EVENTS:
+            self._flush_impacts()
+        if self.goes_on:
+            self._flush_signals()
 
     def finish(self, theta: float, omega: float, time: float) -> None:
         """Write the sample that falls on the end of the run, if one does."""
@@ -143,17 +149,15 @@ class StreamedLog(Log):
 
     def _turned_over(self) -> bool:
         """Write full groups down; return whether the samples go on in a new one."""
-        if len(self.impacts) >= EVENTS:
-            self._flush_impacts()
-        if self._next < self.times.size or self._first + self.times.size >= self._total:
-            return False
-        self._flush_signals()
-        return True
+        full = self.written >= self.times.size and self.goes_on
+        if full or len(self.impacts) >= EVENTS:
+            self.turn_over()
+        return full
 
     def _flush_signals(self) -> None:
         columns = self.signals(self._motion, self._radii)
-        self._first += self._next
-        self.times, self._next = self._times(), 0
+        self._first += self.written
+        self.times, self.written = self._times(), 0
         if len(columns["time_s"]):
             self._tables[0].write(columns)
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
-from gears3d.kernels import inner, njit
+from gears3d.engine.compile import entry, inner
 
 _SOON = 1e-6
 """Points of a tabulated torque nearer than this are passed over [s]."""
@@ -110,7 +110,7 @@ def gated(table: np.ndarray) -> bool:
     return bool(np.any(table[:, 1] != _ALWAYS))
 
 
-@njit(cache=True)
+@entry
 def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: float) -> tuple[float, float]:
     """Return the resisting torques in two heaps.
 
@@ -148,7 +148,7 @@ def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: f
     return plain, dry
 
 
-@njit(cache=True)
+@entry
 def acceleration(
     table: np.ndarray, inertia: float, place: int, time: float, theta: float, omega: float, direction: float
 ) -> float:
@@ -171,8 +171,9 @@ def acceleration(
     return -(plain + direction * dry) / inertia
 
 
+@inner
 def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta: float, omega: float) -> float:
-    """Return how long it takes, nearly, until a tabulated torque comes to its next point, at least a microsecond [s].
+    """Return how long it takes, nearly, until a tabulated torque comes to its next point; infinite without one [s].
 
     Args:
         table: of :func:`torque_table`.
@@ -182,14 +183,6 @@ def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta
         theta: rad.
         omega: rad/s.
     """
-    if not (table[:, 0] == _TABLE).any():
-        return math.inf
-    return _until_point(table, inertia, place, time, theta, omega)
-
-
-@njit(cache=True)
-def _until_point(table, inertia, place, time, theta, omega):
-    """As :func:`until_kink`."""
     soonest = math.inf
     for i in range(table.shape[0]):
         if int(table[i, 0]) != _TABLE:

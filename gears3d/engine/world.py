@@ -111,11 +111,6 @@ class World:
         sense = self._bodies[0].sense
         pybullet.resetJointState(self._ids[0], LINK, sense * theta, sense * omega, self._client)
 
-    def place_loose(self, theta: float, omega: float) -> None:
-        """Correct the loose gear's angle [rad] and speed [rad/s]."""
-        sense = self._bodies[1].sense
-        pybullet.resetJointState(self._ids[1], LINK, sense * theta, sense * omega, self._client)
-
     def step(self, duration: float, torque: float) -> tuple[float, float]:
         """Let Bullet integrate one step with a torque on the loose gear.
 

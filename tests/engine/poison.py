@@ -1,20 +1,19 @@
-"""A world whose state turns into no number after some steps."""
+"""A torque that turns into no number after some time."""
 
+import math
+import sys
+
+from gears3d.effects.rows import torque_relax
 from gears3d.engine import door
 
 
 def poison(monkeypatch, after):
-    """Let every world's speed be lost after so many steps.
+    """Let the torque on the loose gear be lost in every run; until then not a bit changes.
 
     Args:
         monkeypatch: pytest's own.
-        after: steps that are honest.
+        after: time until which it is honest [s].
     """
-    honest, steps = door.World.step, []
-
-    def poisoned(self, duration, torque):
-        steps.append(duration)
-        state = honest(self, duration, torque)
-        return state if len(steps) < after else (float("nan"), state[1])
-
-    monkeypatch.setattr(door.World, "step", poisoned)
+    honest = door.torque_table
+    lost = torque_relax(0.0, -after / math.log(sys.float_info.max))  # 0 times a number, then 0 times infinity
+    monkeypatch.setattr(door, "torque_table", lambda rows: honest([*rows, lost]))

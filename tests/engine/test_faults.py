@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gears3d.engine import located, simulate
+from gears3d.engine import simulate
+from gears3d.engine.nearby import WINDOWS, Nearby
 from gears3d.errors import EngineError
 from gears3d.gears import Eccentricity, ToothDeviation
 from gears3d.scenario import load
@@ -93,22 +94,26 @@ def test_a_rattling_pair_that_binds_is_kept_until_then(unseen):
 def test_a_state_that_is_no_number_stops_before_it_is_written(monkeypatch):
     scenario = fig5()
     whole = simulate(scenario)
-    poison(monkeypatch, 200)
+    poison(monkeypatch, 0.2)
     kept = stopped(scenario, r"not a number after t = .* look at the torques")
     assert all(np.isfinite(values).all() for values in kept.signals.values())
     assert same_until_then(kept, whole) > 0
 
 
 def test_teeth_that_sink_into_each_other_stop_the_run(monkeypatch):
-    honest = located.on_flank
+    """A tooth 20 µm too thick is not among the near ones until it stands in the pitch point.
 
-    def sinking(plant, teeth, side, time, guess):
-        theta, omega = honest(plant, teeth, side, time, guess)
-        return theta - (2 * (1 - side) - 1) * 1e-4 * max(time - 0.1, 0.0), omega
+    The edges of its neighbours, which bear the loose gear until then, leave it another 6.5 µm deep.
+    """
+    honest = Nearby.fill
 
-    monkeypatch.setattr(located, "on_flank", sinking)
+    def late(self, found, thetas):
+        honest(self, found if thetas[0] > 6.5 * self.width * WINDOWS else found[found[:, 0] != 8], thetas)
+
+    monkeypatch.setattr(Nearby, "fill", late)
     scenario = fig5(**{"motion.harmonics": [], "drag.torque": "5 N m"})
-    kept = stopped(scenario, r"teeth lie 0\.1\d* µm deep in each other at t = 0\.10\d* s")
+    thick = scenario.pair().with_deviations(ToothDeviation("drive", "active", 8, 20e-6))
+    kept = stopped(scenario, r"teeth lie 26\.5 µm deep in each other at t = 0\.1555\d* s", pair=thick)
     assert len(kept.time) > 2000
 
 

@@ -9,6 +9,7 @@ from gears3d.errors import EngineError
 from gears3d.gears import HarmonicDeviation, ToothDeviation
 from gears3d.lumped import rigid
 from gears3d.scenario import load
+from tests.engine.poison import poison
 
 FIG5 = "scenarios/rigaud-2020/fig5-20rpm.toml"
 THICK = 20e-6
@@ -104,6 +105,7 @@ def test_gears_that_jam_later_are_refused(monkeypatch):
 
 
 def test_a_state_that_is_no_number_is_refused(monkeypatch):
-    monkeypatch.setattr(door.World, "step", lambda self, duration, torque: (float("nan"), 0.0))
-    with pytest.raises(EngineError, match="not a number"):
-        simulate(fig5("start.state=free"))
+    poison(monkeypatch, 0.0)
+    for start in ("free", "active"):
+        with pytest.raises(EngineError, match="not a number"):
+            simulate(fig5(f"start.state={start}"))

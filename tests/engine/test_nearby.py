@@ -54,7 +54,7 @@ def test_no_near_pair_is_missed_between_queries(case):
             share = rng.uniform(0.2, 0.8)
             loose = (pair.drive.base_radius * drive + share * pair.backlash) / pair.loose.base_radius
             world.place((drive, loose), (0.0, 0.0))
-            if watch.due(drive):
+            if not watch.nearby.known(drive):
                 watch.look(world, plant, plant_time, loose)
             kept = {tuple(row) for row in watch.nearby.teeth(drive).tolist()}
             found = np.unique(teeth_of_points(shape, counts, *world.nearest(WIDE)[:2], drive, loose), axis=0)

@@ -62,12 +62,12 @@ def test_found_teeth_are_those_that_mesh(fig5_world):
 def test_bullet_flies_as_the_closed_form_says(fig5_world):
     """20 steps of different lengths under constant torques: speed exact, place exact once half a step is taken back."""
     inertia, omega, theta, time = SCENARIO.rig().inertia, 3.0, 40.0, 0.0
-    fig5_world.place_loose(theta, omega)
+    fig5_world.place((0.0, theta), (0.0, omega))
     for step, torque in zip(np.geomspace(1e-7, 2e-3, 20), np.linspace(-0.5, 0.3, 20), strict=True):
         accel = torque / inertia
         theta, omega, time = theta + omega * step + 0.5 * accel * step**2, omega + accel * step, time + step
         angle, speed = fig5_world.step(step, torque)
-        fig5_world.place_loose(angle - 0.5 * accel * step**2, speed)
+        fig5_world.place((0.0, angle - 0.5 * accel * step**2), (0.0, speed))
     angle, speed = fig5_world.step(1e-12, 0.0)
     assert speed == pytest.approx(omega, rel=1e-14)
     assert angle == pytest.approx(theta + omega * 1e-12, rel=1e-14)

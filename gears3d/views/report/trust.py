@@ -81,7 +81,7 @@ BUDGET = {
     "raw_minus_refined": "gap that Bullet reports for the hulls minus the gap of the true flanks",
     "raw_allowed": "limit of this difference; a larger one stops the run",
     "location": "largest residual gap at an impact located on the true flanks",
-    "step": "finite time step",
+    "step": "finite time step: none, as events end steps",
     "total": "largest error of a gap in this run: hulls only select the teeth, gaps are evaluated on the true flanks",
 }
 """What the parts of the error budget come from, by how their names begin."""

@@ -1,0 +1,241 @@
+"""The state of a run and what changes it, compiled: motion along a path, impacts, and the records of both.
+
+Bullet takes no part here: between two queries the loose gear moves along paths that the torques alone give, and every
+event follows from gap and gap rate on the true flanks.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gears3d.engine.closing import Arc, angle_after, speed_after
+from gears3d.engine.compile import inner
+from gears3d.engine.holding import softly, supporting
+from gears3d.engine.impact import coefficient, normal_impulse
+from gears3d.engine.log import fill_flight
+from gears3d.engine.mesh import call_side, touching_teeth
+from gears3d.engine.motion import drive_at
+from gears3d.engine.torques import FREE
+from gears3d.records import Floats2, Record
+
+GO_ON, DONE, QUERY, FULL, JAMS, SINKS, OPEN, NO_NUMBER, STANDS = range(9)
+"""Why a compiled loop returns: it has done its steps; the run is over; Bullet is to be queried; a block is full; both
+flanks touch; teeth lie too deep in each other; a gap is not closed at its impact; the state is not a number; no time
+passes."""
+NEAR = 1e-10
+"""How exactly a gap must be closed when its impact happens [m]."""
+NOBODY = -1
+"""Stands for a flank where there is none."""
+
+STATE = np.dtype(
+    [
+        ("time", "f8"),  # s
+        ("theta", "f8"),  # of the loose gear [rad]
+        ("omega", "f8"),  # rad/s
+        ("place", "i8"),  # FREE, ON_ACTIVE or ON_REVERSE
+        ("steps", "i8"),
+        ("standing", "i8"),  # steps in a row without any time passing
+        ("asked", "f8"),  # angle of the drive at the last query [rad]
+        ("located", "f8"),  # largest gap at an impact [m]
+        ("fault", "f8"),  # depth or gap that stops the run [m]
+        # the flight or compliant contact under way
+        ("left", "i8"),  # flank that the flight left
+        ("height", "f8"),  # largest distance from it so far [m]
+        ("entry", "f8"),  # rate of the gap when a compliant contact began [m/s]
+        ("began", "f8"),  # when that, or permanent contact, began [s]
+        ("impulse", "f8"),  # of its force so far [N s]
+        ("stays", "i8"),  # whether the contact is permanent
+        ("pushing", "i8"),  # whether the flanks push on each other in a compliant contact
+        # the passage through a film of oil under way
+        ("flank", "i8"),  # whose film it is, or NOBODY
+        ("film_began", "f8"),  # s
+        ("film_entry", "f8"),  # rate of the gap then [m/s]
+        ("film_height", "f8"),  # of the flight before [m]
+        ("film_theta", "f8"),  # angle of the loose gear then [rad]
+        ("film_drive", "i8"),  # teeth that met then
+        ("film_loose", "i8"),
+        ("film_impulse", "f8"),  # of film and flank so far [N s]
+        ("turned", "i8"),  # whether the gap has opened since
+        ("film_stays", "i8"),  # whether it has become contact over oil
+        ("squeezed", "i8", (2,)),  # whether the film of the active and of the reverse flank is being squeezed
+        # what the blocks hold
+        ("samples", "i8"),
+        ("impacts", "i8"),
+        ("contacts", "i8"),
+        ("draws", "i8"),
+    ]
+)
+HIT = np.dtype(
+    [
+        ("time", "f8"),
+        ("flank", "i8"),
+        ("rate", "f8"),  # of the gap before [m/s]
+        ("rebound", "f8"),  # after
+        ("impulse", "f8"),  # along the contact normal [N s]
+        ("height", "f8"),  # of the flight before [m]
+        ("drive", "i8"),  # teeth that met
+        ("loose", "i8"),
+        ("met", "f8"),  # when they did [s]
+        ("theta", "f8"),  # angle of the loose gear then [rad]
+    ]
+)
+
+
+class Rules(Record):
+    """What a compiled loop needs beside the plant.
+
+    Args:
+        duration: of the run [s].
+        longest_step: s.
+        stretched_step: the longest that may be taken to the end of a window of near teeth [s].
+        width: of such a window [rad], 0 for a run without flanks.
+        compare_after: turn of the drive after which Bullet is queried again in any case [rad].
+        stick_velocity: rebounds slower than this become permanent contact [m/s].
+        restitution: base coefficient.
+        law: table of :func:`gears3d.engine.impact.law_table`.
+        springs: compliant flanks (1, 2), (0, 2) for impulses.
+        deepest: how deep yielding flanks may lie in each other [m].
+        share: of the steps that springs and films ask for, taken.
+    """
+
+    duration: float
+    longest_step: float
+    stretched_step: float
+    width: float
+    compare_after: float
+    stick_velocity: float
+    restitution: float
+    law: Floats2
+    springs: Floats2
+    deepest: float
+    share: float
+
+
+class Blocks(NamedTuple):
+    """Where a compiled loop writes.
+
+    Args:
+        times: of the samples [s], (n,).
+        loose: angle [rad] and speed [rad/s] of the loose gear at them (n, 2).
+        hits: impacts, of type ``HIT``.
+        contacts: permanent contacts: flank, start and end [s], (k, 3).
+        draws: standard normal numbers for the next impacts.
+    """
+
+    times: np.ndarray
+    loose: np.ndarray
+    hits: np.ndarray
+    contacts: np.ndarray
+    draws: np.ndarray
+
+
+@inner
+def here(s):
+    """Return where the loose gear is, as the start of an arc."""
+    return Arc(s.time, s.theta, s.omega, 0.0, 0.0)
+
+
+@inner
+def gap_of(plant, teeth, s, side):
+    """Return gap [m], gap rate [m/s] and the loose gear's lever [m] of one side."""
+    angle, speed, _ = drive_at(plant.motion, s.time)
+    gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, s.theta))
+    return gap, by_drive * speed + by_loose * s.omega, by_loose
+
+
+@inner
+def move(s, blocks, arc, duration):
+    """Move the loose gear along a path; return whether its state is a number."""
+    if duration <= 0.0:
+        return True
+    until = arc.time + duration
+    theta, omega = angle_after(arc, duration), speed_after(arc, duration)
+    if not (math.isfinite(theta) and math.isfinite(omega)):
+        return False
+    s.samples = fill_flight(arc, until, blocks.times, s.samples, blocks.loose)
+    s.time = until if until > arc.time else np.nextafter(arc.time, math.inf)
+    s.theta, s.omega = theta, omega
+    s.steps += 1
+    return True
+
+
+@inner
+def begin_flight(s, side):
+    """Forget what was under way: a flight begins that leaves a flank."""
+    s.left, s.height, s.entry, s.began, s.impulse = side, 0.0, 0.0, 0.0, 0.0
+    s.stays, s.pushing = 0, 1
+
+
+@inner
+def write_contact(s, blocks, side, began):
+    """Write a permanent contact down that ends now."""
+    row = blocks.contacts[s.contacts]
+    row[0], row[1], row[2] = side, began, s.time
+    s.contacts += 1
+
+
+@inner
+def leave(s, blocks, side):
+    """Leave a flank; what was permanent contact is written down."""
+    if s.stays != 0:
+        write_contact(s, blocks, side, s.began)
+    s.place = FREE
+    begin_flight(s, side)
+
+
+@inner
+def teeth_now(plant, teeth, s, side):
+    """Return which teeth meet on a side now."""
+    angle, speed, _ = drive_at(plant.motion, s.time)
+    return touching_teeth(plant.surfaces, teeth, side, (angle, s.theta), (speed, s.omega))
+
+
+@inner
+def write_impact(s, blocks, side, when, rates, impulse, height, teeth, met, theta):
+    """Write an impact down; ``teeth`` met at the time ``met`` with the loose gear at ``theta``."""
+    row = blocks.hits[s.impacts]
+    row.time, row.flank, row.rate, row.rebound = when, side, rates[0], rates[1]
+    row.impulse, row.height = impulse, height
+    row.drive, row.loose, row.met, row.theta = teeth[0], teeth[1], met, theta
+    s.impacts += 1
+
+
+@inner
+def note(plant, teeth, s, blocks, side, when, rates, impulse):
+    """Write an impact down of the teeth that touch now."""
+    pair = teeth_now(plant, teeth, s, side)
+    write_impact(s, blocks, side, when, rates, impulse, s.height, pair, s.time, s.theta)
+
+
+@inner
+def met(plant, teeth, s, side):
+    """Return what is wrong with a gap that has just closed, or GO_ON, its rate [m/s] and the loose gear's lever [m]."""
+    gap, rate, lever = gap_of(plant, teeth, s, side)
+    s.located = max(s.located, abs(gap))
+    fault = GO_ON
+    if abs(gap) > NEAR:
+        s.fault, fault = gap, OPEN
+    elif gap_of(plant, teeth, s, 1 - side)[0] < -NEAR:
+        fault = JAMS
+    return fault, rate, lever
+
+
+@inner
+def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
+    """Return rebound [m/s], speed of the loose gear after it [rad/s] and impulse [N s] by the law of impacts.
+
+    What is too slow to leave a flank that holds stays on it: the place is then that flank.
+    """
+    draw = blocks.draws[s.draws]
+    s.draws += 1
+    rebound = coefficient(rules.restitution, rules.law, side, abs(rate), draw) * abs(rate)
+    if rebound < rules.stick_velocity:
+        soft = softly(plant, s.time, rules.stick_velocity)
+        if supporting(plant, teeth, side, s.time, s.theta, soft)[1] >= 0.0:
+            rebound = 0.0
+            s.place = 1 + side
+    after = s.omega + (rebound - rate) / lever
+    return rebound, after, normal_impulse(plant.inertia, lever, plant.friction, (s.omega, after))
