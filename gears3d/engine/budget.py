@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from gears3d.engine.lines import merged
 from gears3d.engine.mesh import Mesh, both_sides, compare_raw, teeth_of_points
 from gears3d.engine.motion import drive_at
 from gears3d.engine.nearby import Nearby
-from gears3d.engine.world import MARGIN, MM, World
+from gears3d.engine.world import KEPT, MARGIN, MM, World
 from gears3d.errors import EngineError
 from gears3d.gears import piece_budget
 
@@ -31,6 +32,8 @@ COMPARE_AFTER = 0.618 * 2.0 * math.pi
 MARGINS = 2.0 * MARGIN / MM
 """By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
 
+_budget = lru_cache(maxsize=KEPT)(piece_budget)
+
 
 class Watch:
     """Asks Bullet for the near teeth and compares its gaps with those of the true flanks.
@@ -45,7 +48,7 @@ class Watch:
         self._shape = shape
         self.nearby = Nearby(pair, shape)
         self._counts = (pair.drive.teeth, pair.loose.teeth)
-        self._parts = piece_budget(pair, slices=slices)
+        self._parts = dict(_budget(pair, slices=slices))
         self._sums = np.zeros(4)
         # flanks are refined in sections across the drive's axis
         tilt = 0.5 * self.nearby.tilts**2 * (pair.drive.tip_radius + pair.loose.tip_radius)

@@ -6,6 +6,7 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, gated, torque_table
-from gears3d.engine.world import Body, World
+from gears3d.engine.world import KEPT, Body, World, lent_world
 from gears3d.errors import EngineError, Fault, GearsError, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, pieces
 from gears3d.recording import Recording
@@ -186,7 +187,7 @@ def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
     radii = (gears.drive.base_radius, gears.loose.base_radius)
     span = (scenario.run.duration, scenario.run.output_rate)
     log, contacts = (Log(*span), []) if begin is None else begin(plant, radii)
-    with World(*bodies(scenario, gears), respond=contact == "native") as world:
+    with lent_world(bodies(scenario, gears), respond=contact == "native") as world:
         if contact == "native":
             longest = STEP if step is None else step
             run = _native(scenario, rows, gears, (world, plant, watch, log), longest)
@@ -275,13 +276,18 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
         scenario: for the loose gear's inertia.
         pair: the gears.
     """
-    inertia = scenario.rig().inertia
+    return _bodies(pieces, pair, scenario.rig().inertia)
+
+
+@lru_cache(maxsize=KEPT)
+def _bodies(hulls: Callable[..., list[np.ndarray]], pair: Pair, inertia: float) -> tuple[Body, Body]:
+    """As :func:`bodies`: the same objects for the same gears, so that their world is found again."""
     made = []
     for which, sense, moment in (("drive", 1, 1e3 * inertia), ("loose", -1, inertia)):
         turn = pair.rotation(which, 0.0)
         flip = np.array([math.copysign(1.0, math.cos(turn))] * 2 + [1.0])
         off, tilt = np.append(offset_of(pair, which), 0.0), np.append(tilt_of(pair, which), 0.0)
-        teeth = [piece + off + piece[:, 2:] * tilt for piece in pieces(pair, which, slices=slices_of(pair))]
+        teeth = [piece + off + piece[:, 2:] * tilt for piece in hulls(pair, which, slices=slices_of(pair))]
         lean = (0.0, 0.0) if which == "drive" else (float(lean_of(pair)[0]), float(lean_of(pair)[1]))
         made.append(Body([piece * flip for piece in teeth], pair.centre(which), moment, sense, lean))
     return made[0], made[1]

@@ -37,9 +37,10 @@ def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
     for number, piece in enumerate(pieces):
         points = against_truncation(piece)
         text.append(f"o piece{number}\n")
-        text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel()))
-        # only points named by a face are loaded; which faces does not matter, the hull is taken anew
-        text += [f"f {first} {i} {i + 1}\n" for i in range(first + 1, first + len(points) - 1, 2)]
-        text.append(f"f {first} {first + len(points) - 2} {first + len(points) - 1}\n")
+        text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel().tolist()))
+        # only points named by a face are loaded, as often as they are named; the hull is computed from them
+        last = first + len(points) - 1
+        corners = np.minimum(np.arange(first, last + 1, 3)[:, None], last - 2) + np.arange(3)
+        text.append("f %d %d %d\n" * len(corners) % tuple(corners.ravel().tolist()))
         first += len(points)
     path.write_text("".join(text), encoding="ascii")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,7 +22,7 @@ from gears3d.engine.mesh import meshed
 from gears3d.engine.motion import drive_at, motion_table, standing_at
 from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import FREE, acceleration, friction, gated
-from gears3d.engine.world import World
+from gears3d.engine.world import lent_world
 from gears3d.errors import EngineError, Fault, InputError
 
 if TYPE_CHECKING:
@@ -71,14 +72,15 @@ class Bench:
         self._settings = Settings(
             0.0, longest, stretched, law, scenario.impact.stick_velocity, springs_of(rows), "free", (0.0, 0.0)
         )
-        self._world = World(*bodies(scenario, gears), respond=False)
+        self._stack = ExitStack()
+        self._world = self._stack.enter_context(lent_world(bodies(scenario, gears), respond=False))
         self._radii = gears.drive.base_radius, gears.loose.base_radius
 
     def __enter__(self) -> Bench:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._world.close()
+        self._stack.close()
 
     def drive(self, time: float) -> tuple[float, float]:
         """Return the drive's angle [rad] and speed [rad/s] at a time [s]."""

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,10 @@ class Body:
         half = 0.5 * math.atan(steep)
         size = math.sin(half) / steep
         return -self.lean[1] * size, self.lean[0] * size, 0.0, math.cos(half)
+
+
+KEPT = 2
+"""Worlds that are kept for further runs of the same gears."""
 
 
 class World:
@@ -229,3 +234,31 @@ class World:
                 wrong.append(f"damping, friction of the {name} gear's joint = {joint[6]}, {joint[7]}")
         if wrong:
             raise EngineError("Bullet did not take these settings: " + "; ".join(wrong))
+
+
+_idle: dict[tuple[int, int], World] = {}
+"""Worlds that no run uses, by the identity of their bodies, the last used last."""
+
+
+@contextmanager
+def lent_world(bodies: tuple[Body, Body], respond: bool) -> Iterator[World]:
+    """Lend a world of two gears; without contact response it is kept for the next run of the same bodies.
+
+    Poses and queries leave no trace in a world; Bullet's own contact does.
+
+    Args:
+        bodies: drive and loose gear.
+        respond: whether Bullet's own contact response acts between the two.
+    """
+    key = (id(bodies[0]), id(bodies[1]))
+    kept = None if respond else _idle.pop(key, None)
+    world = World(*bodies, respond) if kept is None else kept
+    try:
+        yield world
+    finally:
+        if respond or key in _idle:
+            world.close()
+        else:
+            _idle[key] = world
+        while len(_idle) > KEPT:
+            _idle.pop(next(iter(_idle))).close()

@@ -17,6 +17,7 @@ from gears3d.gears.flank import (
     Flanks,
     compile_pair,
     flank_points,
+    perfect_points,
     relief_starts,
     roll_at_radius,
 )
@@ -56,32 +57,38 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
         InputError: no slice, an unknown gear, or teeth without a tip.
     """
     refuse_crossed(pair)
-    gear = index_of(which, GEARS, "which")
+    gear, teeth = index_of(which, GEARS, "which"), np.arange(1, pair.gear(which).teeth + 1)
     levels, leads = _levels(pair, which, slices), flank_leads(pair)[gear]
-    crowned = levels[:, 2:] * np.repeat([-1.0, 1.0], points)
+    turns = np.tile(np.repeat([-1.0, 1.0], points), (len(teeth), 1))
     sections = [flanks_at(pair, height) for height in levels[:, 0]]
-    same = levels[0, 1] == 0.0 or sections[0].harmonics.shape[2] == 0
-    result, known = [], {}
+    if levels[0, 1] == 0.0 or sections[0].harmonics.shape[2] == 0:
+        sections = sections[:1]
+    layers = [_sections(pair, flanks, which, teeth, points) for flanks in sections]
+    lifted = []
+    for i, (height, _, crowning) in enumerate(levels):
+        turn = crowning * turns + (height * np.repeat(leads.T, points, axis=1) if leads.size else 0.0)
+        layer = layers[min(i, len(layers) - 1)]
+        lifted.append(lift(layer.reshape(-1, 2), levels[i : i + 1], turn.reshape(1, -1)).reshape(*layer.shape[:2], 3))
+    slabs = np.stack([np.concatenate(ends, axis=1) for ends in pairwise(lifted)], axis=1)
+    return list(slabs.reshape(-1, *slabs.shape[2:]))
 
-    def rolls(flanks: Flanks, flank: int, tooth: int) -> NDArray[np.float64]:
+
+def _sections(pair: Pair, flanks: Flanks, which: str, teeth: NDArray[np.int64], points: int) -> NDArray[np.float64]:
+    """Points of both flanks of all teeth in one section: active upwards, reverse downwards, (teeth, 2·points, 2)."""
+    gear, sides = GEARS.index(which), []
+    for flank in (ACTIVE, REVERSE):
         if flanks.shaped:
-            return _rolls(pair, flanks, which, flank, tooth, points)
-        alike = (id(flanks), flank, float(flanks.offsets[gear, flank, tooth - 1]))  # perfect teeth differ in no more
-        if alike not in known:
-            known[alike] = _rolls(pair, flanks, which, flank, tooth, points)
-        return known[alike]
-
-    for tooth in range(1, pair.gear(which).teeth + 1):
-        layers = []
-        for flanks in sections[:1] if same else sections:
-            active, reverse = (
-                flank_points(flanks, gear, flank, tooth, rolls(flanks, flank, tooth))[0] for flank in (ACTIVE, REVERSE)
-            )
-            layers.append(np.vstack([active, reverse[::-1]]))
-        turns = crowned + (levels[:, :1] * np.repeat(leads[:, tooth - 1], points) if leads.size else 0.0)
-        lifted = [lift(layers[0 if same else i], levels[i : i + 1], turns[i : i + 1]) for i in range(len(levels))]
-        result += [np.vstack(ends) for ends in pairwise(lifted)]
-    return result
+            each = [(tooth, _rolls(pair, flanks, which, flank, tooth, points)) for tooth in teeth.tolist()]
+            sides.append(np.stack([flank_points(flanks, gear, flank, tooth, rolls)[0] for tooth, rolls in each]))
+            continue
+        _, first, alike = np.unique(  # perfect teeth differ in no more
+            flanks.offsets[gear, flank, : len(teeth)], return_index=True, return_inverse=True
+        )
+        kinds = [_rolls(pair, flanks, which, flank, int(teeth[i]), points) for i in first]
+        rolls = np.stack(kinds)[alike].ravel()
+        found = perfect_points(flanks, gear, flank, np.repeat(teeth, points), rolls)[0]
+        sides.append(found.reshape(len(teeth), points, 2))
+    return np.concatenate([sides[0], sides[1][:, ::-1]], axis=1)
 
 
 def _levels(pair: Pair, which: str, slices: int | None) -> NDArray[np.float64]:
@@ -118,7 +125,7 @@ def piece_budget(pair: Pair, points: int = 24, slices: int | None = None) -> dic
         for tooth in range(1, pair.gear(which).teeth + 1 if deviating else 2):
             chord = max(chord, *(_chord_error(pair, which, flank, tooth, points) for flank in (ACTIVE, REVERSE)))
         along = max(along, _slice_error(pair, which, slices))
-        extent = max(extent, *(float(np.max(np.ptp(piece, axis=0))) for piece in pieces(pair, which, points, slices)))
+        extent = max(extent, float(np.ptp(np.stack(pieces(pair, which, points, slices)), axis=1).max()))
     quantum = extent / _HULL_STEPS
     return {
         "chord_error_m": chord,

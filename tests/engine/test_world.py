@@ -93,6 +93,27 @@ def test_worlds_give_their_server_back():
     assert [pybullet.getConnectionInfo(number)["isConnected"] for number in range(16)] == before
 
 
+def test_runs_of_the_same_gears_share_a_world_and_nothing_else(monkeypatch):
+    """Motion, drag and restitution may differ; a run in a used world is, bit by bit, that in a fresh one."""
+    honest, connected = pybullet.connect, []
+
+    def connect(*args):
+        connected.append(args)
+        return honest(*args)
+
+    monkeypatch.setattr(pybullet, "connect", connect)
+    short = load(FIG5, {"run.duration": "0.2 s", "run.settle": "0 s", "gears.face_width": "8.125 mm"})
+    other = short.with_({"motion.mean": "200 rpm", "drag.torque": "0.5 N m", "impact.restitution": 0.6})
+    fresh, _, used = (door.simulate(scenario) for scenario in (short, other, short))
+    assert len(connected) == 1
+    for table in ("signals", "impacts"):
+        one, two = getattr(fresh, table), getattr(used, table)
+        assert all(one[name].tobytes() == two[name].tobytes() for name in one)
+    assert {**fresh.meta, "wall_s": 0} == {**used.meta, "wall_s": 0}
+    door.simulate(short.with_({"gears.face_width": "8.25 mm"}))
+    assert len(connected) == 2
+
+
 def test_compound_file_names_every_vertex(tmp_path):
     piece = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 4.0]])
     write_compound(tmp_path / "two.obj", [piece, piece + 5.0])
