@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 Parts = tuple[World, Plant, Watch, Log]
 Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
-LONGEST_STEP = 2e-3
-"""s."""
+LONGEST_STEP = 1e-3
+"""Above it the two looks that a step takes at the reaction miss how reliefs throw the loose gear off [s]."""
 TURN_PER_STEP = 0.3
 """How far the drive gear turns in one step at most, in tooth pitches."""
 STRETCH = 1.25

@@ -12,7 +12,7 @@ def poison(monkeypatch, after):
 
     Args:
         monkeypatch: pytest's own.
-        after: time until which it is honest [s].
+        after: time until which it is honest, amid a flight: contact would be cut there [s].
     """
     honest = door.torque_table
     lost = torque_relax(0.0, -after / math.log(sys.float_info.max))  # 0 times a number, then 0 times infinity

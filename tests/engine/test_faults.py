@@ -94,7 +94,7 @@ def test_a_rattling_pair_that_binds_is_kept_until_then(unseen):
 def test_a_state_that_is_no_number_stops_before_it_is_written(monkeypatch):
     scenario = fig5()
     whole = simulate(scenario)
-    poison(monkeypatch, 0.2)
+    poison(monkeypatch, 0.26)
     kept = stopped(scenario, r"not a number after t = .* look at the torques")
     assert all(np.isfinite(values).all() for values in kept.signals.values())
     assert same_until_then(kept, whole) > 0

@@ -68,7 +68,7 @@ def test_an_excerpt_is_described_as_the_whole(tmp_path, small):
 def test_a_run_that_cannot_go_on_leaves_its_tables(tmp_path, small, monkeypatch):
     scenario = fig5()
     whole = simulate(scenario)
-    poison(monkeypatch, 0.3)
+    poison(monkeypatch, 0.26)
     with pytest.raises(EngineError, match="not a number") as caught:
         stream(scenario, tmp_path)
     kept = read(tmp_path)
