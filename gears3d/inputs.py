@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import stat
+import sys
+import tempfile
 from contextlib import suppress
 from pathlib import Path
 
@@ -129,6 +133,36 @@ def _mode(path: str | Path) -> int:
         return Path(path).stat().st_mode
     except (OSError, ValueError):
         return 0
+
+
+def stdin_bytes(most: int) -> bytes:
+    """Return what standard input holds.
+
+    Args:
+        most: bytes that it may have.
+
+    Raises:
+        InputError: it has more, or nothing.
+    """
+    data = sys.stdin.buffer.read(most + 1)
+    if not data:
+        raise InputError(Fault("", "standard input is empty", "pipe a file into the command", "-"))
+    if len(data) > most:
+        raise InputError(Fault("", f"has more than {most} bytes", "name a file instead", "-"))
+    return data
+
+
+def spooled() -> Path:
+    """Return a temporary file with what standard input holds; it is removed when the process ends.
+
+    Raises:
+        InputError: standard input is empty, or larger than permitted.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="gears3d-stdin-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    file = folder / "stdin"
+    file.write_bytes(stdin_bytes(most_bytes()))
+    return file
 
 
 def read_text(path: Path, most: int = MOST_TEXT) -> str:

@@ -17,7 +17,7 @@ def provenance(files: Iterable[str | Path | None], command: str = "") -> dict[st
         files: that were read, each once; ``None`` and what is not a file (any more) is passed over.
         command: as it was typed.
 
-    >>> provenance([None], "gears3d measure r.csv")["inputs"]
+    >>> provenance([None], "gears3d segment r.csv")["inputs"]
     []
     """
     paths = dict.fromkeys(str(one) for one in files if one is not None and Path(one).is_file())
@@ -34,8 +34,8 @@ def comment(made: dict[str, Any]) -> str:
     Args:
         made: of :func:`provenance`.
 
-    >>> comment({"version": "1.0", "command": "gears3d measure r.csv", "inputs": []})
-    '# gears3d 1.0: gears3d measure r.csv\n'
+    >>> comment({"version": "1.0", "command": "gears3d segment r.csv", "inputs": []})
+    '# gears3d 1.0: gears3d segment r.csv\n'
     """
     lines = [f"gears3d {made['version']}: {made['command']}"]
     lines += [f"{one['file']} SHA-256 {one['sha256']}" for one in made["inputs"]]

@@ -19,7 +19,7 @@ def hash_of(path):
 def test_each_file_is_hashed_once_and_the_comment_is_toml(tmp_path):
     path = tmp_path / "r.csv"
     path.write_bytes(b"a,b\n")
-    made = provenance([path, None, str(path), tmp_path / "gone"], "gears3d measure 'a\nb'")
+    made = provenance([path, None, str(path), tmp_path / "gone"], "gears3d segment 'a\nb'")
     assert [one["sha256"] for one in made["inputs"]] == [hash_of(path)]
     assert tomllib.loads(comment(made) + "value = 1\n") == {"value": 1}
 
@@ -34,7 +34,7 @@ def test_measure_prints_the_hashes_of_record_map_and_rig(tmp_path, capsys):
     text = "".join(f'[{role}]\nchannel = "{name}"\n' for role, name in names.items())
     chart.write_text(f'format = 1\nfile = "r.parquet"\n{text}')
     with pytest.raises(SystemExit) as stop:
-        cli.main(["measure", str(chart), "--rig", str(rig), "--json"])
+        cli.main(["segment", str(chart), "--rig", str(rig), "--json"])
     assert not stop.value.code
     summary = json.loads(capsys.readouterr().out)
     found = {one["file"]: one["sha256"] for one in summary["provenance"]["inputs"]}

@@ -50,7 +50,7 @@ class Rundown:
     found: Identified
 
     def to_dict(self) -> dict[str, Any]:
-        """Return start, end, and the law as ``gears3d identify rundown`` tells it."""
+        """Return start, end, and the law as ``gears3d identify coastdown`` tells it."""
         stands = self.time[self.omega != 0.0]
         told = {"speed_rad_s": float(self.omega[0]), "stands_after_s": float(stands[-1]) if stands.size else 0.0}
         return {"test": "rundown", **told, "identified": self.found.to_dict()}

@@ -1,7 +1,7 @@
 """The command line: ``gears3d VERB``.
 
 To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name, or ``<verb>_`` where Python has
-one of that name already, and add the name to ``VERBS``. Its docstring is the help and ends lines with examples that
+one of that name already, and add the name to ``GROUPS``. Its docstring is the help and ends lines with examples that
 ``tests/cli/test_wheel.py`` runs; it takes ``--json``; options that verbs share are in ``options``. A verb's file is
 loaded to show the help, so it imports anything heavy inside its functions. A verb of several kinds is a package with a
 typer ``app``. A verb raises ``GearsError`` for what a user can fix, ``typer.Exit(code)`` for another exit code, and
@@ -14,77 +14,42 @@ import atexit
 import gc
 import sys
 from collections.abc import Sequence
-from importlib import import_module
-from importlib.util import find_spec
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
 from typer.main import get_command
 
+from gears3d.cli.groups import LazyGroup
 from gears3d.cli.interrupts import exit_code, interrupted, orderly_ends
 from gears3d.cli.output import print_error
 from gears3d.cli.pipes import quiet_pipes
-from gears3d.errors import Fault, GearsError, InputError, UsageError, did_you_mean
+from gears3d.errors import Fault, GearsError, InputError, UsageError
 
-VERBS = (
-    "new",
-    "list",
-    "run",
-    "sweep",
-    "compare",
-    "describe",
-    "camera",
-    "replay",
-    "sound",
-    "record",
-    "bench",
-    "challenge",
-    "reveal",
-    "measure",
-    "identify",
-    "diagnose",
-    "show",
-    "excitation",
-    "mesh",
-    "papers",
-    "validate",
-    "check",
-    "schema",
-    "doctor",
-    "cite",
-)
+GROUPS = {
+    "Start": ("new", "list", "check", "show", "excitation", "schema", "doctor", "cite"),
+    "Simulate": ("run", "sweep", "synthesize", "bench"),
+    "Look": ("replay", "camera", "report", "sound", "export"),
+    "Measure": ("inspect", "segment", "identify"),
+    "Explain": ("diagnose", "compare"),
+    "Verify": ("validate", "papers", "challenge", "reveal"),
+}
+"""The verbs in the order of the help, under the headings of the help."""
+VERBS = tuple(verb for verbs in GROUPS.values() for verb in verbs)
 """The verbs in the order of the help."""
+RENAMED = {"record": "synthesize", "measure": "segment", "describe": "report", "mesh": "export"}
+"""Verbs by their old names, which still work and warn."""
 
 YOUNG = 50_000
 """Objects after which Python looks for cycles. Its own 700 take 10 % of a run, to look through what was imported."""
 
 
-class _Verbs(TyperGroup):
-    """Loads a verb's file when it is asked for, and turns errors into text and exit codes."""
+class _Verbs(LazyGroup):
+    """The verbs; turns errors into text and exit codes."""
 
+    package, line, noun = "gears3d.cli", "gears3d", "verb"
+    renamed = RENAMED
+    panels = GROUPS
     as_json = False
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """Return the verbs whose file is there."""
-        return [verb for verb in VERBS if find_spec(f"gears3d.cli.{verb}")]
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a verb.
-
-        Raises:
-            UsageError: the verb is unknown.
-        """
-        if cmd_name not in (known := self.list_commands(ctx)):
-            if ctx.resilient_parsing:  # a shell completes the line
-                return None
-            raise UsageError(f"unknown verb {cmd_name!r}; {did_you_mean(cmd_name, known)}")
-        made = import_module(f"gears3d.cli.{cmd_name}")
-        if hasattr(made, "app"):
-            return get_command(made.app)
-        app = typer.Typer(add_completion=False)
-        app.command(cmd_name)(getattr(made, cmd_name, None) or getattr(made, f"{cmd_name}_"))
-        return get_command(app)
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         """Note whether the answer, errors included, is wanted as JSON."""

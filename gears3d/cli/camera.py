@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, Rig, to_file, to_picture
+from gears3d.cli.options import Correct, MapFile, Rig, RigOverrides, choice, load_rig, to_file, to_picture
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -30,15 +30,14 @@ def camera(
             metavar="TIME", help='First picture, e.g. "1.5 s"; default: middle of a contact on the active flank.'
         ),
     ] = None,
-    zoom: Annotated[str, typer.Option(help="mesh, tooth or gears.")] = "mesh",
+    zoom: Annotated[str, choice("What fills a picture.", "mesh", "tooth", "gears")] = "mesh",
     exaggerate: Annotated[
         str, typer.Option(metavar="FACTOR", help="Ratio of the drawn gap to the true gap; 1 is true scale.")
     ] = "auto",
     backlit: Annotated[bool, typer.Option("--backlit", help="Dark gears on a light background, no colours.")] = False,
-    drive: Annotated[str, typer.Option(help="Side of the driving gear: left or right.")] = "left",
+    drive: Annotated[str, choice("Side of the driving gear.", "left", "right")] = "left",
     numbers: Annotated[
-        str,
-        typer.Option(help="Number tooth pairs from the first picture on (pairs), or the teeth of each gear (teeth)."),
+        str, choice("Number tooth pairs from the first picture on, or the teeth of each gear.", "pairs", "teeth")
     ] = "pairs",
     video: Annotated[
         Path | None, typer.Option(help="Video to write as well (.mp4), of the same span.", callback=to_file(".mp4"))
@@ -50,6 +49,7 @@ def camera(
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    set_: RigOverrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the content of the pictures as JSON.")] = False,
 ) -> None:
     """Draw the teeth in mesh in pictures over a period, from a run or from a measured record.
@@ -60,9 +60,8 @@ def camera(
 
     Measured record: gears3d camera rattle.parquet --rig rigaud-2020/fig5-20rpm --backlit --drive right --exaggerate 1
     """
-    _refuse_words(drive=(drive, ("left", "right")), numbers=(numbers, ("pairs", "teeth")))
     taken = _taken(
-        _seen(source, rig, map_file, correct or []),
+        _seen(source, rig, map_file, correct or [], set_),
         frames=frames, over=over, at=at, zoom=zoom, exaggerate=_factor(exaggerate), backlit=backlit, drive=drive,
         numbers=numbers,
     )  # fmt: skip
@@ -87,18 +86,12 @@ def _film(path: Path, taken: Strip, rate: float, slow: float | None) -> dict[str
         return write_film(path, taken.subject, taken.look, taken.span, rate, slow, track("video", taken.span[1] * rate))
 
 
-def _refuse_words(**options: tuple[str, tuple[str, ...]]) -> None:
-    from gears3d.errors import UsageError, did_you_mean
-
-    for name, (word, known) in options.items():
-        if word not in known:
-            raise UsageError(f"--{name} is {word!r}; {did_you_mean(word, known)}")
-
-
-def _seen(source: Path, rig: Path | None, map_file: Path | None, correct: list[str]) -> tuple[Any, Scenario]:
+def _seen(
+    source: Path, rig: Path | None, map_file: Path | None, correct: list[str], overrides: list[str] | None
+) -> tuple[Any, Scenario]:
     from gears3d.cli.filmed import filmed
 
-    seen = filmed(source, rig, map_file, correct)
+    seen = filmed(source, load_rig(rig, overrides), map_file, correct)
     return seen.measurement or seen.recording, seen.scenario
 
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.options import to_folder
+from gears3d.cli.options import RigOverrides, choice, load_rig, to_folder
 
 
 def challenge(
@@ -17,7 +17,7 @@ def challenge(
     ] = None,
     effect: Annotated[
         list[str] | None,
-        typer.Option(metavar="KIND", help="Kind of effect to hide; repeatable. Default: chosen by the seed."),
+        typer.Option(metavar="KIND", help="Effect to hide (gears3d list effects); repeatable. Default: by the seed."),
     ] = None,
     none: Annotated[bool, typer.Option("--none", help="Hide no effect.")] = False,
     unknown: Annotated[bool, typer.Option("--unknown", help="Hide a cause outside the catalogue.")] = False,
@@ -30,14 +30,9 @@ def challenge(
     records: Annotated[int, typer.Option(help="Number of records.", min=1, max=20)] = 5,
     zero: Annotated[
         str,
-        typer.Option(
-            metavar="common|arbitrary",
-            help="Angular datum of the encoders: the same in all records, or arbitrary in each.",
-        ),
+        choice("Angular datum of the encoders: the same in all records, or arbitrary in each.", "common", "arbitrary"),
     ] = "common",
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value of --rig; repeatable.")
-    ] = None,
+    set_: RigOverrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
     """Write records of a test rig with a hidden effect, none, or a cause outside the catalogue; seal the answer.
@@ -49,19 +44,16 @@ def challenge(
     from gears3d.challenge import hide, plan
     from gears3d.cli.progress import bars
     from gears3d.errors import UsageError
-    from gears3d.scenario import load
     from gears3d.units import parse
 
     if sum(map(bool, (effect, none, unknown))) > 1:
         raise UsageError("give one of --effect, --none and --unknown")
-    if set_ and rig is None:
-        raise UsageError("--set changes the scenario of --rig: give --rig as well")
     for name, share in (("--size", size), ("--noise", noise)):
         if share is not None and not 0.0 <= share <= 10.0:
             raise UsageError(f"{name} is {share}: a share, e.g. 0.2")
     kinds = effect or (() if none else ("unknown",) if unknown else None)
     seed = int.from_bytes(os.urandom(6), "big") if seed is None else abs(seed)
-    bench = None if rig is None else load(rig, overrides=set_ or [])
+    bench = load_rig(rig, set_)
     length = None if duration is None else parse(duration, "time")
     made = plan(seed, kinds, rig=bench, size=size, noise=noise, duration=length, records=records, zero=zero)
     with bars() as track:

@@ -7,15 +7,15 @@ from typing import Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Overrides
+from gears3d.cli.options import MODELS, Overrides, choice
 
 
 def check(
-    files: Annotated[list[Path], typer.Argument(metavar="SCENARIO...", help="Shipped scenarios or TOML files.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="SCENARIO...", help="Shipped scenarios, TOML files, or - (stdin).")
+    ],
     set_: Overrides = None,
-    model: Annotated[
-        str, typer.Option(help="Also list what this model does not take: bullet, rigid, plastic or lubricated.")
-    ] = "",
+    model: Annotated[str, choice("Also list what this model does not take.", *MODELS)] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print the faults as JSON.")] = False,
 ) -> None:
     """List all faults of scenario files, each with its key and a remedy; exit code 3 if there are any.
@@ -25,14 +25,12 @@ def check(
     With --model also what that model does not take, such as effects that do not act in it.
     """
     from gears3d.cli.output import fault_table, print_faults, print_json
-    from gears3d.errors import InputError, UsageError, did_you_mean
+    from gears3d.errors import InputError
     from gears3d.scenario import load
 
     if model:
-        from gears3d.simulation import MODELS, refusals
+        from gears3d.simulation import refusals
 
-        if model not in MODELS:
-            raise UsageError(f"there is no model {model!r}; {did_you_mean(model, list(MODELS))}")
     results: list[dict[str, Any]] = []
     for file in files:
         try:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.options import to_picture
+from gears3d.cli.options import choice, to_picture
 
 if TYPE_CHECKING:
     from gears3d.comparison import Comparison
@@ -19,7 +19,7 @@ def compare(
         Path, typer.Argument(help="Reference recording, of the same kinds; the twin of a run is in RUN/twin.")
     ],
     mode: Annotated[
-        str | None, typer.Option(help="trajectory or distribution; default: by the reference's Lyapunov exponent.")
+        str | None, choice("Default: by the reference's Lyapunov exponent.", "trajectory", "distribution")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,

@@ -7,7 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Begin, Correct, End, MapFile, RequiredRig, StatedMotion, command, span_of, to_folder
+from gears3d.cli.options import (
+    Begin,
+    Correct,
+    End,
+    MapFile,
+    Records,
+    RequiredRig,
+    RigOverrides,
+    StatedMotion,
+    command,
+    span_of,
+    to_folder,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,9 +30,7 @@ if TYPE_CHECKING:
 
 def diagnose(
     rig: RequiredRig,
-    records: Annotated[
-        list[Path] | None, typer.Argument(help="Measured records of one test rig, or a record.toml that names them.")
-    ] = None,
+    records: Records = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for report, diagnosis, extended rig and replay.", callback=to_folder)
     ] = None,
@@ -29,6 +39,7 @@ def diagnose(
     begin: Begin = "",
     to: End = "",
     stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
     bodies: Annotated[
         bool, typer.Option("--3d/--no-3d", help="Measure the held-out error reduction in the 3D engine as well.")
     ] = True,
@@ -57,7 +68,7 @@ def diagnose(
     from gears3d.provenance import provenance
     from gears3d.scenario import load
 
-    bench = load(rig)
+    bench = load(rig, set_ or ())
     if not records and map_file is None:
         raise UsageError("name measured records, e.g. gears3d diagnose record.toml --rig rig.toml --out found")
     span = span_of(begin, to)

@@ -28,7 +28,9 @@ class Filmed(NamedTuple):
     measurement: Measurement | None = None
 
 
-def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct: list[str] | None = None) -> Filmed:
+def filmed(
+    source: Path, rig: Scenario | None, map_file: Path | None = None, correct: list[str] | None = None
+) -> Filmed:
     """Open a recording with its scenario.
 
     Args:
@@ -42,7 +44,6 @@ def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct
         UsageError: a measured record comes without its rig.
     """
     from gears3d.errors import UsageError
-    from gears3d.scenario import load
 
     if source.is_dir() or not source.exists():
         if rig is None:
@@ -52,10 +53,10 @@ def filmed(source: Path, rig: Path | None, map_file: Path | None = None, correct
             return Filmed(run.recording, run.scenario, run)
         from gears3d.recording import read
 
-        return Filmed(read(source), load(rig))
+        return Filmed(read(source), rig)
     if rig is None:
         raise UsageError(f"Missing option '--rig': {source} is a measured record, give the scenario of its test rig")
-    return _measured(source, load(rig), map_file, correct or [])
+    return _measured(source, rig, map_file, correct or [])
 
 
 def _measured(source: Path, rig: Scenario, map_file: Path | None, correct: list[str]) -> Filmed:

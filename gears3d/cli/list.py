@@ -15,11 +15,11 @@ Rows = list[dict[str, Any]]
 
 def list_(
     what: Annotated[
-        str, typer.Argument(metavar="[WHAT]", help="effects, scenarios, papers, models, starters or units.")
+        str, typer.Argument(metavar="[effects|scenarios|papers|models|starters|tests|units]", help="What to list.")
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.")] = False,
 ) -> None:
-    """List effects, shipped scenarios, papers, models, scenarios to start from, or units.
+    """List effects, shipped scenarios, papers, models, scenarios to start from, tests of a rig, or units.
 
     Example: gears3d list effects
     """
@@ -91,6 +91,17 @@ def starters() -> Rows:
     return [{"name": name, "about": about} for name, about in STARTERS.items()]
 
 
+def tests() -> Rows:
+    """Return the tests of a rig: what makes their records, and what identifies from them."""
+    from gears3d.virtual_tests import TESTS
+
+    rows: Rows = []
+    for name, test in TESTS.items():
+        made = [f"synthesize --test {name}"] * test.synthesized + [f"bench {name}"] * test.in_engine
+        rows.append({"name": name, "about": test.about, "made_by": made, "identify": [*test.laws]})
+    return rows
+
+
 def units() -> Rows:
     """Return the unit families."""
     from gears3d.units import FAMILIES
@@ -107,6 +118,7 @@ LISTS: dict[str, Callable[[], Rows]] = {
     "papers": papers,
     "models": models,
     "starters": starters,
+    "tests": tests,
     "units": units,
 }
 """The lists."""
@@ -144,6 +156,9 @@ def _more(what: str, one: dict[str, Any]) -> str:
         return " " + ", ".join(name if p["default"] is None else f"[{name}]" for name, p in one["parameters"].items())
     if what == "units":
         return f', e.g. "{one["example"]}"'
+    if what == "tests":
+        identified = ", ".join(f"identify {law}" for law in one["identify"])
+        return f": gears3d {' or '.join(one['made_by'])}, then gears3d {identified}"
     return f": {one['rows']} rows, {one['figures']} figures" if what == "papers" else ""
 
 

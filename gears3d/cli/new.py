@@ -7,11 +7,13 @@ from typing import Annotated
 
 import typer
 
+from gears3d.cli.options import choice
+
 
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the scenario; NAME.toml is written.")],
     kind: Annotated[
-        str, typer.Option(help="rattle (default), helical, or bench for the rig of measured records.")
+        str, choice("Starter: a pair that rattles (default), a helical pair, a test rig.", "rattle", "helical", "bench")
     ] = "",
     from_: Annotated[
         str, typer.Option("--from", metavar="SCENARIO", help="Copy this scenario: shipped name or file.")
@@ -45,7 +47,7 @@ def new(
         raise InputError(Fault("", f"cannot be written: {error.strerror}", "choose a folder", str(file))) from error
     then = [f"gears3d excitation {file}", f"gears3d run {file} --out runs/{stem}"]
     if kind == "bench":
-        then = [f"gears3d measure FILE --guess --rig {file} --out record.toml"]
+        then = [f"gears3d inspect FILE --guess --rig {file} --out record.toml"]
     if as_json:
         from gears3d.cli.output import print_json
 

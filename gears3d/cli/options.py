@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import PICTURES, refuse_file, refuse_folder
+from gears3d.inputs import spooled
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+
+MODELS = ("bullet", "rigid", "plastic", "lubricated")
+"""The models; their packages are not loaded for the help."""
 
 
 def command() -> str:
@@ -44,15 +52,74 @@ def to_folder(value: Path | None) -> Path | None:
     return value
 
 
+def choice(help: str, *names: str, **more: Any) -> Any:
+    """Return an option that takes one of a few words: the help and the shell's completion enumerate them.
+
+    Args:
+        help: of the option.
+        names: the words.
+        more: for ``typer.Option``.
+    """
+
+    def check(param: typer.CallbackParam, value: str | None) -> str | None:
+        if value and value not in names:
+            raise UsageError(f"{param.opts[0]} is {value!r}; {did_you_mean(value, names)}")
+        return value
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names if name.startswith(incomplete)]
+
+    return typer.Option(help=help, metavar="|".join(names), autocompletion=complete, callback=check, **more)
+
+
+def from_stdin(files: list[Path] | None) -> list[Path] | None:
+    """Replace ``-`` among files by a file with what standard input holds: the callback of an argument.
+
+    Args:
+        files: of the argument.
+    """
+    return None if files is None else [spooled() if str(file) == "-" else file for file in files]
+
+
+def load_rig(rig: Path | None, overrides: Sequence[str] | None) -> Scenario | None:
+    """Return the scenario of ``--rig`` with the values of ``--set``; ``None`` without ``--rig``.
+
+    Args:
+        rig: of the option.
+        overrides: of the option.
+
+    Raises:
+        UsageError: there is ``--set`` but no ``--rig``.
+    """
+    from gears3d.scenario import load
+
+    if rig is None:
+        if overrides:
+            raise UsageError("--set changes the scenario of --rig: give --rig as well")
+        return None
+    return load(rig, overrides or ())
+
+
 to_picture = to_file(*PICTURES)
 """The callback of an option that names a picture to write."""
 
 ScenarioName = Annotated[
-    Path, typer.Argument(metavar="SCENARIO", help="Shipped scenario (gears3d list scenarios), or a TOML file.")
+    Path,
+    typer.Argument(metavar="SCENARIO", help="Shipped scenario (gears3d list scenarios), a TOML file, or - (stdin)."),
+]
+Records = Annotated[
+    list[Path] | None,
+    typer.Argument(help="Measured records, a record.toml that names them, or - (stdin).", callback=from_stdin),
 ]
 Rig = Annotated[
     Path | None,
     typer.Option(metavar="SCENARIO", help="Scenario of the test rig; required for measured records."),
+]
+OwnRig = Annotated[
+    Path | None,
+    typer.Option(
+        "--rig", metavar="SCENARIO", help="Scenario of the test rig; required unless the record has its base radii."
+    ),
 ]
 RequiredRig = Annotated[
     Path, typer.Option("--rig", metavar="SCENARIO", help="Scenario of the test rig: shipped one, or a TOML file.")
@@ -74,6 +141,9 @@ StatedMotion = Annotated[
 ]
 Overrides = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; repeatable.")
+]
+RigOverrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value of --rig; repeatable.")
 ]
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def papers(
-    only: Annotated[str, typer.Option(help="One paper by its short name, such as rigaud-2020.")] = "",
+    only: Annotated[str, typer.Option(metavar="PAPER", help="One paper by its short name (gears3d list papers).")] = "",
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for papers.html (the figures), papers.md and papers.json.", callback=to_folder),

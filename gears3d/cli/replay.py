@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, Rig, to_file
+from gears3d.cli.options import Correct, MapFile, Rig, RigOverrides, load_rig, to_file
+
+if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
 
 _MAGIC = b"RRF"
 """First bytes of a rerun recording."""
@@ -30,6 +33,7 @@ def replay(
     rig: Rig = None,
     map_file: MapFile = None,
     correct: Correct = None,
+    set_: RigOverrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
     """Make the replay of a run or of a measured record and open it in the rerun viewer; that of a run is made once.
@@ -46,10 +50,11 @@ def replay(
 
     if web and at is not None:
         raise UsageError("--at works in the window only: omit --web, or set the time in the browser")
+    bench = load_rig(rig, set_)
     if len(runs) > 1:
-        file = _several(runs, rig, map_file, correct, out, at)
-    elif rig is not None:
-        file = _measured(runs[0], rig, map_file, correct, out, at)
+        file = _several(runs, bench, map_file, correct, out, at)
+    elif bench is not None:
+        file = _measured(runs[0], bench, map_file, correct, out, at)
     elif runs[0].is_file() and runs[0].suffix != ".rrd":
         raise UsageError(f"Missing option '--rig': {runs[0]} is a measured record, give the scenario of its test rig")
     else:
@@ -91,7 +96,12 @@ def _file(run: Path, out: Path | None) -> Path:
 
 
 def _measured(
-    source: Path, rig: Path, map_file: Path | None, correct: list[str] | None, out: Path | None, at: float | None
+    source: Path,
+    rig: Scenario | None,
+    map_file: Path | None,
+    correct: list[str] | None,
+    out: Path | None,
+    at: float | None,
 ) -> Path:
     """Return the new replay of a measured record."""
     from gears3d.cli.filmed import filmed
@@ -105,7 +115,7 @@ def _measured(
 
 def _several(
     sources: list[Path],
-    rig: Path | None,
+    rig: Scenario | None,
     map_file: Path | None,
     correct: list[str] | None,
     out: Path | None,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.interrupts import exit_code
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice
 from gears3d.cli.run_stream import refuse_with_stream, streamed
 from gears3d.errors import EngineError, GearsError
 
@@ -27,14 +27,10 @@ if TYPE_CHECKING:
 def run(
     scenario: ScenarioName,
     model: Annotated[
-        str, typer.Option(help="bullet (rigid bodies in PyBullet), rigid (1-DOF), plastic (closed form) or lubricated.")
+        str, choice("bullet: rigid bodies in PyBullet; rigid: 1-DOF; plastic: closed form.", *MODELS)
     ] = "bullet",
-    contact: Annotated[
-        str | None, typer.Option(help="Contact of the bullet model: located (default) or native.")
-    ] = None,
-    twin: Annotated[
-        str, typer.Option(help="Model to compare with: rigid (default for bullet), plastic, bullet or none.")
-    ] = "",
+    contact: Annotated[str | None, choice("Contact of the bullet model; default located.", "located", "native")] = None,
+    twin: Annotated[str, choice("Model to compare with; default rigid for bullet, else none.", *MODELS, "none")] = "",
     out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<name of the scenario>.")] = None,
     set_: Overrides = None,
     views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
@@ -91,12 +87,10 @@ def run(
 
 
 def _refuse_twin(scenario: Scenario, twin: str) -> None:
-    """Refuse a twin that is not a model or does not support the scenario, before the run."""
-    from gears3d.errors import InputError, UsageError, did_you_mean
-    from gears3d.simulation import MODELS, refusals
+    """Refuse a twin that does not support the scenario, before the run."""
+    from gears3d.errors import InputError
+    from gears3d.simulation import refusals
 
-    if twin not in MODELS:
-        raise UsageError(f"--twin: no model {twin!r} exists; {did_you_mean(twin, [*MODELS, 'none'])}")
     if faults := refusals(scenario, twin):
         raise InputError([replace(fault, remedy=f"{fault.remedy}; or --twin none") for fault in faults])
 

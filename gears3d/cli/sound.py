@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import to_file
+from gears3d.cli.options import choice, to_file
 
 if TYPE_CHECKING:
     from gears3d.signals.sound import Mode
@@ -17,10 +17,8 @@ def sound(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
     out: Annotated[Path, typer.Option(help="The WAV file.", callback=to_file(".wav"))] = Path("rattle.wav"),
     slow: Annotated[float, typer.Option(help="Slow-motion factor; the bursts keep their pitch.")] = 1.0,
-    rate: Annotated[int, typer.Option(help="Sampling rate in Hz: 44100 or 48000.")] = 48_000,
-    by: Annotated[
-        str, typer.Option(help="Scale of a burst: impulse, energy or velocity; default impulse where known.")
-    ] = "",
+    rate: Annotated[int, typer.Option(metavar="44100|48000", help="Sampling rate in Hz.")] = 48_000,
+    by: Annotated[str, choice("Scale of a burst; default impulse where known.", "impulse", "energy", "velocity")] = "",
     stereo: Annotated[bool, typer.Option("--stereo", help="Active flank left, reverse flank right.")] = False,
     mode: Annotated[
         list[str] | None,

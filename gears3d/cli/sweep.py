@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.interrupts import exit_code
-from gears3d.cli.options import Overrides, ScenarioName
+from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice
 
 if TYPE_CHECKING:
     from gears3d.sweep import Done, Plan
@@ -26,11 +26,12 @@ def sweep(
             metavar="KEY=VALUES", help='"KEY=A..B UNIT lin N", "... log N", "KEY=a,b,c UNIT", "KEY=@file.csv UNIT".'
         ),
     ],
-    model: Annotated[str, typer.Option(help="rigid (1-DOF), lubricated, plastic (closed form) or bullet.")] = "rigid",
+    model: Annotated[str, choice("Model of every point.", *MODELS)] = "rigid",
     measure: Annotated[
         str,
         typer.Option(
-            help="threshold, regime, velocities, impulses, poincare, ri, level, with commas; default: all of the model."
+            metavar="threshold|regime|velocities|impulses|poincare|ri|level,...",
+            help="Results, with commas; default: all of the model.",
         ),
     ] = "",
     follow: Annotated[

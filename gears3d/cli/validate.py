@@ -24,7 +24,7 @@ def validate(
     quick: Annotated[bool, typer.Option(help="Part of the cases, in about a minute.")] = False,
     only: Annotated[
         str,
-        typer.Option(help=f"One chapter: {', '.join(CHAPTERS)}."),
+        typer.Option(metavar="CHAPTER", help=f"One chapter: {', '.join(CHAPTERS)}."),
     ] = "",
     out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.", callback=to_file())] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False,

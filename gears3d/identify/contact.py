@@ -185,7 +185,8 @@ def read_contacts(records: Sequence[Admitted]) -> Contacts:
     flanks = (_joined(parts[0]), _joined(parts[1]))
     cuts = () if any(flanks) else tuple(_segmented(record) for record in rattling)
     if not any(flanks) and not cuts:
-        remedy = "turn the drive slowly for a turn or more each way (`gears3d record SCENARIO --test ste`)"
+        example = "gears3d synthesize SCENARIO --test transmission-error"
+        remedy = f"turn the drive slowly for a turn or more each way (`{example}`)"
         raise InputError(Fault("theta_drive_rad", "has no whole turn in contact", remedy, records[0].file))
     source = "rattle" if cuts else "slow turns"
     angle = rig.working_pressure_angle

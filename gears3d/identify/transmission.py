@@ -53,7 +53,7 @@ def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
     >>> from gears3d.scenario import load
     >>> from gears3d.simulation import record
     >>> bench = load("scenarios/rigaud-2020/fig2.toml")
-    >>> seen = record(bench, "ste", turns=2).signals
+    >>> seen = record(bench, "transmission-error", turns=2).signals
     >>> found = identify_transmission_error([Admitted(Channels(seen), bench, (), "")])
     >>> [round(1e6 * found.parameters[f"active_drive_{order}_amplitude"].value, 1) for order in (1, 90)]
     [50.0, 5.0]
@@ -177,7 +177,7 @@ def identify_backlash(records: Sequence[Admitted]) -> Identified:
     >>> from gears3d.scenario import load
     >>> from gears3d.simulation import record
     >>> bench = load("scenarios/rigaud-2020/fig2.toml")
-    >>> seen = record(bench, "ste", turns=2).signals
+    >>> seen = record(bench, "transmission-error", turns=2).signals
     >>> found = identify_backlash([Admitted(Channels(seen), bench, (), "")])
     >>> list(found.parameters), round(1e6 * found.parameters["backlash"].value, 1)
     (['backlash'], 250.0)

@@ -42,7 +42,7 @@ def refuse_unexplained(recording: Recording, file: str = "") -> None:
         InputError: the record is such a one.
     """
     if reason := recording.meta.get("unexplained"):
-        raise InputError(Fault("", f"has no impacts: the loose gear {reason}", "see `gears3d measure`", file))
+        raise InputError(Fault("", f"has no impacts: the loose gear {reason}", "see `gears3d segment`", file))
 
 
 def described(recording: Recording) -> list[tuple[str, str]]:

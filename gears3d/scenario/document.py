@@ -16,7 +16,7 @@ import tomlkit
 from tomlkit.exceptions import ParseError, TOMLKitError
 
 from gears3d.errors import Fault, InputError, UsageError
-from gears3d.inputs import MOST_TEXT, is_folder, is_there
+from gears3d.inputs import MOST_TEXT, is_folder, is_there, stdin_bytes
 from gears3d.inputs import read_text as text_of
 from gears3d.scenario.shipped import find, names
 
@@ -62,7 +62,7 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
 
     Args:
         source: a path, the name of a shipped scenario, TOML text (anything with a line break, or ``=`` and no
-            ``.toml`` at its end), or a mapping.
+            ``.toml`` at its end), a mapping, or ``-`` for standard input.
 
     Returns:
         The merged document.
@@ -78,7 +78,17 @@ def read(source: str | Path | Mapping[str, Any]) -> Document:
         raise UsageError(f'{what}, no scenario: give a file, TOML text or a mapping, e.g. load("case.toml")')
     if isinstance(source, str) and ("\n" in source or ("=" in source and not source.endswith(".toml"))):
         return read_text(source)
+    if str(source) == "-":
+        return read_text(_stdin())
     return _file(find(source), ())
+
+
+def _stdin() -> str:
+    data = stdin_bytes(MOST_TEXT)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as why:
+        raise InputError(Fault("", f"is not UTF-8 text: byte {why.start}", "save it as UTF-8", "-")) from None
 
 
 def read_text(text: str, path: Path | None = None) -> Document:

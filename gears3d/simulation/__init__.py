@@ -6,6 +6,6 @@ from gears3d.simulation.models import ABOUT as ABOUT
 from gears3d.simulation.models import MODELS as MODELS
 from gears3d.simulation.models import simulate as simulate
 from gears3d.simulation.models import stream as stream
-from gears3d.simulation.recorder import TESTS as TESTS
 from gears3d.simulation.recorder import record as record
+from gears3d.simulation.recorder import synthesize as synthesize
 from gears3d.simulation.refusals import refusals as refusals

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, gcd, pi
@@ -13,13 +14,12 @@ from gears3d.simulation.encoder import encode
 from gears3d.simulation.models import simulate
 from gears3d.simulation.sensors import observe
 from gears3d.units import show
+from gears3d.virtual_tests import RENAMED, SYNTHESIZED
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
     from gears3d.scenario.model import Sensors
 
-TESTS = ("rattle", "rundown", "threshold", "ste")
-"""What a bench can do: run the scenario; let gears run down; let the swing grow and fall; turn slowly both ways."""
 SLOW = 2.0 * pi / 60.0
 """Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]."""
 PER_TURN = 9973.618
@@ -29,7 +29,7 @@ FEWEST, MOST = 10, 60
 """Turns unless given: at least and at most, in whole hunting cycles where there are that many."""
 
 
-def record(
+def synthesize(
     scenario: Scenario,
     test: str = "rattle",
     *,
@@ -46,9 +46,9 @@ def record(
 
     Args:
         scenario: what happens, and its ``[sensors]``.
-        test: ``"rattle"`` runs the scenario, ``"rundown"`` lets gears run down, ``"threshold"`` lets the first
-            harmonic's amplitude grow and fall, ``"ste"`` drives slowly forth on the active flanks and back on the
-            reverse ones.
+        test: ``"rattle"`` runs the scenario, ``"coastdown"`` lets gears coast down, ``"threshold"`` lets the first
+            harmonic's amplitude grow and fall, ``"transmission-error"`` drives slowly forth on the active flanks and
+            back on the reverse ones.
         model: of the rattle test, as ``simulate`` takes it.
         seed: of the encoders' noise; that of the scenario unless given.
         speed: at the start of a run-down, of the gear that turns, the loose one of both; of the drive in slow turns
@@ -69,13 +69,16 @@ def record(
         KeyboardInterrupt: the simulation was interrupted; half a record would pass for a whole one.
 
     >>> from gears3d.scenario import load
-    >>> record(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"}))
+    >>> synthesize(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"}))
     Recording(50001 samples of 0..1 s, 0 impacts)
     """
-    if test not in TESTS:
-        raise UsageError(f"there is no test {test!r}; {did_you_mean(test, list(TESTS))}")
+    if test in RENAMED:
+        warnings.warn(f"the test {test!r} is called {RENAMED[test]!r} now", DeprecationWarning, stacklevel=2)
+        test = RENAMED[test]
+    if test not in SYNTHESIZED:
+        raise UsageError(f"there is no test {test!r}; {did_you_mean(test, SYNTHESIZED)}")
     sensors = scenario.sensors
-    if test == "rundown":
+    if test == "coastdown":
         from gears3d.lumped.rundown import DriveDrag, rundown
 
         coasted = rundown(scenario, speed, progress=progress, turning=turning, drive_drag=DriveDrag(*drive_drag))
@@ -85,7 +88,7 @@ def record(
 
         _check_rate(scenario)
         happened = sweep(scenario, amplitudes, progress)
-    elif test == "ste":
+    elif test == "transmission-error":
         happened, sensors = _slow(scenario, speed, turns, progress)
     else:
         _check_rate(scenario)
@@ -94,6 +97,10 @@ def record(
     if happened.meta.get("interrupted"):
         raise KeyboardInterrupt
     return encode(happened, sensors, scenario.run.seed if seed is None else seed)
+
+
+record = synthesize
+"""Former name of :func:`synthesize`."""
 
 
 def _slow(

@@ -139,7 +139,7 @@ def test_the_folder_is_read_by_identify(tmp_path, capsys):
             cli.main([*map(str, words)])
         return stop.value.code or 0, capsys.readouterr()
 
-    code, said = run("bench", "ste", rig, "--out", out, "--turns", 1, "--json")
+    code, said = run("bench", "transmission-error", rig, "--out", out, "--turns", 1, "--json")
     assert code == 0
     summary = json.loads(said.out)
     assert summary == json.loads((out / "summary.json").read_text())
@@ -151,12 +151,12 @@ def test_the_folder_is_read_by_identify(tmp_path, capsys):
     assert code == 0
     amplitude = json.loads(said.out)["parameters"]["active_drive_2_amplitude"]
     assert amplitude["ci95"][0] < 20e-6 < amplitude["ci95"][1]
-    code, said = run("bench", "ste", rig, "--out", out, "--speed", "1 Hz")
+    code, said = run("bench", "transmission-error", rig, "--out", out, "--speed", "1 Hz")
     assert code == 3
     assert "--speed" in said.err
-    code, said = run("bench", "stee", rig, "--out", out)
+    code, said = run("bench", "transmision-error", rig, "--out", out)
     assert code == 2
-    assert "did you mean 'ste'" in said.err
+    assert "did you mean 'transmission-error'" in said.err
 
 
 @pytest.mark.parametrize(("size", "high"), [(1e-14, 2e-3), (1e-6, 2.0)])

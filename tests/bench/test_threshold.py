@@ -94,7 +94,7 @@ def test_folders_of_all_tests_are_written_and_read(tmp_path, capsys):
     code, said = run("bench", "drop", FIG5, "--out", tmp_path / "drop", "--speeds", "10, 50 mm/s", "--json")
     assert code == 0
     assert json.loads(said.out)["active"]["restitution_at_rest"] == pytest.approx(0.3, abs=1e-6)
-    code, said = run("bench", "rundown", FIG5, "--out", tmp_path / "rundown")
+    code, said = run("bench", "coastdown", FIG5, "--out", tmp_path / "rundown")
     assert code == 0
     assert "coulomb" in said.out
     code, said = run("bench", "drop", FIG5, "--out", out, "--speeds", "10 Hz")

@@ -1,4 +1,4 @@
-"""``gears3d describe`` says of any recording what the models say of their own."""
+"""``gears3d report`` says of any recording what the models say of their own."""
 
 import json
 
@@ -28,7 +28,7 @@ def folder(recording, tmp_path_factory):
 
 def run(capsys, *arguments):
     with pytest.raises(SystemExit) as end:
-        main(["describe", *map(str, arguments)])
+        main(["report", *map(str, arguments)])
     said = capsys.readouterr()
     return end.value.code, said.out, said.err
 

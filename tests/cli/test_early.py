@@ -43,19 +43,19 @@ FOLDERS = {
     "diagnose": ("diagnose", "record.parquet", *RIG),
     "challenge": ("challenge", "--seed", "1"),
     "papers": ("papers",),
-    "mesh": ("mesh", FILE),
+    "mesh": ("export", FILE),
 }
 FILES = {
     "camera": ("camera", "run"),
     "compare": ("compare", "a", "b"),
-    "describe": ("describe", "run"),
+    "describe": ("report", "run"),
     "show": ("show", FILE),
     "excitation": ("excitation", FILE),
-    "record": ("record", FILE),
+    "record": ("synthesize", FILE),
     "sound": ("sound", "run"),
     "validate": ("validate",),
     "replay": ("replay", "run"),
-    "identify": ("identify", "rundown", "record.csv", "--inertia", "1e-3 kg m^2"),
+    "identify": ("identify", "coastdown", "record.csv", "--inertia", "1e-3 kg m^2"),
 }
 
 
@@ -103,7 +103,7 @@ def test_an_ending_that_is_not_known(place, capsys, verb):
 @pytest.mark.parametrize(
     ("words", "code", "why"),
     [
-        (("run", FILE, "--twin", "foo"), 2, "no model 'foo'"),
+        (("run", FILE, "--twin", "foo"), 2, "--twin is 'foo'"),
         (("run", FILE, "--twin", "plastic"), 3, "--twin none"),
         (("run", FILE, "--twin", "lubricated"), 3, "--twin none"),
         (("run", FILE, "--out", "."), 3, "is the current folder or one above it"),

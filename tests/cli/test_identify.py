@@ -35,7 +35,7 @@ def test_every_kind_has_an_example_and_json(capsys, kind):
 
 
 def test_unknown_kind_is_told_as_json(capsys):
-    assert _exit(["identify", "rundwon", "a.csv", "--json"]) == 2
+    assert _exit(["identify", "coastdwn", "a.csv", "--json"]) == 2
     told = json.loads(capsys.readouterr().out)["error"]
     assert told["exit_code"] == 2
-    assert "did you mean 'rundown'?" in told["message"]
+    assert "did you mean 'coastdown'?" in told["message"]

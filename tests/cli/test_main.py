@@ -1,16 +1,21 @@
 """The command line: verbs, exit codes, JSON, and no traceback for bad input."""
 
 import importlib
+import io
 import json
 import os
 import subprocess
 import sys
 import time
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 from gears3d import cli, errors
 
+ROOT = Path(__file__).resolve().parents[2]
 BASE = "scenarios/base/rigaud-2020.toml"
 
 
@@ -100,7 +105,7 @@ def test_a_wrong_command_line_is_usage(gears3d, arguments, text):
     [
         ("gears3d dia", 1, ["diagnose"]),
         ("gears3d run --mo", 2, ["--model"]),
-        ("gears3d identify ", 2, ["rundown", "restitution", "transmission-error", "backlash", "threshold"]),
+        ("gears3d identify ", 2, ["restitution", "coastdown", "threshold", "transmission-error", "backlash"]),
         ("gears3d nix --i", 2, ["--install-completion"]),
     ],
 )
@@ -140,7 +145,7 @@ def test_errors_become_exit_codes(gears3d, monkeypatch, raised, code, text):
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("verb", [verb for verb in cli.VERBS if cli.find_spec(f"gears3d.cli.{verb}")])
+@pytest.mark.parametrize("verb", [verb for verb in cli.VERBS if find_spec(f"gears3d.cli.{verb}")])
 def test_every_verb_has_an_example_and_json(gears3d, verb):
     code, out, _ = gears3d(verb, "--help")
     assert code == 0
@@ -150,8 +155,98 @@ def test_every_verb_has_an_example_and_json(gears3d, verb):
 
 
 def test_help_names_every_verb(gears3d):
+    lines = gears3d("--help")[1].splitlines()
+    told = [line.strip("│ ").split("  ")[0] for line in lines]
+    assert [verb for verb in told if verb in cli.VERBS] == [*cli.VERBS]
+    headings = [line.strip("╭─╮ ") for line in lines if line.startswith("╭─")]
+    assert headings == ["Options", *cli.GROUPS]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (("record",), "synthesize"),
+        (("measure",), "segment"),
+        (("describe",), "report"),
+        (("mesh",), "export"),
+        (("identify", "rundown"), "coastdown"),
+        (("bench", "ste"), "transmission-error"),
+        (("bench", "rundown"), "coastdown"),
+    ],
+)
+def test_an_old_name_works_and_warns_in_one_line(gears3d, old, new):
+    code, out, err = gears3d(*old, "--help")
+    assert code == 0
+    assert "Example" in out
+    assert err.count("\n") == 1
+    assert f"{old[-1]}' is called" in err
+    assert f"{new}' now" in err
+    assert new in cli.VERBS or new in gears3d(*old[:-1], "--help")[1]
+
+
+def test_old_names_are_not_listed(gears3d):
     told = [line.strip("│ ").split("  ")[0] for line in gears3d("--help")[1].splitlines()]
-    assert [verb for verb in cli.VERBS if verb not in told] == []
+    assert [old for old in cli.RENAMED if old in told] == []
+
+
+def test_a_scenario_is_read_from_stdin(gears3d, monkeypatch):
+    text = (ROOT / "scenarios/rigaud-2020/fig5-20rpm.toml").read_text(encoding="utf-8")
+    text = text.replace("../base/rigaud-2020.toml", "base/rigaud-2020")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    code, out, err = gears3d("check", "-")
+    assert (code, out) == (0, "-: ok\n"), err
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"")))
+    code, _, err = gears3d("show", "-")
+    assert code == 3
+    assert "standard input is empty" in err
+
+
+@pytest.mark.parametrize("verb", cli.VERBS)
+def test_every_verb_that_reads_a_scenario_takes_set(verb):
+    def commands(name, command):
+        if not hasattr(command, "list_commands"):
+            yield name, command
+            return
+        context = command.make_context(name, ["--help"], resilient_parsing=True)
+        for one in command.list_commands(context):
+            yield from commands(one, command.get_command(context, one))
+
+    group = get_command(cli.app)
+    context = group.make_context("gears3d", ["--help"], resilient_parsing=True)
+    for name, command in commands(verb, group.get_command(context, verb)):
+        options = {option for one in command.params for option in one.opts}
+        reads = "--rig" in options or any(str(one.metavar or "").startswith("SCENARIO") for one in command.params[:1])
+        assert not reads or "--set" in options, name
+
+
+@pytest.mark.parametrize(
+    ("words", "choices"),
+    [
+        (("run",), "--model bullet|rigid|plastic|lubricated"),
+        (("run",), "--contact located|native"),
+        (("compare",), "--mode trajectory|distribution"),
+        (("synthesize",), "--test rattle|coastdown|threshold|transmission-error"),
+        (("camera",), "--zoom mesh|tooth|gears"),
+        (("new",), "--kind rattle|helical|bench"),
+        (("challenge",), "--zero common|arbitrary"),
+        (("export",), "--gear drive|loose|both"),
+    ],
+)
+def test_choices_are_enumerated_and_checked_before_the_work(gears3d, monkeypatch, words, choices):
+    monkeypatch.setenv("COLUMNS", "200")
+    assert choices in " ".join(gears3d(*words, "--help")[1].split())
+    option = choices.split()[0]
+    code, _, err = gears3d(*words, *{"compare": ("a", "b"), "new": ("a",)}.get(words[0], ("a",)), option, "nonsense")
+    assert code == 2
+    assert "nonsense" in err
+    assert option in err
+
+
+def test_the_choice_of_models_is_that_of_the_models():
+    from gears3d.cli.options import MODELS
+    from gears3d.simulation import MODELS as known
+
+    assert sorted(MODELS) == sorted(known)
 
 
 def test_a_verb_is_one_file_and_one_name(gears3d, monkeypatch, tmp_path):
@@ -159,7 +254,7 @@ def test_a_verb_is_one_file_and_one_name(gears3d, monkeypatch, tmp_path):
         '"""A verb."""\n\ndef hum(times: int = 1) -> None:\n    """Hum."""\n    print("hm" * times)\n'
     )
     monkeypatch.setattr(cli, "__path__", [*cli.__path__, str(tmp_path)])
-    monkeypatch.setattr(cli, "VERBS", (*cli.VERBS, "hum"))
+    monkeypatch.setitem(cli.GROUPS, "Look", (*cli.GROUPS["Look"], "hum"))
     try:
         assert gears3d("hum", "--times", "3") == (0, "hmhmhm\n", "")
         assert "hum" in gears3d("--help")[1]

@@ -1,4 +1,4 @@
-"""``gears3d measure``: a map proposed, several records by one map, each into a folder of its own."""
+"""``gears3d segment``: a map proposed, several records by one map, each into a folder of its own."""
 
 import json
 import re
@@ -37,16 +37,16 @@ def bench(tmp_path_factory):
 @pytest.mark.slow
 def test_guess_then_measure_comes_to_what_the_plain_record_says(bench, capsys):
     chart = bench / "record.toml"
-    assert run(["measure", bench / "bench.txt", "--guess", "--rig", RIG]) == 0
+    assert run(["inspect", bench / "bench.txt", "--guess", "--rig", RIG]) == 0
     printed = capsys.readouterr().out
-    assert run(["measure", bench / "bench.txt", "--guess", "--rig", RIG, "--out", chart]) == 0
+    assert run(["inspect", bench / "bench.txt", "--guess", "--rig", RIG, "--out", chart]) == 0
     assert [line for line in printed.splitlines() if "file" not in line] == [
         line for line in chart.read_text().splitlines() if "file" not in line
     ]
     capsys.readouterr()
-    assert run(["measure", chart, "--rig", RIG, "--json"]) == 0
+    assert run(["segment", chart, "--rig", RIG, "--json"]) == 0
     mapped = json.loads(capsys.readouterr().out)
-    assert run(["measure", bench / "plain.parquet", "--rig", RIG, "--json"]) == 0
+    assert run(["segment", bench / "plain.parquet", "--rig", RIG, "--json"]) == 0
     plain = json.loads(capsys.readouterr().out)
     assert mapped["impacts"] == plain["impacts"] > 10
     assert mapped["flanks"]["backlash_m"]["value"] == pytest.approx(plain["flanks"]["backlash_m"]["value"], rel=1e-6)
@@ -61,7 +61,7 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
         '[[record]]\nfile = "bench.txt"\ntime.channel = "Zeit"\ndrive.channel = "Antrieb"\n'
         'loose = { channel = "Abtrieb", sign = -1 }\n'
     )
-    code = run(["measure", "--map", chart, "--rig", RIG, "--out", tmp_path, "--json", "--correct", "duplicated-file"])
+    code = run(["segment", "--map", chart, "--rig", RIG, "--out", tmp_path, "--json", "--correct", "duplicated-file"])
     printed = capsys.readouterr()
     found = json.loads(printed.out)
     assert code == 0
@@ -91,14 +91,14 @@ def test_several_records_go_into_folders_of_their_own(bench, tmp_path, capsys):
     ],
 )
 def test_what_cannot_be_is_told(arguments, code, message, capsys):
-    assert run(["measure", *arguments]) == code
+    assert run(["segment", *arguments]) == code
     assert message in capsys.readouterr().err
 
 
 def test_a_condition_that_the_rig_has_not_is_told_by_the_map(bench, capsys):
     chart = bench / "wrong.toml"
     chart.write_text('format = 1\nfile = "plain.parquet"\n[condition]\ndrag.torqe = "0.3 N m"\n')
-    assert run(["measure", chart, "--rig", RIG]) == 3
+    assert run(["segment", chart, "--rig", RIG]) == 3
     told = capsys.readouterr().err
     assert "wrong.toml" in told
     assert "condition.drag.torqe" in told

@@ -1,4 +1,4 @@
-"""``gears3d mesh``: files that other programs read back as the same solid, and the card beside them."""
+"""``gears3d export``: files that other programs read back as the same solid, and the card beside them."""
 
 import io
 import json
@@ -22,7 +22,7 @@ RESOLUTION = {"stl": 1e-8, "obj": 1e-12, "glb": 1e-8}
 def mesh(capsys):
     def run(*arguments):
         with pytest.raises(SystemExit) as stop:
-            cli.main(["mesh", *arguments])
+            cli.main(["export", *arguments])
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
@@ -62,7 +62,7 @@ def test_round_trip(mesh, tmp_path, scenario):
         assert properties["mass_kg"] == pytest.approx(7850 * exact.volume, rel=1e-12)
         assert card["pair"]["backlash_m"] == pytest.approx(pair.backlash, abs=1e-18)
         assert card["data"]["helix_angle"] == pair.drive.helix_angle
-        assert card["command"].startswith(f"gears3d mesh {scenario} --out {tmp_path} --format stl,obj,glb")
+        assert card["command"].startswith(f"gears3d export {scenario} --out {tmp_path} --format stl,obj,glb")
 
 
 def test_poses_of_the_cards_put_the_gears_in_mesh(mesh, tmp_path):
@@ -121,7 +121,7 @@ def test_normals_of_the_glb_are_those_of_the_flanks(tmp_path):
     [
         (["--format", "stp"], 2, "there is no format 'stp'"),
         (["--format", ","], 2, "--format is empty"),
-        (["--gear", "driv"], 2, "there is no gear 'driv'; did you mean 'drive'?"),
+        (["--gear", "driv"], 2, "--gear is 'driv'; did you mean 'drive'?"),
         (["--chord", "0 um"], 3, "--chord: is 0 um"),
         (["--chord", "1 s"], 3, "--chord: '1 s' is a time, not a length"),
     ],

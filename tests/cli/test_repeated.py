@@ -51,7 +51,7 @@ def files(tmp_path_factory):
         (("measure",), "rattle", ()),
         (("diagnose",), "rattle", ("--no-3d", "--no-experiments")),
         (("identify", "restitution"), "rattle", ()),
-        (("identify", "rundown"), "coast", ("--inertia", "0.0695 kg m^2")),
+        (("identify", "coastdown"), "coast", ("--inertia", "0.0695 kg m^2")),
     ],
 )
 def test_a_copy_is_refused_or_excluded_by_every_verb(files, verb, name, options, capsys, monkeypatch):
@@ -59,7 +59,7 @@ def test_a_copy_is_refused_or_excluded_by_every_verb(files, verb, name, options,
     monkeypatch.setattr(
         "gears3d.diagnosis.search.candidates", lambda *about: [one for one in candidates(*about) if one.kind in few]
     )
-    words = [*verb, *([] if verb[-1] == "rundown" else ["--rig", files / "rig.toml"]), *options, "--json"]
+    words = [*verb, *([] if verb[-1] == "coastdown" else ["--rig", files / "rig.toml"]), *options, "--json"]
     one, copy = files / f"{name}.parquet", files / f"{name}-copy.parquet"
     assert run([*words, one, copy]) == 3
     assert "--correct duplicated-file" in capsys.readouterr().out
@@ -72,7 +72,7 @@ def test_a_copy_is_refused_or_excluded_by_every_verb(files, verb, name, options,
 
 
 def test_a_copy_in_a_campaign_is_refused_or_excluded(files, capsys):
-    words = ["identify", "rundown", files / "campaign.toml", "--json"]
+    words = ["identify", "coastdown", files / "campaign.toml", "--json"]
     assert run(words) == 3
     assert "duplicated-file" in capsys.readouterr().out
     assert run([*words, "--correct", "duplicated-file"]) == 0

@@ -21,7 +21,7 @@ def file(tmp_path_factory):
 @pytest.mark.parametrize(
     "words",
     [
-        ["measure", "FILE"],
+        ["segment", "FILE"],
         ["diagnose", "FILE"],
         ["camera", "FILE"],
         ["replay", "FILE"],
@@ -30,8 +30,8 @@ def file(tmp_path_factory):
         ["identify", "threshold", "FILE"],
         ["identify", "transmission-error", "FILE"],
         ["identify", "backlash", "FILE"],
-        ["identify", "rundown", "FILE"],
-        ["identify", "rundown", "FILE", "--meshed", "FILE", "--drive-alone", "FILE"],
+        ["identify", "coastdown", "FILE"],
+        ["identify", "coastdown", "FILE", "--meshed", "FILE", "--drive-alone", "FILE"],
     ],
     ids=" ".join,
 )
@@ -52,6 +52,6 @@ def test_the_help_says_that_it_is_required(words):
 
 def test_a_map_is_proposed_without_a_rig(file, capsys):
     with pytest.raises(SystemExit) as end:
-        main(["measure", str(file), "--guess"])
+        main(["inspect", str(file), "--guess"])
     assert end.value.code in (0, None)
     assert "theta_loose_rad" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""``gears3d measure`` tells what is wrong with the sensors before it says anything of gears."""
+"""``gears3d segment`` tells what is wrong with the sensors before it says anything of gears."""
 
 import json
 
@@ -20,14 +20,14 @@ def file(tmp_path):
 
 
 def test_a_gear_that_turns_backwards_is_refused_with_what_would_mend_it(file):
-    told = CliRunner().invoke(app, ["measure", file, "--rig", RIGAUD])
+    told = CliRunner().invoke(app, ["segment", file, "--rig", RIGAUD])
     assert told.exit_code == 3
     assert "--correct sense" in told.stderr
     assert "[sense]" in told.stderr
 
 
 def test_what_is_corrected_and_what_is_only_told_stand_in_the_summary(file):
-    told = CliRunner().invoke(app, ["measure", file, "--rig", RIGAUD, "--correct", "skew,sense", "--json"])
+    told = CliRunner().invoke(app, ["segment", file, "--rig", RIGAUD, "--correct", "skew,sense", "--json"])
     assert told.exit_code == 0, told.exception
     summary = json.loads(told.stdout)
     findings = {one["kind"]: one for one in summary["quality"]["findings"]}
@@ -35,6 +35,6 @@ def test_what_is_corrected_and_what_is_only_told_stand_in_the_summary(file):
     assert findings["sense"]["corrected"]
     assert not findings["gaps"]["corrected"]
     assert summary["regime"] == "double_sided"
-    shown = CliRunner().invoke(app, ["measure", file, "--rig", RIGAUD, "--correct", "sense"])
+    shown = CliRunner().invoke(app, ["segment", file, "--rig", RIGAUD, "--correct", "sense"])
     assert "gaps: time_s: 10 rows" in shown.stderr
     assert "(corrected)" in shown.stderr

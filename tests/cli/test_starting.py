@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -172,4 +173,4 @@ def fails():
 
 
 def test_every_verb_is_of_a_file():
-    assert all(cli.find_spec(f"gears3d.cli.{verb}") for verb in cli.VERBS)
+    assert all(find_spec(f"gears3d.cli.{verb}") for verb in cli.VERBS)

@@ -21,9 +21,9 @@ from gears3d import cli
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = re.compile(r"(?:^|: )(gears3d .+)$", re.MULTILINE)
-FIRST = ("new", "run", "record", "challenge", "diagnose", "bench", "measure")
+FIRST = ("new", "run", "synthesize", "challenge", "diagnose", "bench", "segment")
 """Verbs whose examples write what those of others read."""
-QUICK = ("new", "list", "show", "excitation", "mesh", "check", "schema", "cite")
+QUICK = ("new", "list", "show", "excitation", "export", "check", "schema", "cite")
 """Verbs that need no compiled kernel."""
 OF_THE_CLONE = "tools/"
 """Begin of commands that belong to a clone, not to the wheel; those of the installation are no ``sh`` block."""

@@ -195,7 +195,7 @@ def test_a_run_folder_of_a_helical_pair(tmp_path, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["comparison"]["velocity_error_median"] < 1e-6
     with pytest.raises(SystemExit) as stop:
-        cli.main(["describe", str(tmp_path / "run"), "--json"])
+        cli.main(["report", str(tmp_path / "run"), "--json"])
     assert not stop.value.code
 
 

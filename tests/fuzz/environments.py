@@ -21,13 +21,13 @@ ROOT = Path(__file__).resolve().parents[2]
 VERBS = {
     "list": ("list", "effects"),
     "check": ("check", RIG),
-    "describe": ("describe", "{run}"),
+    "describe": ("report", "{run}"),
     "show": ("show", RIG, "--out", "{out}.svg"),
     "run": ("run", RIG, "--model", "rigid", "--set", "run.duration=1 s", "--out", "{out}"),
     "stream": ("run", RIG, "--stream", "--set", "run.duration=1.2 s", "--out", "{out}"),
     "sweep": ("sweep", RIG, "--vary", "drag.torque=0.1..1 N m lin 6", "--periods", "20", "--settle", "5", "--workers",
               "1", "--out", "{out}"),
-    "measure": ("measure", "{record}", "--rig", RIG, "--out", "{out}"),
+    "measure": ("segment", "{record}", "--rig", RIG, "--out", "{out}"),
     "faulty": ("check", "nowhere.toml"),
 }  # fmt: skip
 """Verbs with their options; the last is refused everywhere."""
@@ -92,7 +92,7 @@ class Bench:
         self.folder, self.run, self.record = folder, folder / "run", folder / "record.parquet"
         for words in (
             ("run", RIG, "--model", "rigid", "--set", "run.duration=1 s", "--out", self.run),
-            ("record", RIG, "--set", "run.duration=2 s", "--out", self.record),
+            ("synthesize", RIG, "--set", "run.duration=2 s", "--out", self.record),
         ):
             subprocess.run([sys.executable, "-m", "gears3d", *map(str, words)], check=True, capture_output=True)
 

@@ -35,7 +35,7 @@ VERBS = {
     "sweep": (*SWEEP, "--workers", "2"),
     "alone": (*SWEEP, "--workers", "0"),
     "cluster": (*SWEEP, "--scheduler", "{scheduler}"),
-    "measure": ("measure", "{record}", "--rig", RIG),
+    "measure": ("segment", "{record}", "--rig", RIG),
     "diagnose": ("diagnose", "{record}", "--rig", RIG, "--no-replay", "--no-3d", "--no-experiments"),
 }
 """Verbs that write a folder; ``--out`` is added."""
@@ -57,7 +57,7 @@ class Bench:
         self.scheduler = ""
         self._cluster: list[subprocess.Popen] = []
         self._finished: dict[str, tuple[float, dict[str, str]]] = {}
-        self.command("record", RIG, "--set", "run.duration=2 s", "--out", str(self.record))
+        self.command("synthesize", RIG, "--set", "run.duration=2 s", "--out", str(self.record))
 
     def words(self, verb: str, out: Path) -> list[str]:
         """Return the command line of a verb."""

@@ -210,7 +210,7 @@ def _kept(rng: random.Random, channels: Channels, own: Path) -> tuple[str, str]:
 def _measured(path: Path, kind: str, chart: Path) -> None:
     from gears3d.cli import main
 
-    given = ["measure", str(path), "--rig", "rigaud-2020/fig5-20rpm", "--json"]
+    given = ["segment", str(path), "--rig", "rigaud-2020/fig5-20rpm", "--json"]
     try:
         code = main([*given, "--map", str(chart)] if kind == "mf4" else given)
     except SystemExit as done:

@@ -87,10 +87,10 @@ def test_the_doctor_says_what_works_and_how_to_get_the_rest():
     [
         ("engine", ("run", RUN, "--out", "made")),
         ("engine", ("run", RUN, "--stream", "--out", "made")),
-        ("engine", ("bench", "ste", RUN, "--out", "made")),
+        ("engine", ("bench", "transmission-error", RUN, "--out", "made")),
         ("engine", ("bench", "drop", RUN, "--out", "made")),
-        ("engine", ("mesh", RUN, "--out", "made")),
-        ("cad", ("mesh", RUN, "--format", "step", "--out", "made")),
+        ("engine", ("export", RUN, "--out", "made")),
+        ("cad", ("export", RUN, "--format", "step", "--out", "made")),
         ("engine", ("validate", "--only", "helical")),
         ("replay", ("replay", "RUN")),
         ("replay", ("replay", "RUN", "RUN", "--out", "made")),

@@ -60,11 +60,11 @@ def test_a_rigid_run_and_what_is_identified_from_records(tmp_path):
     for arguments in (
         ("run", RIG, "--model", "rigid", "--out", "a run", *short),
         ("run", RIG, "--model", "rigid", "--out", "a run", *short),  # takes the place of the first
-        ("describe", "a run"),
-        ("record", RIG, "--test", "rundown", "--speed", "60 rpm", "--out", "rundown.csv"),
-        ("identify", "rundown", "rundown.csv", "--inertia", "0.0695 kg m^2", "--out", "drag.png"),
-        ("record", RIG, "--model", "rigid", "--out", "rattle.csv", *short),
-        ("measure", "rattle.csv", "--rig", RIG, "--out", "measured"),
+        ("report", "a run"),
+        ("synthesize", RIG, "--test", "coastdown", "--speed", "60 rpm", "--out", "rundown.csv"),
+        ("identify", "coastdown", "rundown.csv", "--inertia", "0.0695 kg m^2", "--out", "drag.png"),
+        ("synthesize", RIG, "--model", "rigid", "--out", "rattle.csv", *short),
+        ("segment", "rattle.csv", "--rig", RIG, "--out", "measured"),
         ("doctor", "--no-check"),
     ):
         done = verb(tmp_path, *arguments)

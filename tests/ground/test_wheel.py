@@ -104,8 +104,8 @@ def test_what_needs_no_extra_works(one):
         ("check", rig),
         ("show", rig, "--out", "mesh.png"),
         ("run", rig, "--model", "rigid", "--set", "run.duration=1 s", "--out", "rigid"),
-        ("record", rig, "--test", "rundown", "--speed", "60 rpm", "--out", "rundown.csv"),
-        ("identify", "rundown", "rundown.csv", "--inertia", "0.0695 kg m^2", "--out", "drag.png"),
+        ("synthesize", rig, "--test", "coastdown", "--speed", "60 rpm", "--out", "rundown.csv"),
+        ("identify", "coastdown", "rundown.csv", "--inertia", "0.0695 kg m^2", "--out", "drag.png"),
         ("diagnose", "--help"),
     ):
         done = installed.verb(*arguments)
@@ -140,8 +140,8 @@ def test_what_needs_an_extra_works_with_it_and_gives_the_line_for_pip_without(on
         "replay": ("replay", "seen", "--no-open"),
         "sweep": ("sweep", rig, "--vary", "drag.torque=0.2,0.4 N m", "--periods", "4", "--out", f"swept-{extra}"),
         "video": ("camera", "seen", "--video", "film.mp4", "--rate", "320", "--out", "strip.png"),
-        "cad": ("mesh", rig, "--format", "step", "--gear", "drive", "--chord", "20 um", "--out", "solids"),
-        "formats": ("measure", "a.h5", "--rig", rig),
+        "cad": ("export", rig, "--format", "step", "--gear", "drive", "--chord", "20 um", "--out", "solids"),
+        "formats": ("segment", "a.h5", "--rig", rig),
     }
     for name, arguments in verbs.items():
         done = installed.verb(*arguments)

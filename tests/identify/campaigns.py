@@ -73,7 +73,7 @@ def truth(scenario):
 def campaign(encoder, seed, laws=LAWS):
     """Return what one record tells: rows of (law, parameter, error over deviation, inside), missed and false orders."""
     scenario = drawn(encoder, seed)
-    seen = record(scenario, "ste", turns=RIGS[encoder][1], seed=seed)
+    seen = record(scenario, "transmission-error", turns=RIGS[encoder][1], seed=seed)
     bench = load(RIGS[encoder][0])
     rolled = roll(read_contacts([Admitted(Channels(seen.signals), bench, (), "")]))
     flanks, width = truth(scenario)

@@ -235,7 +235,7 @@ def campaign(tmp_path):
 
 def test_a_campaign_file_says_what_was_in(campaign, capsys):
     with pytest.raises(SystemExit) as stop:
-        cli.main(["identify", "rundown", str(campaign), "--json", "--out", str(campaign.with_suffix(".png"))])
+        cli.main(["identify", "coastdown", str(campaign), "--json", "--out", str(campaign.with_suffix(".png"))])
     assert not stop.value.code
     told = json.loads(capsys.readouterr().out)
     low, high = told["parameters"]["shear.viscous"]["ci95"]
@@ -273,7 +273,7 @@ def test_a_bench_records_and_identifies_its_mesh_drag(tmp_path, capsys):
         MESH.replace("scenarios/", f"{load('scenarios/base/ottewill-2010.toml').path.parents[1].resolve()}/")
     )
     for turning in ("loose", "drive", "both"):
-        words = ["record", str(rig), "--test", "rundown", "--speed", "12 rad/s", "--turning", turning]
+        words = ["synthesize", str(rig), "--test", "coastdown", "--speed", "12 rad/s", "--turning", turning]
         words += [
             "--drive-drag",
             "0.03 N m",
@@ -288,7 +288,7 @@ def test_a_bench_records_and_identifies_its_mesh_drag(tmp_path, capsys):
     capsys.readouterr()
     files = [str(tmp_path / "loose.csv"), "--drive-alone", str(tmp_path / "drive.csv"), "--meshed"]
     with pytest.raises(SystemExit) as stop:
-        cli.main(["identify", "rundown", *files, str(tmp_path / "both.csv"), "--rig", str(rig), "--json"])
+        cli.main(["identify", "coastdown", *files, str(tmp_path / "both.csv"), "--rig", str(rig), "--json"])
     assert not stop.value.code
     low, high = json.loads(capsys.readouterr().out)["parameters"]["mesh_drag"]["ci95"]
     assert low < 0.015 < high

@@ -15,7 +15,7 @@ RIGAUD = "scenarios/base/rigaud-2020.toml"
 
 
 def rolled(scenario, seed, turns=6):
-    seen = record(scenario, "ste", turns=turns, seed=seed)
+    seen = record(scenario, "transmission-error", turns=turns, seed=seed)
     return roll(read_contacts([Admitted(Channels(seen.signals), load(RIGAUD), (), "")]))
 
 
@@ -75,7 +75,7 @@ def test_counts_in_step_are_in_the_interval_of_the_backlash():
 def test_bins_that_are_off_by_part_of_a_count_are_on_the_flank():
     """Even flanks and encoders without noise: most bins read the same count, those that read two are no strays."""
     rig = load(RIGAUD)
-    found = backlash(roll(read_contacts([Admitted(Channels(record(rig, "ste").signals), rig, (), "")])))
+    found = backlash(roll(read_contacts([Admitted(Channels(record(rig, "transmission-error").signals), rig, (), "")])))
     width = found.parameters["backlash"]
     assert width.low <= rig.mount.backlash <= width.high
     assert found.goodness["active"]["bins_left_out"] == found.goodness["reverse"]["bins_left_out"] == 0.0

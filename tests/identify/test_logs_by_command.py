@@ -44,8 +44,8 @@ def said(capsys, *words):
 
 
 def answered(capsys, *words):
-    """Return the JSON of ``identify rundown`` and what it says on the terminal."""
-    code, out, err = said(capsys, "identify", "rundown", *words, "--json")
+    """Return the JSON of ``identify coastdown`` and what it says on the terminal."""
+    code, out, err = said(capsys, "identify", "coastdown", *words, "--json")
     assert code == 0, err
     return json.loads(out), err
 
@@ -139,7 +139,7 @@ def test_every_verb_that_reads_records_takes_times(tmp_path, capsys, verb):
 
 def test_a_map_whose_times_lie_outside_names_them(tmp_path, capsys):
     time = np.arange(0.0, 30.0, 0.02)
-    code, _, err = said(capsys, "identify", "rundown", speeds(tmp_path, time, speed(time), 'from = "90 s"\n'), *KNOWN)
+    code, _, err = said(capsys, "identify", "coastdown", speeds(tmp_path, time, speed(time), 'from = "90 s"\n'), *KNOWN)
     assert code == 3
     assert "time.from: is '90 s': no row lies there" in err
 
@@ -204,7 +204,7 @@ def test_waits_between_pulses_are_added_up(tmp_path, capsys):
 def test_a_unit_that_stamps_cannot_have_is_an_error(tmp_path, capsys, unit, remedy):
     clock = 'clock = "1 MHz"\n' if unit == "ms" else ""
     chart = write(tmp_path, {"pulse": pulses()}, PULSES.replace('"ms"', f'"{unit}"') + clock)
-    code, _, err = said(capsys, "identify", "rundown", chart, *KNOWN)
+    code, _, err = said(capsys, "identify", "coastdown", chart, *KNOWN)
     assert code == 3
     assert "loose.unit" in err
     assert remedy in err
@@ -245,7 +245,9 @@ def test_seven_readings_by_hand_are_fitted_with_wide_intervals(tmp_path, capsys)
     assert low <= 6.5e-4 <= high
     assert 0.01 < (high - low) / 6.5e-4 < 0.3
     assert any("7 readings only" in note for note in answer["warnings"])
-    code, _, err = said(capsys, "identify", "rundown", write(tmp_path, {"t": minutes[:4], "n": rpm[:4]}, more), *KNOWN)
+    code, _, err = said(
+        capsys, "identify", "coastdown", write(tmp_path, {"t": minutes[:4], "n": rpm[:4]}, more), *KNOWN
+    )
     assert code == 3
     assert "has 4 rows" in err
 
@@ -317,7 +319,7 @@ def test_a_spin_up_alone_gives_the_drag_where_the_inertia_is_known(tmp_path, cap
     answer, _ = answered(capsys, chart, "--torque", "0.3 N m", "--to", "13.5 s", *KNOWN)
     covers(answer)
     assert "gears" not in tomllib.loads(answer["snippet"])  # that the user gave the inertia changes no rig
-    code, _, err = said(capsys, "identify", "rundown", chart, "--torque", "0.3 N m", "--to", "13.5 s")
+    code, _, err = said(capsys, "identify", "coastdown", chart, "--torque", "0.3 N m", "--to", "13.5 s")
     assert code == 3
     assert "inertia: is not known: 0 coast-downs and 1 spin-ups" in err
 

@@ -22,7 +22,7 @@ KADMIRI, RIGAUD = "scenarios/base/kadmiri-2012.toml", "scenarios/base/rigaud-202
 
 
 def admitted(scenario, **options):
-    return [taken(record(scenario, "ste", **options).signals, scenario)]
+    return [taken(record(scenario, "transmission-error", **options).signals, scenario)]
 
 
 def taken(signals, rig):
@@ -111,7 +111,7 @@ def test_snippets_make_the_flanks_again(tmp_path):
     first = tomllib.loads(identify_transmission_error(seen).snippet)
     second = tomllib.loads(identify_backlash(seen).snippet)
     again = load(KADMIRI, {"effect": first["effect"] + second["effect"], "mount": second["mount"]} | FEWER)
-    made = [record(one, "ste", turns=5, seed=1).signals for one in (scenario, again)]
+    made = [record(one, "transmission-error", turns=5, seed=1).signals for one in (scenario, again)]
     rig = scenario.rig()
     places = [
         rig.base_radius_loose * one["theta_loose_rad"] - rig.base_radius_drive * one["theta_drive_rad"] for one in made
@@ -172,7 +172,7 @@ def test_the_commands_print_json_and_draw(tmp_path, capsys):
     slow, picture = tmp_path / "slow.parquet", tmp_path / "orders.png"
     fig2 = "scenarios/rigaud-2020/fig2.toml"
     for arguments in (
-        ["record", fig2, "--test", "ste", "--turns", "2", "--out", str(slow), "--json"],
+        ["synthesize", fig2, "--test", "transmission-error", "--turns", "2", "--out", str(slow), "--json"],
         ["identify", "transmission-error", str(slow), "--rig", fig2, "--out", str(picture), "--json"],
         ["identify", "backlash", str(slow), "--rig", fig2, "--json"],
     ):

@@ -210,7 +210,7 @@ def told(capsys, *words):
 
 def test_a_speed_log_is_fitted_as_a_speed_from_the_terminal(log, capsys):
     folder, begins = log
-    words = ["identify", "rundown", folder / "log.csv", "--map", folder / "record.toml", "--inertia", "0.02 kg m^2"]
+    words = ["identify", "coastdown", folder / "log.csv", "--map", folder / "record.toml", "--inertia", "0.02 kg m^2"]
     code, out, _ = told(capsys, *words, "--json")
     answer = json.loads(out)
     assert code == 0
@@ -231,7 +231,7 @@ def test_a_map_gives_the_times(log, capsys):
     chart = (folder / "record.toml").read_text()
     limits = f'from = "{begins[0] + 1} s"\nto = "{begins[0] + 15} s"'
     (folder / "record.toml").write_text(chart.replace("[loose]", f"{limits}\n[loose]"))
-    words = ["identify", "rundown", folder / "log.csv", "--map", folder / "record.toml", "--inertia", "0.02 kg m^2"]
+    words = ["identify", "coastdown", folder / "log.csv", "--map", folder / "record.toml", "--inertia", "0.02 kg m^2"]
     code, out, _ = told(capsys, *words, "--json")
     (span,) = json.loads(out)["goodness"]["coastdowns"]
     assert code == 0

@@ -149,7 +149,7 @@ def test_command_line(tmp_path, capsys):
     changes = ["--set", "impact.restitution=0.5", "--set", "run.duration=3 s"]
     for gear in ("drive", "loose"):  # without noise every period repeats the same counting errors
         changes += ["--set", f"sensors.{gear}.noise=2e-6 rad"]
-    cli_exit(["record", FIG5, "--out", str(file), "--seed", "7", *changes])
+    cli_exit(["synthesize", FIG5, "--out", str(file), "--seed", "7", *changes])
     capsys.readouterr()
     cli_exit(["identify", "restitution", str(file), "--rig", FIG5, "--json", "--out", str(picture)])
     told = json.loads(capsys.readouterr().out)

@@ -172,7 +172,7 @@ def test_the_command_prints_the_contract_and_draws(tmp_path, capsys):
     seen = shafts.counted(angle, 40_000, 1)
     file, picture = tmp_path / "r.parquet", tmp_path / "drag.png"
     Recording({"time_s": time, "theta_drive_rad": 0.0 * time, "theta_loose_rad": seen}).write(file)
-    arguments = ["identify", "rundown", str(file), "--inertia", "0.0695 kg m^2", "--json", "--out", str(picture)]
+    arguments = ["identify", "coastdown", str(file), "--inertia", "0.0695 kg m^2", "--json", "--out", str(picture)]
     with pytest.raises(SystemExit) as stop:
         cli.main(arguments)
     assert not stop.value.code
@@ -183,6 +183,6 @@ def test_the_command_prints_the_contract_and_draws(tmp_path, capsys):
     assert low <= 0.22 <= high
     assert picture.stat().st_size > 10_000
     with pytest.raises(SystemExit) as stop:
-        cli.main(["identify", "rundown", str(file), "--inertia", "3 kg"])
+        cli.main(["identify", "coastdown", str(file), "--inertia", "3 kg"])
     assert stop.value.code == 3
     assert "--inertia: '3 kg' is a mass, not" in capsys.readouterr().err

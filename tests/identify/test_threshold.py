@@ -157,7 +157,7 @@ def test_the_bench_sweeps_and_the_command_answers(tmp_path, capsys):
     file, picture = tmp_path / "sweep.parquet", tmp_path / "threshold.png"
     words = ["--set", "run.duration=20 s", "--set", "sensors.sample_rate=10 kHz", "--amplitudes", "0.9 rpm..2.4 rpm"]
     for arguments in (
-        ["record", BENCH, "--test", "threshold", *words, "--out", str(file)],
+        ["synthesize", BENCH, "--test", "threshold", *words, "--out", str(file)],
         ["identify", "threshold", str(file), "--rig", BENCH, "--json", "--out", str(picture)],
     ):
         capsys.readouterr()

@@ -66,14 +66,14 @@ def fake(site, name, group, value, code):
 
 def test_a_record_of_a_format_of_another_package_is_measured_and_identified(installed, tmp_path):
     for arguments in (
-        ("record", RIG, "--model", "rigid", "--set", "run.duration=3 s", "--out", "rattle.parquet"),
-        ("record", RIG, "--test", "rundown", "--speed", "60 rpm", "--out", "rundown.parquet"),
+        ("synthesize", RIG, "--model", "rigid", "--set", "run.duration=3 s", "--out", "rattle.parquet"),
+        ("synthesize", RIG, "--test", "coastdown", "--speed", "60 rpm", "--out", "rundown.parquet"),
     ):
         assert gears3d(installed, *arguments, cwd=tmp_path).returncode == 0
     told = {}
     for name, verb in (
-        ("rattle", ("measure", "--rig", RIG)),
-        ("rundown", ("identify", "rundown", "--inertia", "0.0695 kg m^2")),
+        ("rattle", ("segment", "--rig", RIG)),
+        ("rundown", ("identify", "coastdown", "--inertia", "0.0695 kg m^2")),
     ):
         written(installed, tmp_path / f"{name}.parquet", tmp_path / f"{name}.riglog")
         for ending in ("parquet", "riglog"):
@@ -159,7 +159,7 @@ def test_a_broken_package_costs_one_warning_that_names_it(group, tmp_path):
     for case, (value, code, _) in BROKEN.items():
         fake(tmp_path / "site", case.replace(" ", "-"), group, value, code)
     (tmp_path / "a.csv").write_text("nothing\n", encoding="utf-8")
-    verb = ("list", "effects") if group.endswith("effects") else ("measure", tmp_path / "a.csv", "--rig", RIG)
+    verb = ("list", "effects") if group.endswith("effects") else ("segment", tmp_path / "a.csv", "--rig", RIG)
     done = gears3d(tmp_path / "site", *verb)
     assert done.returncode == (0 if group.endswith("effects") else 3)
     lines = [line for line in done.stderr.splitlines() if line.startswith("warning:")]

@@ -58,7 +58,7 @@ def test_coulomb_and_viscous_drag_run_down_by_the_closed_form():
     effect = [{"kind": "drag_viscous", "coefficient": f"{viscous} N m s/rad"}]
     scenario = load(FIG5, {"effect": effect, "sensors.sample_rate": "10 kHz"})
     exact = rundown(scenario, start).signals
-    seen = record(scenario, "rundown", speed=start).signals
+    seen = record(scenario, "coastdown", speed=start).signals
     rate = viscous / inertia
     stop = log(1 + viscous * start / friction) / rate
     time = np.minimum(seen["time_s"], stop)
@@ -73,17 +73,17 @@ def test_coulomb_and_viscous_drag_run_down_by_the_closed_form():
 def test_what_never_stops_or_never_turns_is_refused():
     free = load(FIG5, {"drag.torque": "0 N m"})
     with pytest.raises(InputError, match=r"drag: does not stop the loose gear.*give drag\.torque"):
-        record(free, "rundown", speed=1.0)
+        record(free, "coastdown", speed=1.0)
     with pytest.raises(InputError, match="nothing runs down"):
-        record(load(FIG5), "rundown", speed=0.0)
-    with pytest.raises(UsageError, match="did you mean 'rundown'"):
-        record(free, "rundwn")
+        record(load(FIG5), "coastdown", speed=0.0)
+    with pytest.raises(UsageError, match="did you mean 'coastdown'"):
+        record(free, "coastdwn")
 
 
 def test_the_command_writes_a_file_that_reads_back(tmp_path, capsys):
     out = tmp_path / "r.csv"
     with pytest.raises(SystemExit) as stop:
-        cli.main(["record", FIG5, "--out", str(out), "--set", "run.duration=1 s", "--seed", "4", "--json"])
+        cli.main(["synthesize", FIG5, "--out", str(out), "--set", "run.duration=1 s", "--seed", "4", "--json"])
     assert not stop.value.code
     told = json.loads(capsys.readouterr().out)
     scenario = load(FIG5, {"run.duration": "1 s"})
@@ -92,7 +92,7 @@ def test_the_command_writes_a_file_that_reads_back(tmp_path, capsys):
         record(scenario, seed=4).signals["theta_loose_rad"], abs=1e-15
     )
     with pytest.raises(SystemExit) as stop:
-        cli.main(["record", FIG5, "--out", str(tmp_path / "r.xls")])
+        cli.main(["synthesize", FIG5, "--out", str(tmp_path / "r.xls")])
     assert stop.value.code == 2
     assert ".parquet, .csv" in capsys.readouterr().err
 
@@ -102,6 +102,6 @@ def test_rates_and_speeds_that_cannot_be_are_named(tmp_path, capsys):
         record(load(FIG5, {"sensors.sample_rate": "4 Hz"}))
     for speed, told in (("300", "--speed: '300' has no unit"), ("0 rpm", "--speed: is 0")):
         with pytest.raises(SystemExit) as stop:
-            cli.main(["record", FIG5, "--out", str(tmp_path / "r.csv"), "--test", "rundown", "--speed", speed])
+            cli.main(["synthesize", FIG5, "--out", str(tmp_path / "r.csv"), "--test", "coastdown", "--speed", speed])
         assert stop.value.code == 3
         assert told in capsys.readouterr().err

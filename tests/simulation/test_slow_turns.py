@@ -62,14 +62,16 @@ def test_a_gear_that_nothing_holds_is_refused():
 
 def test_encoders_see_slow_turns_at_no_more_than_their_own_rate():
     scenario = load(BASE, {"sensors.drive.noise": "0.001 deg"})
-    seen = record(scenario, "ste", speed=SPEED, turns=1.0, seed=3)
+    seen = record(scenario, "transmission-error", speed=SPEED, turns=1.0, seed=3)
     assert 9974 * 2 * 1.05 < len(seen.time) < 9974 * 2 * 1.06
-    slow = record(scenario.with_({"sensors.sample_rate": "20 Hz"}), "ste", speed=SPEED, turns=1.0, seed=3)
+    slow = record(
+        scenario.with_({"sensors.sample_rate": "20 Hz"}), "transmission-error", speed=SPEED, turns=1.0, seed=3
+    )
     assert slow.meta["encoders"]["sample_rate_Hz"] == 20.0
     assert np.diff(slow.time) == pytest.approx(0.05, abs=1e-9)
     assert list(seen.signals) == ["time_s", "theta_drive_rad", "theta_loose_rad"]
     skewed = scenario.with_({"effect": [{"kind": "encoder_skew", "delay": "10 ms"}]})
-    late = record(skewed, "ste", speed=SPEED, turns=1.0, seed=3).signals["theta_loose_rad"]
+    late = record(skewed, "transmission-error", speed=SPEED, turns=1.0, seed=3).signals["theta_loose_rad"]
     apart = seen.signals["theta_loose_rad"] - late
     ratio = 19 / 37
     assert apart[1000:9000].mean() == pytest.approx(0.01 * SPEED * ratio, rel=0.02)
@@ -79,12 +81,26 @@ def test_encoders_see_slow_turns_at_no_more_than_their_own_rate():
 def test_the_command_writes_slow_turns(tmp_path, capsys):
     out = tmp_path / "slow.parquet"
     with pytest.raises(SystemExit) as stop:
-        cli.main(["record", BASE, "--out", str(out), "--test", "ste", "--speed", "2 rpm", "--turns", "1", "--json"])
+        cli.main(
+            [
+                "synthesize",
+                BASE,
+                "--out",
+                str(out),
+                "--test",
+                "transmission-error",
+                "--speed",
+                "2 rpm",
+                "--turns",
+                "1",
+                "--json",
+            ]
+        )
     assert not stop.value.code
     told = json.loads(capsys.readouterr().out)
     assert told["samples"] == len(read(out).time)
     assert read(out).signals["theta_drive_rad"].max() == pytest.approx(2 * np.pi * (1 + LEAD), rel=0.01)
     with pytest.raises(SystemExit) as stop:
-        cli.main(["record", BASE, "--out", str(out), "--test", "ste", "--turns", "-1"])
+        cli.main(["synthesize", BASE, "--out", str(out), "--test", "transmission-error", "--turns", "-1"])
     assert stop.value.code == 3
     assert "--turns: is not above 0" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from gears3d.cli.identify.shared import (
     MapFile,
     Out,
     RequiredRig,
+    RigOverrides,
     StatedMotion,
     admitted,
     answer,
@@ -27,6 +28,7 @@ def backlash(
     begin: Begin = "",
     to: End = "",
     stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -36,5 +38,7 @@ def backlash(
     """
     from gears3d.identify import identify_backlash, orders_picture
 
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
+    records = admitted(
+        files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
+    )
     answer(identify_backlash(records), orders_picture, out, as_json, inputs_of(records))

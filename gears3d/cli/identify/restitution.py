@@ -21,7 +21,7 @@ from gears3d.cli.identify.shared import (
     inputs_of,
     span_of,
 )
-from gears3d.cli.options import Rig
+from gears3d.cli.options import Rig, RigOverrides, load_rig
 
 _REPEATED = re.compile(r"\s*\((\d+)\)$")
 """A column whose name occurs again, as readers number it: another drop in the same table."""
@@ -38,6 +38,7 @@ def restitution(
     begin: Begin = "",
     to: End = "",
     stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -54,6 +55,8 @@ def restitution(
     from gears3d.identify.restitution_list import identify_restitution_list
     from gears3d.measured.segmentation import measure
 
+    if rig is None:
+        load_rig(rig, set_)  # refuses --set alone
     if rig is None and map_file is None and (lists := _lists(files)):
         answer(identify_restitution_list(lists), restitution_picture, out, as_json, files)
         return
@@ -61,7 +64,9 @@ def restitution(
         from gears3d.identify.restitution_list import EXPECTED
 
         raise UsageError(f"Missing option '--rig' for rattle records; a list of impacts needs none, but {EXPECTED}")
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
+    records = admitted(
+        files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
+    )
     found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())

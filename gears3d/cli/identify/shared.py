@@ -14,8 +14,9 @@ from gears3d.cli.options import Correct as Correct
 from gears3d.cli.options import End as End
 from gears3d.cli.options import MapFile as MapFile
 from gears3d.cli.options import RequiredRig as RequiredRig
+from gears3d.cli.options import RigOverrides as RigOverrides
 from gears3d.cli.options import StatedMotion as StatedMotion
-from gears3d.cli.options import command, to_picture
+from gears3d.cli.options import command, from_stdin, to_picture
 from gears3d.cli.options import span_of as span_of
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from gears3d.identify import Identified
     from gears3d.measured.checks import Admitted
 
-Files = Annotated[list[Path], typer.Argument(help="Records of the test.")]
+Files = Annotated[list[Path], typer.Argument(help="Records of the test, or - (stdin).", callback=from_stdin)]
 Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
@@ -37,6 +38,7 @@ def admitted(
     needs: Sequence[str | Sequence[str]] = ("theta_drive_rad", "theta_loose_rad"),
     stated_motion: bool = False,
     span: tuple[float | None, float | None] = (None, None),
+    overrides: Sequence[str] | None = None,
 ) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition.
 
@@ -48,6 +50,7 @@ def admitted(
         needs: required columns in addition to time, alternatives as a tuple.
         stated_motion: whether the rig's ``[motion]`` is a statement about the records.
         span: first and last time of the part of each record that is used [s].
+        overrides: of values of the rig.
 
     Raises:
         InputError: a file cannot be used.
@@ -57,7 +60,7 @@ def admitted(
     from gears3d.scenario import load
 
     admission = admit_each(
-        files, load(rig), map_file, correct or (), needs=needs, stated_motion=stated_motion, span=span
+        files, load(rig, overrides or ()), map_file, correct or (), needs=needs, stated_motion=stated_motion, span=span
     )
     records = admission.all()
     show_repeated(admission.repeated)

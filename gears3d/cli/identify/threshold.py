@@ -11,6 +11,7 @@ from gears3d.cli.identify.shared import (
     MapFile,
     Out,
     RequiredRig,
+    RigOverrides,
     StatedMotion,
     admitted,
     answer,
@@ -27,6 +28,7 @@ def threshold(
     begin: Begin = "",
     to: End = "",
     stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -39,7 +41,9 @@ def threshold(
     from gears3d import identify as ident
 
     sweeps = []
-    records = admitted(files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to))
+    records = admitted(
+        files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
+    )
     for record in records:
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))

@@ -207,7 +207,7 @@ def _told(view: View, name: str, first: int, last: int, moved: float) -> Finding
     lasting = float(time[last] - time[first])
     if last - first + 1 == len(time):
         told = f"is constant at {value:.9g} while the other gear rotates by {1e3 * moved:.3g} mm"
-        remedy = "in mesh both gears rotate; evaluate a coast-down with `gears3d identify rundown`"
+        remedy = "in mesh both gears rotate; evaluate a coast-down with `gears3d identify coastdown`"
         return Finding("frozen", name, lasting, "s", told, remedy, True, rows=(first, last))
     edge = value in (float(angle.max()), float(angle.min()))
     kind, how = ("saturated", "its extreme value,") if edge else ("frozen", "constant")

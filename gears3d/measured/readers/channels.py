@@ -119,7 +119,7 @@ def _as_named(source: Source) -> Channels:
     """Return the columns of a file whose names are those of the contract."""
     own = {each.bare: each for each in source.signals if each.bare in CONTRACT}
     if not own:
-        remedy = f"write a record.toml, or let `gears3d measure FILE --guess` propose one; {source.listing()}"
+        remedy = f"write a record.toml, or let `gears3d inspect FILE --guess` propose one; {source.listing()}"
         raise InputError(Fault("time_s", "is missing: no channel has a name of the contract", remedy, source.file))
     group = next(iter(own.values())).name.rpartition("/")[0]
     rows = next(iter(own.values())).rows

@@ -126,7 +126,7 @@ def _document(map_file: Path) -> dict[str, Any]:
     try:
         document = tomllib.loads(read_text(map_file).removeprefix("\ufeff"))
     except FileNotFoundError as error:
-        raise InputError(Fault("", "is not there", "gears3d measure FILE --guess proposes a map", file)) from error
+        raise InputError(Fault("", "is not there", "gears3d inspect FILE --guess proposes a map", file)) from error
     except OSError as error:
         raise InputError(Fault("", f"cannot be read: {error.strerror}", "name a record.toml", file)) from error
     except (ValueError, RecursionError) as error:

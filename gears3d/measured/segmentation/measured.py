@@ -159,7 +159,7 @@ def _refuse_parted(angles: tuple[Any, Any], radii: tuple[float, float], file: st
     way = [float(np.ptp(angle)) * radius for angle, radius in zip(angles, radii, strict=True) if len(angle)]
     for name, own in zip(("theta_drive_rad", "theta_loose_rad"), way, strict=False):
         if own == 0.0 and max(way) > 0.0:
-            remedy = "a run-down is for `gears3d identify rundown`; in mesh both gears turn"
+            remedy = "a run-down is for `gears3d identify coastdown`; in mesh both gears turn"
             raise InputError(Fault(name, "stands still while the other gear turns", remedy, file))
 
 

@@ -116,7 +116,7 @@ _NAMES = ("theta_drive_rad", "theta_loose_rad", "displacement_m")
 
 
 def subject(recording: Recording, scenario: Scenario) -> Subject:
-    """Return a recording of a model, or the folder that ``gears3d measure`` wrote, as something to film.
+    """Return a recording of a model, or the folder that ``gears3d segment`` wrote, as something to film.
 
     Args:
         recording: with displacement or base radii.

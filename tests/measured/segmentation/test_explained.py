@@ -65,7 +65,7 @@ def test_whatever_needs_impacts_refuses_a_record_that_is_not_explained(tmp_path,
     record.write(tmp_path / "r.parquet")
     out = tmp_path / "measured"
     with pytest.raises(SystemExit) as stop:
-        cli.main(["measure", str(tmp_path / "r.parquet"), "--rig", FIG5, "--out", str(out)])
+        cli.main(["segment", str(tmp_path / "r.parquet"), "--rig", FIG5, "--out", str(out)])
     assert not stop.value.code
     said = capsys.readouterr()
     assert "warning: no impacts, regime or backlash are reported" in said.err

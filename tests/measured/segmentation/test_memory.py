@@ -52,7 +52,7 @@ def bench(tmp_path_factory):
 
 def peak(path, heights, *more):
     """Measure the file in a process of its own; return the peak of its memory [MB], once what it says is right."""
-    words = ["measure", str(path), "--rig", RIG, "--json", *more]
+    words = ["segment", str(path), "--rig", RIG, "--json", *more]
     done = subprocess.run([sys.executable, "-c", MEASURE, *words], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)

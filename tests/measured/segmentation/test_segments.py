@@ -156,7 +156,7 @@ def test_a_measured_folder_is_a_recording_like_any_other(tmp_path, capsys):
     seen(scenario, truth, 0.001, seed=32).write(tmp_path / "r.parquet")
     out = tmp_path / "measured"
     with pytest.raises(SystemExit) as stop:
-        cli.main(["measure", str(tmp_path / "r.parquet"), "--rig", FIG5, "--out", str(out), "--json"])
+        cli.main(["segment", str(tmp_path / "r.parquet"), "--rig", FIG5, "--out", str(out), "--json"])
     assert not stop.value.code
     told = json.loads(capsys.readouterr().out)
     assert told["regime"] == "double_sided"
@@ -181,7 +181,7 @@ def test_what_cannot_be_measured_says_why(tmp_path):
     with pytest.raises(InputError, match=r"theta_drive_rad|theta_loose_rad"):
         measure(record.between(0.0, 0.002), scenario)
     with pytest.raises(InputError, match="theta_drive_rad: stands still while the other gear turns"):
-        measure(bench(scenario, "rundown"), scenario)
+        measure(bench(scenario, "coastdown"), scenario)
     noisy = seen(scenario, truth, 5.0, seed=34)
     found = None
     with pytest.raises(InputError, match="theta_loose_rad"):

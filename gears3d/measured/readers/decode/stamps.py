@@ -89,7 +89,7 @@ def common_axis(drive: Edges, loose: Edges, axis: Axis = "loose") -> Common:
         axis: at which moments. ``"loose"``, ``"drive"`` or ``"union"``: at the edges of that gear, or of both, angles
             straight between a gear's own edges. ``"counters"``: just before and at every edge of either, angles as two
             counters show them, rounded down: nothing is made up between edges, and what reads counters at the moments
-            at which they change, as ``gears3d measure`` does, finds every moment in it.
+            at which they change, as ``gears3d segment`` does, finds every moment in it.
 
     Raises:
         InputError: the two have no time in common.

@@ -1,4 +1,4 @@
-"""``gears3d bench ste``: the transmission error of both flanks from slow revolutions."""
+"""``gears3d bench transmission-error``: the transmission error of both flanks from slow revolutions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
 
 
-def ste(
+def transmission_error(
     scenario: ScenarioName,
     out: OutFolder,
     speed: Annotated[str, typer.Option(help="Speed of the drive gear, each way.")] = "1 rpm",
@@ -22,7 +22,7 @@ def ste(
 ) -> None:
     """Turn the rig slowly forward on its active and back on its reverse flanks: transmission errors φ, ψ, backlash.
 
-    Example: gears3d bench ste rigaud-2020/fig2 --out ste
+    Example: gears3d bench transmission-error rigaud-2020/fig2 --out ste
 
     Identify from its record: gears3d identify transmission-error ste/record.parquet --rig ste/scenario.toml
     """
@@ -39,7 +39,7 @@ def ste(
     pace = quantity(speed, "speed", "--speed")
     with bars() as track:
         lasts = 4.0 * pi * (cycles(rig) if turns is None else turns) / pace
-        found = static_error(rig, pace, turns, seed, track("ste", lasts))
+        found = static_error(rig, pace, turns, seed, track("slow revolutions", lasts))
     table = {"theta_drive_rad": found.theta, **{f"{name}_m": curve for name, curve in found.curves().items()}}
     summary = {**found.to_dict(), "error_budget": found.meta["error_budget"], "wall_s": found.meta["wall_s"]}
     summary = write(

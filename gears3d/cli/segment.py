@@ -1,51 +1,52 @@
-"""``gears3d measure``: flights, contacts and impacts of a measured record."""
+"""``gears3d segment``: flights, contacts and impacts of a measured record."""
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Begin, Correct, End, MapFile, StatedMotion, command, span_of
+from gears3d.cli.groups import warn_renamed
+from gears3d.cli.options import (
+    Begin,
+    Correct,
+    End,
+    MapFile,
+    OwnRig,
+    Records,
+    RigOverrides,
+    StatedMotion,
+    command,
+    load_rig,
+    span_of,
+)
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
 
 
-def measure(
-    records: Annotated[
-        list[Path] | None, typer.Argument(help="Measured records of any format, or a record.toml that names them.")
-    ] = None,
-    rig: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SCENARIO",
-            help="Scenario of the test rig. Required, except with --guess or for a record with its own base radii.",
-        ),
-    ] = None,
+def segment(
+    records: Records = None,
+    rig: OwnRig = None,
     map_file: MapFile = None,
-    guess: Annotated[
-        bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is measured.")
-    ] = False,
+    guess: Annotated[bool, typer.Option("--guess", hidden=True)] = False,
     correct: Correct = None,
     begin: Begin = "",
     to: End = "",
     stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for report.html, signals, impacts, summary; a subfolder per record if several."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON; a list if several.")] = False,
 ) -> None:
-    """Examine the sensors of measured records, then segment each into free flights and contacts.
+    """Segment measured records into free flights and contacts, after the examination of their sensors.
 
-    Example: gears3d measure rattle.parquet --rig rigaud-2020/fig5-20rpm --out measured
+    Example: gears3d segment rattle.parquet --rig rigaud-2020/fig5-20rpm --out measured
 
-    Propose a map of the channels: gears3d measure rattle.parquet --guess --rig rigaud-2020/fig5-20rpm --out record.toml
-
-    Measure with a map: gears3d measure record.toml --rig rigaud-2020/fig5-20rpm
+    With a map of the channels: gears3d segment record.toml --rig rigaud-2020/fig5-20rpm
     """
     from gears3d.cli.findings import show_repeated
     from gears3d.cli.output import print_json
@@ -53,14 +54,16 @@ def measure(
     from gears3d.measured.checks import admit_each
     from gears3d.measured.readers import files_of
     from gears3d.runs.folder import refuse_foreign
-    from gears3d.scenario import load
 
-    bench = None if rig is None else load(rig)
+    bench = load_rig(rig, set_)
     if guess:
-        _guess(records or [], bench, map_file, out, rig)
+        from gears3d.cli.inspect import propose_map
+
+        warn_renamed("'gears3d segment --guess'", "'gears3d inspect --guess'")
+        propose_map(records or [], bench, map_file, out, rig)
         return
     if not records and map_file is None:
-        raise UsageError("name a measured record, e.g. gears3d measure rattle.parquet --rig SCENARIO")
+        raise UsageError("name a measured record, e.g. gears3d segment rattle.parquet --rig SCENARIO")
     span = span_of(begin, to)
     admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
     show_repeated(admission.repeated)
@@ -130,25 +133,6 @@ def _places(files: list[Path], out: Path | None) -> list[Path | None]:
         again = names.count(stem)
         names.append(stem if not again else f"{stem}-{sum(name.startswith(stem) for name in names) + 1}")
     return [out / name for name in names]
-
-
-def _guess(records: list[Path], bench: Any, map_file: Path | None, out: Path | None, rig: Path | None) -> None:
-    """Print or write the map proposed for one file."""
-    from gears3d.errors import UsageError
-    from gears3d.files import write_text
-    from gears3d.measured.readers import propose
-
-    if len(records) != 1 or map_file is not None:
-        raise UsageError("--guess proposes the map of one file: name one, without --map")
-    if records[0].suffix.lower() == ".toml":
-        raise UsageError(f"{records[0]}: is already a map: name the measured file")
-    text = propose(records[0], bench, None if out is None else out.parent)
-    if out is None:
-        typer.echo(text, nl=False)
-        return
-    write_text(out, text)
-    then = shlex.join(["gears3d", "measure", str(out), "--rig", "SCENARIO" if rig is None else str(rig)])
-    typer.echo(f"written to {out}; check it, then: {then}")
 
 
 def _write(found: Any, rig: Any, out: Path) -> None:

@@ -1,4 +1,4 @@
-"""``gears3d describe``: the results of one recording."""
+"""``gears3d report``: the results of one recording."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import typer
 from gears3d.cli.options import to_picture
 
 
-def describe(
+def report(
     run: Annotated[Path, typer.Argument(help="Run folder, or a folder with signals.parquet and impacts.parquet.")],
     lines: Annotated[int, typer.Option(min=1, help="Number of lines of each spectrum.")] = 5,
     out: Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = None,
@@ -18,7 +18,7 @@ def describe(
 ) -> None:
     """Report the results of a recording: regime, motion, impacts, energies, durations, lines of its spectra.
 
-    Example: gears3d describe runs/fig5-20rpm/twin --out sections.png
+    Example: gears3d report runs/fig5-20rpm/twin --out sections.png
     """
     from gears3d.errors import Fault, InputError
     from gears3d.recording import describe as told

@@ -1,4 +1,4 @@
-"""``gears3d identify rundown``: the drag on a coasting gear."""
+"""``gears3d identify coastdown``: the drag on a coasting gear."""
 
 from __future__ import annotations
 
@@ -8,15 +8,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.identify.shared import AsJson, Begin, Correct, End, Files, MapFile, Out, answer, span_of
+from gears3d.cli.identify.shared import (
+    AsJson,
+    Begin,
+    Correct,
+    End,
+    Files,
+    MapFile,
+    Out,
+    RigOverrides,
+    answer,
+    span_of,
+)
+from gears3d.cli.options import load_rig
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from gears3d.identify import Identified, Inertia, Track
+    from gears3d.scenario import Scenario
 
 
-def rundown(
+def coastdown(
     files: Files,
     inertia: Annotated[str, typer.Option(help='Inertia that coasts down, e.g. "0.0695 kg m^2".')] = "",
     inertia_uncertainty: Annotated[
@@ -43,6 +56,7 @@ def rundown(
     to: End = "",
     map_file: MapFile = None,
     correct: Correct = None,
+    set_: RigOverrides = None,
     out: Out = None,
     as_json: AsJson = False,
 ) -> None:
@@ -50,14 +64,14 @@ def rundown(
 
     With --meshed and --drive-alone: the mesh drag, in addition to the drag of each gear alone.
 
-    Example: gears3d identify rundown rundown.parquet --inertia "0.0695 kg m^2" --out drag.png
+    Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --out drag.png
 
-    Drag and inertia from spin-ups and coast-downs: gears3d identify rundown record.toml --torque "0.2 N m"
+    Drag and inertia from spin-ups and coast-downs: gears3d identify coastdown record.toml --torque "0.2 N m"
     """
     from gears3d import identify as ident
     from gears3d.errors import UsageError
 
-    span = span_of(begin, to)
+    span, bench = span_of(begin, to), load_rig(rig, set_)
     inputs: list[str | Path | None] = [*(file for file in files if file.suffix == ".toml"), map_file, rig]
     push = _quantity(torque, "torque", "--torque") if torque else 0.0
     doubt = _quantity(torque_uncertainty, "torque", "--torque-uncertainty") if torque_uncertainty else 0.0
@@ -72,9 +86,9 @@ def rundown(
     elif meshed or drive_alone:
         if torque:
             raise UsageError("--torque goes with coast-downs of one gear alone: omit --meshed and --drive-alone")
-        found = _mesh(files, drive_alone or [], meshed or [], rig, read)
+        found = _mesh(files, drive_alone or [], meshed or [], bench, read)
     else:
-        known = (None, 0.0) if torque and not inertia and rig is None else _inertia(inertia, inertia_uncertainty, rig)
+        known = (None, 0.0) if torque and not inertia and rig is None else _inertia(inertia, inertia_uncertainty, bench)
         tracks = read(files, "loose", torque=push)
         found = ident.identify_coastdown(tracks, *known, law=law, torque=push, torque_uncertainty=doubt)
     answer(found, ident.rundown_picture, out, as_json, inputs)
@@ -104,23 +118,21 @@ def _mesh(
     loose: list[Path],
     drive: list[Path],
     meshed: list[Path],
-    rig: Path | None,
+    scenario: Scenario | None,
     read: Callable[[Sequence[Path], str], list[Track]],
 ) -> Identified:
     from gears3d import identify as ident
     from gears3d.errors import Fault, InputError, UsageError
-    from gears3d.scenario import load
 
-    if rig is None:
+    if scenario is None:
         raise UsageError("Missing option '--rig': mesh drag needs both inertias and both base radii")
-    scenario = load(rig)
     constants = scenario.rig()
 
     def inertia(gear: str) -> Inertia:
         value = getattr(scenario.gears, gear).inertia
         if value is None:
             remedy = "give the inertia of the drive and of all that turns with it when it coasts"
-            raise InputError(Fault(f"gears.{gear}.inertia", "is missing", remedy, str(rig)))
+            raise InputError(Fault(f"gears.{gear}.inertia", "is missing", remedy, str(scenario.path or "")))
         return ident.Inertia(value, scenario.uncertainty.get(f"gears.{gear}.inertia", 0.0))
 
     return ident.identify_mesh_drag(
@@ -146,16 +158,13 @@ def _quantity(text: str, family: str, key: str) -> float:
     return value
 
 
-def _inertia(inertia: str, uncertainty: str, rig: Path | None) -> tuple[float, float]:
+def _inertia(inertia: str, uncertainty: str, scenario: Scenario | None) -> tuple[float, float]:
     from gears3d.errors import UsageError
 
     spread = _quantity(uncertainty, "inertia", "--inertia-uncertainty") if uncertainty else 0.0
     if inertia:
         return _quantity(inertia, "inertia", "--inertia"), spread
-    if rig is None:
+    if scenario is None:
         reason = "a coast-down determines only the ratio of drag and inertia"
         raise UsageError(f"Missing option '--inertia' or '--rig': {reason}; e.g. --inertia \"0.0695 kg m^2\"")
-    from gears3d.scenario import load
-
-    scenario = load(rig)
     return scenario.rig().inertia, spread or scenario.uncertainty.get("gears.loose.inertia", 0.0)

@@ -1,4 +1,4 @@
-"""``gears3d mesh``: solids of both gears as files for other programs."""
+"""``gears3d export``: solids of both gears as files for other programs."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName, to_folder
+from gears3d.cli.options import Overrides, ScenarioName, choice, to_folder
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair
     from gears3d.scenario import Scenario
 
 
-def mesh(
+def export(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="Folder for the files.", callback=to_folder)],
     format_: Annotated[
@@ -26,7 +26,7 @@ def mesh(
         ),
     ] = "stl",
     chord: Annotated[str, typer.Option(help="Largest distance between facets and flanks.")] = "0.5 um",
-    gear: Annotated[str, typer.Option(help="drive, loose or both.")] = "both",
+    gear: Annotated[str, choice("Gears to write.", "drive", "loose", "both")] = "both",
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the metadata sidecars as JSON.")] = False,
 ) -> None:
@@ -37,7 +37,7 @@ def mesh(
     have both gears with inertias, joints, drag, restitution and convex hulls of the teeth; the MJCF also moves its
     drive.
 
-    Example: gears3d mesh rigaud-2020/fig5-20rpm --out meshes/mine --format glb,mjcf --chord "2 um"
+    Example: gears3d export rigaud-2020/fig5-20rpm --out meshes/mine --format glb,mjcf --chord "2 um"
     """
     from gears3d.errors import UsageError, did_you_mean
     from gears3d.gears.export import FORMATS, write_meshes
@@ -58,7 +58,7 @@ def mesh(
     which = ("drive", "loose") if gear == "both" else (gear,)
     words = [str(scenario), f"--out {out}", f"--format {','.join(formats)}", f'--chord "{chord}"']
     words += [f"--gear {gear}"] * (gear != "both") + [f"--set '{each}'" for each in set_ or ()]
-    command, length = f"gears3d mesh {' '.join(words)}", _length(chord)
+    command, length = f"gears3d export {' '.join(words)}", _length(chord)
     cards: dict[str, dict[str, Any]] = {}
     if models:
         cards["pair"] = write_multibody(loaded, out, models, command)

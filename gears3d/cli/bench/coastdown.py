@@ -1,4 +1,4 @@
-"""``gears3d bench rundown``: the drag on the loose gear from a coast-down."""
+"""``gears3d bench coastdown``: the drag on the loose gear from a coast-down."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
 
 
-def rundown(
+def coastdown(
     scenario: ScenarioName,
     out: OutFolder,
     speed: Annotated[
@@ -21,7 +21,7 @@ def rundown(
 ) -> None:
     """Let the loose gear coast down out of mesh, by its drag alone, and identify the drag from the record.
 
-    Example: gears3d bench rundown base/rigaud-2020 --speed "60 rpm" --out rundown
+    Example: gears3d bench coastdown base/rigaud-2020 --speed "60 rpm" --out rundown
     """
     from gears3d.bench import rundown as run
     from gears3d.cli.progress import bars
@@ -32,7 +32,9 @@ def rundown(
     refuse_foreign(out)
     rig = load(scenario, overrides=set_ or [])
     with bars() as track:
-        found = run(rig, None if speed is None else quantity(speed, "speed", "--speed"), seed, track("rundown", 60.0))
+        found = run(
+            rig, None if speed is None else quantity(speed, "speed", "--speed"), seed, track("coast-down", 60.0)
+        )
     summary = write(
         out,
         rig,
@@ -45,4 +47,4 @@ def rundown(
     )
     lines = [f"standstill after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]
     lines += [f"  {name:12} {p.value:.6g} {p.unit}" for name, p in found.found.parameters.items()]
-    finish(summary, as_json, [*lines, "", f"gears3d identify rundown {out}/record.parquet --rig {out}/scenario.toml"])
+    finish(summary, as_json, [*lines, "", f"gears3d identify coastdown {out}/record.parquet --rig {out}/scenario.toml"])

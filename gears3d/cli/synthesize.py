@@ -1,4 +1,4 @@
-"""``gears3d record``: a scenario as two encoders would record it."""
+"""``gears3d synthesize``: a scenario as two encoders would record it."""
 
 from __future__ import annotations
 
@@ -7,27 +7,41 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName, to_file
+from gears3d.cli.groups import warn_renamed
+from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice, to_file
+from gears3d.errors import UsageError, did_you_mean
+from gears3d.virtual_tests import RENAMED, SYNTHESIZED
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
-def record(
+def _named(test: str) -> str:
+    """Return the name of a test for an old one."""
+    if test in RENAMED:
+        warn_renamed(f"--test {test}", f"--test {RENAMED[test]}")
+    elif test not in SYNTHESIZED:
+        raise UsageError(f"--test: there is no test {test!r}; {did_you_mean(test, SYNTHESIZED)}")
+    return RENAMED.get(test, test)
+
+
+def synthesize(
     scenario: ScenarioName,
     out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.", callback=to_file(".parquet", ".csv"))],
     test: Annotated[
         str,
         typer.Option(
-            help="rattle; rundown: coast-down; threshold: speed amplitude up and down; ste: slow revolutions."
+            metavar="|".join(SYNTHESIZED), callback=_named, help="Test of the rig; gears3d list tests describes each."
         ),
     ] = "rattle",
-    model: Annotated[str, typer.Option(help="Model of the rattle test: rigid or bullet.")] = "rigid",
+    model: Annotated[str, choice("Model of the rattle test.", *MODELS)] = "rigid",
     seed: Annotated[int | None, typer.Option(help="Seed of the encoder noise; default: of the scenario.")] = None,
     speed: Annotated[
-        str | None, typer.Option(help="Initial speed of a coast-down; drive speed of ste (1 rpm).")
+        str | None, typer.Option(help="Initial speed of a coast-down; drive speed of slow revolutions (1 rpm).")
     ] = None,
-    turning: Annotated[str, typer.Option(help="Coasting gear: loose or drive, out of mesh; both, in mesh.")] = "loose",
+    turning: Annotated[
+        str, choice("Coasting gear: loose or drive, out of mesh; both, in mesh.", "loose", "drive", "both")
+    ] = "loose",
     drive_drag: Annotated[
         str | None, typer.Option(help='Coulomb drag of the coasting drive gear, e.g. "0.1 N m".')
     ] = None,
@@ -38,28 +52,28 @@ def record(
         str | None,
         typer.Option(help='Speed amplitudes of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
     ] = None,
-    turns: Annotated[float | None, typer.Option(help="Revolutions of the drive gear in ste, each way.")] = None,
+    turns: Annotated[float | None, typer.Option(help="Slow revolutions of the drive gear, each way.")] = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a summary as JSON.")] = False,
 ) -> None:
-    """Record a scenario as a test rig would: two encoders with their counts, rate, noise and errors.
+    """Synthesize the record of a test rig: two encoders with their counts, rate, noise and errors.
 
-    Example: gears3d record rigaud-2020/fig5-20rpm --out rattle.parquet --seed 7
+    Example: gears3d synthesize rigaud-2020/fig5-20rpm --out rattle.parquet --seed 7
 
-    Coast-down: gears3d record rigaud-2020/fig5-20rpm --test rundown --speed "60 rpm" --out rundown.parquet
+    Coast-down: gears3d synthesize rigaud-2020/fig5-20rpm --test coastdown --speed "60 rpm" --out coastdown.parquet
 
-    Slow revolutions: gears3d record rigaud-2020/fig2 --test ste --out slow.parquet
+    Slow revolutions: gears3d synthesize rigaud-2020/fig2 --test transmission-error --out slow.parquet
 
-    Threshold: gears3d record rigaud-2020/fig5-20rpm --test threshold --set "run.duration=20 s" --out sweep.parquet
+    Threshold: gears3d synthesize rigaud-2020/fig5-20rpm --test threshold --set "run.duration=20 s" --out sweep.parquet
     """
     from gears3d.cli.progress import bars
     from gears3d.scenario import load
-    from gears3d.simulation import record as take
+    from gears3d.simulation import synthesize as take
 
     question = load(scenario, overrides=set_ or [])
     how = {
         "speed": None if speed is None else _start(speed),
-        "turning": _turning(turning),
+        "turning": turning,
         "amplitudes": None if amplitudes is None else _span(amplitudes),
         "drive_drag": (
             _quantity(drive_drag, "torque", "--drive-drag"),
@@ -79,14 +93,6 @@ def record(
         typer.echo(f"record   {out}: {len(made.time)} samples of {made.time[-1]:.6g} s")
 
 
-def _turning(word: str) -> str:
-    from gears3d.errors import UsageError, did_you_mean
-
-    if word not in (known := ["loose", "drive", "both"]):
-        raise UsageError(f"--turning is {word!r}; {did_you_mean(word, known)}")
-    return word
-
-
 def _span(text: str) -> tuple[float, float]:
     from gears3d.errors import Fault, InputError
 
@@ -101,7 +107,11 @@ def _lasts(question: Scenario, test: str, speed: float | None, turns: float | No
 
     from gears3d.simulation.recorder import SLOW, hunting
 
-    return question.run.duration if test != "ste" else 4.0 * pi * (turns or hunting(question)) / (speed or SLOW)
+    return (
+        question.run.duration
+        if test != "transmission-error"
+        else 4.0 * pi * (turns or hunting(question)) / (speed or SLOW)
+    )
 
 
 def _quantity(text: str | None, family: str, key: str) -> float:

@@ -1,0 +1,120 @@
+"""``gears3d inspect``: the sensors of measured records, and a map of their channels."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gears3d.cli.options import (
+    Begin,
+    Correct,
+    End,
+    MapFile,
+    Records,
+    Rig,
+    RigOverrides,
+    StatedMotion,
+    load_rig,
+    span_of,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+
+    from gears3d.measured.checks import Finding
+    from gears3d.scenario import Scenario
+
+
+def inspect(
+    records: Records = None,
+    rig: Rig = None,
+    map_file: MapFile = None,
+    guess: Annotated[
+        bool, typer.Option("--guess", help="Propose a record.toml with its reasons; nothing is examined.")
+    ] = False,
+    correct: Correct = None,
+    begin: Begin = "",
+    to: End = "",
+    stated_motion: StatedMotion = False,
+    set_: RigOverrides = None,
+    out: Annotated[Path | None, typer.Option(help="With --guess: file of the proposed map; default: print.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings of each record as JSON.")] = False,
+) -> None:
+    """Examine the sensors of measured records: what is wrong, where, and how to correct it. Nothing is segmented.
+
+    Example: gears3d inspect rattle.parquet --rig rigaud-2020/fig5-20rpm
+
+    Propose a map of the channels: gears3d inspect rattle.parquet --guess --rig rigaud-2020/fig5-20rpm --out record.toml
+    """
+    from gears3d.cli.findings import show_findings, show_repeated
+    from gears3d.cli.output import print_json
+    from gears3d.errors import UsageError
+    from gears3d.measured.checks import admit_each
+
+    bench = load_rig(rig, set_)
+    if guess:
+        propose_map(records or [], bench, map_file, out, rig)
+        return
+    if out is not None:
+        raise UsageError("--out names the map of --guess: give --guess as well, or gears3d segment --out DIR")
+    if not records and map_file is None:
+        raise UsageError("name a measured record, e.g. gears3d inspect rattle.parquet --rig SCENARIO")
+    span = span_of(begin, to)
+    admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
+    show_repeated(admission.repeated)
+    admitted = admission.all()
+    if as_json:
+        print_json([_found(one.file, one.channels.columns["time_s"], one.findings) for one in admitted])
+        return
+    for one in admitted:
+        show_findings(one.findings, one.file)
+        time = one.channels.columns["time_s"]
+        names = ", ".join(name for name in one.channels.columns if name != "time_s")
+        typer.echo(f"{one.file}: {len(time)} samples, {time[0]:.6g} to {time[-1]:.6g} s: {names}")
+
+
+def _found(file: str, time: np.ndarray, findings: Sequence[Finding]) -> dict[str, Any]:
+    return {
+        "file": file,
+        "samples": len(time),
+        "from_s": float(time[0]),
+        "to_s": float(time[-1]),
+        "findings": [finding.to_dict() for finding in findings],
+    }
+
+
+def propose_map(
+    records: list[Path], bench: Scenario | None, map_file: Path | None, out: Path | None, rig: Path | None
+) -> None:
+    """Print or write the map proposed for one file.
+
+    Args:
+        records: the file, alone.
+        bench: scenario of the test rig.
+        map_file: has to be ``None``.
+        out: file of the map; printed without.
+        rig: as it was given.
+
+    Raises:
+        UsageError: not one measured file is named.
+    """
+    from gears3d.errors import UsageError
+    from gears3d.files import write_text
+    from gears3d.measured.readers import propose
+
+    if len(records) != 1 or map_file is not None:
+        raise UsageError("--guess proposes the map of one file: name one, without --map")
+    if records[0].suffix.lower() == ".toml":
+        raise UsageError(f"{records[0]}: is already a map: name the measured file")
+    text = propose(records[0], bench, None if out is None else out.parent)
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    write_text(out, text)
+    then = shlex.join(["gears3d", "segment", str(out), "--rig", "SCENARIO" if rig is None else str(rig)])
+    typer.echo(f"written to {out}; check it, then: {then}")
