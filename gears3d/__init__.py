@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Any
 from gears3d.version import __version__
 
 _HOME = {
+    "assess": "gears3d.simulation",
     "load": "gears3d.scenario",
     "Scenario": "gears3d.scenario",
     "Recording": "gears3d.recording",
     "simulate": "gears3d.simulation",
     "compare": "gears3d.comparison",
     "describe": "gears3d.recording",
+    "synthesize": "gears3d.simulation",
     "measure": "gears3d.measured.segmentation",
+    "segment": "gears3d.measured.segmentation:measure",
     "diagnose": "gears3d.diagnosis",
     "replay": "gears3d.views.replay",
     "camera": "gears3d.views.camera",
@@ -29,9 +32,10 @@ if TYPE_CHECKING:
     from gears3d.comparison import compare
     from gears3d.diagnosis import diagnose
     from gears3d.measured.segmentation import measure
+    from gears3d.measured.segmentation import measure as segment
     from gears3d.recording import Recording, describe
     from gears3d.scenario import Scenario, load
-    from gears3d.simulation import simulate
+    from gears3d.simulation import assess, simulate, synthesize
     from gears3d.views.camera import camera
     from gears3d.views.replay import replay
 
@@ -39,6 +43,7 @@ __all__ = [
     "Recording",
     "Scenario",
     "__version__",
+    "assess",
     "camera",
     "compare",
     "describe",
@@ -47,7 +52,9 @@ __all__ = [
     "load",
     "measure",
     "replay",
+    "segment",
     "simulate",
+    "synthesize",
 ]
 
 
@@ -56,8 +63,9 @@ def __getattr__(name: str) -> Any:
     home = _HOME.get(name)
     if home is None:
         raise AttributeError(f"module 'gears3d' has no attribute {name!r}; it has {', '.join(sorted(_HOME))}")
-    module = importlib.import_module(home)
-    return module if home == f"gears3d.{name}" else getattr(module, name)
+    place, _, renamed = home.partition(":")
+    module = importlib.import_module(place)
+    return module if place == f"gears3d.{name}" else getattr(module, renamed or name)
 
 
 def __dir__() -> list[str]:

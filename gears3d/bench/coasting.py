@@ -13,6 +13,7 @@ from gears3d.engine import Bench
 from gears3d.errors import Fault, InputError
 from gears3d.identify import identify_rundown, make_track
 from gears3d.recording import Recording
+from gears3d.results import Result
 from gears3d.scenario.model import Motion
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.sensors import observe
@@ -32,7 +33,7 @@ MOST = 400_000
 
 
 @dataclass(frozen=True, eq=False)
-class Rundown:
+class Rundown(Result):
     """What a run-down gives.
 
     Args:

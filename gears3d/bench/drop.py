@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.engine import Bench
+from gears3d.results import Result
 from gears3d.scenario.model import Motion
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ FLANKS = ("active", "reverse")
 
 
 @dataclass(frozen=True, eq=False)
-class Drops:
+class Drops(Result):
     """What drops give.
 
     Args:

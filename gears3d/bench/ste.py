@@ -14,6 +14,7 @@ from gears3d.engine import simulate
 from gears3d.engine.motion import there_and_back
 from gears3d.errors import Fault, InputError
 from gears3d.laws import strongest_orders
+from gears3d.results import Result
 from gears3d.scenario.model import Motion, Start
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.recorder import PER_TURN, SLOW
@@ -41,7 +42,7 @@ ORDERS = 12
 
 
 @dataclass(frozen=True, eq=False)
-class StaticError:
+class StaticError(Result):
     """What slow turns give.
 
     Args:

@@ -11,6 +11,7 @@ import numpy as np
 
 from gears3d.bench.dry import refuse_oil
 from gears3d.errors import Fault, InputError
+from gears3d.results import Result
 from gears3d.simulation.encoder import encode
 from gears3d.simulation.excitation import assess
 from gears3d.simulation.sweep import sweep
@@ -70,7 +71,7 @@ class Sweep:
 
 
 @dataclass(frozen=True, eq=False)
-class Thresholds:
+class Thresholds(Result):
     """Sweeps at several frequencies.
 
     Args:

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Correct, MapFile, Rig, RigOverrides, choice, load_rig, to_file, to_picture
+from gears3d.cli.options import (
+    Correct,
+    MapFile,
+    OutFolder,
+    Rig,
+    RigOverrides,
+    choice,
+    command,
+    load_rig,
+    places,
+    to_file,
+    to_picture,
+)
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
@@ -17,9 +29,13 @@ if TYPE_CHECKING:
 
 def camera(
     source: Annotated[Path, typer.Argument(metavar="RUN|RECORD", help="Run folder, or a measured record.")],
-    out: Annotated[Path, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)] = Path(
-        "strip.png"
-    ),
+    out: OutFolder = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Picture to write (.png, .svg, .pdf); default strip.png.", callback=to_picture
+        ),
+    ] = None,
     frames: Annotated[int, typer.Option(min=1, max=60, help="Pictures, first and last included.")] = 9,
     over: Annotated[
         str, typer.Option(metavar="SPAN", help='period, mesh, revolution, "2 periods" or "20 ms".')
@@ -54,7 +70,7 @@ def camera(
 ) -> None:
     """Draw the teeth in mesh in pictures over a period, from a run or from a measured record.
 
-    Example: gears3d camera runs/fig5-20rpm --out strip.png
+    Example: gears3d camera runs/fig5-20rpm --plot strip.png
 
     Video of a period: gears3d camera runs/fig5-20rpm --video rattle.mp4 --rate 3200 --slow 128
 
@@ -65,14 +81,20 @@ def camera(
         frames=frames, over=over, at=at, zoom=zoom, exaggerate=_factor(exaggerate), backlit=backlit, drive=drive,
         numbers=numbers,
     )  # fmt: skip
-    taken.save(out)
+    folder, picture = places(out, plot)
+    if folder is None and picture is None:
+        picture = Path("strip.png")
+    if picture is not None:
+        taken.save(picture)
+    if folder is not None:
+        taken.save(folder, command=command(), inputs=[source, rig])
     film = None if video is None else _film(video, taken, rate, slow)
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json({**_found(out, taken), "film": film})
+        print_json({**_found(picture, taken), "film": film})
     else:
-        _show(out, taken)
+        _show(picture, folder, taken)
         if film is not None:
             size = f"{film['frames']} frames at {rate:g} 1/s, played {film['slowed']:g} times slower"
             typer.echo(f"video written to {video}: {size}")
@@ -117,19 +139,11 @@ def _factor(text: str) -> float | None:
         raise InputError(Fault("--exaggerate", f"is {text!r}", "give auto, or a number such as 5")) from None
 
 
-def _found(out: Path, taken: Strip) -> dict[str, Any]:
-    return {
-        "picture": str(out),
-        "start_s": taken.shots[0].time,
-        "period_s": taken.subject.period,
-        "backlash_m": taken.subject.pair.backlash,
-        "exaggeration": taken.look.factor,
-        "teeth_placed": taken.subject.placed,
-        "frames": taken.table(),
-    }
+def _found(picture: Path | None, taken: Strip) -> dict[str, Any]:
+    return {"picture": None if picture is None else str(picture), **taken.to_dict()}
 
 
-def _show(out: Path, taken: Strip) -> None:
+def _show(picture: Path | None, folder: Path | None, taken: Strip) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -146,4 +160,8 @@ def _show(out: Path, taken: Strip) -> None:
         typer.echo(
             "tooth positions are unknown in this record: tooth 1 is assumed to start at the pitch point", err=True
         )
-    typer.echo(f"gap drawn {taken.look.factor:g} times its width; picture written to {out}")
+    typer.echo(f"gap drawn {taken.look.factor:g} times its width")
+    if picture is not None:
+        typer.echo(f"picture written to {picture}")
+    if folder is not None:
+        typer.echo(f"report: {folder / 'report.html'}")

@@ -12,6 +12,7 @@ from gears3d.cli.options import (
     Correct,
     End,
     MapFile,
+    Plot,
     Records,
     RequiredRig,
     RigOverrides,
@@ -34,6 +35,7 @@ def diagnose(
     out: Annotated[
         Path | None, typer.Option(help="Folder for report, diagnosis, extended rig and replay.", callback=to_folder)
     ] = None,
+    plot: Plot = None,
     map_file: MapFile = None,
     correct: Correct = None,
     begin: Begin = "",
@@ -83,6 +85,8 @@ def diagnose(
     if out is not None:
         _write(found, out, made)
         filmed = _replay(found, admitted, out / "replay.rrd") if film else ""
+    if plot is not None:
+        found.plot(plot)
     if as_json:
         from gears3d.cli.output import print_json
 

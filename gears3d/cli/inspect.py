@@ -17,8 +17,10 @@ from gears3d.cli.options import (
     Rig,
     RigOverrides,
     StatedMotion,
+    command,
     load_rig,
     span_of,
+    to_results,
 )
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from gears3d.measured.checks import Finding
+    from gears3d.results import Result
     from gears3d.scenario import Scenario
 
 
@@ -42,7 +45,13 @@ def inspect(
     to: End = "",
     stated_motion: StatedMotion = False,
     set_: RigOverrides = None,
-    out: Annotated[Path | None, typer.Option(help="With --guess: file of the proposed map; default: print.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for report.html and findings.json; with --guess the file of the map.",
+            callback=to_results(".toml"),
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings of each record as JSON.")] = False,
 ) -> None:
     """Examine the sensors of measured records: what is wrong, where, and how to correct it. Nothing is segmented.
@@ -54,28 +63,34 @@ def inspect(
     from gears3d.cli.findings import show_findings, show_repeated
     from gears3d.cli.output import print_json
     from gears3d.errors import UsageError
-    from gears3d.measured.checks import admit_each
+    from gears3d.measured.checks import admit_each, told
 
     bench = load_rig(rig, set_)
     if guess:
         propose_map(records or [], bench, map_file, out, rig)
         return
-    if out is not None:
-        raise UsageError("--out names the map of --guess: give --guess as well, or gears3d segment --out DIR")
+    if out is not None and out.suffix == ".toml":
+        raise UsageError(f"{out}: --out names a folder; it names the file of a map with --guess")
     if not records and map_file is None:
         raise UsageError("name a measured record, e.g. gears3d inspect rattle.parquet --rig SCENARIO")
     span = span_of(begin, to)
     admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
     show_repeated(admission.repeated)
     admitted = admission.all()
+    found = [_found(one.file, one.channels.columns["time_s"], one.findings) for one in admitted]
+    if out is not None:
+        lines = [(one.file, told(finding)) for one in admitted for finding in one.findings]
+        result = _result([one.file for one in admitted], lines, found)
+        result.save(out, command=command(), inputs=[file for one in admitted for file in one.inputs])
     if as_json:
-        print_json([_found(one.file, one.channels.columns["time_s"], one.findings) for one in admitted])
+        print_json(found)
         return
     for one in admitted:
         show_findings(one.findings, one.file)
         time = one.channels.columns["time_s"]
         names = ", ".join(name for name in one.channels.columns if name != "time_s")
         typer.echo(f"{one.file}: {len(time)} samples, {time[0]:.6g} to {time[-1]:.6g} s: {names}")
+    typer.echo("to keep it: --out DIR (report, JSON)" if out is None else f"report: {out / 'report.html'}")
 
 
 def _found(file: str, time: np.ndarray, findings: Sequence[Finding]) -> dict[str, Any]:
@@ -86,6 +101,15 @@ def _found(file: str, time: np.ndarray, findings: Sequence[Finding]) -> dict[str
         "to_s": float(time[-1]),
         "findings": [finding.to_dict() for finding in findings],
     }
+
+
+def _result(files: Sequence[str], lines: Sequence[tuple[str, str]], found: list[dict[str, Any]]) -> Result:
+    from gears3d.views.results import Contents, Told
+
+    answer = f"{len(lines)} findings in {len(files)} records." if lines else "No findings: all checks are passed."
+    rows = [*((f"{file}", "no findings") for file in files if file not in dict(lines)), *lines]
+    question = "Are clock, counts, units, signs and sensors of the records sound?"
+    return Told(Contents("findings", "examination", "Sensors", question, answer, rows, {"records": found}))
 
 
 def propose_map(

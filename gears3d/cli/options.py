@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.errors import UsageError, did_you_mean
+from gears3d.cli.groups import warn_renamed
+from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.files import PICTURES, refuse_file, refuse_folder
 from gears3d.inputs import spooled
 
 if TYPE_CHECKING:
+    from gears3d.results import Result
     from gears3d.scenario import Scenario
 
 MODELS = ("bullet", "rigid", "plastic", "lubricated")
@@ -102,6 +105,78 @@ def load_rig(rig: Path | None, overrides: Sequence[str] | None) -> Scenario | No
 
 to_picture = to_file(*PICTURES)
 """The callback of an option that names a picture to write."""
+NO_FOLDER = re.compile(r"\.(bmp|gif|jpe?g|tiff?|webp|html?|json|md|toml|txt|zip)$", re.IGNORECASE)
+"""Ends of names that somebody meant for a file."""
+
+
+def to_results(*files: str) -> Callable[[Any], Any]:
+    """Return the callback of ``--out``: a folder, or a file with an ending that ``--out`` took before.
+
+    Args:
+        files: those endings.
+    """
+
+    def check(value: Path | None) -> Path | None:
+        if value is None:
+            return None
+        if value.suffix.lower() in files and not value.is_dir():
+            refuse_file(value)
+        elif NO_FOLDER.search(value.name) and not value.is_dir():
+            endings = ", ".join(PICTURES)
+            raise UsageError(f"{value}: --out names a folder; --plot names a picture, which ends in {endings}")
+        elif value.suffix.lower() in files:
+            raise InputError(Fault("", "cannot be written: Is a directory", "name a file in it", str(value)))
+        else:
+            refuse_folder(value)
+        return value
+
+    return check
+
+
+OutFolder = Annotated[
+    Path | None,
+    typer.Option("--out", help="Folder for report.html, JSON and data.", callback=to_results(*PICTURES)),
+]
+Plot = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="FILE", help="Picture to write (.png, .svg, .pdf).", callback=to_picture),
+]
+
+
+def places(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | None]:
+    """Return folder and picture; a picture in ``--out``, where it was once, moves to ``--plot`` with a warning.
+
+    Args:
+        out: of the option.
+        plot: of the option.
+    """
+    if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
+        return out, plot
+    warn_renamed(f"--out {out}", f"--plot {out}")
+    return None, plot or out
+
+
+def keep(
+    result: Result, out: Path | None, plot: Path | None, inputs: Iterable[str | Path | None] = (), scenario: Any = None
+) -> list[str]:
+    """Write folder and picture of a result where they are wanted; return a line about each, or how to get them.
+
+    Args:
+        result: of a verb.
+        out: folder.
+        plot: picture.
+        inputs: files that it was made from.
+        scenario: that it was made from.
+    """
+    lines = []
+    if out is not None:
+        result.save(out, scenario=scenario, command=command(), inputs=inputs)
+        lines.append(f"report: {out / 'report.html'}")
+    if plot is not None:
+        result.plot(plot)
+        lines.append(f"picture written to {plot}")
+    return lines or ["to keep it: --out DIR (report, JSON, data), --plot FILE.png (picture)"]
+
 
 ScenarioName = Annotated[
     Path,
@@ -160,7 +235,6 @@ def span_of(begin: str, to: str) -> tuple[float | None, float | None]:
     >>> span_of("3200 ms", "")
     (3.2, None)
     """
-    from gears3d.errors import Fault, InputError
     from gears3d.units import parse
 
     limits: list[float | None] = []

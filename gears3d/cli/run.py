@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.interrupts import exit_code
-from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice
+from gears3d.cli.options import MODELS, Overrides, Plot, ScenarioName, choice
 from gears3d.cli.run_stream import refuse_with_stream, streamed
 from gears3d.errors import EngineError, GearsError
 
@@ -32,6 +32,7 @@ def run(
     contact: Annotated[str | None, choice("Contact of the bullet model; default located.", "located", "native")] = None,
     twin: Annotated[str, choice("Model to compare with; default rigid for bullet, else none.", *MODELS, "none")] = "",
     out: Annotated[Path | None, typer.Option(help="Run folder; default runs/<name of the scenario>.")] = None,
+    plot: Plot = None,
     set_: Overrides = None,
     views: Annotated[bool, typer.Option(help="Write replay.rrd and report.html.")] = True,
     error_estimate: Annotated[
@@ -66,6 +67,10 @@ def run(
         else:
             summary, stopped = _fill(folder, question, model, how, twin, views, begin)
         folder.commit()
+    if plot is not None:
+        from gears3d.runs import read_run
+
+        read_run(place).recording.plot(plot)
     if stopped is not None:
         if not as_json:
             from gears3d.cli.run_table import show
@@ -178,8 +183,8 @@ def _report(
     twin: Recording | None,
     summary: dict[str, Any],
 ) -> None:
-    from gears3d.cli.pictures import over_a_period
     from gears3d.views.report import write
+    from gears3d.views.results.over_a_period import over_a_period
 
     about = {"scenario": scenario, "recording": recording, "twin": twin, "summary": summary}
     write(folder.path / "report.html", **about, strip=over_a_period(recording, scenario))

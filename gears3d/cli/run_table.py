@@ -9,8 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "quasi-periodic"}
-"""Descriptions of motions whose name is not enough."""
+from gears3d.views.results.rows import impacts_line, regime_line
 
 
 def show(summary: dict[str, Any], place: Path) -> None:
@@ -65,28 +64,6 @@ def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     if summary["status"] == "partial":
         out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
     return out
-
-
-def regime_line(summary: dict[str, Any]) -> str:
-    """Return regime and motion in words.
-
-    Args:
-        summary: with ``regime`` and ``motion``.
-    """
-    motion = summary.get("motion")
-    words = [str(summary["regime"]).replace("_", " "), MOTIONS.get(str(motion), motion)]
-    return ", ".join(word for word in words if word)
-
-
-def impacts_line(summary: dict[str, Any]) -> str:
-    """Return the number of impacts, in total and per period.
-
-    Args:
-        summary: with ``impacts`` and ``impacts_per_period``.
-    """
-    per_period = summary.get("impacts_per_period")
-    text = str(summary["impacts"])
-    return text if per_period is None else f"{text} ({per_period:.3g} per period)"
 
 
 def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:

@@ -14,6 +14,7 @@ from gears3d.cli.options import (
     End,
     MapFile,
     OwnRig,
+    Plot,
     Records,
     RigOverrides,
     StatedMotion,
@@ -40,6 +41,7 @@ def segment(
         Path | None,
         typer.Option(help="Folder for report.html, signals, impacts, summary; a subfolder per record if several."),
     ] = None,
+    plot: Plot = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON; a list if several.")] = False,
 ) -> None:
     """Segment measured records into free flights and contacts, after the examination of their sensors.
@@ -68,6 +70,8 @@ def segment(
     admission = admit_each(records or [], bench, map_file, correct or (), stated_motion=stated_motion, span=span)
     show_repeated(admission.repeated)
     single = len(files_of(records or [], map_file)) == 1
+    if plot is not None and not single:
+        raise UsageError("--plot draws one record: name one, or --out DIR for a folder of each")
     places = [out] if single else _places([Path(one.file) for one in admission.admitted], out)
     for place in places:
         if place is not None:
@@ -76,7 +80,7 @@ def segment(
     for admitted, place in zip(admission.admitted, places, strict=False):
         try:
             _require_rig(admitted)
-            summaries.append(_one(admitted, place, as_json))
+            summaries.append(_one(admitted, place, plot, as_json))
         except InputError as error:
             faults += error.faults
     if faults:
@@ -95,7 +99,7 @@ def _require_rig(admitted: Admitted) -> None:
         )
 
 
-def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any]:
+def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: bool) -> dict[str, Any]:
     """Measure one record, write it and return its summary."""
     from gears3d.cli.findings import show_findings
     from gears3d.cli.progress import bars
@@ -115,11 +119,17 @@ def _one(admitted: Admitted, place: Path | None, as_json: bool) -> dict[str, Any
     found.summary.update(file=file, durations=durations(found), contact_orders=orders_told(found))
     if place is not None:
         _write(found, admitted.rig, place)
+    if plot is not None:
+        found.plot(plot)
     if not as_json:
         for warning in found.summary["warnings"]:
             typer.echo(f"warning: {warning}", err=True)
         _show(found.summary, file)
-        typer.echo("to write a report: --out DIR" if place is None else f"report: {place / 'report.html'}")
+        typer.echo(
+            "to keep it: --out DIR (report, JSON, data), --plot FILE.png"
+            if place is None
+            else f"report: {place / 'report.html'}"
+        )
     return found.summary
 
 
@@ -136,11 +146,11 @@ def _places(files: list[Path], out: Path | None) -> list[Path | None]:
 
 
 def _write(found: Any, rig: Any, out: Path) -> None:
-    from gears3d.cli.pictures import over_a_period
     from gears3d.runs import RunFolder
     from gears3d.version import __version__
     from gears3d.views.measured import write_picture
     from gears3d.views.report.measured import write
+    from gears3d.views.results.over_a_period import over_a_period
 
     found.summary.update(version=__version__, command=command())
     with RunFolder(out) as folder:
@@ -158,74 +168,8 @@ def _show(summary: dict[str, Any], title: str) -> None:
     from rich.table import Table
 
     table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value in rows(summary):
+    from gears3d.views.results.rows import measurement_rows
+
+    for name, value in measurement_rows(summary):
         table.add_row(name, escape(value))
     Console(highlight=False).print(table)
-
-
-def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value).
-
-    Args:
-        summary: of a measurement.
-    """
-    from gears3d.measured.drive_motion import told
-
-    quality, flights, flanks = summary["quality"], summary["cut"], summary["flanks"]
-    lines = [
-        ("record", f"{quality['samples']} samples, {quality['duration_s']:.6g} s, {quality['sample_rate_Hz']:.6g} Hz")
-    ]
-    for gear, one in quality["encoders"].items():
-        counts = one["counts_per_revolution"]
-        what = (
-            f"{counts:.0f} counts per revolution, read as {one['read_as']}" if counts else "quantisation not detected"
-        )
-        lines.append((f"encoder, {gear}", what))
-    if summary["status"] == "unexplained":
-        return [("explained", "no: impacts, regime and backlash are withheld"), *lines, *_visible(summary)]
-    lines.append(("noise", f"{_um(quality['noise_m'])} per reading, {_um(quality['noise_in_contact_m'])} in contact"))
-    lines.append(("detected free flights", f"higher than {_um(quality['flight_height_min_m'])}"))
-    if flanks["backlash_m"] is None:
-        lines.append(("backlash", "not measured: no contact with the reverse flank"))
-    else:
-        low, high = flanks["backlash_m"]["ci95"]
-        lines.append(("backlash", f"{_um(flanks['backlash_m']['value'])} (95 %: {1e6 * low:.5g} to {1e6 * high:.5g})"))
-    for place, orders in flanks["orders"].items():
-        strong = sorted(orders, key=lambda one: -one["amplitude_m"])[:3]
-        shown = ", ".join(f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in strong)
-        lines.append((f"{place}, orders", shown))
-    lines.append(("drive", told(summary["drive_motion"])))
-    lines.append(("regime", str(summary["regime"]).replace("_", " ")))
-    for name in ("active", "reverse"):
-        speed = summary[f"{name}_velocity_mean_m_s"]
-        mean = "" if speed is None else f", mean {1e3 * speed:.4g} mm/s"
-        lines.append((f"impacts, {name}", f"{summary[f'{name}_impacts']}{mean}"))
-    lines.append(
-        ("free flights", f"{flights['whole_flights']} complete, {flights['testifying']} pass the goodness-of-fit test")
-    )
-    dropped = ", ".join(f"{count} {why.replace('_', ' ')}" for why, count in flights["dropped"].items() if count)
-    lines.append(("excluded", dropped or "nothing"))
-    slowing = flights["deceleration_median_rad_s2"]
-    if slowing is not None:
-        lines.append(("deceleration in free flight", f"{slowing:.4g} rad/s^2 (median)"))
-    return lines
-
-
-def _um(length: float) -> str:
-    return f"{1e6 * length:.4g} um"
-
-
-def _visible(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines of a record that is not explained: what it shows without a segmentation."""
-    seen = summary["visible"]
-    lines = [("noise", f"{_um(summary['quality']['noise_m'])} per reading")]
-    ratio, gears = seen["ratio_loose_over_drive"], seen["ratio_of_base_radii"]
-    shown = "not known" if ratio is None else f"{ratio:.6g}"
-    lines.append(("ratio, loose over drive", f"{shown} in the record, {gears:.6g} of the rig"))
-    lines.append(("mean speed, drive", f"{seen['drive_speed_mean_rad_s']:.5g} rad/s"))
-    lines.append(
-        ("displacement, range", f"{_um(seen['displacement_range_m'])}, drift {_um(seen['drift_m_s'])} per second")
-    )
-    strong = [f"{_um(one['amplitude_m'])} at order {one['order']} of the {one['gear']}" for one in seen["orders"][:3]]
-    lines.append(("displacement, orders", ", ".join(strong) or "none exceeds the noise"))
-    return lines

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import Overrides, ScenarioName, to_picture
+from gears3d.cli.options import OutFolder, Overrides, Plot, ScenarioName, keep, places
 
 if TYPE_CHECKING:
     from gears3d.gears.sheet import Quantity
@@ -16,32 +16,29 @@ if TYPE_CHECKING:
 
 def show(
     scenario: ScenarioName,
-    out: Annotated[
-        Path | None, typer.Option(help="Drawing of the mesh to write (.png, .svg, .pdf).", callback=to_picture)
-    ] = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     set_: Overrides = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the data sheet as JSON, SI units.")] = False,
 ) -> None:
     """Print the data sheet of a gear pair in the terms of ISO 21771, and draw its mesh.
 
-    Example: gears3d show base/rigaud-2020 --out mesh.png
+    Example: gears3d show base/rigaud-2020 --plot mesh.png
     """
-    from gears3d.gears.sheet import data_sheet
     from gears3d.scenario import load
-    from gears3d.views.sheet import write_drawing
+    from gears3d.views.sheet import data_sheet_of
 
     loaded = load(scenario, set_ or ())
-    pair, gears = loaded.pair(), loaded.gears
-    if out is not None:
-        write_drawing(out, pair, loaded.title, loaded.motion.mean)
-    sheet = data_sheet(pair, loaded.motion.mean, (gears.drive.density, gears.loose.density))
+    found = data_sheet_of(loaded)
+    sheet, (folder, picture) = found.quantities, places(out, plot)
+    kept = keep(found, folder, picture, [loaded.path], loaded)
     if as_json:
         from gears3d.cli.output import print_json
 
-        print_json(_answer(loaded, scenario, sheet, out))
+        print_json(_answer(loaded, scenario, sheet, picture))
         return
     _print(loaded, scenario, sheet)
-    typer.echo(f"drawing written to {out}" if out is not None else "for a drawing of the mesh: --out mesh.png")
+    typer.echo("\n".join(kept))
 
 
 def _answer(loaded: Scenario, path: Path, sheet: tuple[Quantity, ...], out: Path | None) -> dict[str, Any]:

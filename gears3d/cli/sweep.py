@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.interrupts import exit_code
-from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice
+from gears3d.cli.options import MODELS, Overrides, Plot, ScenarioName, choice
 
 if TYPE_CHECKING:
     from gears3d.sweep import Done, Plan
@@ -46,6 +46,7 @@ def sweep(
     point_limit: Annotated[str, typer.Option(help="Time limit of a point, e.g. '60 s'; default none.")] = "",
     longest: Annotated[str, typer.Option(help="A sweep with a longer estimated time is not started.")] = "86400 s",
     block: Annotated[int | None, typer.Option(help="Points of a block; default: a few seconds of work.")] = None,
+    plot: Plot = None,
     set_: Overrides = None,
     estimate: Annotated[bool, typer.Option(help="Print the estimated time only.")] = False,
     pictures: Annotated[bool, typer.Option(help="Draw the figures of the dataset.")] = True,
@@ -62,7 +63,8 @@ def sweep(
     from gears3d.sweep import sweep as run
 
     words = tuple(word.strip() for word in measure.split(",") if word.strip())
-    plan = make_plan(load(scenario, set_ or ()), vary, model, words, follow, periods, settle, keep, strobe)
+    question = load(scenario, set_ or ())
+    plan = make_plan(question, vary, model, words, follow, periods, settle, keep, strobe)
     limit = _seconds(point_limit, "--point-limit") if point_limit else float("inf")
     if estimate:
         _tell_estimate(plan, workers, limit, as_json)
@@ -79,6 +81,10 @@ def sweep(
             typer.echo(f"interrupted: finished blocks are in {out}; the same command continues", err=True)
             raise typer.Exit(exit_code()) from None
     drawn = _draw(done.place) if pictures else []
+    if pictures:
+        done.save(done.place, command=about["command"], inputs=[question.path])
+    if plot is not None:
+        done.plot(plot)
     _report(done, drawn, as_json)
 
 
@@ -129,7 +135,7 @@ def _draw(place: Path) -> list[Path]:
 
 
 def _report(done: Done, drawn: list[Path], as_json: bool) -> None:
-    files = [done.place / "sweep.nc", *drawn]
+    files = [done.place / "sweep.nc", *drawn, *([done.place / "report.html"] if drawn else [])]
     if (done.place / "failed.csv").exists():
         files.append(done.place / "failed.csv")
     if as_json:

@@ -8,12 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gears3d.cli.groups import warn_renamed
-from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice, to_file
+from gears3d.cli.options import MODELS, Overrides, ScenarioName, choice
 from gears3d.errors import UsageError, did_you_mean
+from gears3d.files import refuse_file
 from gears3d.virtual_tests import RENAMED, SYNTHESIZED
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
+
+
+def _record_file(out: Path) -> Path:
+    """Return the file of the record."""
+    file = out if out.suffix else out / "record.parquet"
+    refuse_file(file, (".parquet", ".csv"))
+    return file
 
 
 def _named(test: str) -> str:
@@ -27,7 +35,10 @@ def _named(test: str) -> str:
 
 def synthesize(
     scenario: ScenarioName,
-    out: Annotated[Path, typer.Option(help="File to write: .parquet or .csv.", callback=to_file(".parquet", ".csv"))],
+    out: Annotated[
+        Path,
+        typer.Option(help="Record to write: .parquet or .csv; or a folder for record.parquet.", callback=_record_file),
+    ],
     test: Annotated[
         str,
         typer.Option(

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gears3d.cli.options import to_file
+from gears3d.cli.options import command, to_results
 from gears3d.validation.claim import CHAPTERS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from gears3d.results import Result
     from gears3d.validation import Claim
 
 Measured = list[tuple[str, list["Claim"]]]
@@ -26,7 +27,13 @@ def validate(
         str,
         typer.Option(metavar="CHAPTER", help=f"One chapter: {', '.join(CHAPTERS)}."),
     ] = "",
-    out: Annotated[Path | None, typer.Option(help="Markdown file to write as well.", callback=to_file())] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder for report.html, validation.json and validation.md, or the file of the latter.",
+            callback=to_results(".md"),
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the checks as JSON.")] = False,
 ) -> None:
     """Run the checks of gears3d and compare each number with its bound; exit code 1 if one is missed.
@@ -52,10 +59,28 @@ def validate(
         print_json([_plain(title, claim) for title, claims in measured for claim in claims])
     else:
         console.print(f"{len(every)} checks, {missed} missed")
-    if out is not None:
+    if out is not None and out.suffix == ".md":
         write_text(out, markdown(measured))
+    elif out is not None:
+        _result(measured).save(out, command=command())
     if missed:
         raise typer.Exit(1)
+
+
+def _result(measured: Measured) -> Result:
+    from gears3d.views.results import Contents, Told
+
+    every = [(title, claim) for title, claims in measured for claim in claims]
+    missed = [claim.name for _, claim in every if not claim.holds]
+    rows = [
+        (f"{title}: {claim.name}", f"{_words(claim)[0]} ({_words(claim)[1]}) {'holds' if claim.holds else 'MISSED'}")
+        for title, claim in every
+    ]
+    answer = f"{len(every)} checks, {len(missed)} missed{': ' if missed else ''}{', '.join(missed)}."
+    question = "Do the numbers of gears3d hold on this machine against closed forms and independent codes?"
+    data = {"checks": [_plain(title, claim) for title, claim in every]}
+    tables = {"validation.md": lambda path: path.write_text(markdown(measured), encoding="utf-8")}
+    return Told(Contents("validation", "validation", "Validation", question, answer, rows, data, tables=tables))
 
 
 def _print(console: Console, title: str, claims: list[Claim]) -> None:

@@ -72,6 +72,8 @@ def compare(
         regimes=(regimes[0], regimes[1]),
         window_s=windows[1],
         notes=(*differences(tested, reference), *fields.pop("notes", ())),
+        tested=tested,
+        reference=reference,
         **fields,
     )
 

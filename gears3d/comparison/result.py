@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+
+from gears3d.results import Result
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
 
 Mode = Literal["trajectory", "distribution"]
 
@@ -46,7 +51,7 @@ class SampleTest:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Result):
     """One recording held against a reference.
 
     ``trajectory`` pairs impacts one to one. ``distribution`` is for a chaotic reference, whose impacts nobody can
@@ -73,6 +78,8 @@ class Comparison:
         tests: of the distributions.
         rate_ratio: impacts per time against the reference's: value, and the ends of its 95 % interval.
         notes: what makes the comparison doubtful, a sentence each.
+        tested: the tested recording.
+        reference: the reference.
     """
 
     impacts_compared: int
@@ -94,6 +101,8 @@ class Comparison:
     tests: tuple[SampleTest, ...] = ()
     rate_ratio: tuple[float, float, float] | None = None
     notes: tuple[str, ...] = ()
+    tested: Recording | None = field(default=None, repr=False)
+    reference: Recording | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         found = f"{self.impacts_compared} impacts compared"

@@ -44,6 +44,7 @@ from gears3d.diagnosis.whiteness import own_scatter
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, admit_each
 from gears3d.measured.drive_motion import DriveMotion
+from gears3d.results import Result
 from gears3d.scenario import Scenario, load
 
 HIGHEST = 40
@@ -54,7 +55,7 @@ _RIGID = Bodies(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis:
+class Diagnosis(Result):
     """What a rig gets wrong, why, and what mending it is worth.
 
     Args:

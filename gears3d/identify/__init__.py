@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gears3d.identify.parts import Inertia as Inertia
     from gears3d.identify.parts import Share as Share
     from gears3d.identify.pictures import orders_picture as orders_picture
+    from gears3d.identify.pictures import picture_of as picture_of
     from gears3d.identify.pictures import restitution_picture as restitution_picture
     from gears3d.identify.pictures import rundown_picture as rundown_picture
     from gears3d.identify.pictures import threshold_picture as threshold_picture
@@ -66,6 +67,7 @@ _HOME = {
     "identify_transmission_error": "transmission",
     "is_campaign": "campaign",
     "orders_picture": "pictures",
+    "picture_of": "pictures",
     "read_campaign": "campaign",
     "read_contacts": "contact",
     "restitution_picture": "pictures",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from gears3d.results import Result
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -28,7 +30,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Identified:
+class Identified(Result):
     """A law found in data.
 
     Args:

@@ -17,6 +17,19 @@ PARTS = ("#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MOST = 4  # Parameters that a title holds
 
 
+def picture_of(found: Identified) -> Figure:
+    """Draw an identified law of any kind.
+
+    Args:
+        found: the law.
+    """
+    if found.law in ("transmission_error", "backlash"):
+        return orders_picture(found)
+    if found.law == "threshold":
+        return threshold_picture(found)
+    return rundown_picture(found) if "torque_N_m" in found.curves else restitution_picture(found)
+
+
 def rundown_picture(found: Identified) -> Figure:
     """Draw torque over speed with its 95 % band, and the residual of the angle over time."""
     from math import pi

@@ -23,7 +23,7 @@ SHOWN = 12
 
 
 def write(folder: Path, held: Held, bench: Bench) -> list[Path]:
-    """Write ``papers.json``, ``papers.md`` and ``papers.html``, each under a temporary name that is renamed.
+    """Write ``papers.json``, ``papers.md``, ``papers.html`` and the same page as ``report.html``.
 
     Args:
         folder: where; made if need be.
@@ -42,6 +42,7 @@ def write(folder: Path, held: Held, bench: Bench) -> list[Path]:
         write_text(folder / "papers.json", json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False) + "\n"),
         write_text(folder / "papers.md", markdown(held)),
         write_text(folder / "papers.html", page),
+        write_text(folder / "report.html", page),
     ]
 
 

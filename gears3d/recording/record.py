@@ -13,6 +13,7 @@ from gears3d.errors import UsageError
 from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table
 from gears3d.recording.derived import Derived
 from gears3d.recording.meta import plain
+from gears3d.results import Result
 
 if TYPE_CHECKING:
     import pandas
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(Result):
     """Signals on a time axis, a table of impacts, and what is known about both.
 
     Args:

@@ -16,6 +16,7 @@ from gears3d.laws.excitation import (
     threshold_amplitude,
     threshold_omega,
 )
+from gears3d.results import Result
 from gears3d.simulation.expectation import Expectation, Sine, expect
 from gears3d.simulation.resistance import mean_resisting, resisting
 
@@ -56,7 +57,7 @@ class Wave:
 
 
 @dataclass(frozen=True)
-class Assessment:
+class Assessment(Result):
     """What a scenario asks of the drag.
 
     Args:
@@ -73,6 +74,7 @@ class Assessment:
             of rigid teeth is lost.
         expected: what is to be expected.
         notes: a sentence each.
+        title: of the scenario.
     """
 
     mass_kg: float
@@ -87,6 +89,7 @@ class Assessment:
     excitation_total: float
     expected: Expectation
     notes: tuple[str, ...] = ()
+    title: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; what is infinite or unknown is ``None``."""
@@ -145,7 +148,7 @@ def assess(scenario: Scenario) -> Assessment:
     expected = expect(scenario, rig, sines, wavy, rows, backlash, ratio_largest)
     return Assessment(
         mass, tuple(drag), total, force, total / rig.inertia, backlash, narrowest, listed, largest, ratio_largest,
-        expected, tuple(_notes(scenario, expected, rows)),
+        expected, tuple(_notes(scenario, expected, rows)), scenario.title,
     )  # fmt: skip
 
 

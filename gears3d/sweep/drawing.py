@@ -41,6 +41,16 @@ def draw(place: str | Path) -> list[Path]:
     return made
 
 
+def first_picture(place: str | Path) -> tuple[str, Figure] | None:
+    """Return name and figure of the first picture that the dataset of a folder has the variables for.
+
+    Args:
+        place: folder of a sweep.
+    """
+    with open_dataset(Path(place)) as data:
+        return next(((name, picture(data)) for name, (fits, picture) in PICTURES.items() if fits(data)), None)
+
+
 def axes_of(data: xarray.Dataset) -> list[str]:
     """Return the names of the varied dimensions that are numbers.
 

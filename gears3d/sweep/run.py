@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.results import Result
 from gears3d.sweep.axes import Axis, parse_axis
 from gears3d.sweep.block import Block, compute, warm
 from gears3d.sweep.dataset import assemble, counted, refuse_lacking
@@ -32,7 +33,7 @@ MODELS = ("rigid", "lubricated", "plastic", "bullet")
 
 
 @dataclass(frozen=True, repr=False)
-class Done:
+class Done(Result):
     """What a sweep came to.
 
     Args:

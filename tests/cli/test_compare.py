@@ -46,7 +46,7 @@ def test_the_table_tells_what_agrees(gears3d, folders):
     assert "28 of 29 matched 1 missed, 1 invented" in text
     assert "median 2 %, 95 % below 2 % bias +2 %" in text
     assert "the same (double sided)" in text
-    assert "for a picture: --out comparison.png" in text
+    assert "to keep it: --out DIR (report, JSON, data), --plot FILE.png" in text
 
 
 def test_json_has_the_contracts_keys_first(gears3d, folders):
@@ -71,7 +71,7 @@ def test_distribution_mode_tells_its_tests_and_power(gears3d, folders):
 
 def test_a_picture_is_written_where_asked(gears3d, folders, tmp_path):
     place = tmp_path / "picture.svg"
-    code, out, _ = gears3d("compare", *folders[:2], "--out", place)
+    code, out, _ = gears3d("compare", *folders[:2], "--plot", place)
     assert code == 0
     assert f"picture written to {place}" in out.replace("\n", "")
     assert place.read_text().startswith("<?xml")
@@ -88,8 +88,8 @@ def test_different_scenarios_are_warned_of(gears3d, folders):
     [
         (["{a}", "{a}/nothing"], 3, "nothing: is not there"),
         (["{a}", "{a}", "--mode", "distributed"], 2, "did you mean 'distribution'?"),
-        (["{a}", "{a}", "--out", "c.gif"], 2, "the name of this file ends in .png, .svg, .pdf"),
-        (["{a}", "{a}", "--out", "{a}/impacts.parquet/c.png"], 3, "cannot be written"),
+        (["{a}", "{a}", "--plot", "c.gif"], 2, "the name of this file ends in .png, .svg, .pdf"),
+        (["{a}", "{a}", "--plot", "{a}/impacts.parquet/c.png"], 3, "cannot be written"),
     ],
 )
 def test_bad_input_is_told_in_a_line(gears3d, folders, arguments, code, message):

@@ -95,9 +95,14 @@ def test_a_file_that_cannot_be(place, capsys, verb, out):
 
 @pytest.mark.parametrize("verb", ["camera", "compare", "describe", "show", "excitation", "record", "sound", "identify"])
 def test_an_ending_that_is_not_known(place, capsys, verb):
-    code, said = refused(capsys, *FILES[verb], "--out", place / "out.bmp")
+    option = "--out" if verb in ("record", "sound") else "--plot"
+    code, said = refused(capsys, *FILES[verb], option, place / "out.bmp")
     assert code == 2
     assert "the name of this file ends in" in said
+    if option == "--plot":
+        code, said = refused(capsys, *FILES[verb], "--out", place / "out.bmp")
+        assert code == 2
+        assert "--out names a folder; --plot names a picture" in said
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def test_findings_of_each_record_are_printed(gears3d, record):
     (found,) = json.loads(gears3d("inspect", record, "--rig", RIG, "--json")[1])
     assert (found["file"], found["samples"], found["findings"]) == (str(record), 10001, [])
     assert gears3d("inspect")[0] == 2
-    assert gears3d("inspect", record, "--out", "here")[0] == 2
+    assert gears3d("inspect", record, "--out", "map.toml")[0] == 2
 
 
 def test_a_record_is_read_from_stdin_as_from_its_file(gears3d, record, monkeypatch):

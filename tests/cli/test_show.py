@@ -29,7 +29,7 @@ def test_sheet_for_people_has_units_and_both_gears(show):
     (normal,) = [line for line in out.splitlines() if line.startswith("normal backlash")]
     assert normal.split()[-3:] == ["j_bn", "250", "um"]
     assert "0.0695 kg m^2" in out
-    assert "--out mesh.png" in out
+    assert "--plot FILE.png" in out
 
 
 def test_json_is_si_and_names_the_equations(show):
@@ -47,18 +47,18 @@ def test_json_is_si_and_names_the_equations(show):
 @pytest.mark.parametrize(("ending", "mark"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_drawing_is_written_whole(show, tmp_path, ending, mark):
     file = tmp_path / f"mesh.{ending}"
-    code, out, _ = show(BASE, "--out", str(file))
+    code, out, _ = show(BASE, "--plot", str(file))
     assert code == 0
-    assert f"drawing written to {file}" in out.replace("\n", "")
+    assert f"picture written to {file}" in out.replace("\n", "")
     assert file.read_bytes().startswith(mark)
     assert [path.name for path in tmp_path.iterdir()] == [file.name]
 
 
 def test_bad_input_and_bad_places(show, tmp_path):
-    code, _, err = show(BASE, "--out", str(tmp_path / "mesh.gif"))
+    code, _, err = show(BASE, "--plot", str(tmp_path / "mesh.gif"))
     assert code == 2
     assert "the name of this file ends in .png, .svg, .pdf" in err
-    code, _, err = show(BASE, "--out", str(Path(BASE) / "mesh.png"))
+    code, _, err = show(BASE, "--plot", str(Path(BASE) / "mesh.png"))
     assert code == 3
     assert "cannot be written" in err
     code, _, err = show("nowhere.toml")

@@ -115,7 +115,12 @@ def test_out_writes_rows_table_and_figures(gears3d, only, tmp_path):
     only(claim(note="<b>not bold</b>"), figures=(Figure("a", "fig. 1", "a figure", draw),))
     code, out, _ = gears3d("papers", "--out", str(tmp_path / "p"))
     assert code == 0
-    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == ["papers.html", "papers.json", "papers.md"]
+    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == [
+        "papers.html",
+        "papers.json",
+        "papers.md",
+        "report.html",
+    ]
     page = (tmp_path / "p/papers.html").read_text()
     assert page.count("data:image/png;base64,") == 1
     assert "&lt;b&gt;not bold" in page

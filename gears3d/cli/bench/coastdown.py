@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, Plot, ScenarioName, Seed, finish, quantity, write
 
 
 def coastdown(
@@ -16,6 +16,7 @@ def coastdown(
         str | None, typer.Option(help="Initial speed of the loose gear; default: that of its drive.")
     ] = None,
     seed: Seed = None,
+    plot: Plot = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
@@ -43,6 +44,8 @@ def coastdown(
         tables={
             "rundown.csv": {"time_s": found.time, "theta_loose_rad": found.theta, "omega_loose_rad_s": found.omega}
         },
+        result=found,
+        plot=plot,
         pictures={"rundown.png": lambda: rundown_picture(found.found)},
     )
     lines = [f"standstill after {found.to_dict()['stands_after_s']:.4g} s; drag: {found.found.law}"]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, finish, quantities, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, Plot, ScenarioName, finish, quantities, write
 
 
 def drop(
@@ -14,6 +14,7 @@ def drop(
     out: OutFolder,
     speeds: Annotated[str, typer.Option(help="Impact velocities.")] = "5, 10, 20, 50, 100 mm/s",
     repeat: Annotated[int, typer.Option(help="Drops at each velocity, at different mesh positions.")] = 4,
+    plot: Plot = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
@@ -40,6 +41,8 @@ def drop(
         rig,
         found.to_dict(),
         tables={"drop.csv": table},
+        result=found,
+        plot=plot,
         pictures={"drop.png": lambda: drop_picture(found)},
     )
     laws = [

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.options import Overrides as Overrides
+from gears3d.cli.options import Plot as Plot
 from gears3d.cli.options import ScenarioName as ScenarioName
 
 if TYPE_CHECKING:
@@ -19,9 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gears3d.recording import Recording
+    from gears3d.results import Result
     from gears3d.scenario import Scenario
 
-OutFolder = Annotated[Path, typer.Option(help="Folder for records, table, picture and summary.")]
+OutFolder = Annotated[Path, typer.Option("--out", help="Folder for report.html, records, table, picture and summary.")]
 Seed = Annotated[int | None, typer.Option(help="Seed of the encoder noise; default: of the scenario.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print summary.json.")]
 
@@ -77,6 +79,8 @@ def write(
     tables: Mapping[str, Mapping[str, np.ndarray]],
     pictures: Mapping[str, Callable[[], Figure]],
     records: Mapping[str, Recording] | None = None,
+    result: Result,
+    plot: Path | None,
 ) -> dict[str, Any]:
     """Write the folder of a test, whole or not at all; return the summary.
 
@@ -87,11 +91,14 @@ def write(
         tables: columns by file name.
         pictures: drawers by file name.
         records: as measured ones, by file name.
+        result: the results, for the page.
+        plot: a further picture.
 
     Raises:
         InputError: the place is taken by something else, or cannot be written.
     """
     from gears3d import __version__
+    from gears3d.files import write_text
     from gears3d.runs import RunFolder
 
     command, records = shlex.join(["gears3d", *sys.argv[1:]]), records or {}
@@ -113,7 +120,10 @@ def write(
         for name, draw in pictures.items():
             draw().savefig(folder.path / name, dpi=130)
         folder.write_summary(summary)
+        write_text(folder.path / "report.html", result.report(command=command))
         folder.commit()
+    if plot is not None:
+        result.plot(plot)
     return summary
 
 

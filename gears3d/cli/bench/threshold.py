@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantities, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, Plot, ScenarioName, Seed, finish, quantities, write
 
 
 def threshold(
@@ -20,6 +20,7 @@ def threshold(
     ] = "0.9..1.1",
     periods: Annotated[float, typer.Option(help="Periods of each sweep, half of them rising.")] = 80.0,
     seed: Seed = None,
+    plot: Plot = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
@@ -54,6 +55,8 @@ def threshold(
             )
             for one in found.sweeps
         },
+        result=found,
+        plot=plot,
         pictures={"threshold.png": lambda: threshold_picture(found)},
     )
     lines = [f"{'Hz':>8} {'Λ* up':>8} {'Λ* down':>8} {'predicted':>10}"]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, ScenarioName, Seed, finish, quantity, write
+from gears3d.cli.bench.shared import AsJson, OutFolder, Overrides, Plot, ScenarioName, Seed, finish, quantity, write
 
 
 def transmission_error(
@@ -17,6 +17,7 @@ def transmission_error(
         float | None, typer.Option(help="Revolutions of the drive gear, each way; default: whole hunting cycles.")
     ] = None,
     seed: Seed = None,
+    plot: Plot = None,
     set_: Overrides = None,
     as_json: AsJson = False,
 ) -> None:
@@ -48,6 +49,8 @@ def transmission_error(
         summary,
         records={"record.parquet": found.record},
         tables={"ste.csv": table},
+        result=found,
+        plot=plot,
         pictures={"ste.png": lambda: static_picture(found)},
     )
     lines = []

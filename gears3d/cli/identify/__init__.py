@@ -26,7 +26,7 @@ app = typer.Typer(cls=_Kinds, name="identify", add_completion=False, no_args_is_
 def identify() -> None:
     """Identify a law from measurements: parameters with 95 % intervals and a snippet for a scenario.
 
-    Every kind has a --help of its own and takes --out PICTURE and --json.
+    Every kind has a --help of its own and takes --out DIR, --plot PICTURE and --json.
 
-    Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --out drag.png
+    Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --plot drag.png
     """

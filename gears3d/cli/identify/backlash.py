@@ -9,7 +9,8 @@ from gears3d.cli.identify.shared import (
     End,
     Files,
     MapFile,
-    Out,
+    OutFolder,
+    Plot,
     RequiredRig,
     RigOverrides,
     StatedMotion,
@@ -29,16 +30,17 @@ def backlash(
     to: End = "",
     stated_motion: StatedMotion = False,
     set_: RigOverrides = None,
-    out: Out = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify the mean backlash and its orders from slow revolutions forward and back.
 
-    Example: gears3d identify backlash slow.parquet --rig rigaud-2020/fig2 --out backlash.png
+    Example: gears3d identify backlash slow.parquet --rig rigaud-2020/fig2 --plot backlash.png
     """
-    from gears3d.identify import identify_backlash, orders_picture
+    from gears3d.identify import identify_backlash
 
     records = admitted(
         files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
     )
-    answer(identify_backlash(records), orders_picture, out, as_json, inputs_of(records))
+    answer(identify_backlash(records), out, plot, as_json, inputs_of(records))

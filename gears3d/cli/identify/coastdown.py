@@ -15,7 +15,8 @@ from gears3d.cli.identify.shared import (
     End,
     Files,
     MapFile,
-    Out,
+    OutFolder,
+    Plot,
     RigOverrides,
     answer,
     span_of,
@@ -57,14 +58,15 @@ def coastdown(
     map_file: MapFile = None,
     correct: Correct = None,
     set_: RigOverrides = None,
-    out: Out = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify the drag from coast-downs out of mesh; for several assemblies from a campaign file (.toml).
 
     With --meshed and --drive-alone: the mesh drag, in addition to the drag of each gear alone.
 
-    Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --out drag.png
+    Example: gears3d identify coastdown coastdown.parquet --inertia "0.0695 kg m^2" --plot drag.png
 
     Drag and inertia from spin-ups and coast-downs: gears3d identify coastdown record.toml --torque "0.2 N m"
     """
@@ -91,7 +93,7 @@ def coastdown(
         known = (None, 0.0) if torque and not inertia and rig is None else _inertia(inertia, inertia_uncertainty, bench)
         tracks = read(files, "loose", torque=push)
         found = ident.identify_coastdown(tracks, *known, law=law, torque=push, torque_uncertainty=doubt)
-    answer(found, ident.rundown_picture, out, as_json, inputs)
+    answer(found, out, plot, as_json, inputs)
 
 
 def _tracks(

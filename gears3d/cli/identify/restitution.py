@@ -14,7 +14,8 @@ from gears3d.cli.identify.shared import (
     End,
     Files,
     MapFile,
-    Out,
+    OutFolder,
+    Plot,
     StatedMotion,
     admitted,
     answer,
@@ -39,26 +40,27 @@ def restitution(
     to: End = "",
     stated_motion: StatedMotion = False,
     set_: RigOverrides = None,
-    out: Out = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify the law of restitution from rattle records of one rig: constant or linear in speed, flanks, scatter.
 
     Without --rig from lists of impacts: speeds before and after, times of bounces or heights of bounces.
 
-    Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --out e.png
+    Example: gears3d identify restitution rattle.parquet --rig rigaud-2020/fig5-20rpm --plot e.png
 
     From a list: gears3d identify restitution bounces.csv
     """
     from gears3d.errors import UsageError
-    from gears3d.identify import identify_restitution, restitution_picture
+    from gears3d.identify import identify_restitution
     from gears3d.identify.restitution_list import identify_restitution_list
     from gears3d.measured.segmentation import measure
 
     if rig is None:
         load_rig(rig, set_)  # refuses --set alone
     if rig is None and map_file is None and (lists := _lists(files)):
-        answer(identify_restitution_list(lists), restitution_picture, out, as_json, files)
+        answer(identify_restitution_list(lists), out, plot, as_json, files)
         return
     if rig is None:
         from gears3d.identify.restitution_list import EXPECTED
@@ -70,7 +72,7 @@ def restitution(
     found = [measure(one.recording, one.rig, one.file, motion=one.motion) for one in records]
     bench = next(one.rig for one in records if one.rig is not None)
     law = identify_restitution(found, bench.rig())
-    answer(law, restitution_picture, out, as_json, inputs_of(records))
+    answer(law, out, plot, as_json, inputs_of(records))
 
 
 def _lists(files: Sequence[Path]) -> list[ImpactList]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,20 +13,19 @@ from gears3d.cli.options import Begin as Begin
 from gears3d.cli.options import Correct as Correct
 from gears3d.cli.options import End as End
 from gears3d.cli.options import MapFile as MapFile
+from gears3d.cli.options import OutFolder as OutFolder
+from gears3d.cli.options import Plot as Plot
 from gears3d.cli.options import RequiredRig as RequiredRig
 from gears3d.cli.options import RigOverrides as RigOverrides
 from gears3d.cli.options import StatedMotion as StatedMotion
-from gears3d.cli.options import command, from_stdin, to_picture
+from gears3d.cli.options import command, from_stdin, keep, places
 from gears3d.cli.options import span_of as span_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from gears3d.identify import Identified
     from gears3d.measured.checks import Admitted
 
 Files = Annotated[list[Path], typer.Argument(help="Records of the test, or - (stdin).", callback=from_stdin)]
-Out = Annotated[Path | None, typer.Option(help="Picture to write (.png, .svg, .pdf).", callback=to_picture)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the law as JSON.")]
 
 
@@ -80,17 +79,17 @@ def inputs_of(records: Iterable[Admitted]) -> list[str | Path | None]:
 
 def answer(
     found: Identified,
-    picture: Callable[[Identified], Figure],
     out: Path | None,
+    plot: Path | None,
     as_json: bool,
     inputs: Iterable[str | Path | None],
 ) -> None:
-    """Draw the law if requested, and print it with its provenance.
+    """Keep the law where it is wanted, and print it with its provenance.
 
     Args:
         found: the law.
-        picture: draws it.
-        out: of the picture.
+        out: folder.
+        plot: picture.
         as_json: whether to print JSON.
         inputs: files that the law was found from.
     """
@@ -98,19 +97,17 @@ def answer(
 
     from gears3d.provenance import comment, provenance
 
+    inputs = list(inputs)
     made = provenance(inputs, command())
     found = replace(found, snippet=comment(made) + found.snippet)
-    if out is not None:
-        from gears3d import files
-
-        files.write_picture(out, lambda: picture(found))
+    kept = keep(found, *places(out, plot), inputs)
     if as_json:
         from gears3d.cli.output import print_json
 
         print_json({**found.to_dict(), "provenance": made})
         return
     _show(found)
-    typer.echo(f"picture written to {out}" if out is not None else "for a picture: --out law.png")
+    typer.echo("\n".join(kept))
 
 
 def _show(found: Identified) -> None:

@@ -9,7 +9,8 @@ from gears3d.cli.identify.shared import (
     End,
     Files,
     MapFile,
-    Out,
+    OutFolder,
+    Plot,
     RequiredRig,
     RigOverrides,
     StatedMotion,
@@ -29,14 +30,15 @@ def threshold(
     to: End = "",
     stated_motion: StatedMotion = False,
     set_: RigOverrides = None,
-    out: Out = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify the excitation at contact loss from sweeps up and down, and the drag that follows from it.
 
     In a file the speed-fluctuation amplitude rises, falls or both, slowly; or it is constant, files in order of time.
 
-    Example: gears3d identify threshold sweep.parquet --rig rigaud-2020/fig5-20rpm --out threshold.png
+    Example: gears3d identify threshold sweep.parquet --rig rigaud-2020/fig5-20rpm --plot threshold.png
     """
     from gears3d import identify as ident
 
@@ -47,4 +49,4 @@ def threshold(
     for record in records:
         assert record.rig is not None
         sweeps.append(ident.Sweep(record.recording, record.rig, record.file))
-    answer(ident.identify_threshold(sweeps), ident.threshold_picture, out, as_json, inputs_of(records))
+    answer(ident.identify_threshold(sweeps), out, plot, as_json, inputs_of(records))

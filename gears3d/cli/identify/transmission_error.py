@@ -9,7 +9,8 @@ from gears3d.cli.identify.shared import (
     End,
     Files,
     MapFile,
-    Out,
+    OutFolder,
+    Plot,
     RequiredRig,
     RigOverrides,
     StatedMotion,
@@ -29,16 +30,17 @@ def transmission_error(
     to: End = "",
     stated_motion: StatedMotion = False,
     set_: RigOverrides = None,
-    out: Out = None,
+    out: OutFolder = None,
+    plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify the transmission error of both flanks, order by order, from slow revolutions forward and back.
 
-    Example: gears3d identify transmission-error slow.parquet --rig rigaud-2020/fig2 --out ste.png
+    Example: gears3d identify transmission-error slow.parquet --rig rigaud-2020/fig2 --plot ste.png
     """
-    from gears3d.identify import identify_transmission_error, orders_picture
+    from gears3d.identify import identify_transmission_error
 
     records = admitted(
         files, rig, map_file, correct, stated_motion=stated_motion, span=span_of(begin, to), overrides=set_
     )
-    answer(identify_transmission_error(records), orders_picture, out, as_json, inputs_of(records))
+    answer(identify_transmission_error(records), out, plot, as_json, inputs_of(records))

@@ -96,9 +96,9 @@ def measure(
         cut = segments_of(known, rig, file, progress, shapes)
     except NotExplained as error:
         seen = _withheld(record, known, about, error)
-        return replace(seen, summary={**seen.summary, "drive_motion": motion.to_dict()})
+        return replace(seen, summary={**seen.summary, "drive_motion": motion.to_dict()}, rig=rig)
     made = _recording(record, cut, about, _teeth(rig))
-    return Measurement(made, cut, {**_summary(record, made, cut), "drive_motion": motion.to_dict()})
+    return Measurement(made, cut, {**_summary(record, made, cut), "drive_motion": motion.to_dict()}, rig)
 
 
 def segments_of(

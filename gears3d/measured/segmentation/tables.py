@@ -13,6 +13,8 @@ from gears3d.measured.segmentation.parabolas import Parabolas
 from gears3d.measured.segmentation.smoothing import Blocks, Track
 from gears3d.measured.segmentation.zones import FLIGHT, Runs, clearance
 from gears3d.recording import Recording
+from gears3d.results import Result
+from gears3d.scenario import Scenario
 
 RESOLVED = 4.0
 """Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
@@ -100,7 +102,7 @@ class Segments(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Measurement:
+class Measurement(Result):
     """What a record came to.
 
     Args:
@@ -108,11 +110,13 @@ class Measurement:
             take it.
         segments: flights, contacts and impacts with their uncertainties.
         summary: what JSON can hold.
+        rig: scenario of the test rig, where it is known.
     """
 
     recording: Recording
     segments: Segments
     summary: dict[str, Any]
+    rig: Scenario | None = None
 
     def __repr__(self) -> str:
         return f"Measurement({self.recording!r})"

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.files import PICTURES
 from gears3d.recording import Recording
+from gears3d.results import Result
 from gears3d.units import parse
 from gears3d.views.camera.look import Look
 from gears3d.views.camera.shots import WORDS, Shot, shots, table
@@ -25,7 +27,7 @@ RESOLUTION = 110
 
 
 @dataclass(frozen=True, repr=False)
-class Strip:
+class Strip(Result):
     """Pictures of the mesh over a span; a notebook shows them.
 
     Args:
@@ -60,17 +62,33 @@ class Strip:
         """Return the pictures as an SVG document for pages, without the notes below them."""
         return strip_svg(self.subject, self.look, self.shots, self.periods, columns(len(self.shots)))
 
-    def save(self, path: str | Path) -> Path:
-        """Write the pictures and return where.
+    def save(self, path: str | Path, **about: Any) -> Path:
+        """Write the strip: a picture, or a folder with the report, the numbers and the picture.
 
         Args:
-            path: ends in ``.png``, ``.svg`` or ``.pdf``.
+            path: a picture, which ends in ``.png``, ``.svg`` or ``.pdf``, or a folder.
+            about: for the folder, as :meth:`gears3d.results.Result.save` takes it.
+
+        Returns:
+            The path.
 
         Raises:
-            UsageError: the ending is another.
-            InputError: the file cannot be written.
+            InputError: it cannot be written.
         """
-        return write_strip(path, self.subject, self.look, self.shots, self.periods)
+        if Path(path).suffix.lower() in PICTURES:
+            return write_strip(path, self.subject, self.look, self.shots, self.periods)
+        return super().save(path, **about)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return {
+            "start_s": self.shots[0].time,
+            "period_s": self.subject.period,
+            "backlash_m": self.subject.pair.backlash,
+            "exaggeration": self.look.factor,
+            "teeth_placed": self.subject.placed,
+            "frames": self.table(),
+        }
 
     def words(self) -> str:
         """Return what the pictures show, for who does not see them."""

@@ -1,0 +1,432 @@
+"""What a page, a folder and a picture show of each kind of result."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gears3d.errors import UsageError
+from gears3d.results import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gears3d.bench import Drops, Rundown, StaticError, Thresholds
+    from gears3d.comparison import Comparison
+    from gears3d.diagnosis import Diagnosis
+    from gears3d.identify import Identified
+    from gears3d.measured.segmentation import Measurement
+    from gears3d.recording import Recording
+    from gears3d.simulation.excitation import Assessment
+    from gears3d.sweep import Done
+    from gears3d.views.camera import Strip
+    from gears3d.views.sheet import DataSheet
+
+Writer = Callable[[Path], object]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Content of a result.
+
+    Args:
+        name: stem of its JSON file and its picture.
+        about: what it is, two words.
+        title: of the page.
+        question: that it answers, a sentence.
+        answer: a sentence.
+        rows: numbers as text, (name, value).
+        data: what JSON can hold.
+        draw: gives its picture; ``None`` without one.
+        words: description of the picture.
+        tables: writers of its data, by file name.
+        notes: what weakens it, a sentence each.
+        snippet: TOML for a scenario.
+        source: of the scenario.
+        picture: name of its picture; ``name`` with ``.png`` if empty.
+        page: gives its own page for provenance and file names; the common page is used without.
+    """
+
+    name: str
+    about: str
+    title: str
+    question: str
+    answer: str
+    rows: Sequence[tuple[str, str]]
+    data: dict[str, Any]
+    draw: Callable[[], Figure] | None = None
+    words: str = ""
+    tables: Mapping[str, Writer] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+    snippet: str = ""
+    source: str = ""
+    picture: str = ""
+    page: Callable[[dict[str, Any], tuple[str, ...]], str] | None = None
+
+
+@dataclass(frozen=True)
+class Told(Result):
+    """A result of a verb that has no class of its own.
+
+    Args:
+        contents: of it.
+    """
+
+    contents: Contents
+
+
+def contents(result: Any) -> Contents:
+    """Return the content of a result.
+
+    Args:
+        result: of a class that is listed in ``KINDS``.
+
+    Raises:
+        UsageError: it is of no such class.
+    """
+    for one in type(result).__mro__:
+        if one.__name__ in KINDS:
+            return KINDS[one.__name__](result)
+    raise UsageError(f"{type(result).__name__} is not a result that has a report")
+
+
+def _words(text: str | None) -> str:
+    return str(text or "").replace("_", " ")
+
+
+def _signals(recording: Recording) -> dict[str, Writer]:
+    from gears3d.recording.files import IMPACTS, SIGNALS, write_parquet
+
+    return {
+        SIGNALS: lambda path: write_parquet(recording.signals, recording.meta, path),
+        IMPACTS: lambda path: write_parquet(recording.impacts, recording.meta, path),
+    }
+
+
+def _table(columns: Mapping[str, Any]) -> Writer:
+    def write(path: Path) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            out = csv.writer(file)
+            out.writerow(columns)
+            out.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+    return write
+
+
+def recording(result: Recording) -> Contents:
+    """Return the content of a recording: what its motion is."""
+    from gears3d.recording import describe
+    from gears3d.views.results.rows import impacts_line, recording_rows, regime_line, spectra_of
+    from gears3d.views.signals import picture
+
+    found = {**describe(result), "spectra": spectra_of(result)}
+    has_path = "displacement_m" in result.signals
+    return Contents(
+        "summary",
+        "recording",
+        str(result.meta.get("title") or "Recording"),
+        "How does the loose gear move, and how do the flanks meet?",
+        f"{regime_line(found)}; impacts after settling: {impacts_line(found)}.",
+        recording_rows(found),
+        found,
+        (lambda: picture(result)) if has_path else None,
+        "Displacement over the last periods, Poincaré sections, return map and spectra of the displacement",
+        _signals(result),
+        source=str(result.meta.get("source") or ""),
+    )
+
+
+def comparison(result: Comparison) -> Contents:
+    """Return the content of a comparison."""
+    from gears3d.comparison import picture
+    from gears3d.views.results.rows import comparison_rows
+
+    tested, reference = result.tested, result.reference
+    draw = None if tested is None or reference is None else lambda: picture(result, tested, reference)
+    size = result.velocity_error_median
+    error = "" if size is None else f"; median error of impact speeds {100.0 * size:.2g} %"
+    if result.mode == "trajectory":
+        counts = f"{result.impacts_matched} of {result.impacts_compared} impacts matched"
+    else:
+        different = [test.quantity.replace(".", " ") for test in result.tests if test.different]
+        counts = f"distributions differ: {', '.join(different)}" if different else "no difference of distributions"
+    return Contents(
+        "comparison",
+        "comparison",
+        "Comparison of two recordings",
+        "Do both recordings move in the same way?",
+        f"Regime {'the same' if result.regime_equal else 'different'}; {counts}{error}.",
+        comparison_rows(result),
+        result.details(),
+        draw,
+        "Displacement of both recordings, and the impact speeds of one over those of the other",
+        notes=result.notes,
+    )
+
+
+def law(result: Identified) -> Contents:
+    """Return the content of an identified law."""
+    from gears3d.identify import picture_of
+    from gears3d.views.results.rows import law_rows
+
+    first = next(iter(result.parameters.items()), None)
+    number = ""
+    if first is not None:
+        name, one = first
+        number = f": {name} = {one.value:.5g} {one.unit} (95 %: {one.low:.5g} to {one.high:.5g})".replace("  ", " ")
+    return Contents(
+        "law",
+        "identification",
+        f"Law: {result.law.replace('_', ' ')}",
+        "Which law do the measurements follow, and with which parameters?",
+        f"{_words(result.law)}{number}.",
+        law_rows(result),
+        result.to_dict(),
+        lambda: picture_of(result),
+        "Data, identified law with its 95 % band, and residual",
+        {"law.toml": lambda path: path.write_text(result.snippet, encoding="utf-8")},
+        result.warnings,
+        result.snippet,
+    )
+
+
+def assessment(result: Assessment) -> Contents:
+    """Return the content of an assessment before any simulation."""
+    from gears3d.views.excitation import draw_map
+    from gears3d.views.results.rows import assessment_rows
+
+    expected = result.expected
+    why = f": {expected.why}" if expected.why else ""
+    rows = [(f"{name.strip()} {symbol}".strip(), value) for name, symbol, value in assessment_rows(result)]
+    return Contents(
+        "excitation",
+        "excitation",
+        result.title or "Excitation",
+        "Is contact lost, and which regime is to be expected?",
+        f"Excitation Λ = {result.excitation_total:.4g}; expected regime: {_words(expected.regime)}{why}.",
+        rows,
+        result.to_dict(),
+        lambda: draw_map(result, result.title),
+        "Map of regimes over excitation and dimensionless backlash with the operating point",
+        notes=result.notes,
+    )
+
+
+def sheet(result: DataSheet) -> Contents:
+    """Return the content of the data sheet of a pair."""
+    from gears3d.views.sheet import drawing, rows, tables
+
+    lines = [
+        (f"{name} {symbol}".strip(), " | ".join(dict.fromkeys(texts)))
+        for _, name, symbol, texts in rows(result.quantities)
+    ]
+    return Contents(
+        "sheet",
+        "data sheet",
+        result.title or "Gear pair",
+        "What is the geometry of the pair, in the terms of ISO 21771?",
+        f"{result.pair.drive.teeth} and {result.pair.loose.teeth} teeth, backlash {1e6 * result.pair.backlash:.4g} µm "
+        "along the transverse line of action.",
+        lines,
+        {"title": result.title, "source": result.source, "sheet": tables(result.quantities)},
+        lambda: drawing(result.pair, result.title, result.speed),
+        "Transverse section of the mesh, plane of action and sliding speed",
+        source=result.source,
+    )
+
+
+def measurement(result: Measurement) -> Contents:
+    """Return the content of a segmented record, which has a page of its own."""
+    from gears3d.views.measured import picture
+    from gears3d.views.report.measured import durations, orders_told, render
+    from gears3d.views.results.over_a_period import over_a_period
+    from gears3d.views.results.rows import measurement_rows
+
+    summary = {
+        "file": "",
+        "durations": durations(result),
+        "contact_orders": orders_told(result),
+        **result.summary,
+        "version": None,
+        "command": None,
+    }
+    summary["quality"] = {"findings": [], **summary["quality"]}
+    strip = None if result.rig is None else over_a_period(result, result.rig)
+
+    def page(made: dict[str, Any], files: tuple[str, ...]) -> str:
+        from dataclasses import replace
+
+        told = {**summary, "version": made["version"], "command": made["command"]}
+        return render(replace(result, summary=told), files, strip)
+
+    withheld = summary["status"] == "unexplained"
+    regime = "withheld" if withheld else _words(summary["regime"])
+    return Contents(
+        "summary",
+        "measured record",
+        str(result.recording.meta.get("title") or summary["file"] or "Measured record"),
+        "When were the flanks in contact, and how did they meet?",
+        f"Regime: {regime}.",
+        measurement_rows(summary),
+        {key: value for key, value in summary.items() if key not in ("version", "command")},
+        lambda: picture(result),
+        "Displacement with flanks, contacts and free flights",
+        _signals(result.recording),
+        picture="measured.png",
+        page=page,
+    )
+
+
+def diagnosis(result: Diagnosis) -> Contents:
+    """Return the content of a diagnosis, which has a page of its own."""
+    from gears3d.diagnosis import extended_text
+    from gears3d.views.report.diagnosed import render
+    from gears3d.views.report.diagnosed.story import sentence
+    from gears3d.views.results.drawn import diagnosis_picture
+
+    told = result.to_dict()
+    return Contents(
+        "diagnosis",
+        "diagnosis",
+        result.extended.title or "Diagnosis",
+        "Where do the records deviate from the rig, and why?",
+        sentence(result, told),
+        [(one.kind, one.evidence) for one in result.causes],
+        told,
+        lambda: diagnosis_picture(result),
+        "Held-out error of rig and extended rig, and minimum detectable effects by place",
+        {"extended.toml": lambda path: path.write_text(extended_text(result), encoding="utf-8")},
+        [note.text for note in result.notes],
+        page=lambda made, files: render(result, made["command"], files),
+    )
+
+
+def static_error(result: StaticError) -> Contents:
+    """Return the content of slow revolutions in the engine."""
+    from gears3d.bench import static_picture
+
+    told = result.to_dict()
+    rows = [
+        (about, f"mean {1e6 * told[name]['mean_m']:.4g} µm, "
+         f"peak to peak {1e6 * (told[name]['largest_m'] - told[name]['smallest_m']):.4g} µm")
+        for name, about in (("phi", "active flank φ"), ("psi", "reverse flank ψ"), ("backlash", "backlash b"))
+    ]  # fmt: skip
+    curves = {f"{name}_m": curve for name, curve in result.curves().items()}
+    return Contents(
+        "summary", "virtual test", "Slow revolutions",
+        "What are the transmission errors of both flanks, and the backlash?",
+        f"Backlash: {rows[2][1]}.", rows, told, lambda: static_picture(result),
+        "Transmission errors of both flanks and backlash over the angle of the drive gear",
+        {"record.parquet": result.record.write, "ste.csv": _table({"theta_drive_rad": result.theta, **curves})},
+        picture="ste.png",
+    )  # fmt: skip
+
+
+def rundown(result: Rundown) -> Contents:
+    """Return the content of a coast-down in the engine."""
+    from gears3d.identify import picture_of
+    from gears3d.views.results.rows import law_rows
+
+    told = result.to_dict()
+    columns = {"time_s": result.time, "theta_loose_rad": result.theta, "omega_loose_rad_s": result.omega}
+    return Contents(
+        "summary", "virtual test", "Coast-down", "Which drag decelerates the loose gear?",
+        f"Standstill after {told['stands_after_s']:.4g} s; drag: {result.found.law}.", law_rows(result.found), told,
+        lambda: picture_of(result.found), "Drag torque over speed with its 95 % band, and the residual",
+        {"record.parquet": result.record.write, "rundown.csv": _table(columns)}, snippet=result.found.snippet,
+        picture="rundown.png",
+    )  # fmt: skip
+
+
+def thresholds(result: Thresholds) -> Contents:
+    """Return the content of sweeps to contact loss in the engine."""
+    from gears3d.bench import threshold_picture
+
+    rows = [
+        (f"{one.frequency:g} Hz", f"Λ* {one.up:.4g} up, {one.down:.4g} down, predicted {one.predicted:.4g}")
+        for one in result.sweeps
+    ]
+    return Contents(
+        "summary", "virtual test", "Threshold of contact loss", "At which excitation is contact lost?",
+        "; ".join(f"{name}: {value}" for name, value in rows) + ".", rows, result.to_dict(),
+        lambda: threshold_picture(result), "Opening of the gap over excitation in sweeps up and down",
+        {f"record-{one.frequency:g}Hz.parquet": one.record.write for one in result.sweeps},
+        picture="threshold.png",
+    )  # fmt: skip
+
+
+def drops(result: Drops) -> Contents:
+    """Return the content of drop tests in the engine."""
+    from gears3d.bench import drop_picture
+
+    rows = [
+        (f"{flank} flank", f"e = {rest:.4f} {slope:+.4g} s/m · v, scatter {scatter:.2g}")
+        for flank, (rest, slope, scatter) in result.laws.items()
+    ]
+    names = ("asked_m_s", "flank", "velocity_m_s", "rebound_m_s", "impulse_N_s", "tooth_drive", "tooth_loose")
+    table = {**{name: result.table[name] for name in names}, "restitution": result.restitution}
+    return Contents(
+        "summary", "virtual test", "Drop test", "What is the coefficient of restitution of each flank?",
+        "; ".join(f"{name}: {value}" for name, value in rows) + ".", rows, result.to_dict(),
+        lambda: drop_picture(result), "Restitution over impact speed by flank", {"drop.csv": _table(table)},
+        picture="drop.png",
+    )  # fmt: skip
+
+
+def strip(result: Strip) -> Contents:
+    """Return the content of pictures of the mesh."""
+    from gears3d.views.camera.strip import strip as draw
+
+    begin, lasts = result.span
+    return Contents(
+        "camera", "camera", result.subject.title or "Gears in mesh", "What do the teeth in mesh do over this time?",
+        f"From {begin:.6g} s over {1e3 * lasts:.4g} ms; the gap is drawn {result.look.factor:g} times its width.",
+        [], result.to_dict(), lambda: draw(result.subject, result.look, result.shots, result.periods), result.words(),
+        picture="strip.png",
+    )  # fmt: skip
+
+
+def swept(result: Done) -> Contents:
+    """Return the content of a sweep; its dataset stays in its folder."""
+    from gears3d.sweep.drawing import first_picture
+    from gears3d.sweep.estimate import duration
+
+    plan, counts = result.plan, result.counts
+    grid = " x ".join(f"{size} {name}" for name, size in plan.dims)
+    bad = ", ".join(f"{count} {_words(word)}" for word, count in counts.items() if word != "done" and count)
+    drawn = first_picture(result.place)
+    rows = [
+        ("points", f"{plan.size} ({grid})"),
+        ("periods of each", str(plan.periods)),
+        ("not done", bad),
+        ("wall time", duration(result.seconds)),
+    ]
+    return Contents(
+        "result", "sweep", str(result.place), "How do the results change over the grid of values?",
+        f"{counts.get('done', 0)} of {plan.size} points done; the dataset is sweep.nc.", rows,
+        {"points": plan.size, **counts, "dims": dict(plan.dims), "key": plan.key, "wall_s": result.seconds},
+        None if drawn is None else lambda: drawn[1], "Results over the varied values",
+        picture="" if drawn is None else f"{drawn[0]}.png",
+    )  # fmt: skip
+
+
+KINDS: dict[str, Callable[[Any], Contents]] = {
+    "Recording": recording,
+    "Comparison": comparison,
+    "Identified": law,
+    "Assessment": assessment,
+    "DataSheet": sheet,
+    "Measurement": measurement,
+    "Diagnosis": diagnosis,
+    "StaticError": static_error,
+    "Rundown": rundown,
+    "Thresholds": thresholds,
+    "Drops": drops,
+    "Done": swept,
+    "Strip": strip,
+    "Told": lambda result: result.contents,
+}
+"""Classes of results by name, so that no package is loaded for a result of another kind."""
