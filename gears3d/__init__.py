@@ -12,6 +12,7 @@ from gears3d.version import __version__
 
 _HOME = {
     "assess": "gears3d.simulation",
+    "bundle": "gears3d.runs",
     "load": "gears3d.scenario",
     "Scenario": "gears3d.scenario",
     "Recording": "gears3d.recording",
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import measure
     from gears3d.measured.segmentation import measure as segment
     from gears3d.recording import Recording, describe
+    from gears3d.runs import bundle
     from gears3d.scenario import Scenario, load
     from gears3d.simulation import assess, simulate, synthesize
     from gears3d.views.camera import camera
@@ -44,6 +46,7 @@ __all__ = [
     "Scenario",
     "__version__",
     "assess",
+    "bundle",
     "camera",
     "compare",
     "describe",

@@ -28,7 +28,7 @@ from gears3d.errors import Fault, GearsError, InputError, UsageError
 GROUPS = {
     "Start": ("new", "list", "check", "show", "excitation", "schema", "doctor", "cite"),
     "Simulate": ("run", "sweep", "synthesize", "bench"),
-    "Look": ("replay", "camera", "report", "sound", "export"),
+    "Look": ("replay", "camera", "report", "sound", "export", "bundle"),
     "Measure": ("inspect", "segment", "identify"),
     "Explain": ("diagnose", "compare"),
     "Verify": ("validate", "papers", "challenge", "reveal"),

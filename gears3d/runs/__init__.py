@@ -1,5 +1,7 @@
 """The run folder of the contract: written beside its place and renamed, so that it is never half there."""
 
+from gears3d.runs.bundle import Bundle as Bundle
+from gears3d.runs.bundle import bundle as bundle
 from gears3d.runs.folder import RunFolder as RunFolder
 from gears3d.runs.folder import default_folder as default_folder
 from gears3d.runs.read import Run as Run
