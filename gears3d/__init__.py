@@ -20,6 +20,7 @@ _HOME = {
     "compare": "gears3d.comparison",
     "describe": "gears3d.recording",
     "synthesize": "gears3d.simulation",
+    "validate_model": "gears3d.comparison",
     "measure": "gears3d.measured.segmentation",
     "segment": "gears3d.measured.segmentation:measure",
     "diagnose": "gears3d.diagnosis",
@@ -30,7 +31,7 @@ _HOME = {
 
 if TYPE_CHECKING:
     from gears3d import gears
-    from gears3d.comparison import compare
+    from gears3d.comparison import compare, validate_model
     from gears3d.diagnosis import diagnose
     from gears3d.measured.segmentation import measure
     from gears3d.measured.segmentation import measure as segment
@@ -58,6 +59,7 @@ __all__ = [
     "segment",
     "simulate",
     "synthesize",
+    "validate_model",
 ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,10 @@ from gears3d.results import Result
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+
+OWN_MODELS = "gears3d.comparison.own_model"
+"""Package that segments the angles of a user's own model; loaded by name, as it stands above recordings."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,6 +63,35 @@ class Recording(Result):
         object.__setattr__(self, "signals", signals)
         object.__setattr__(self, "impacts", impact_table(self.impacts))
         object.__setattr__(self, "meta", meta)
+
+    @classmethod
+    def from_angles(cls, time: Any, theta_drive: Any, theta_loose: Any, rig: Any) -> Recording:
+        """Return the recording of a user's own model, with the impacts and contacts that its angles show.
+
+        Args:
+            time: evenly spaced from 0 on [s], (n,).
+            theta_drive: angle of the drive gear [rad], (n,).
+            theta_loose: angle of the loose gear [rad], its datum anywhere, (n,).
+            rig: scenario of the rig, or its file or name.
+
+        Raises:
+            InputError: times are not even, columns differ in length or are not finite, or noise hides the backlash.
+        """
+        return import_module(OWN_MODELS).from_angles(time, theta_drive, theta_loose, rig)
+
+    @classmethod
+    def from_displacement(cls, time: Any, displacement: Any, rig: Any) -> Recording:
+        """Return the recording of a user's own model that has the displacement as its only degree of freedom.
+
+        Args:
+            time: evenly spaced from 0 on [s]; the drive moves as the scenario states, (n,).
+            displacement: Rb2·θ_loose − Rb1·θ_drive [m], 0 on the active and the backlash on the reverse flank, (n,).
+            rig: scenario of the rig, or its file or name.
+
+        Raises:
+            InputError: as for :meth:`from_angles`.
+        """
+        return import_module(OWN_MODELS).from_displacement(time, displacement, rig)
 
     @property
     def time(self) -> np.ndarray:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gears3d.bench import Drops, Rundown, StaticError, Thresholds
-    from gears3d.comparison import Comparison
+    from gears3d.comparison import Comparison, ModelVerdict
     from gears3d.diagnosis import Diagnosis
     from gears3d.identify import Identified
     from gears3d.measured.segmentation import Measurement
@@ -165,6 +165,20 @@ def comparison(result: Comparison) -> Contents:
         "Displacement of both recordings, and the impact speeds of one over those of the other",
         notes=result.notes,
     )
+
+
+def model(result: ModelVerdict) -> Contents:
+    """Return the content of a verdict on a user's own model."""
+    from gears3d.comparison.verdict import rows_of
+    from gears3d.views.results.drawn import verdict_picture
+
+    return Contents(
+        "verdict", "model check", str(result.reference.meta.get("title") or "Own lumped model"),
+        "Does the model simulate the scenario as the rigid model does?",
+        result.sentence[:1].upper() + result.sentence[1:] + ".", rows_of(result.findings), result.to_dict(),
+        lambda: verdict_picture(result), "Displacement of model and rigid model, and differences over tolerance",
+        _signals(result.tested),
+    )  # fmt: skip
 
 
 def law(result: Identified) -> Contents:
@@ -416,6 +430,7 @@ def swept(result: Done) -> Contents:
 KINDS: dict[str, Callable[[Any], Contents]] = {
     "Recording": recording,
     "Comparison": comparison,
+    "ModelVerdict": model,
     "Identified": law,
     "Assessment": assessment,
     "DataSheet": sheet,

@@ -1,0 +1,295 @@
+"""The verdict on a user's own model: equal to the rigid model within the engine's errors, or in which channel not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gears3d.comparison.channels import Flights, Impacts, beyond, flights_of, impacts_of, missing, passed, restitution
+from gears3d.comparison.own_model import OWN, drive_angle, from_angles, reference
+from gears3d.results import Result
+from gears3d.scenario import Scenario, load
+
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+
+BUDGET = 0.005
+"""Largest relative difference that still is equal: that of impact speeds between engine and rigid model, 95 %."""
+CERTAIN = 3.0
+"""Standard deviations that a difference must exceed as well."""
+CARRIED = 0.05
+"""Part of the drive's acceleration that the loose gear may take over in flight."""
+BEYOND = 0.001
+"""Part of the backlash by which gears may go beyond a flank at an impact."""
+ASTRAY, GONE = 0.02, 3.0
+"""The same where no backlash could be measured, and parts of it beyond which no flank holds the gear."""
+BEYOND_FLANKS = "way beyond the flanks"
+MISSING, SOME = 0.1, 3
+"""Part of the impacts, and number, without a rebound from which on bounces are missing."""
+MOVED = 0.5
+"""Part of a difference of the drive's motion that a shift in time must explain to be one."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One number of one channel.
+
+    Args:
+        channel: ``drive``, ``flight``, ``contact`` or ``impact``, as in a diagnosis.
+        quantity: what it is.
+        unit: of both numbers.
+        model: of the user's model; ``None`` where its motion does not show it.
+        reference: of the rigid model.
+        difference: relative to the reference, or absolute where that is 0.
+        tolerance: of the difference.
+        deviates: whether the difference is larger.
+    """
+
+    channel: str
+    quantity: str
+    unit: str
+    model: float | None
+    reference: float | None
+    difference: float | None
+    tolerance: float
+    deviates: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModelVerdict(Result):
+    """The verdict on a user's own model.
+
+    Args:
+        verdict: ``"equal"``, ``"different"``, or ``"undecided"`` where the motion shows too little.
+        causes: what differs, the one that explains most first: ``drive``, ``time``, ``sign``, ``flanks``, ``step``,
+            ``bounces``, ``restitution``, ``drag``, ``backlash``.
+        sentence: both in words.
+        findings: the numbers of every channel.
+        tested: recording of the user's model.
+        reference: recording of the rigid model.
+    """
+
+    verdict: str
+    causes: tuple[str, ...]
+    sentence: str
+    findings: tuple[Finding, ...]
+    tested: Recording = field(repr=False)
+    reference: Recording = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"ModelVerdict({self.sentence})"
+
+    def _repr_html_(self) -> str:
+        from gears3d import notebook
+
+        return notebook.table(f"Model: {self.sentence}", rows_of(self.findings))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        numbers = [asdict(one) for one in self.findings]
+        return {"verdict": self.verdict, "causes": [*self.causes], "sentence": self.sentence, "findings": numbers}
+
+
+def validate_model(recording: Recording, scenario: Scenario | str | Path) -> ModelVerdict:
+    """Compare a user's own lumped model with the rigid model, channel by channel, and name what differs.
+
+    Single flights and impacts are compared, not the whole motion: chaotic motions that part are no difference.
+
+    Args:
+        recording: with both angles over even times from 0 s on, of :meth:`gears3d.Recording.from_angles` or
+            :meth:`gears3d.Recording.from_displacement`.
+        scenario: that the model is meant to simulate, or its file or name.
+
+    Returns:
+        The verdict.
+
+    Raises:
+        InputError: the recording cannot be segmented, or the rigid model cannot run the scenario.
+    """
+    scenario = scenario if isinstance(scenario, Scenario) else load(scenario)
+    time, drive, loose = (recording.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad"))
+    tested = recording if recording.meta.get("model") == OWN else from_angles(time, drive, loose, scenario)
+    made = reference(scenario, time)
+    known = from_angles(made.time, made.signals["theta_drive_rad"], made.signals["theta_loose_rad"], scenario)
+    findings = [_drive(time, drive, scenario)]
+    findings += _flights(flights_of(tested, scenario), flights_of(known, scenario))
+    explained = not {"unexplained"} & {*tested.meta, *known.meta}
+    if "unexplained" in tested.meta:
+        findings.append(_beyond(tested, scenario))
+    elif explained:
+        findings += [_backlash(tested, known), *_impacts(tested, impacts_of(tested), impacts_of(known), scenario)]
+    causes = tuple(_causes(findings, _shifted(time, drive, scenario), scenario.rig().backlash))
+    shown = any(one.model is not None and one.reference for one in findings)
+    verdict = "different" if causes else "equal" if shown and explained else "undecided"
+    sentence = _sentence(verdict, causes, findings, tested)
+    return ModelVerdict(verdict, causes, sentence, tuple(findings), tested, known)
+
+
+def _drive(time: np.ndarray, drive: np.ndarray, scenario: Scenario) -> Finding:
+    """Return the largest deviation of the drive's angle from the stated motion, over its fluctuation."""
+    stated = drive_angle(scenario, time)
+    rest = drive - stated - (drive[0] - stated[0])
+    moves = stated - np.polyval(np.polyfit(time, stated, 1), time)
+    size = float(np.ptp(moves)) or float(np.ptp(stated)) or 1.0
+    apart = float(np.abs(rest).max()) / size
+    return Finding("drive", "drive angle, deviation over fluctuation", "", apart, 0.0, apart, BUDGET, apart > BUDGET)
+
+
+def _shifted(time: np.ndarray, drive: np.ndarray, scenario: Scenario) -> bool:
+    """Return whether a shift in time explains the deviation of the drive's motion."""
+    stated = drive_angle(scenario, time)
+    rest = drive - stated
+    base = np.stack([np.ones(len(time)), np.gradient(stated, time)], axis=1)
+    numbers = np.linalg.lstsq(base, rest, rcond=None)[0]
+    left = rest - base @ numbers
+    rest = rest - rest.mean()
+    return float(left @ left) < (1.0 - MOVED) ** 2 * float(rest @ rest)
+
+
+def _relative(channel: str, quantity: str, unit: str, model: float, known: float, sigma: float = 0.0) -> Finding:
+    apart = (model - known) / abs(known) if known else model - known
+    tolerance = BUDGET + CERTAIN * sigma / (abs(known) or 1.0)
+    return Finding(channel, quantity, unit, model, known, apart, tolerance, bool(abs(apart) > tolerance))
+
+
+def _flights(found: Flights | None, known: Flights | None) -> list[Finding]:
+    if found is None or known is None:
+        one = None if found is None else found.deceleration[0]
+        other = None if known is None else known.deceleration[0]
+        lost = (found is None) != (known is None)
+        return [Finding("flight", "deceleration in free flight", "rad/s^2", one, other, None, BUDGET, lost)]
+    sigma = float(np.hypot(found.deceleration[1], known.deceleration[1]))
+    apart = found.carried[0] - known.carried[0]
+    tolerance = CARRIED + CERTAIN * float(np.hypot(found.carried[1], known.carried[1]))
+    return [
+        _relative(
+            "flight", "deceleration in free flight", "rad/s^2", found.deceleration[0], known.deceleration[0], sigma
+        ),
+        Finding(
+            "flight", "drive acceleration carried over in flight", "", found.carried[0], known.carried[0], apart,
+            tolerance, bool(abs(apart) > tolerance),
+        ),
+    ]  # fmt: skip
+
+
+def _backlash(tested: Recording, known: Recording) -> Finding:
+    one, other = tested.meta.get("backlash_m"), known.meta.get("backlash_m")
+    if one is None or other is None:
+        return Finding("contact", "backlash", "m", one, other, None, BUDGET, (one is None) != (other is None))
+    return _relative("contact", "backlash", "m", one, other)
+
+
+def _impacts(tested: Recording, own: Impacts, known: Impacts, scenario: Scenario) -> list[Finding]:
+    found, backlash = [], scenario.rig().backlash
+    for flank, (value, expected, sigma) in restitution(own, known).items():
+        found.append(_relative("impact", f"restitution, {flank} flank", "", value, expected, sigma))
+    count = missing(tested, own, known, scenario)
+    limit = max(MISSING * len(own.speed), SOME)
+    found.append(
+        Finding(
+            "impact", "impacts without their rebound", "", float(max(count, 0)), 0.0, float(count), limit, count > limit
+        )
+    )
+    way = max(passed(own), beyond(tested, scenario))
+    found.append(
+        Finding("impact", BEYOND_FLANKS, "m", way, passed(known), way, BEYOND * backlash,
+                way > BEYOND * backlash)
+    )  # fmt: skip
+    return found
+
+
+def _beyond(tested: Recording, scenario: Scenario) -> Finding:
+    """Return how far the gear of a motion that is not explained goes beyond its flanks."""
+    way, backlash = beyond(tested, scenario), scenario.rig().backlash
+    return Finding("contact", BEYOND_FLANKS, "m", way, 0.0, way, ASTRAY * backlash, way > ASTRAY * backlash)
+
+
+def _causes(findings: Sequence[Finding], shifted: bool, backlash: float) -> list[str]:
+    """Return what differs; a cause that spoils what others are measured by stands alone."""
+    off = {one.quantity: one for one in findings if one.deviates}
+    if "drive angle, deviation over fluctuation" in off:
+        return ["time" if shifted else "drive"]
+    slowing = off.get("deceleration in free flight")
+    turned = slowing is not None and slowing.difference is not None and slowing.difference < -1.0
+    if turned or "drive acceleration carried over in flight" in off:
+        return ["sign"]
+    if BEYOND_FLANKS in off:
+        return ["step" if (off[BEYOND_FLANKS].model or 0.0) < GONE * backlash else "flanks"]
+    if "impacts without their rebound" in off:
+        return ["bounces"]
+    names = {"deceleration in free flight": "drag", "backlash": "backlash"}
+    named = sorted(off.values(), key=lambda one: -abs(one.difference or np.inf))
+    return [*dict.fromkeys(names.get(one.quantity, "restitution") for one in named)]
+
+
+def _sentence(verdict: str, causes: Sequence[str], findings: Sequence[Finding], tested: Recording) -> str:
+    if verdict == "undecided":
+        if "unexplained" in tested.meta:
+            return f"undecided: no impacts are found, as the loose gear {tested.meta['unexplained']}"
+        return "undecided: the motion has no free flight and no impact"
+    if verdict == "equal":
+        hidden = [one.quantity for one in findings if one.model is None]
+        more = f"; not shown by this motion: {', '.join(hidden)}" if hidden else ""
+        return f"equal to the rigid model within the error budget of the engine ({100.0 * BUDGET:g} %){more}"
+    by = {one.quantity: one for one in findings if one.deviates}
+    return "different: " + "; ".join(_cause(cause, by, tested) for cause in causes)
+
+
+def _cause(cause: str, by: dict[str, Finding], tested: Recording) -> str:
+    if cause in ("drive", "time"):
+        apart = 100.0 * (by["drive angle, deviation over fluctuation"].difference or 0.0)
+        what = "is shifted in time" if cause == "time" else "is not the stated one"
+        return f"the motion of the drive {what} (by {apart:.3g} % of its fluctuation)"
+    if cause == "sign":
+        carried = by.get("drive acceleration carried over in flight")
+        slowing = by.get("deceleration in free flight")
+        if carried is None:
+            return "sign error: the drag accelerates the loose gear"
+        if slowing is not None and (slowing.difference or 0.0) < -1.0:
+            return "sign error: the displacement has the opposite sign"
+        return (
+            "sign error or missing term: in free flight the loose gear takes over "
+            f"{carried.model or 0.0:.3g} times the acceleration of the drive, which should be 0"
+        )
+    if cause == "flanks":
+        way = 1e6 * (by[BEYOND_FLANKS].model or 0.0)
+        return f"impacts are missed, or the rebound has the wrong sign: gears go {way:.3g} µm beyond a flank"
+    if cause == "step":
+        way = by[BEYOND_FLANKS].model or 0.0
+        return f"time step too coarse, or compliant flanks: gears go {1e6 * way:.3g} µm beyond a flank at impacts"
+    if cause == "bounces":
+        return f"bounces are missing: {by['impacts without their rebound'].model:.0f} impacts have no rebound"
+    names = {"drag": "deceleration in free flight", "backlash": "backlash"}
+    shown = [one for name, one in by.items() if name == names.get(cause, "") or name.startswith(f"{cause},")]
+    sizes = dict.fromkeys(
+        "not shown" if one.difference is None else f"{100.0 * one.difference:+.3g} %" for one in shown
+    )
+    return f"{cause} {', '.join(sizes)}"
+
+
+def rows_of(findings: Sequence[Finding]) -> list[tuple[str, str]]:
+    """Return findings as text, (name, value).
+
+    Args:
+        findings: of a verdict.
+    """
+    rows = []
+    for one in findings:
+        if one.model is None or one.reference is None:
+            rows.append(
+                (f"{one.channel}: {one.quantity}", "not shown by this motion" if not one.deviates else "DEVIATES")
+            )
+            continue
+        scale, unit = (1e6, "µm") if one.unit == "m" else (1.0, one.unit)
+        relative = one.difference is not None and abs(one.model - one.reference) != abs(one.difference)
+        apart = f"{100.0 * (one.difference or 0.0):+.3g} %" if relative else ""
+        word = "DEVIATES" if one.deviates else "equal"
+        numbers = (
+            f"{scale * one.model:.5g} {unit}".strip() + f", rigid model {scale * one.reference:.5g} {unit}".rstrip()
+        )
+        rows.append((f"{one.channel}: {one.quantity}", ", ".join(part for part in (numbers, apart, word) if part)))
+    return rows
