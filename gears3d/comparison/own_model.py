@@ -21,6 +21,8 @@ FEWEST = 100
 """Samples at least."""
 TABLES = (".csv", ".txt", ".parquet")
 """Endings of files whose columns may have any names."""
+PARTS = (2, 4)
+"""Parts that a motion is cut into where it is not explained as a whole."""
 OWN = "own"
 """Model of the recordings that are made here."""
 
@@ -35,11 +37,16 @@ def from_angles(time: Any, theta_drive: Any, theta_loose: Any, rig: Scenario | s
         rig: scenario of the rig, or its file or name: base radii, teeth, period.
 
     Raises:
-        InputError: times are not even, columns differ in length or are not finite, or noise hides the backlash.
+        InputError: times are not even, or columns differ in length or are not finite.
     """
     scenario = rig if isinstance(rig, Scenario) else load(rig)
     columns = _columns(time_s=time, theta_drive_rad=theta_drive, theta_loose_rad=theta_loose)
-    found = measure(Recording(columns), scenario, stated_motion=True).recording
+    try:
+        found = measure(Recording(columns), scenario, stated_motion=True).recording
+    except InputError as error:  # what no record of a rig may be, a model may
+        known = scenario.rig()
+        found = Recording(columns).with_base_radii(known.base_radius_drive, known.base_radius_loose)
+        found = Recording(found.signals, {}, {**found.meta, "unexplained": error.faults[0].message})
     meta = {**found.meta, "model": OWN, "settle_s": min(scenario.run.settle, 0.5 * float(columns["time_s"][-1]))}
     return Recording(found.signals, found.impacts, meta)
 
@@ -119,6 +126,33 @@ def reference(scenario: Scenario, time: np.ndarray) -> Recording:
         {"run.duration": f"{float(time[-1])!r} s", "run.settle": "0 s", "run.output_rate": f"{rate!r} Hz"}
     )
     return simulate(spanned, "rigid")
+
+
+def explained_part(recording: Recording, scenario: Scenario) -> Recording:
+    """Return the longest part of a recording that flights and contact explain: the whole, a half or a quarter.
+
+    Many low bounces at once can keep a whole motion from being explained; its laws show in any part.
+
+    Args:
+        recording: of :func:`from_angles`.
+        scenario: of the rig.
+
+    Returns:
+        The recording of the part; the recording itself where no part is explained.
+    """
+    if "unexplained" not in recording.meta:
+        return recording
+    columns = [recording.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad")]
+    for parts in PARTS:
+        size = len(recording.time) // parts
+        for first in range(0, parts * size, size):
+            if size < FEWEST:
+                continue
+            time, drive, loose = (column[first : first + size] for column in columns)
+            made = from_angles(time, drive, loose, scenario)
+            if "unexplained" not in made.meta:
+                return made
+    return recording
 
 
 def drive_angle(scenario: Scenario, time: np.ndarray) -> np.ndarray:

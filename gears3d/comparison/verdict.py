@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.comparison.channels import Flights, Impacts, beyond, flights_of, impacts_of, missing, passed, restitution
-from gears3d.comparison.own_model import OWN, drive_angle, from_angles, reference
+from gears3d.comparison.own_model import OWN, drive_angle, explained_part, from_angles, reference
 from gears3d.results import Result
 from gears3d.scenario import Scenario, load
 
@@ -30,6 +30,8 @@ ASTRAY, GONE = 0.02, 3.0
 BEYOND_FLANKS = "way beyond the flanks"
 MISSING, SOME = 0.1, 3
 """Part of the impacts, and number, without a rebound from which on bounces are missing."""
+SPOILING = {"drive", "time", "sign", "step", "flanks"}
+"""Causes that spoil what backlash and restitution are measured by."""
 MOVED = 0.5
 """Part of a difference of the drive's motion that a shift in time must explain to be one."""
 
@@ -117,16 +119,21 @@ def validate_model(recording: Recording, scenario: Scenario | str | Path) -> Mod
     known = from_angles(made.time, made.signals["theta_drive_rad"], made.signals["theta_loose_rad"], scenario)
     findings = [_drive(time, drive, scenario)]
     findings += _flights(flights_of(tested, scenario), flights_of(known, scenario))
-    explained = not {"unexplained"} & {*tested.meta, *known.meta}
     if "unexplained" in tested.meta:
         findings.append(_beyond(tested, scenario))
-    elif explained:
-        findings += [_backlash(tested, known), *_impacts(tested, impacts_of(tested), impacts_of(known), scenario)]
-    causes = tuple(_causes(findings, _shifted(time, drive, scenario), scenario.rig().backlash))
+    shifted, backlash, explained = _shifted(time, drive, scenario), scenario.rig().backlash, False
+    causes = _causes(findings, shifted, backlash)
+    if not {*causes} & SPOILING:
+        own, other = explained_part(tested, scenario), explained_part(known, scenario)
+        explained = not {"unexplained"} & {*own.meta, *other.meta}
+        if explained:
+            findings = [one for one in findings if one.quantity != BEYOND_FLANKS]
+            findings += [_backlash(own, other), *_impacts(own, impacts_of(own), impacts_of(other), scenario)]
+            causes = _causes(findings, shifted, backlash)
     shown = any(one.model is not None and one.reference for one in findings)
     verdict = "different" if causes else "equal" if shown and explained else "undecided"
     sentence = _sentence(verdict, causes, findings, tested)
-    return ModelVerdict(verdict, causes, sentence, tuple(findings), tested, known)
+    return ModelVerdict(verdict, tuple(causes), sentence, tuple(findings), tested, known)
 
 
 def _drive(time: np.ndarray, drive: np.ndarray, scenario: Scenario) -> Finding:

@@ -75,7 +75,7 @@ class Recording(Result):
             rig: scenario of the rig, or its file or name.
 
         Raises:
-            InputError: times are not even, columns differ in length or are not finite, or noise hides the backlash.
+            InputError: times are not even, or columns differ in length or are not finite.
         """
         return import_module(OWN_MODELS).from_angles(time, theta_drive, theta_loose, rig)
 

@@ -18,8 +18,8 @@ COLOURS = ("#777777", "#0072B2")
 """Of the rig as it is, and of the extended rig."""
 
 PERIODS_SHOWN = 3.0
-MOST_SHOWN = 100.0
-"""Times its tolerance up to which a difference is drawn."""
+LEAST_SHOWN, MOST_SHOWN = 1e-3, 100.0
+"""Times its tolerance from which and up to which a difference is drawn where it is."""
 
 
 def verdict_picture(found: ModelVerdict) -> Figure:
@@ -33,17 +33,20 @@ def verdict_picture(found: ModelVerdict) -> Figure:
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
     path, bars = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     lasts = PERIODS_SHOWN * float(found.tested.meta.get("period_s") or found.tested.time[-1] / 4.0)
-    for one, name, colour in ((found.reference, "rigid model", COLOURS[0]), (found.tested, "model", COLOURS[1])):
+    for one, name, colour, wide in (
+        (found.reference, "rigid model", "#bbbbbb", 3.5),
+        (found.tested, "model", "#0072B2", 1.0),
+    ):
         shown = one.between(0.0, float(one.time[0]) + lasts)
-        path.plot(shown.time, 1e6 * shown.signals["displacement_m"], color=colour, linewidth=1.0, label=name)
+        path.plot(shown.time, 1e6 * shown.signals["displacement_m"], color=colour, linewidth=wide, label=name)
     path.set(xlabel="time [s]", ylabel="displacement [µm]")
-    path.legend(frameon=False, fontsize=8)
+    path.legend(frameon=False, fontsize=8, ncols=2, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     known = [one for one in found.findings if one.difference is not None]
     sizes = [min(abs(one.difference or 0.0) / one.tolerance, MOST_SHOWN) for one in known]
     colours = ["#D55E00" if one.deviates else COLOURS[1] for one in known]
-    bars.barh([one.quantity for one in known], [max(size, 1e-3) for size in sizes], color=colours)
+    bars.scatter([max(size, LEAST_SHOWN) for size in sizes], [one.quantity for one in known], color=colours)
     bars.axvline(1.0, color="k", linewidth=0.8, linestyle="--")
-    bars.set(xscale="log", xlim=(1e-3, 2.0 * MOST_SHOWN), xlabel="difference / tolerance")
+    bars.set(xscale="log", xlim=(0.5 * LEAST_SHOWN, 2.0 * MOST_SHOWN), xlabel="difference / tolerance")
     bars.tick_params(axis="y", labelsize=8)
     bars.invert_yaxis()
     figure.suptitle(found.sentence, fontsize=10, wrap=True)
