@@ -1,4 +1,4 @@
-"""``gears3d mesh --format urdf,mjcf``: stock PyBullet and stock MuJoCo load the files, and the gears rattle there."""
+"""``gears3d export --format urdf,mjcf``: stock PyBullet and stock MuJoCo load the files, and the gears rattle there."""
 
 import json
 import math
@@ -22,7 +22,7 @@ RATTLE, HELICAL = "rigaud-2020/fig5-20rpm", "kadmiri-2012/fig12-1000rpm"
 def mesh(capsys):
     def run(*arguments):
         with pytest.raises(SystemExit) as stop:
-            cli.main(["mesh", *map(str, arguments)])
+            cli.main(["export", *map(str, arguments)])
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
