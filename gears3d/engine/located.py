@@ -159,10 +159,10 @@ class Located:
         return True
 
     def go_on(self) -> bool:
-        """Let the compiled loop do steps, then what it returned for; return whether the run goes on.
+        """Let the compiled loop do steps, then what it returned for; return whether the run continues.
 
         Raises:
-            EngineError: the run cannot go on.
+            EngineError: the run cannot continue.
         """
         log, nearby = self.log, self.watch.nearby
         self.state["samples"] = log.written
@@ -315,4 +315,4 @@ _FAULTS: dict[int, Callable[[Located], EngineError]] = {
     NO_NUMBER: lambda run: not_a_number(run.time),
     STANDS: lambda run: standing(run.time),
 }
-"""Why the compiled loop cannot go on, and the error of it."""
+"""Why the compiled loop cannot continue, and its error."""

@@ -80,7 +80,7 @@ def _rigid_step(plant, rules, teeth, s, blocks, longest):
 
 @inner
 def _soft_step(plant, rules, teeth, s, blocks, longest):
-    """Do one step between flanks that yield, or have oil between them; return what is wrong, or GO_ON."""
+    """Do one step between compliant or lubricated flanks; return what is wrong, or GO_ON."""
     if s.place != FREE and rules.springs.shape[0] == 0:
         side = s.place - 1
         fault, event = _hold(plant, rules, teeth, s, blocks, longest)
@@ -189,7 +189,7 @@ def _looped(step: Any) -> Any:
         blocks: Blocks,
         ends: tuple[int, bool],
     ) -> int:
-        """Go on with a run until Python is needed.
+        """Continue a run until Python is needed.
 
         Args:
             plant: surfaces, motion, torques, inertia.
@@ -197,7 +197,7 @@ def _looped(step: Any) -> Any:
             near: windows of near teeth, and their rows, see :class:`gears3d.engine.nearby.Nearby`.
             state: one item of type ``STATE``; changed.
             blocks: what is written to.
-            ends: steps after which the loop returns, and whether the samples go on in another block.
+            ends: steps after which the loop returns, and whether the samples continue in another block.
 
         Returns:
             Why the loop returns.
@@ -242,4 +242,4 @@ def _looped(step: Any) -> Any:
 advance_rigid: Any = _looped(_rigid_step)
 """The loop of flanks that meet with impulses."""
 advance_soft: Any = _looped(_soft_step)
-"""The loop of flanks that yield, or have oil between them."""
+"""The loop of compliant or lubricated flanks."""

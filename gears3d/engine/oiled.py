@@ -134,7 +134,7 @@ def _write(s, blocks, rebound, impulse):
 
 @inner
 def strike_film(plant, rules, teeth, s, blocks, side):
-    """The flanks themselves meet, amid a passage: their law of impacts acts, or they yield."""
+    """The flanks themselves meet during a passage: their impact law or their compliance acts."""
     fault, rate, lever = met(plant, teeth, s, side)
     if fault != GO_ON:
         return fault
