@@ -49,9 +49,10 @@ def drive_angle(scenario, time):
 
 def in_pybullet(folder, scenario, duration, step=PYBULLET_STEP):
     """Load pair.urdf in mm, impose the motion of the drive and return the path of the loose gear."""
-    import pybullet as bullet
+    import pybullet
+    from pybullet_utils.bullet_client import BulletClient
 
-    client = bullet.connect(bullet.DIRECT)
+    bullet = BulletClient(pybullet.DIRECT)  # of its own: the engine keeps worlds in the same process
     try:
         flags = bullet.URDF_USE_INERTIA_FROM_FILE | bullet.URDF_USE_SELF_COLLISION
         pair = bullet.loadURDF(str(folder / "pair.urdf"), useFixedBase=True, globalScaling=1000, flags=flags)
@@ -81,7 +82,7 @@ def in_pybullet(folder, scenario, duration, step=PYBULLET_STEP):
             bullet.stepSimulation()
             states[i] = bullet.getJointState(pair, LOOSE)[:2]
     finally:
-        bullet.disconnect(client)
+        bullet.disconnect()
     return path(scenario, times[1:], states)
 
 

@@ -49,6 +49,8 @@ class _Kernel:
     """Open CASCADE, loaded name by name: a name begins with its module."""
 
     def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # asked for by what inspects modules
+            raise AttributeError(name)
         module = "collections" if name.startswith("Array") else name.partition("_")[0]
         found = getattr(require(f"OCP.{module}", "a STEP file", "cad"), name)
         setattr(self, name, found)

@@ -1,6 +1,7 @@
 """Results leave gears3d in one way: ``--out``, ``--plot``, ``--json``; in Python ``save``, ``plot``, ``report``."""
 
 import json
+import sys
 
 import pytest
 
@@ -48,16 +49,17 @@ def made(tmp_path_factory):
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_a_verb_writes_a_folder_a_picture_and_json(made, tmp_path, capsys, verb):
+def test_a_verb_writes_a_folder_a_picture_and_json(made, tmp_path, capsys, monkeypatch, verb):
     words, name, more = VERBS[verb]
     words = [word.format(**made) for word in words]
     plot = [] if verb in NO_PLOT else ["--plot", tmp_path / "picture.svg"]
+    monkeypatch.setattr(sys, "argv", ["gears3d", *words])
     code, out, err = run(capsys, *words, "--out", tmp_path / "kept", *plot)
     assert code == 0, err
     assert str(tmp_path / "kept" / "report.html") in out.replace("\n", "")
     assert {"report.html", name, *more} <= {file.name for file in (tmp_path / "kept").iterdir()}
     kept = json.loads((tmp_path / "kept" / name).read_text(encoding="utf-8"))
-    assert kept["provenance"]["command"].startswith("gears3d ")
+    assert kept["provenance"]["command"].startswith(f"gears3d {words[0]}")
     page = (tmp_path / "kept" / "report.html").read_text(encoding="utf-8")
     assert page.count("<h1>") == 1
     assert "http://" not in page.replace("http://www.w3.org", "")
