@@ -82,7 +82,7 @@ def test_a_wrong_number_of_teeth_is_named_with_those_that_would_fit(tmp_path):
         judged(written(tmp_path / "r.parquet"), {"gears.loose.teeth": 61})
 
 
-@pytest.mark.parametrize("ratio", [60, 90])
+@pytest.mark.parametrize("ratio", [60, pytest.param(90, marks=pytest.mark.slow)])
 def test_changed_places_are_named_at_any_ratio(tmp_path, ratio):
     path = written(tmp_path / "r.parquet", {"gears.loose.teeth": ratio}, changed_places)
     with pytest.raises(InputError, match=r"channels are interchanged|has the nominal motion of the drive gear"):

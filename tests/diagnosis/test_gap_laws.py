@@ -30,7 +30,10 @@ def judged(folder, rig, admitted):
     return found, reveal(folder, folder / "diagnosis.json")
 
 
-@pytest.mark.parametrize("kind", ["oil_film", "tooth_compliance", "mesh_friction"])
+@pytest.mark.parametrize(
+    "kind",
+    [*(pytest.param(kind, marks=pytest.mark.slow) for kind in ("oil_film", "mesh_friction")), "tooth_compliance"],
+)
 def test_a_law_of_contact_is_named_and_measured(tmp_path, kind):
     found, score = judged(tmp_path / "c", *hidden(tmp_path / "c", (kind,), **SHORT))
     assert score["kinds_first"], found.to_dict()
