@@ -193,7 +193,8 @@ def _shortened(causes: Sequence[Cause], step: Array, pivot: float) -> Array:
 def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     """Return how predictions change with each number of causes, and with each zero, per unit, (n,) each."""
     windows, columns = along.windows, []
-    for k, cause in enumerate(causes):  # a film is thin where most happens: no straight line
+    for k, cause in enumerate(causes):
+        # a film is thin where most happens: no straight line
         bent = along.oiled or cause.candidate.kind in (*LAWS, RUB, SQUARED)
         for j, unit in enumerate(cause.units):
             step = BENT * max(abs(cause.numbers[j]) / unit, LEAST) if bent else STEP

@@ -186,8 +186,9 @@ def _pushed(
     free = _slowed(begin + (i + f) * step, turn, loose, mode, torques, lever)
     free -= r1 * (rate[i] + f * (rate[i + 1] - rate[i]))
     draws = abs(film[2] * turns + film[3] * loose)
-    near, near_s, near_v = _films(s - place, v - lean, film, draws, 1.0 - film[8])
-    far, far_s, far_v = _films(beyond - s, leans - v, film, draws, 1.0 + film[8])
+    rub = film[8] if loose >= 0.0 else -film[8]
+    near, near_s, near_v = _films(s - place, v - lean, film, draws, 1.0 - rub)
+    far, far_s, far_v = _films(beyond - s, leans - v, film, draws, 1.0 + rub)
     return free + r2 * lever * (near - far), r2 * lever * (near_s + far_s), r2 * lever * (near_v + far_v)
 
 
@@ -275,7 +276,8 @@ def _floats(
     high = 0.25 * (reverse[0] - active[0])
     gap = min(max(film[0] * draws / load if load > 0.0 else high, film[4]), high)
     if film[6] > 0.0 and load > 0.0 and gap <= film[4]:
-        gap = film[4] - load / (film[6] * (1.0 - sign * film[8]))
+        rub = film[8] if loose >= 0.0 else -film[8]
+        gap = film[4] - load / (film[6] * (1.0 - sign * rub))
     return own[0] + sign * gap, lean
 
 

@@ -170,6 +170,17 @@ def test_small_changes_are_followed_over_compliant_teeth(rig, kind):
     assert np.sqrt(np.median(windows.level(run.column(effect) - apart))) < 0.05 * usual
 
 
+@pytest.mark.parametrize("mean", ["30 rpm", "-30 rpm"])
+def test_friction_of_compliant_teeth_resists_in_either_sense_of_rotation(rig, mean):
+    soft = {"kind": "tooth_compliance", "stiffness": "1e5 N/m", "damping": "300 N s/m"}
+    rubs = {"kind": "mesh_friction", "coefficient": "0.2"}
+    turning = rig.with_({"motion.mean": mean}).with_([("effect[+]", soft)])
+    windows, known = shot(turning.with_([("effect[+]", rubs)]))
+    assert path_search(windows, []).after < 2.0
+    without = Windows(turning, [known], [turning.period], [(0.0, 0.0)])
+    assert path_search(without, []).after > 100.0
+
+
 def test_compliant_teeth_are_found_beside_another_cause(rig):
     soft, drag = catalogue()["tooth_compliance"](**SOFT), catalogue()["drag_viscous"](coefficient=0.01)
     windows, _ = shot(rig, [soft, drag])
