@@ -360,10 +360,18 @@ def solve_roll(flanks, gear, flank, tooth, radius):
     """As :func:`roll_at_radius`, of any flank."""
     base = flanks.gears[gear, BASE]
     roll = sqrt(max((radius / base) ** 2 - 1.0, 0.0))
-    for _ in range(30):
+    low, high = -np.inf, np.inf  # steep waves make Newton's steps cycle: those that leave the bracket are halved
+    for _ in range(60):
         x, y, _, _, dx, dy = flank_point(flanks, gear, flank, tooth, roll)
-        step = (x * x + y * y - radius * radius) / (2.0 * (x * dx + y * dy))
-        roll -= step
+        beyond = x * x + y * y - radius * radius
+        if beyond > 0.0:
+            high = roll
+        else:
+            low = roll
+        step = beyond / (2.0 * (x * dx + y * dy))
         if abs(step) < 1e-14:
-            break
+            return roll - step
+        roll -= step
+        if high - low < np.inf and not low < roll < high:
+            roll = 0.5 * (low + high)
     return roll

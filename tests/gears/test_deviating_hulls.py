@@ -18,8 +18,10 @@ from gears3d.gears import (
     ProfileWave,
     ToothDeviation,
     flank_point,
+    flanks_at,
     piece_budget,
     pieces,
+    roll_at_radius,
     solid,
 )
 
@@ -126,6 +128,23 @@ def test_flanks_that_lean_above_their_start_radius_have_hulls(teeth, which, orde
         HarmonicDeviation(which, "reverse", order, -amplitude, phase),
     )
     check(pair, which)
+
+
+def test_steep_waves_of_helical_teeth_end_at_the_tip():
+    """Newton's steps towards the tip's roll cycle on such flanks, and a layer of the solid was three gears wide."""
+    gears = [Gear(3.5e-3, z, helix_angle=radians(28.0), face_width=21e-3) for z in (104, 81)]
+    pair = Pair(*gears, centre_distance=0.36796811502465476)
+    waves = [
+        HarmonicDeviation("drive", flank, 104, sign * 10e-6, 0.0) for flank, sign in (("active", -1), ("reverse", 1))
+    ]
+    wavy = pair.with_deviations(*waves)
+    check(wavy, "drive")
+    assert solid(wavy, "drive", 10e-6).volume == pytest.approx(solid(pair, "drive", 10e-6).volume, rel=1e-5)
+    for height in np.linspace(-10.5e-3, 10.5e-3, 41):
+        flanks = flanks_at(wavy, height)
+        for side in (0, 1):
+            roll = roll_at_radius(flanks, 0, side, 1, gears[0].tip_radius)
+            assert hypot(*flank_point(flanks, 0, side, 1, roll)[:2]) == pytest.approx(gears[0].tip_radius, rel=1e-12)
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
