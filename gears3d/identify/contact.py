@@ -87,8 +87,8 @@ def shift_by_counting(
 
 def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.ndarray:
     """Return what readings of a gear whose motion is smooth are off that motion [rad], (n,)."""
+    from gears3d.measured.encoder import read_encoder
     from gears3d.measured.segmentation import steady
-    from gears3d.measured.segmentation.readings import read_encoder
 
     off = np.zeros(len(time))
     inner = np.flatnonzero(np.minimum(np.abs(angle - angle[0]), np.abs(angle - angle[-1])) > TURNING)

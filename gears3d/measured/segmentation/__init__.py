@@ -1,5 +1,7 @@
 """Measured records: displacement and its noise, flanks, flights and contacts, each known as well as it says."""
 
+from gears3d.measured.encoder import Reading as Reading
+from gears3d.measured.encoder import read_encoder as read_encoder
 from gears3d.measured.segmentation.drive import steady as steady
 from gears3d.measured.segmentation.explained import Explanation as Explanation
 from gears3d.measured.segmentation.explained import NotExplained as NotExplained
@@ -10,8 +12,6 @@ from gears3d.measured.segmentation.measured import path_of as path_of
 from gears3d.measured.segmentation.measured import segments_of as segments_of
 from gears3d.measured.segmentation.parabolas import Parabolas as Parabolas
 from gears3d.measured.segmentation.parabolas import common_law as common_law
-from gears3d.measured.segmentation.readings import Reading as Reading
-from gears3d.measured.segmentation.readings import read_encoder as read_encoder
 from gears3d.measured.segmentation.segments import alike as alike
 from gears3d.measured.segmentation.segments import doubtful as doubtful
 from gears3d.measured.segmentation.segments import segment as segment

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gears3d.measured.drive_motion import drive_motion
-from gears3d.measured.segmentation.readings import usual
+from gears3d.measured.encoder import usual
 from gears3d.signals import some_steps
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
     from gears3d.measured.drive_motion import DriveMotion
-    from gears3d.measured.segmentation.readings import Reading
+    from gears3d.measured.encoder import Reading
 
 SHORTEST = 0.4e-3
 """Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it."""
@@ -135,7 +135,7 @@ def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
         reading: of the drive's encoder.
         motion: its harmonics where they are known; they are looked for otherwise.
 
-    >>> from gears3d.measured.segmentation.readings import read_encoder
+    >>> from gears3d.measured.encoder import read_encoder
     >>> time = np.arange(0.0, 2.0, 2e-5)
     >>> motion = steady(read_encoder(time, np.floor((3.0 * time + 0.01 * np.sin(20.0 * time)) / 1e-4) * 1e-4))
     >>> off = motion.curve.derivative()(time) - 3.0 - 0.2 * np.cos(20.0 * time)
@@ -203,7 +203,7 @@ def redrawn(reading: Reading, before: Steady) -> Curve:
         reading: of the drive's encoder.
         before: the curve through the readings that there were.
 
-    >>> from gears3d.measured.segmentation.readings import read_encoder
+    >>> from gears3d.measured.encoder import read_encoder
     >>> time = np.arange(0.0, 2.0, 1e-4)
     >>> one, other = (read_encoder(time, np.floor(3.0 * time / 1e-4 + more) * 1e-4) for more in (0.0, 0.4))
     >>> bool(abs(redrawn(other, steady(one))(1.0) - steady(other).curve(1.0)) < 1e-5)

@@ -13,9 +13,9 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.drive_motion import DriveMotion, drive_motion, of_period
+from gears3d.measured.encoder import usual
 from gears3d.measured.segmentation.explained import NotExplained, backlash_sigma, explain, refuse
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
-from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.segments import DOUBTFUL, doubtful, segment, unsegmented
 from gears3d.measured.segmentation.smoothing import Blocks, Shape, Track, track
 from gears3d.measured.segmentation.tables import Measurement, Segments

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gears3d.measured.encoder import usual
 from gears3d.measured.segmentation.kernels import paths
 from gears3d.measured.segmentation.kernels.paths import SLIGHT
-from gears3d.measured.segmentation.readings import usual
 from gears3d.measured.segmentation.smoothing import Track
 from gears3d.signals import robust_deviation
 

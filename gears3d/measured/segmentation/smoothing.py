@@ -11,9 +11,9 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.measured.drive_motion import drive_motion
+from gears3d.measured.encoder import FEWEST, Reading, model_noise, read_encoder, stuck, usual
 from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
-from gears3d.measured.segmentation.readings import FEWEST, Reading, model_noise, read_encoder, stuck, usual
 from gears3d.signals import noise_of, some_steps
 
 LONGEST = 1e-3
