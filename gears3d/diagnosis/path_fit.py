@@ -52,6 +52,8 @@ that is known badly it comes to three."""
 SHIFTS, TURNS, LOOKED = tuple(0.1 * k for k in range(-6, 7)), 8, 32
 """Backlashes by which the zero of a record is moved where it may be wrong, parts of a period by which its angles are
 turned, and windows in which this is tried."""
+REACHES = tuple(0.08 * 1.25**k for k in range(12))
+"""Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
 
 class State(NamedTuple):
@@ -245,6 +247,36 @@ def settled(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     return rest
 
 
+def followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
+    """Move starts, and kicks, of each window to where they follow its readings from the first on, where that is better.
+
+    One impact after the other comes within reach; all at once, those that come late hold the first where they are.
+
+    Args:
+        windows: that go with starts.
+        effects: of the causes.
+        rest: residuals of the present starts.
+
+    Returns:
+        Residuals.
+    """
+    before = windows.starts
+    windows.restart(effects, anew=True, until=REACHES[0])
+    new = windows.residuals(effects)
+    for reach in REACHES:
+        early = windows.early(reach, len(new))
+        for _ in range(SETTLING):
+            along = windows.along(effects)
+            tried = windows.moved([one * early for one in along.starts()], new * early, along.spread, FARTHEST[1])
+            moved = windows.residuals(effects, tried)
+            better = windows.level(moved * early) < windows.level(new * early)
+            windows.starts = tried.where(better, windows.starts)
+            new = np.where(better[windows.every[: len(new)]], moved, new)
+    better = windows.level(new) < windows.level(rest)
+    windows.starts = windows.starts.where(better, before)
+    return np.where(better[windows.every[: len(rest)]], new, rest)
+
+
 def rezeroed(windows: Windows, now: State) -> State:
     """Return a state with other zeros of displacement and angles, where records are far off and nearer with them.
 
@@ -308,8 +340,9 @@ def polished(windows: Windows, now: State, rounds: int = 4) -> State:
         now = with_spread(windows, now)
         level = windows.level(now.rest)
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
-        windows.restart(effects_of(now.causes))
-        new = fitted(windows, now)
+        effects = effects_of(now.causes)
+        windows.restart(effects)
+        new = fitted(windows, now._replace(rest=followed(windows, effects, windows.residuals(effects))))
         most = FAR * float(np.median(level))
         before, after = _bounded(windows, now.rest, most), _bounded(windows, new.rest, most)
         if after >= before:

@@ -26,7 +26,6 @@ from gears3d.diagnosis.path_fit import (
     OIL,
     ROUNDS,
     SCATTER,
-    SETTLING,
     SMALLEST,
     SOFT,
     State,
@@ -34,6 +33,7 @@ from gears3d.diagnosis.path_fit import (
     effects_of,
     fall_of,
     fitted,
+    followed,
     gain_of,
     polished,
     restore,
@@ -83,8 +83,6 @@ BEGINNINGS, NEARBY, ASTRAY, MANY = (0.12, 0.17, 0.25, 0.35, 0.5, 0.7, 1.0), 0.02
 """Parts of windows, from their beginning on, in which causes are sought one after the other; parts of the backlash up
 to which the path is near in so many windows, so that slopes say what candidates promise, and from which on, with all
 that is found, it is that of another rig."""
-REACHES = tuple(0.08 * 1.25**k for k in range(12))
-"""Parts of a window, from its beginning on, whose readings starts and kicks follow one after the other."""
 
 
 class Path(NamedTuple):
@@ -560,39 +558,9 @@ def _scattered(windows: Windows, known: Sequence[Candidate], now: State) -> list
     if best is None:
         return []
     for _ in range(SPREADS):
-        rest = _followed(windows, effects_of(best.causes), best.rest)
+        rest = followed(windows, effects_of(best.causes), best.rest)
         best = with_spread(windows, fitted(windows, state_of(windows, best.causes, rest)))
     return [best]
-
-
-def _followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
-    """Move starts and kicks of each window to where they follow its readings from the first on, where that is better.
-
-    One impact after the other comes within reach; all at once, those that come late hold the first where they are.
-
-    Args:
-        windows: that go with starts; restitution scatters.
-        effects: of the causes.
-        rest: residuals of the present starts.
-
-    Returns:
-        Residuals.
-    """
-    before = windows.starts
-    windows.restart(effects, anew=True, until=REACHES[0])
-    new = windows.residuals(effects)
-    for reach in REACHES:
-        early = windows.early(reach, len(new))
-        for _ in range(SETTLING):
-            along = windows.along(effects)
-            tried = windows.moved([one * early for one in along.starts()], new * early, along.spread, FARTHEST[1])
-            moved = windows.residuals(effects, tried)
-            better = windows.level(moved * early) < windows.level(new * early)
-            windows.starts = tried.where(better, windows.starts)
-            new = np.where(better[windows.every[: len(new)]], moved, new)
-    better = windows.level(new) < windows.level(rest)
-    windows.starts = windows.starts.where(better, before)
-    return np.where(better[windows.every[: len(rest)]], new, rest)
 
 
 def _promised(windows: Windows, now: State) -> float:

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gears3d.measured.noise import without_repeats
-from gears3d.signals import count_of, quantum
+from gears3d.measured.encoder import FEWEST as READINGS
+from gears3d.measured.encoder import Reading, model_noise, read_encoder
+from gears3d.signals import noise_of
 from gears3d.units import show
 
 Array = np.ndarray
@@ -40,8 +41,12 @@ FINEST = 20.0
 """Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
 COUNTED = 0.35
 """Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
-TIMES = 10
-"""Multiple of the strongest harmonic up to which a line below the counts is believed to be one."""
+NEXT, SURE = 4, 4.0
+"""Multiples of the strongest harmonic that joints, cranks and motors make, which are looked for below the counts, too,
+and standard deviations that each must have to be one: by chance, one in 3000."""
+OTHERS, OVER = 5, 1.4
+"""Multiple of the amplitude of the fifth-strongest line between two multiples that they must have: where the noise is
+that of counts, it consists of lines."""
 RUN_UP = 0.02
 """Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
 FUNDAMENTAL = 0.1
@@ -156,6 +161,8 @@ def told(motion: Mapping[str, Any]) -> str:
 def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -> DriveMotion:
     """Return the motion of the drive, its strongest harmonics with the uncertainty that noise beside them has.
 
+    Interpolation errors of the encoder are no motion; they are taken off first.
+
     Args:
         time: of the readings [s], rising, (n,).
         angle: of the drive gear [rad], (n,).
@@ -169,11 +176,21 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     [20.0, 3.0, 1.885, 0.5, 0.9425]
     """
     time, angle = np.asarray(time, float), np.asarray(angle, float)
-    count = 0.0
-    if len(angle) > 1 and not len(frequencies):
-        whole = quantum(angle) or count_of(angle)
-        time, angle = without_repeats(time, angle, whole)
-        count = _beats(angle, whole or 0.0)
+    if len(time) >= READINGS and not len(frequencies) and np.isfinite(angle.sum()):
+        return motion_of(model_noise(read_encoder(time, angle))[0])
+    return _of(time, angle, frequencies)
+
+
+def motion_of(reading: Reading) -> DriveMotion:
+    """Return the motion of the drive as the readings of its encoder have it.
+
+    Args:
+        reading: without interpolation errors.
+    """
+    return _of(reading.time, reading.shown, (), _beats(reading))
+
+
+def _of(time: Array, angle: Array, frequencies: Sequence[float], count: float = 0.0) -> DriveMotion:
     time, angle, width = _means(time, angle)
     span = float(time[-1] - time[0]) if len(time) else 0.0
     if len(time) < FEWEST or not span > 0.0 or not np.isfinite(angle.sum()):
@@ -183,20 +200,22 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
     turns = np.array([2.0 * pi * one for one in frequencies if one * span >= 1.0])
     numbers = fit.solve(turns)
     if not len(frequencies):
-        turns, numbers = _search(fit, COUNTED * count)
+        turns, numbers = _search(fit, count)
     return _motion(fit, turns, numbers, bool(len(frequencies)))
 
 
-def _beats(angle: Array, count: float) -> float:
+def _beats(reading: Reading) -> float:
     """Return the count of an encoder as far as its lines are left by noise, which dithers them [rad].
 
-    Counts alone make second differences of one count at most. Source: Widrow and Kollar 2008, Quantization Noise:
-    noise of variance v lets the line of counts q fall by exp(-2·pi²·v/q²).
+    Counts that keep step with samples may pass for noise, but not in every second, third and fifth reading as well.
+    Source: Widrow and Kollar 2008, Quantization Noise: noise of variance v lets the line of counts q fall by
+    exp(-2·pi²·v/q²).
     """
+    count = reading.quantum
     if not count:
         return 0.0
-    noise = max(float(np.median(np.abs(np.diff(angle, 2)))) - count, 0.0) / (0.6745 * np.sqrt(6.0))
-    return count * float(np.exp(-2.0 * pi**2 * noise**2 / count**2))
+    noise = min(noise_of(reading.time[::step], reading.shown[::step], clip=4.0) for step in (1, 2, 3, 5))
+    return count * float(np.exp(-2.0 * pi**2 * max(noise**2 / count**2 - 1.0 / 12.0, 0.0)))
 
 
 def of_period(time: Array, angle: Array, period: float, at: Array) -> Array:
@@ -291,7 +310,7 @@ def _steep(grid: Array, power: Array) -> Array:
     return median_filter(power * square, 2 * BESIDE + 1, mode="reflect") / np.log(2.0) / square
 
 
-def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
+def _search(fit: _Fit, count: float) -> tuple[Array, Array]:
     """Return angular frequencies of all harmonics, the strongest first, and the coefficients of the fit."""
     turns = np.zeros(0)
     numbers = fit.solve(turns)
@@ -300,7 +319,7 @@ def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
         line = grid[1] if len(grid) > 1 else 1.0
         level = np.maximum(level, _steep(grid, power))
         usable = (grid >= LEAST * line) & (power > level * np.log(len(grid) / CHANCE))
-        usable &= (power > least**2) | _multiples(grid, turns[:1])
+        usable &= power > (COUNTED * count) ** 2
         usable[-1] = False
         for turn in turns:
             usable &= np.abs(grid - turn) > APART * line
@@ -318,18 +337,44 @@ def _search(fit: _Fit, least: float) -> tuple[Array, Array]:
         shift = float(np.clip(0.5 * (left - right) / bend, -0.5, 0.5)) if bend < 0.0 else 0.0
         turns = np.append(turns, grid[best] + shift * line)
         turns, numbers = fit.refined(turns, fit.solve(turns))
+    turns = _with_multiples(fit, turns)
+    numbers = fit.solve(turns)
     for _ in range(ROUNDS if len(turns) else 0):
         turns, numbers = fit.refined(turns, numbers)
+    if len(turns):  # those of the multiples are known better than by themselves
+        times = np.round(turns / turns[0])
+        near = np.abs(turns - times * turns[0]) < 0.5 * pi / fit.half
+        turns = np.where(near & (times > 1.0), times * turns[0], turns)
+        numbers = fit.solve(turns)
     return turns, numbers
 
 
-def _multiples(grid: Array, first: Array) -> Array:
-    """Return which lines are multiples of the strongest: counts beat with samples, and make lines anywhere else."""
-    if not len(first):
-        return np.zeros(len(grid), dtype=bool)
-    times = grid / first[0]
-    near = np.abs(times - np.round(times)) * first[0] < 1.5 * grid[1]
-    return near & (np.round(times) > 1.0) & (np.round(times) <= TIMES)
+def _with_multiples(fit: _Fit, turns: Array) -> Array:
+    """Return the frequencies of harmonics with those multiples of the strongest that exceed the noise as well.
+
+    Their frequencies are known, so that less noise can pass for one than where a line is looked for.
+    """
+    if not len(turns):
+        return turns
+    times = np.arange(2, NEXT + 1) * turns[0]
+    line = pi / fit.half
+    apart = np.min(np.abs(times[:, None] - turns), axis=1) > APART * line
+    tried = np.append(turns, times[(fit.shrunk(times) > 0.5) & apart])
+    for _ in range(2):  # the noise beside them is what is left without the strong ones
+        numbers = fit.solve(tried)
+        rest = fit.rest(tried, numbers)
+        grid, _, level = _spectrum(fit, rest)
+        lines = np.abs(np.fft.rfft(rest)) * (2.0 / len(rest))
+        sizes = np.hypot(*np.split(numbers[DEGREE + 1 :], 2)) * fit.shrunk(tried)
+        kept = sizes * tried**2 > SMALL * sizes[0] * tried[0] ** 2
+        kept &= sizes > SURE * np.sqrt(np.interp(tried, grid, level) / 3.0)
+        for k, turn in enumerate(tried):
+            near = np.abs(grid - turn)
+            own = np.sort(lines[(near < 0.9 * turns[0]) & (near > 2.0 * line)])[-OTHERS:]
+            kept[k] &= len(own) < OTHERS or sizes[k] > OVER * own[0]
+        kept[: len(turns)] = True
+        tried = tried[kept]
+    return tried
 
 
 def _motion(fit: _Fit, turns: Array, numbers: Array, given: bool) -> DriveMotion:

@@ -38,6 +38,10 @@ RATES = (1, 4, 16)
 """Neighbours that are averaged, so that waves of up to 180 readings are passed."""
 OUTLIER = 8.0
 """Deviations beyond which a residual is an impact, not noise."""
+SWEEP = (0.05, 0.95)
+"""Quantiles of the speed between which an order that samples fold back must not look like motion."""
+SAME = 0.8
+"""Part of the strongest order's power from which on a lower order may be the one that samples make it look like."""
 HARMONICS = (1, 2, 3, 4)
 """Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more."""
 ALIKE = 0.3
@@ -514,7 +518,7 @@ def _jitter(
         squares.append(means[0] ** 2)
         powers.append(means[1] / norm**2)
     square, power = np.concatenate([*squares, []]), np.concatenate([*powers, []])
-    if len(square) < FEWEST or np.std(square) < 0.05 * np.mean(square):
+    if len(square) < FEWEST or np.std(square) <= 0.05 * np.mean(square):
         return 0.0, np.nan  # one speed: jitter is white noise
     off = square - square.mean()
     slope = float(off @ power / (off @ off))
@@ -598,7 +602,8 @@ def _in_band(
     step = float(np.median(np.abs(np.diff(angle))))
     lowest, highest = LOWEST, 0
     if step > 0.0 and np.any(rest):
-        highest = int(min(2 * np.pi / (PASSED[0] * step), HIGHEST))
+        fastest = 0.0 if factor == 1 and not edges else PASSED[0]  # faster ones than samples follow look like others
+        highest = int(min(2 * np.pi / max(fastest * step, 2 * np.pi / HIGHEST), HIGHEST))
         lowest = int(max(2 * np.pi / (PASSED[1] * step), LOWEST))
     per_turn = 2 * np.pi / count if count else np.inf
     highest = int(min(highest, 0.9 * per_turn))  # beyond, rounding to counts
@@ -608,10 +613,16 @@ def _in_band(
     floor = np.maximum(_floor(power), 1e-6 * float(np.mean(power)) + 1e-300)
     ratio = power / floor
     ratio[:lowest] = 0.0
+    every, slow, fast = np.arange(len(ratio)), *np.quantile(np.abs(np.diff(angle[::SMOOTHED])) / SMOOTHED, SWEEP)
+    folded = np.abs((every * step + np.pi) % (2 * np.pi) - np.pi)  # what samples make of each order, at the usual speed
+    able = folded > 2 * np.pi / PASSED[1] + 0.5 * (fast - slow) * every
+    able |= every * step * PASSED[0] < 2 * np.pi
+    able &= every <= min(0.25 * per_turn, max(lines, default=np.inf))
     tried = highest - lowest
     chance = np.log(tried / CHANCE)
     least = SLIGHT * robust_deviation(rest) / _smoother().norm * np.sqrt(factor)
-    best = int(np.argmax(ratio))
+    best = int(np.argmax(np.where(able, ratio, 0.0)))
+    best = int(np.flatnonzero(able & (ratio > 0.0) & (power >= SAME * power[best]))[0]) if able[best] else best
     found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
     if ratio[best] > chance and search:
         bases = {best, best // 2, best // 4}

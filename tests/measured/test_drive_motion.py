@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gears3d.measured.checks import admit
-from gears3d.measured.drive_motion import drive_motion
+from gears3d.measured.drive_motion import drive_motion, motion_of
+from gears3d.measured.encoder import model_noise, read_encoder
 from gears3d.recording import Recording
 from gears3d.scenario import load
 
@@ -107,3 +108,32 @@ def test_held_readings_make_no_lines_of_their_own():
     found = drive_motion(*swinging(2e-4, held=7)).harmonics
     assert found[0].frequency == pytest.approx(40.0, abs=0.01)
     assert all(one.frequency < 200.0 for one in found)
+
+
+@pytest.mark.parametrize("lines", [1424, 5300])
+def test_interpolation_errors_are_no_harmonics_even_where_lines_pass_faster_than_samples(lines):
+    """Once and twice per line, at up to four a sample, which the fluctuation spreads over many frequencies."""
+    rng, time = np.random.default_rng(6), np.arange(0.0, 2.0, 1.15e-4)
+    waves = [(0.47, 43.2, 0.0), (0.0235, 86.4, 1.0), (0.0235, 129.6, -2.0)]
+    true = angle_of(time, 22.2, waves)
+    wrong = 2.0 * pi / lines * 7e-3 * (np.cos(lines * true + 0.3) + 0.5 * np.cos(2 * lines * true + 1.0))
+    count = 2.0 * pi / (24 * lines)
+    angle = np.floor((true + wrong + rng.normal(0.0, 2e-5, len(time))) / count) * count
+    reading, model = model_noise(read_encoder(time, angle))
+    assert [one.order for one in model.periodic] == [lines, 2 * lines]
+    found = motion_of(reading).harmonics
+    assert sorted(one.frequency for one in found) == pytest.approx([43.2, 86.4, 129.6], rel=1e-4)
+    sizes = {round(one.frequency / 43.2): one for one in found}
+    assert all(abs(sizes[k].amplitude - 0.0235) < 4.0 * sizes[k].amplitude_sigma for k in (2, 3))
+
+
+def test_a_slight_multiple_of_the_fluctuation_is_found():
+    """Five and a half standard deviations: a line of any frequency would need more."""
+    rng, time, found = np.random.default_rng(8), np.arange(0.0, 2.0, 5e-5), 0
+    sigma = 3e-4 * np.sqrt(2.0 / len(time))  # of an amplitude
+    for _ in range(20):
+        small = 5.5 * sigma * 2.0 * pi * 120.0
+        angle = angle_of(time, 20.0, [(0.3, 40.0, 0.0), (small, 120.0, rng.uniform(0.0, 2.0 * pi))])
+        motion = drive_motion(time, angle + rng.normal(0.0, 3e-4, len(time)))
+        found += any(one.frequency == pytest.approx(120.0, rel=1e-4) for one in motion.harmonics)
+    assert found >= 15

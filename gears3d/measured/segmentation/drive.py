@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gears3d.measured.drive_motion import drive_motion
+from gears3d.measured.drive_motion import motion_of
 from gears3d.measured.encoder import usual
 from gears3d.signals import some_steps
 
@@ -144,7 +144,7 @@ def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
     """
     spacing = float(np.median(some_steps(reading.time)))
     size = max(int(SHORTEST / spacing), 1)
-    waves = _waves(motion or drive_motion(reading.time, reading.shown))
+    waves = _waves(motion or motion_of(reading))
     found = _through(reading, size, waves)
     while size > 1 and (found.rest > MISSED or found.finest):
         size = max(size // FINER, 1)

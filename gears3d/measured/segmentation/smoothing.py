@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.measured.drive_motion import drive_motion
+from gears3d.measured.drive_motion import motion_of
 from gears3d.measured.encoder import FEWEST, Reading, model_noise, read_encoder, stuck, usual
 from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
@@ -209,9 +209,10 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
         if len(reading.time) < FEWEST:
             what = f"is read {len(reading.time)} times only"
             raise InputError(Fault(name, what, f"a record needs at least {FEWEST} readings", file))
-    motion = drive_motion(one.time, one.shown)
+    one, first = model_noise(one)
+    motion = motion_of(one)
     order = motion.harmonics[0].order if motion.harmonics else 0.0
-    (one, first), (other, second) = model_noise(one), model_noise(other, order * radii[1] / radii[0])
+    other, second = model_noise(other, order * radii[1] / radii[0])
     one, other = _floored(one, other, radii)
     inside: slice | np.ndarray = slice(None)  # a long record is not copied for nothing
     if other.time[0] < one.time[0] or other.time[-1] > one.time[-1]:
