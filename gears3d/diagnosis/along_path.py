@@ -43,6 +43,9 @@ AGREE = 1.5
 """Chi-square a point of channels up to which they tell causes apart: more, and records were cut wrongly."""
 CLEAR = 0.02
 """Smallest size of an effect in each place, in units, that a path must show to tell that there is none."""
+UNSURE = 64.0
+"""Fall of chi-square that the uncertainty of the drive's motion may explain where channels tell causes apart: in four
+records whose drive is well known it came to 1 to 17."""
 APART, KNOWN = 3.0, 0.005
 """Standard deviations by which a number from events may be off that from the path, and how well either is known at
 best, in units."""
@@ -105,7 +108,8 @@ class AlongPath(NamedTuple):
             if changed > ENOUGH:
                 records = [turn(one, *each) for one, each in zip(self.records, by.tolist(), strict=True)]
                 found = given(records, self.path.causes, UNSEEN)
-            first = _told_apart(found, self.path.causes, told)
+            known = self.path.unsure < UNSURE  # channels take the drive's motion as it was measured
+            first = _told_apart(found, self.path.causes, told) if known else list(self.path.causes)
             causes, spread = _numbers(found, self.path, first, in_own_channels(found, UNSEEN))
         rest = found.base - contribution(found.records, [one.effect for one in causes if one.effect is not None])
         now = Fit(tuple(causes), float(rest @ rest), spread, rest)

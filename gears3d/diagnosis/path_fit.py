@@ -59,7 +59,8 @@ REACHES = tuple(0.08 * 1.25**k for k in range(12))
 class State(NamedTuple):
     """Causes, the residuals that they leave, and the windows' starts, zeros and weights with them.
 
-    The price of kicks is the logarithm by which they lower the evidence, twice, in each window.
+    The price of kicks is the logarithm by which they lower the evidence, twice, in each window. What is beyond is what
+    remains of the residuals where the drive moves as suits them best within its uncertainty.
     """
 
     causes: tuple[Cause, ...]
@@ -69,6 +70,7 @@ class State(NamedTuple):
     turned: Array
     weight: Array
     price: Array
+    beyond: Array | None = None
 
 
 def state_of(windows: Windows, causes: Sequence[Cause], rest: Array) -> State:
@@ -95,7 +97,8 @@ def gain_of(windows: Windows, less: State, more: State) -> tuple[float, float]:
 
     What keeps its sign for some readings counts as one reading.
     """
-    return fall_of(windows, less.rest, more.rest, more.price - less.price)
+    a, b = (one.rest if one.beyond is None else one.beyond for one in (less, more))
+    return fall_of(windows, a, b, more.price - less.price)
 
 
 def fall_of(windows: Windows, less: Array, more: Array, price: Array | float = 0.0) -> tuple[float, float]:
@@ -336,6 +339,30 @@ def _by_record(windows: Windows, rest: Array) -> Array:
 
 def polished(windows: Windows, now: State, rounds: int = 4) -> State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
+    return _driven(windows, _polished(windows, now, rounds))
+
+
+def _driven(windows: Windows, now: State) -> State:
+    """Return a state with what is beyond the uncertainty of the drive's motion, whose harmonics have a price."""
+    along = windows.along(effects_of(now.causes))
+    columns = along.driven()
+    if not columns:
+        return now
+    weight = windows.weights(along.rest)
+    away = windows.without_starts([one * weight for one in along.starts()])
+    rest, beyond, price = away(now.rest * weight), now.rest.copy(), _price(windows, now.causes)
+    for k in range(len(windows.zeros)):
+        own = np.column_stack([np.zeros((len(rest), 0)), *(away(one * weight) for j, one in columns if j == k)])
+        if not own.size:
+            continue
+        sizes = np.linalg.solve(own.T @ own + np.eye(own.shape[1]), own.T @ rest)
+        beyond -= own @ sizes / weight
+        price[windows.record == k] += float(sizes @ sizes) / max(int(np.sum(windows.record == k)), 1)
+    return now._replace(beyond=beyond, price=price)
+
+
+def _polished(windows: Windows, now: State, rounds: int) -> State:
+    """Return the same without what is beyond."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
         now = with_spread(windows, now)
         level = windows.level(now.rest)
@@ -371,7 +398,7 @@ def scanned(windows: Windows, now: State) -> State:
                 windows.restart(effects)
                 rest = settled(windows, effects, windows.residuals(effects))
                 tried = state_of(windows, causes, rest)
-                if gain_of(windows, better or now, tried)[0] > ACCEPT:
+                if fall_of(windows, (better or now).rest, tried.rest)[0] > ACCEPT:
                     better = tried
         if better is None or not SMALLEST < size_of(windows, better.causes[-1]) < LARGEST:
             break

@@ -100,6 +100,7 @@ class Path(NamedTuple):
             whether the path excludes it.
         seen: smallest size of causes of one number that the path shows beside these, in units, by kind.
         scatter: of the restitution, in addition to the causes.
+        unsure: fall of chi-square, over its level, that the uncertainty of the drive's motion explains.
     """
 
     causes: tuple[Cause, ...]
@@ -112,6 +113,7 @@ class Path(NamedTuple):
     others: tuple[tuple[tuple[Cause, float, bool], ...], ...]
     seen: dict[str, float]
     scatter: Scatter | None = None
+    unsure: float = 0.0
 
 
 class Against(NamedTuple):
@@ -141,7 +143,8 @@ def path_search(
     if len(windows) < SCORED // 4:
         return None
     base = polished(windows, _opened(windows))
-    found, less, instead = _exchanged(windows, known, base, _searched(windows, known, base, told))
+    found = _searched(windows, known, base, lambda part: told(0.5 * part))
+    found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
     for gain, own in zip(gains, instead, strict=True):
@@ -155,9 +158,14 @@ def path_search(
     made = Path(
         found.causes, covariance_of(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _seen(windows, known, found),
+        _seen(windows, known, found), unsure=_unsure(windows, [found, *(one for own in instead for one in own)]),
     )  # fmt: skip
     return _apart(made)
+
+
+def _unsure(windows: Windows, states: Sequence[State]) -> float:
+    """Return the fall of chi-square, over its level, that the uncertainty of the drive explains in one of states."""
+    return max(fall_of(windows, one.rest, one.beyond)[0] if one.beyond is not None else 0.0 for one in states)
 
 
 def _apart(path: Path) -> Path:
@@ -328,7 +336,7 @@ def _added(
 
 
 def _exchanged(
-    windows: Windows, known: Sequence[Candidate], base: State, found: State
+    windows: Windows, known: Sequence[Candidate], base: State, found: State, told: Callable[[float], None]
 ) -> tuple[State, list[State], list[list[State]]]:
     """Return a state with other causes in the place of some, where these explain more or are simpler.
 
@@ -341,6 +349,7 @@ def _exchanged(
         found = _fewer(windows, known, base, found)
         less, instead = [], []
         for k, cause in enumerate(found.causes):
+            told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k))))
             own = []

@@ -20,10 +20,12 @@ from gears3d.diagnosis.shooting_kernels import BOUNCES, SETTLES, carried, follow
 from gears3d.diagnosis.zeros import GEARS
 from gears3d.effects import Code, SensorEffect
 from gears3d.lumped.flanks import perfect
+from gears3d.measured.drive_motion import NEXT as MULTIPLES
 
 if TYPE_CHECKING:
     from gears3d.effects import Row
     from gears3d.measured.segmentation import Track
+    from gears3d.measured.segmentation.drive import Curve
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
@@ -48,6 +50,8 @@ BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
 NEXT = 1e-3
 """Units that starts between films of oil are moved by, for slopes."""
+UNSEEN = 2.0
+"""Standard deviations that a harmonic of the drive may have that was not found: half of what it must have to be."""
 KICKS = 16
 """First impacts of a window that have a restitution of their own where it scatters."""
 FARTHEST_KICK = 2.0
@@ -148,6 +152,7 @@ class Windows:
             return np.array(made).reshape(-1, NODES)
 
         self.drive: tuple[Array, ...] = driven(0), driven(1), driven(2)
+        self.unsure = [_unsure(one) for one in curves]
         lasts = [len(one[0]) for one in seen]
         self.window = np.repeat(np.arange(len(rows)), lasts)
         self.roots = [
@@ -582,6 +587,20 @@ class WithoutStarts:
         return column - along[self._windows.every[: len(column)], self._windows.order[: len(column)]]
 
 
+def _unsure(curve: Curve) -> list[tuple[float, float]]:
+    """Return circular frequencies [rad/s] of a drive's harmonics, and by how much each may be wrong [rad].
+
+    Those of the next multiples of the strongest may have been missed, too.
+    """
+    waves = curve.waves
+    if not len(waves.turns):
+        return []
+    first = float(waves.turns[np.argmax(np.abs(waves.sizes) * waves.turns)])
+    sigma = waves.sigma / np.sqrt(len(waves.turns))
+    more = [k * first for k in range(2, MULTIPLES + 1) if np.min(np.abs(waves.turns - k * first)) > 0.01 * first]
+    return [*((turn, sigma) for turn in waves.turns.tolist()), *((turn, UNSEEN * sigma) for turn in more)]
+
+
 class _Run(NamedTuple):
     """What a rig does in all windows.
 
@@ -705,6 +724,28 @@ class Linearised:
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
         return self.extended(made / windows.sigma)
+
+    def driven(self) -> list[tuple[int, Array]]:
+        """Return how predictions change with each harmonic of each record's drive, per standard deviation.
+
+        Returns:
+            Record and column, (n,), of each.
+        """
+        windows, none = self.windows, np.zeros(len(self.windows))
+        time = windows.begin[:, None] + windows.step[:, None] * np.arange(windows.drive[0].shape[1])
+        record, made = windows.record[windows.every[: len(self.rest)]], []
+        for number in range(max(map(len, windows.unsure), default=0)):
+            pairs = [one[number] if number < len(one) else (0.0, 0.0) for one in windows.unsure]
+            own = np.array(pairs, float).reshape(-1, 2)
+            turn, sigma = own[windows.record, :1], own[windows.record, 1:]
+            for phase in (0.0, 0.5 * np.pi):
+                wrong = windows.radii[0] * sigma * np.cos(turn * time + phase)
+                pushed = (-(turn**2) * wrong, self.none, self.none)
+                still = np.zeros(self.run.events.shape[:2])
+                column = self._followed(pushed, still, (none, none)) - windows.between(wrong)
+                column = self.extended(column / windows.sigma)
+                made += [(k, np.where(record == k, column, 0.0)) for k in np.flatnonzero(own[:, 1]).tolist()]
+        return made
 
     def _followed(self, pushed: tuple[Array, Array, Array], rebound: Array, starts: tuple[Array, Array]) -> Array:
         """Return the change of the displacement at the readings [m], (n,)."""
