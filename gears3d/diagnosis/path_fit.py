@@ -339,7 +339,12 @@ def _by_record(windows: Windows, rest: Array) -> Array:
 
 def polished(windows: Windows, now: State, rounds: int = 4) -> State:
     """Return a state fitted from new starts as long as that makes a difference, windows that part weighted less."""
-    return _driven(windows, _polished(windows, now, rounds))
+    now = _polished(windows, now, rounds)
+    effects, before = effects_of(now.causes), now.rest
+    rest = followed(windows, effects, before)
+    if np.any(rest != before):
+        now = fitted(windows, now._replace(rest=rest))
+    return _driven(windows, now)
 
 
 def _driven(windows: Windows, now: State) -> State:
@@ -362,14 +367,13 @@ def _driven(windows: Windows, now: State) -> State:
 
 
 def _polished(windows: Windows, now: State, rounds: int) -> State:
-    """Return the same without what is beyond."""
+    """Return the same, where starts need no more than flights through the first readings or rests."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
         now = with_spread(windows, now)
         level = windows.level(now.rest)
         windows.weight = 1.0 / np.sqrt(np.maximum(level / (4.0 * max(float(np.median(level)), 1e-12)), 1.0))
-        effects = effects_of(now.causes)
-        windows.restart(effects)
-        new = fitted(windows, now._replace(rest=followed(windows, effects, windows.residuals(effects))))
+        windows.restart(effects_of(now.causes))
+        new = fitted(windows, now)
         most = FAR * float(np.median(level))
         before, after = _bounded(windows, now.rest, most), _bounded(windows, new.rest, most)
         if after >= before:
