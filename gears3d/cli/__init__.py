@@ -130,11 +130,7 @@ def gears3d(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and exit with the code of the contract.
-
-    Args:
-        arguments: without the program's name; those of the process when ``None``.
-    """
+    """Run the command line and exit with the code of the contract."""
     gc.set_threshold(YOUNG)
     atexit.register(gc.freeze)  # spares the interpreter a last look at a million objects, half a second after a run
     try:

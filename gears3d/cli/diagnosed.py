@@ -11,11 +11,7 @@ if TYPE_CHECKING:
 
 
 def show(found: Diagnosis) -> None:
-    """Print a diagnosis.
-
-    Args:
-        found: the diagnosis.
-    """
+    """Print a diagnosis."""
     from rich.console import Console
     from rich.markup import escape
 

@@ -108,11 +108,7 @@ def _memory() -> float | None:
 
 
 def extra(name: str) -> dict[str, Any]:
-    """Return whether an optional extra is installed, and what to type where it is not.
-
-    Args:
-        name: of the extra, as pyproject.toml has it.
-    """
+    """Return whether an optional extra is installed, and what to type where it is not."""
     lacking = missing(name)
     return {
         "packages": [*EXTRAS[name].libraries.values()],

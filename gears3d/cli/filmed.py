@@ -31,18 +31,7 @@ class Filmed(NamedTuple):
 def filmed(
     source: Path, rig: Scenario | None, map_file: Path | None = None, correct: list[str] | None = None
 ) -> Filmed:
-    """Open a recording with its scenario.
-
-    Args:
-        source: a run folder; with ``rig`` a folder with a recording, or a measured record of any format.
-        rig: scenario of the test rig.
-        map_file: ``record.toml``.
-        correct: kinds of findings to correct.
-
-    Raises:
-        InputError: it does not exist, or cannot be read.
-        UsageError: a measured record comes without its rig.
-    """
+    """Open a recording with its scenario."""
     from gears3d.errors import UsageError
 
     if source.is_dir() or not source.exists():

@@ -10,13 +10,7 @@ if TYPE_CHECKING:
 
 
 def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:
-    """Print findings on stderr, one line each.
-
-    Args:
-        findings: of the gate.
-        file: its name, where there are several.
-        quiet: print nothing without findings.
-    """
+    """Print findings on stderr, one line each."""
     if quiet and not findings:
         return
     from rich.console import Console
@@ -33,11 +27,7 @@ def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = Fal
 
 
 def show_repeated(repeated: Sequence[Admitted]) -> None:
-    """Print on stderr which files are excluded, as they repeat the readings of others.
-
-    Args:
-        repeated: of an admission.
-    """
+    """Print on stderr which files are excluded, as they repeat the readings of others."""
     import typer
 
     for one in repeated:

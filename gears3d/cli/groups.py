@@ -15,12 +15,7 @@ from gears3d.errors import UsageError, did_you_mean
 
 
 def warn_renamed(old: str, new: str) -> None:
-    """Print one line on stderr about an old name that still works.
-
-    Args:
-        old: as it was typed.
-        new: name to type from now on.
-    """
+    """Print one line on stderr about an old name that still works."""
     typer.echo(f"warning: {old} is called {new} now; the old name will be removed", err=True)
 
 
@@ -47,11 +42,7 @@ class LazyGroup(TyperGroup):
         return [name for name in self.names() if find_spec(self._module(name))]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command.
-
-        Raises:
-            UsageError: it is unknown.
-        """
+        """Return a command."""
         if (new := self.renamed.get(cmd_name)) is not None:
             if not ctx.resilient_parsing:
                 warn_renamed(f"'{self.line} {cmd_name}'", f"'{self.line} {new}'")

@@ -115,18 +115,7 @@ def _result(files: Sequence[str], lines: Sequence[tuple[str, str]], found: list[
 def propose_map(
     records: list[Path], bench: Scenario | None, map_file: Path | None, out: Path | None, rig: Path | None
 ) -> None:
-    """Print or write the map proposed for one file.
-
-    Args:
-        records: the file, alone.
-        bench: scenario of the test rig.
-        map_file: has to be ``None``.
-        out: file of the map; printed without.
-        rig: as it was given.
-
-    Raises:
-        UsageError: not one measured file is named.
-    """
+    """Print or write the map proposed for one file."""
     from gears3d.errors import UsageError
     from gears3d.files import write_text
     from gears3d.measured.readers import propose

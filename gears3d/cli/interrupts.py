@@ -34,9 +34,6 @@ def orderly_ends() -> Iterator[None]:
     string, of which dataclasses are made (``unhandled_keyboard_interrupt`` in pythonrun.c).
 
     Ignored signals remain ignored, e.g. under ``nohup``. Outside the main thread nothing changes.
-
-    Returns:
-        A context.
     """
 
     def end(number: int, _: object) -> None:
@@ -53,9 +50,6 @@ def patient_interrupts() -> Iterator[Callable[[], None]]:
     """Provide a function that raises ``KeyboardInterrupt`` if a signal arrived since its last call.
 
     A second signal before the first was handled interrupts at once. Outside the main thread nothing changes.
-
-    Returns:
-        A context that provides the function.
     """
     waiting = False
 

@@ -30,11 +30,7 @@ def command() -> str:
 
 
 def to_file(*endings: str) -> Callable[[Any], Any]:
-    """Return the callback of an option that names a file to write: it is refused before the verb begins.
-
-    Args:
-        endings: permitted ones; any if empty.
-    """
+    """Return the callback of an option that names a file to write: it is refused before the verb begins."""
 
     def check(value: Path | None) -> Path | None:
         if value is not None:
@@ -45,24 +41,14 @@ def to_file(*endings: str) -> Callable[[Any], Any]:
 
 
 def to_folder(value: Path | None) -> Path | None:
-    """Refuse a folder that cannot be created before the verb begins: the callback of an option.
-
-    Args:
-        value: of the option.
-    """
+    """Refuse a folder that cannot be created before the verb begins: the callback of an option."""
     if value is not None:
         refuse_folder(value)
     return value
 
 
 def choice(help: str, *names: str, **more: Any) -> Any:
-    """Return an option that takes one of a few words: the help and the shell's completion enumerate them.
-
-    Args:
-        help: of the option.
-        names: the words.
-        more: for ``typer.Option``.
-    """
+    """Return an option that takes one of a few words: the help and the shell's completion enumerate them."""
 
     def check(param: typer.CallbackParam, value: str | None) -> str | None:
         if value and value not in names:
@@ -76,24 +62,12 @@ def choice(help: str, *names: str, **more: Any) -> Any:
 
 
 def from_stdin(files: list[Path] | None) -> list[Path] | None:
-    """Replace ``-`` among files by a file with what standard input holds: the callback of an argument.
-
-    Args:
-        files: of the argument.
-    """
+    """Replace ``-`` among files by a file with what standard input holds: the callback of an argument."""
     return None if files is None else [spooled() if str(file) == "-" else file for file in files]
 
 
 def load_rig(rig: Path | None, overrides: Sequence[str] | None) -> Scenario | None:
-    """Return the scenario of ``--rig`` with the values of ``--set``; ``None`` without ``--rig``.
-
-    Args:
-        rig: of the option.
-        overrides: of the option.
-
-    Raises:
-        UsageError: there is ``--set`` but no ``--rig``.
-    """
+    """Return the scenario of ``--rig`` with the values of ``--set``; ``None`` without ``--rig``."""
     from gears3d.scenario import load
 
     if rig is None:
@@ -110,11 +84,7 @@ NO_FOLDER = re.compile(r"\.(bmp|gif|jpe?g|tiff?|webp|html?|json|md|toml|txt|zip)
 
 
 def to_results(*files: str) -> Callable[[Any], Any]:
-    """Return the callback of ``--out``: a folder, or a file with an ending that ``--out`` took before.
-
-    Args:
-        files: those endings.
-    """
+    """Return the callback of ``--out``: a folder, or a file with an ending that ``--out`` took before."""
 
     def check(value: Path | None) -> Path | None:
         if value is None:
@@ -144,12 +114,7 @@ Plot = Annotated[
 
 
 def places(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | None]:
-    """Return folder and picture; a picture in ``--out``, where it was once, moves to ``--plot`` with a warning.
-
-    Args:
-        out: of the option.
-        plot: of the option.
-    """
+    """Return folder and picture; a picture in ``--out``, where it was once, moves to ``--plot`` with a warning."""
     if out is None or out.suffix.lower() not in PICTURES or out.is_dir():
         return out, plot
     warn_renamed(f"--out {out}", f"--plot {out}")
@@ -159,15 +124,7 @@ def places(out: Path | None, plot: Path | None) -> tuple[Path | None, Path | Non
 def keep(
     result: Result, out: Path | None, plot: Path | None, inputs: Iterable[str | Path | None] = (), scenario: Any = None
 ) -> list[str]:
-    """Write folder and picture of a result where they are wanted; return a line about each, or how to get them.
-
-    Args:
-        result: of a verb.
-        out: folder.
-        plot: picture.
-        inputs: files that it was made from.
-        scenario: that it was made from.
-    """
+    """Write folder and picture of a result where they are wanted; return a line about each, or how to get them."""
     lines = []
     if out is not None:
         result.save(out, scenario=scenario, command=command(), inputs=inputs)
@@ -224,13 +181,6 @@ RigOverrides = Annotated[
 
 def span_of(begin: str, to: str) -> tuple[float | None, float | None]:
     """Return the part of a record between ``--from`` and ``--to`` [s]; ``None`` where one is not given.
-
-    Args:
-        begin: time with its unit, empty if not given.
-        to: time with its unit, empty if not given.
-
-    Raises:
-        InputError: one is no time, or they are in the wrong order.
 
     >>> span_of("3200 ms", "")
     (3.2, None)

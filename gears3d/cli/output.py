@@ -10,30 +10,17 @@ from gears3d.errors import Fault, GearsError, InputError
 
 
 def print_json(data: Any) -> None:
-    """Print data as JSON on stdout.
-
-    Args:
-        data: serialisable as JSON.
-    """
+    """Print data as JSON on stdout."""
     sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def fault_table(fault: Fault) -> dict[str, str]:
-    """Return a fault as a table for JSON.
-
-    Args:
-        fault: to show.
-    """
+    """Return a fault as a table for JSON."""
     return {"file": fault.file, "key": fault.key, "message": fault.message, "remedy": fault.remedy}
 
 
 def print_error(error: GearsError, as_json: bool = False) -> None:
-    """Print an error as text on stderr and, if requested, as JSON on stdout.
-
-    Args:
-        error: with its faults if it has any.
-        as_json: whether stdout gets ``{"error": {...}}``.
-    """
+    """Print an error as text on stderr and, if requested, as JSON on stdout."""
     faults = error.faults if isinstance(error, InputError) else (Fault("", str(error)),)
     print_faults(faults)
     if as_json:
@@ -42,11 +29,7 @@ def print_error(error: GearsError, as_json: bool = False) -> None:
 
 
 def print_faults(faults: tuple[Fault, ...]) -> None:
-    """Print faults on stderr, one line each with the remedy below.
-
-    Args:
-        faults: to show.
-    """
+    """Print faults on stderr, one line each with the remedy below."""
     from rich.console import Console
     from rich.text import Text
 

@@ -26,11 +26,7 @@ class Pipe:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write; return the number of characters.
-
-        Args:
-            text: to write.
-        """
+        """Write; return the number of characters."""
         try:
             return self._stream.write(text)
         except self._silent:

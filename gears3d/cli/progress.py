@@ -13,11 +13,7 @@ Track = Callable[[str, float], Callable[[float], None]]
 
 @contextmanager
 def bars() -> Iterator[Track]:
-    """Provide ``track(name, total)``, which returns ``tick(done)``; a tick raises ``KeyboardInterrupt`` after Ctrl-C.
-
-    Returns:
-        A context that provides the function.
-    """
+    """Provide ``track(name, total)``; it returns ``tick(done)``, which raises ``KeyboardInterrupt`` after Ctrl-C."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 

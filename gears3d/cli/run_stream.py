@@ -13,16 +13,7 @@ if TYPE_CHECKING:
 
 
 def refuse_with_stream(model: str, twin: str, error_estimate: bool) -> None:
-    """Refuse options that need a whole recording in memory.
-
-    Args:
-        model: its name.
-        twin: the model to compare with.
-        error_estimate: whether one is requested.
-
-    Raises:
-        UsageError: one of them is given.
-    """
+    """Refuse options that need a whole recording in memory."""
     if model != "bullet":
         raise UsageError(f"model {model!r} is not streamed: --stream goes with the bullet model")
     if twin not in ("", "none"):
@@ -34,19 +25,7 @@ def refuse_with_stream(model: str, twin: str, error_estimate: bool) -> None:
 def streamed(
     folder: RunFolder, scenario: Scenario, contact: str | None, about: dict[str, Any], header: Any
 ) -> tuple[dict[str, Any], GearsError | None]:
-    """Simulate into the folder; return the summary, and the error that ended the run early.
-
-    Args:
-        folder: of the run.
-        scenario: to simulate.
-        contact: of the bullet model.
-        about: command and the like, for the summary.
-        header: gives the comment of the scenario from the summary.
-
-    Raises:
-        InputError: the scenario cannot be run, or nothing can be written.
-        EngineError: the simulation cannot begin.
-    """
+    """Simulate into the folder; return the summary, and the error that ended the run early."""
     from gears3d.cli.progress import bars
     from gears3d.kernels import compiled
     from gears3d.recording.streaming import SIGNALS, excerpt

@@ -13,12 +13,7 @@ from gears3d.views.results.rows import impacts_line, regime_line
 
 
 def show(summary: dict[str, Any], place: Path) -> None:
-    """Print the results of a run and its folder.
-
-    Args:
-        summary: content of ``summary.json``.
-        place: the run folder.
-    """
+    """Print the results of a run and its folder."""
     console = Console()
     title = escape(summary["title"])
     table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
@@ -33,11 +28,7 @@ def show(summary: dict[str, Any], place: Path) -> None:
 
 
 def rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value).
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return the table's lines as (name, value)."""
     out = [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
     for flank in ("active", "reverse"):
         speed = summary.get(f"{flank}_velocity_mean_m_s")

@@ -78,12 +78,7 @@ def _show(done: dict[str, Any], loud: dict[str, Any]) -> None:
 
 
 def rows(done: dict[str, Any], loud: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value).
-
-    Args:
-        done: what :func:`gears3d.recording.sound.write_wav` returned.
-        loud: what :func:`gears3d.recording.sound.levels` returned.
-    """
+    """Return the table's lines as (name, value)."""
     pace = "real time" if done["slow"] == 1.0 else f"{done['slow']:g} times slower"
     bursts = ", ".join(f"{m['frequency_Hz']:g} Hz ({m['decay_s'] * 1e3:g} ms)" for m in done["modes"])
     lines = [

@@ -103,11 +103,7 @@ def _plain(title: str, claim: Claim) -> dict[str, Any]:
 
 
 def markdown(measured: Measured) -> str:
-    """Return the table as a page of the documentation.
-
-    Args:
-        measured: chapters with their checks.
-    """
+    """Return the table as a page of the documentation."""
     import platform
 
     from gears3d.version import __version__

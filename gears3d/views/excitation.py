@@ -22,29 +22,12 @@ NAMES = ("contact", "single-sided", "double-sided", "no plastic orbit")
 
 
 def write_map(path: Path, found: Assessment, title: str = "") -> Path:
-    """Draw the map of regimes for e = 0 into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: of a scenario; its strongest harmonic is the operating point.
-        title: of the scenario.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
+    """Draw the map of regimes for e = 0 into a file, under a temporary name that is renamed."""
     return files.write_picture(path, lambda: draw_map(found, title))
 
 
 def draw_map(found: Assessment, title: str = "") -> Figure:
     """Return the map of regimes for e = 0: contact, single-sided and double-sided, with the operating point.
-
-    Args:
-        found: of a scenario; its strongest harmonic is the operating point.
-        title: of the scenario.
 
     Source: borders by Rigaud & Perret-Liaudet 2020, eqs (7), (17)-(19); axes by Kadmiri et al. 2012, eqs (23), (24).
     """
@@ -77,11 +60,7 @@ def draw_map(found: Assessment, title: str = "") -> Figure:
 
 
 def operating_point(found: Assessment) -> tuple[float, float] | None:
-    """Return Λ and j/H of the strongest harmonic; ``None`` without a harmonic or without drag.
-
-    Args:
-        found: of a scenario.
-    """
+    """Return Λ and j/H of the strongest harmonic; ``None`` without a harmonic or without drag."""
     finite = [
         (wave.excitation, wave.backlash_dimensionless)
         for wave in found.harmonics
@@ -92,11 +71,6 @@ def operating_point(found: Assessment) -> tuple[float, float] | None:
 
 def span(point: tuple[float, float] | None, columns: int = 160, rows: int = 320) -> tuple[np.ndarray, np.ndarray]:
     """Return Λ and j/H of the map, equally spaced in logarithm, wide enough for the operating point.
-
-    Args:
-        point: Λ and j/H.
-        columns: number of Λ.
-        rows: number of j/H.
 
     >>> wide, tall = span((0.05, 2.0))
     >>> bool(wide[0] < 0.05), bool(tall[-1] > 2.0)

@@ -24,14 +24,7 @@ STATES = ((0, COLOURS[0], "active contact"), (1, COLOURS[1], "reverse contact"),
 
 
 def picture(found: Measurement) -> Figure:
-    """Draw displacement, flanks and labels over some flights, and the highest of them close up.
-
-    Args:
-        found: of a record.
-
-    Returns:
-        A figure that belongs to no window.
-    """
+    """Draw displacement, flanks and labels over some flights, and the highest of them close up."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -57,19 +50,7 @@ def picture(found: Measurement) -> Figure:
 
 
 def write_picture(path: Path, found: Measurement) -> Path:
-    """Draw a measurement into a file.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        found: of a record.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: it cannot be written.
-    """
+    """Draw a measurement into a file."""
     return files.write_picture(path, lambda: picture(found))
 
 

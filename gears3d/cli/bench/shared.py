@@ -29,16 +29,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print summary.json.")]
 
 
 def quantity(text: str, family: str, key: str) -> float:
-    """Return a positive quantity of the command line in SI units.
-
-    Args:
-        text: with its unit.
-        family: of the unit.
-        key: the option.
-
-    Raises:
-        InputError: it is not a quantity of this family, or not above 0.
-    """
+    """Return a positive quantity of the command line in SI units."""
     from gears3d.errors import Fault, InputError
     from gears3d.units import parse
 
@@ -53,14 +44,6 @@ def quantity(text: str, family: str, key: str) -> float:
 
 def quantities(text: str, family: str, key: str) -> list[float]:
     """Return positive quantities, separated by commas, in SI units; the last unit applies to those without.
-
-    Args:
-        text: e.g. ``"1 Hz, 2 Hz"``.
-        family: of the unit.
-        key: the option.
-
-    Raises:
-        InputError: one is not a quantity of this family, or not above 0.
 
     >>> quantities("1, 2 Hz", "frequency", "--frequencies")
     [1.0, 2.0]
@@ -82,21 +65,7 @@ def write(
     result: Result,
     plot: Path | None,
 ) -> dict[str, Any]:
-    """Write the folder of a test, whole or not at all; return the summary.
-
-    Args:
-        place: of the folder.
-        scenario: of the rig, written as ``scenario.toml``.
-        summary: the results, written as ``summary.json`` with the names of the files and the command.
-        tables: columns by file name.
-        pictures: drawers by file name.
-        records: as measured ones, by file name.
-        result: the results, for the page.
-        plot: a further picture.
-
-    Raises:
-        InputError: the place is taken by something else, or cannot be written.
-    """
+    """Write the folder of a test, whole or not at all; return the summary."""
     from gears3d import __version__
     from gears3d.files import write_text
     from gears3d.runs import RunFolder
@@ -135,13 +104,7 @@ def _write_table(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def finish(summary: dict[str, Any], as_json: bool, lines: Sequence[str]) -> None:
-    """Print the results: the summary as JSON, or as lines of text.
-
-    Args:
-        summary: what :func:`write` returned.
-        as_json: whether to print JSON.
-        lines: of text.
-    """
+    """Print the results: the summary as JSON, or as lines of text."""
     if as_json:
         from gears3d.cli.output import print_json
 

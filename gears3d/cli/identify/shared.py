@@ -39,21 +39,7 @@ def admitted(
     span: tuple[float | None, float | None] = (None, None),
     overrides: Sequence[str] | None = None,
 ) -> tuple[Admitted, ...]:
-    """Return records that passed the sensor gate, each with the rig of its condition.
-
-    Args:
-        files: the records.
-        rig: scenario of the test rig.
-        map_file: ``record.toml``.
-        correct: kinds of findings to correct.
-        needs: required columns in addition to time, alternatives as a tuple.
-        stated_motion: whether the rig's ``[motion]`` is a statement about the records.
-        span: first and last time of the part of each record that is used [s].
-        overrides: of values of the rig.
-
-    Raises:
-        InputError: a file cannot be used.
-    """
+    """Return records that passed the sensor gate, each with the rig of its condition."""
     from gears3d.cli.findings import show_findings, show_repeated
     from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
@@ -69,11 +55,7 @@ def admitted(
 
 
 def inputs_of(records: Iterable[Admitted]) -> list[str | Path | None]:
-    """Return the files that records were made from.
-
-    Args:
-        records: that passed the sensor gate.
-    """
+    """Return the files that records were made from."""
     return [file for one in records for file in one.inputs]
 
 
@@ -84,15 +66,7 @@ def answer(
     as_json: bool,
     inputs: Iterable[str | Path | None],
 ) -> None:
-    """Keep the law where it is wanted, and print it with its provenance.
-
-    Args:
-        found: the law.
-        out: folder.
-        plot: picture.
-        as_json: whether to print JSON.
-        inputs: files that the law was found from.
-    """
+    """Keep the law where it is wanted, and print it with its provenance."""
     from dataclasses import replace
 
     from gears3d.provenance import comment, provenance

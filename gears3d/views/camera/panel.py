@@ -24,11 +24,7 @@ _NAMES = ("drive", "loose")
 
 
 def colour_of(flank: int) -> str:
-    """Return the colour of a state.
-
-    Args:
-        flank: 0 active, 1 reverse, -1 flight.
-    """
+    """Return the colour of a state."""
     return "#{:02x}{:02x}{:02x}".format(*(colours.FLIGHT if flank < 0 else colours.FLANKS[flank]))
 
 
@@ -49,14 +45,7 @@ class _Gear(NamedTuple):
 
 
 def paint(axes: Axes, look: Look, shot: Shot, small: float = 1.0) -> None:
-    """Draw one picture.
-
-    Args:
-        axes: to draw into.
-        look: of the camera.
-        shot: the instant.
-        small: factor of lines and letters.
-    """
+    """Draw one picture."""
     half = 1e3 * np.array(look.half)
     axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), xticks=[], yticks=[], aspect="equal")
     for spine in axes.spines.values():
@@ -203,12 +192,7 @@ def _told(axes: Axes, look: Look, shot: Shot, small: float) -> None:
 
 
 def name(axes: Axes, look: Look) -> None:
-    """Say which gear is which, and how they turn.
-
-    Args:
-        axes: of a picture.
-        look: of the camera.
-    """
+    """Say which gear is which, and how they turn."""
     half = 1e3 * np.array(look.half)
     side = 1.0 if look.drive_right else -1.0
     for word, x in (("drive", side), ("loose", -side)):

@@ -54,15 +54,6 @@ class Shot(NamedTuple):
 def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Shot, ...]:
     """Return pictures evenly over a stretch of time, both ends included.
 
-    Args:
-        subject: what is filmed.
-        count: of pictures.
-        start: time of the first [s].
-        lasts: time from the first to the last [s].
-
-    Raises:
-        InputError: the stretch is not within the recording.
-
     Source: Rigaud & Perret-Liaudet 2020, fig. 8: nine pictures over a period, tooth pairs counted from the first.
     """
     begin, end = subject.span
@@ -86,12 +77,6 @@ def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Sho
 def named(place: float) -> tuple[int, ...]:
     """Return the numbers of the pairs in the middle of a picture.
 
-    Args:
-        place: number of the pair at the pitch point, a fraction between two.
-
-    Returns:
-        The nearest pair; both where the pitch point lies in the middle third between two.
-
     >>> named(12.2), named(6.5), named(29.9)
     ((12,), (6, 7), (30,))
     """
@@ -105,9 +90,6 @@ def named(place: float) -> tuple[int, ...]:
 def told(pairs: tuple[int, ...]) -> str:
     """Return numbers of pairs as a picture has them.
 
-    Args:
-        pairs: one or two.
-
     >>> told((6, 7)), told((12,))
     ('6–7', '12')
     """
@@ -116,12 +98,6 @@ def told(pairs: tuple[int, ...]) -> str:
 
 def moment(shot: Shot, index: int, count: int, periods: float | None) -> str:
     """Return when a picture was taken, in parts of the period where it is one.
-
-    Args:
-        shot: the picture.
-        index: which, from 0.
-        count: of all pictures.
-        periods: periods from the first to the last; ``None`` for milliseconds alone.
 
     >>> moment(Shot(0.1, 0.05, 0, 0, 0, (0, 0), 1, 1.0, (1,)), 3, 9, 1.0)
     't = 3T/8'
@@ -136,12 +112,7 @@ def moment(shot: Shot, index: int, count: int, periods: float | None) -> str:
 
 
 def table(subject: Subject, shot: Shot) -> dict[str, object]:
-    """Return a picture as JSON can hold it.
-
-    Args:
-        subject: what is filmed.
-        shot: the picture.
-    """
+    """Return a picture as JSON can hold it."""
     drive, loose = ([(n - shot.first) % gear.teeth + 1 for n in shot.pairs] for gear in _gears(subject))
     return {
         "time_s": shot.time,

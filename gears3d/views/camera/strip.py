@@ -35,9 +35,6 @@ UM = 1e6
 def columns(count: int) -> int:
     """Return the number of pictures per row.
 
-    Args:
-        count: of pictures.
-
     >>> [columns(count) for count in (1, 5, 8, 9, 10, 16)]
     [1, 5, 4, 3, 5, 4]
     """
@@ -48,17 +45,7 @@ def columns(count: int) -> int:
 
 
 def strip(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float | None = 1.0) -> Figure:
-    """Draw the strip.
-
-    Args:
-        subject: what was filmed.
-        look: of the camera.
-        shots: the pictures.
-        periods: from the first to the last; ``None`` names the moments in ms.
-
-    Returns:
-        A figure that belongs to no window.
-    """
+    """Draw the strip."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -84,22 +71,7 @@ def strip(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float 
 def write_strip(
     path: str | Path, subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float | None = 1.0
 ) -> Path:
-    """Draw the strip into a file.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        subject: what was filmed.
-        look: of the camera.
-        shots: the pictures.
-        periods: as for :func:`strip`.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
+    """Draw the strip into a file."""
     return files.write_picture(path, lambda: strip(subject, look, shots, periods))
 
 
@@ -126,11 +98,7 @@ def _course(axes: Axes, subject: Subject, shots: tuple[Shot, ...]) -> None:
 
 
 def source(subject: Subject) -> str:
-    """Return where the motion comes from, for people.
-
-    Args:
-        subject: what was filmed.
-    """
+    """Return where the motion comes from, for people."""
     model = str(subject.motion.recording.meta.get("model") or "")
     return MODELS.get(model, model or "recording")
 

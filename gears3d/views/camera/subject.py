@@ -66,11 +66,7 @@ class Subject:
         return np.array(self.motion.recording.meta.get("contacts") or []).reshape(-1, 3)
 
     def gaps(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the gaps at the active and at the reverse flank [m], never below 0, each (n,).
-
-        Args:
-            time: [s], (n,).
-        """
+        """Return the gaps at the active and at the reverse flank [m], never below 0, each (n,)."""
         drive, loose, place = (self.motion.at(time, name) for name in _NAMES)
         if self.places is None:
             active, reverse = self.motion.flanks(drive, loose)
@@ -80,11 +76,7 @@ class Subject:
         return np.maximum(place - active, 0.0), np.maximum(reverse - place, 0.0)
 
     def flank(self, time: np.ndarray) -> np.ndarray:
-        """Return which flank touches: 0 active, 1 reverse, -1 none, (n,).
-
-        Args:
-            time: [s], (n,).
-        """
+        """Return which flank touches: 0 active, 1 reverse, -1 none, (n,)."""
         if not len(self.contacts):
             active, reverse = self.gaps(time)
             return states(active, np.zeros(len(time)), active + reverse, NEAR * self.pair.backlash)
@@ -94,14 +86,7 @@ class Subject:
         return found
 
     def begin(self, lasts: float) -> float:
-        """Return when to begin where nobody says: during a contact with the active flank, after settling.
-
-        Args:
-            lasts: duration of the film [s].
-
-        Returns:
-            Time [s]; where no contact is seen the end of the settling, or earlier, so that the animation fits in.
-        """
+        """Return when to begin where nobody says: during a contact with the active flank, after settling."""
         first, last = self.span
         latest = max(last - lasts, first)
         settled = min(first + self.settle, latest)
@@ -116,15 +101,7 @@ _NAMES = ("theta_drive_rad", "theta_loose_rad", "displacement_m")
 
 
 def subject(recording: Recording, scenario: Scenario) -> Subject:
-    """Return a recording of a model, or the folder that ``gears3d segment`` wrote, as something to film.
-
-    Args:
-        recording: with displacement or base radii.
-        scenario: what was simulated, or the rig.
-
-    Raises:
-        InputError: nothing was recorded.
-    """
+    """Return a recording of a model, or the folder that ``gears3d segment`` wrote, as something to film."""
     if len(recording.time) < 2:
         raise InputError(Fault("", "has no samples"))
     pair = scenario.pair()
@@ -143,12 +120,7 @@ def subject(recording: Recording, scenario: Scenario) -> Subject:
 
 
 def measured(found: Measurement, rig: Scenario) -> Subject:
-    """Return a measured record as something to film, its flanks where the measurement has them.
-
-    Args:
-        found: of the record.
-        rig: scenario of the bench.
-    """
+    """Return a measured record as something to film, its flanks where the measurement has them."""
     seen = subject(found.recording, rig)
     cut = found.segments
     zero = float(cut.flanks.active[0])

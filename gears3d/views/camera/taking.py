@@ -151,16 +151,7 @@ def camera(
 
 
 def span(text: str | float, filmed: Subject, key: str) -> tuple[float, float | None]:
-    """Return a time [s] and, where it is one in periods, how many.
-
-    Args:
-        text: such as "2 periods", "1 mesh", "revolution" or "20 ms"; a number is in s.
-        filmed: whose periods and revolutions are meant.
-        key: that errors name.
-
-    Raises:
-        InputError: it is not one of these.
-    """
+    """Return a time [s] and, where it is one in periods, how many."""
     if not isinstance(text, str):
         return float(text), None
     turn = filmed.revolution

@@ -115,15 +115,7 @@ def _line(
 
 
 def strip_svg(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float | None, columns: int) -> str:
-    """Return the strip as an SVG document.
-
-    Args:
-        subject: what is seen.
-        look: of the camera.
-        shots: the pictures.
-        periods: from the first to the last; ``None`` names the moments in ms.
-        columns: pictures in a row.
-    """
+    """Return the strip as an SVG document."""
     rows = ceil(len(shots) / columns)
     whole = columns * (WIDE + APART) - APART, rows * (TITLE + HIGH + APART) + COURSE + BELOW
     pieces = []

@@ -50,12 +50,7 @@ class Motion:
         return max(1e-3 * self.section.pair.backlash, 1e-7, self.near)
 
     def at(self, time: np.ndarray, name: str) -> np.ndarray:
-        """Return a signal between its samples, (m,).
-
-        Args:
-            time: [s], (m,).
-            name: of the signal.
-        """
+        """Return a signal between its samples, (m,)."""
         return np.interp(time, self.recording.time, self.recording.signals[name])
 
     def frame_times(self) -> np.ndarray:
@@ -87,15 +82,7 @@ class Motion:
         return np.flatnonzero(keep)
 
     def flanks(self, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the displacement at which the loose gear lies on its active and on its reverse flank [m].
-
-        Args:
-            drive: angle of the drive gear [rad], (n,).
-            loose: angle of the loose gear [rad], (n,).
-
-        Returns:
-            Two arrays (n,): s = φ and s = φ + b for a transmission error φ on both flanks.
-        """
+        """Return the displacement at which the loose gear lies on its active and on its reverse flank [m]."""
         material = [np.zeros(len(drive)), np.zeros(len(drive))]
         angles = (drive, loose)
         teeth = [row.p for row in self.rows if row.code == Code.FLANK_TOOTH]
@@ -142,12 +129,7 @@ class Frames:
 
 
 def frames(motion: Motion, time: np.ndarray | None = None) -> Frames:
-    """Return the pair at every instant that is shown.
-
-    Args:
-        motion: the recording and its flanks.
-        time: the instants [s], ascending, (n,); the motion's own unless given.
-    """
+    """Return the pair at every instant that is shown."""
     time = motion.frame_times() if time is None else time
     drive, loose = (motion.at(time, f"theta_{gear}_rad") for gear in ("drive", "loose"))
     displacement = motion.at(time, "displacement_m")
@@ -174,21 +156,12 @@ def _recorded(recording: Recording, time: np.ndarray) -> np.ndarray:
 
 
 def is_measured(recording: Recording) -> bool:
-    """Return whether a recording was measured: effects of a rig's scenario have no known phase in it.
-
-    Args:
-        recording: any.
-    """
+    """Return whether a recording was measured: effects of a rig's scenario have no known phase in it."""
     return recording.meta.get("model") == "measured"
 
 
 def as_measured(pair: Pair, recording: Recording) -> Pair:
-    """Return a pair with the backlash that a measurement found, by thinner or thicker teeth; others as they are.
-
-    Args:
-        pair: of the scenario.
-        recording: simulated or measured.
-    """
+    """Return a pair with the backlash that a measurement found, by thinner or thicker teeth; others as they are."""
     found = recording.meta.get("backlash_m")
     if not is_measured(recording) or not found or found <= 0.0:
         return pair
@@ -197,12 +170,6 @@ def as_measured(pair: Pair, recording: Recording) -> Pair:
 
 def states(displacement: np.ndarray, active: np.ndarray, reverse: np.ndarray, tolerance: float) -> np.ndarray:
     """Return which flank touches: 0 active, 1 reverse, -1 none, (n,).
-
-    Args:
-        displacement: [m], (n,).
-        active: position of the active flank [m], (n,).
-        reverse: position of the reverse flank [m], (n,).
-        tolerance: gap that counts as touching [m].
 
     >>> import numpy as np
     >>> states(np.array([0.0, 5e-5, 1e-4]), np.zeros(3), np.full(3, 1e-4), 1e-6).tolist()

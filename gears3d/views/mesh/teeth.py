@@ -77,44 +77,21 @@ class Section:
         return -ends[1], ends[0]
 
     def normal(self, flank: np.ndarray | int) -> np.ndarray:
-        """Return the unit normal of the drive's flank where it touches, (n, 2).
-
-        Args:
-            flank: 0 active, 1 reverse, (n,).
-        """
+        """Return the unit normal of the drive's flank where it touches, (n, 2)."""
         alpha = self.pair.working_pressure_angle
         return np.array([[sin(alpha), cos(alpha)], [sin(alpha), -cos(alpha)]])[flank]
 
     def travel(self, angle: np.ndarray, flank: np.ndarray | int) -> np.ndarray:
-        """Return how far tooth 1 of the drive has come along the line of action, 0 at the pitch point [mm].
-
-        Args:
-            angle: of the drive gear [rad], (n,).
-            flank: 0 active, 1 reverse, (n,).
-        """
+        """Return how far tooth 1 of the drive has come along the line of action, 0 at the pitch point [mm]."""
         return self.base_radii[0] * (angle - np.asarray(flank) * self.thickness[0])
 
     def point(self, travel: np.ndarray, flank: np.ndarray | int) -> np.ndarray:
-        """Return the point of the line of action where a flank has come to, (n, 2) [mm].
-
-        Args:
-            travel: along the line of action from the pitch point [mm], (n,).
-            flank: 0 active, 1 reverse, (n,).
-        """
+        """Return the point of the line of action where a flank has come to, (n, 2) [mm]."""
         sign = np.where(np.asarray(flank) == 0, 1.0, -1.0)
         return np.asarray(self.pitch_point) + (sign * travel)[..., None] * self.normal(flank)
 
     def touching(self, angle: np.ndarray, flank: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the teeth that meet on the path of contact.
-
-        Args:
-            angle: of the drive gear [rad], (n,).
-            flank: 0 active, 1 reverse, negative for no contact, (n,).
-
-        Returns:
-            The row each contact belongs to, ascending; the tooth, counted on from 0 in order of meshing without
-            wrapping; its travel [mm]; each (m,).
-        """
+        """Return the teeth that meet on the path of contact."""
         safe = np.maximum(flank, 0)
         start, end = self._ends(safe)
         come = self.travel(angle, safe)
@@ -126,16 +103,7 @@ class Section:
         return row, tooth[row, column], travel[row, column]
 
     def meeting(self, angle: np.ndarray, flank: np.ndarray, tooth: np.ndarray) -> np.ndarray:
-        """Return the travel of a given tooth of the drive, in the turn in which it is nearest to the pitch point.
-
-        Args:
-            angle: of the drive gear [rad], (n,).
-            flank: 0 active, 1 reverse, (n,).
-            tooth: number of the drive's tooth, from 1; 0 for the tooth nearest to the pitch point, (n,).
-
-        Returns:
-            Travel along the line of action [mm], (n,).
-        """
+        """Return the travel of a given tooth of the drive, in the turn in which it is nearest to the pitch point."""
         teeth = self.pair.drive.teeth
         come = self.travel(angle, flank) / self.base_pitch
         nearest = np.round(come)
@@ -149,14 +117,7 @@ class Section:
 
 
 def widening(pair: Pair) -> float:
-    """Return by which factor to draw the backlash so that the eye sees it: about 20 % of the base pitch.
-
-    Args:
-        pair: the gears.
-
-    Returns:
-        A round number; less where thinner teeth would end in a point, never below 1.
-    """
+    """Return by which factor to draw the backlash so that the eye sees it: about 20 % of the base pitch."""
     tips = []
     for gear in (pair.drive, pair.loose):
         roll = gear.tip_roll

@@ -16,14 +16,7 @@ if TYPE_CHECKING:
 
 
 def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...]) -> rr.TextDocument:
-    """Return the text panel.
-
-    Args:
-        scenario: what was simulated.
-        motion: the recording and its flanks.
-        wide: the pair as drawn in the mesh zone.
-        scales: of the impulse arrows, true scene and mesh zone [mm/(N·s)].
-    """
+    """Return the text panel."""
     pair, recording = wide.pair, motion.recording
     flank = recording.impacts["flank"]
     active, reverse = int((flank == 0).sum()), int((flank == 1).sum())
@@ -63,11 +56,7 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
 
 
 def motion_words(scenario: Scenario) -> str:
-    """Return the drive's motion in words.
-
-    Args:
-        scenario: what was simulated.
-    """
+    """Return the drive's motion in words."""
     rpm = 30.0 / pi
     parts = [f"{scenario.motion.mean * rpm:g} rpm"]
     parts += [f"{h.amplitude * rpm:.3g} rpm at {h.frequency:g} Hz" for h in scenario.motion.harmonics]

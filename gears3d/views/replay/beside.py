@@ -27,19 +27,7 @@ _UM = 1e6
 
 
 def beside(stretch: Stretch, causes: tuple[str, ...] = (), out: str | Path = "replay.rrd") -> Path:
-    """Write a stretch of a record, the rig and the extended rig side by side as an animation for the rerun viewer.
-
-    Args:
-        stretch: the three motions.
-        causes: kinds that the extended rig has more than the rig.
-        out: the file, written under a temporary name and renamed.
-
-    Returns:
-        The file.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
+    """Write a stretch of a record, the rig and the extended rig side by side as an animation for the rerun viewer."""
     target = Path(out)
     three = _three(stretch, causes)
     rate, time = three[0].motion.frame_rate(), stretch.measured.time
@@ -91,11 +79,7 @@ def _about(stretch: Stretch, three: list[Lane], causes: tuple[str, ...], rate: f
 
 
 def off(stretch: Stretch) -> str:
-    """Return in one sentence the errors of nominal and extended model, relative to the measured displacement.
-
-    Args:
-        stretch: the three motions.
-    """
+    """Return in one sentence the errors of nominal and extended model, relative to the measured displacement."""
     time, place = stretch.measured.time, stretch.measured.signals["displacement_m"]
     rest = [
         float(np.sqrt(np.mean((np.interp(time, one.time, one.signals["displacement_m"]) - place) ** 2))) * _UM

@@ -42,13 +42,7 @@ class Lane(NamedTuple):
 
 
 def draw(rec: rr.RecordingStream, lane: Lane, rows: np.ndarray | None = None) -> None:
-    """Write a motion's mesh zone, its displacement [um] and which flank touches.
-
-    Args:
-        rec: recording being written.
-        lane: the motion.
-        rows: the samples that its curve keeps; all unless given.
-    """
+    """Write a motion's mesh zone, its displacement [um] and which flank touches."""
     root, module = f"/{lane.name}", lane.wide.pair.drive.module * 1e3
     zone.gears(rec, lane.wide, lane.frames, root)
     zone.lines_of_action(rec, lane.wide, root)
@@ -63,14 +57,7 @@ def draw(rec: rr.RecordingStream, lane: Lane, rows: np.ndarray | None = None) ->
 
 
 def flanks(rec: rr.RecordingStream, lane: Lane, prefix: str = "", rows: np.ndarray | None = None) -> None:
-    """Write where the flanks of a motion are [um].
-
-    Args:
-        rec: recording being written.
-        lane: the motion.
-        prefix: of the entities' names.
-        rows: the samples that are kept; all unless given.
-    """
+    """Write where the flanks of a motion are [um]."""
     kept = slice(None) if rows is None else rows
     signals = lane.motion.recording.signals
     time, drive, loose = (signals[name][kept] for name in ("time_s", "theta_drive_rad", "theta_loose_rad"))
@@ -85,15 +72,7 @@ def flanks(rec: rr.RecordingStream, lane: Lane, prefix: str = "", rows: np.ndarr
 def arranged(
     lanes: Sequence[Lane], curves: str, window: float, rate: float, more: Sequence[rrb.View] = ()
 ) -> rrb.Blueprint:
-    """Return the blueprint: zones above, displacements below them, which flank touches and the text at the bottom.
-
-    Args:
-        lanes: the motions.
-        curves: title of the displacements.
-        window: time that the curves show around the cursor [s].
-        rate: frames per second of recorded time.
-        more: views between touching and text.
-    """
+    """Return the blueprint: zones above, displacements below them, which flank touches and the text at the bottom."""
     shown = axis(window)
     zones = [zone_view(lane.wide, f"/{lane.name}", lane.title) for lane in lanes]
     legend = rrb.PlotLegend(visible=True)

@@ -18,13 +18,7 @@ FRAMES_A_SECOND = 25.0
 
 
 def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
-    """Return the blueprint.
-
-    Args:
-        section: the pair as drawn in the mesh zone.
-        frame_rate: frames per second of simulated time.
-        window: time that the curves show around the cursor [s].
-    """
+    """Return the blueprint."""
     title = f"Mesh zone, backlash drawn {section.factor:g} times as wide"
     told = rrb.Tabs(
         rrb.TextDocumentView(origin=ABOUT, name="About this replay"),
@@ -48,12 +42,7 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
 
 
 def panels(views: rrb.Container, frame_rate: float) -> rrb.Blueprint:
-    """Return a blueprint that plays in slow motion, again and again, with nothing else on the screen.
-
-    Args:
-        views: what is shown.
-        frame_rate: frames per second of recorded time.
-    """
+    """Return a blueprint that plays in slow motion, again and again, with nothing else on the screen."""
     return rrb.Blueprint(
         views,
         rrb.TimePanel(
@@ -85,13 +74,7 @@ def _scene(section: Section) -> rrb.Spatial3DView:
 
 
 def zone_view(section: Section, origin: str, name: str) -> rrb.Spatial3DView:
-    """Return a view of the mesh zone.
-
-    Args:
-        section: the pair as drawn.
-        origin: entity of the zone.
-        name: its title.
-    """
+    """Return a view of the mesh zone."""
     x, y = section.pitch_point
     height = 3.8 * section.base_pitch
     return rrb.Spatial3DView(
@@ -115,11 +98,7 @@ def _eye(target: tuple[float, float], distance: float, tilt: float) -> rrb.EyeCo
 
 
 def axis(window: float) -> rrb.TimeAxis:
-    """Return an axis of time about the cursor.
-
-    Args:
-        window: half of what it shows [s].
-    """
+    """Return an axis of time about the cursor."""
     nanoseconds = round(0.5e9 * window)
     return rrb.TimeAxis(
         view_range=rr.TimeRange(
@@ -130,14 +109,7 @@ def axis(window: float) -> rrb.TimeAxis:
 
 
 def curve(origin: str, name: str, time: rrb.TimeAxis, legend: rrb.PlotLegend | None = None) -> rrb.TimeSeriesView:
-    """Return a view of curves, dark in a light viewer, too: lines are white.
-
-    Args:
-        origin: entity of the curves.
-        name: its title.
-        time: its axis of time.
-        legend: names of the lines; ``None`` shows none.
-    """
+    """Return a view of curves, dark in a light viewer, too: lines are white."""
     return rrb.TimeSeriesView(
         origin=origin,
         name=name,

@@ -21,15 +21,7 @@ _PASSED = ("Content-Type", "Content-Encoding", "Content-Length")
 
 @contextmanager
 def offered(path: Path, port: int) -> Iterator[tuple[str, str]]:
-    """Serve a file and rerun's page while the context lasts; rerun's own recording server keeps one core busy.
-
-    Args:
-        path: the file.
-        port: local port of rerun's web viewer.
-
-    Yields:
-        The addresses of the page and of the file.
-    """
+    """Serve a file and rerun's page while the context lasts; rerun's own recording server keeps one core busy."""
     name = f"/{quote(path.name)}"
 
     class Handler(BaseHTTPRequestHandler):

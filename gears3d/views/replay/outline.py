@@ -17,15 +17,7 @@ POINTS = 9
 
 
 def tooth(section: Section, which: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return tooth 1 in polar form, from root to tip.
-
-    Args:
-        section: the pair as drawn.
-        which: 0 drive, 1 loose.
-
-    Returns:
-        Radii [mm], angles about +z of the active and of the reverse flank [rad], each (POINTS + 1,).
-    """
+    """Return tooth 1 in polar form, from root to tip."""
     gear = (section.pair.drive, section.pair.loose)[which]
     base, alpha, root = section.base_radii[which], section.pair.working_pressure_angle, gear.root_radius * 1e3
     foot = max(base, root)
@@ -36,27 +28,13 @@ def tooth(section: Section, which: int) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def tooth_angles(section: Section, which: int) -> np.ndarray:
-    """Return the angles about +z at which the teeth stand, in order of meshing [rad], (teeth,).
-
-    Args:
-        section: the pair.
-        which: 0 drive, 1 loose.
-    """
+    """Return the angles about +z at which the teeth stand, in order of meshing [rad], (teeth,)."""
     teeth = (section.pair.drive, section.pair.loose)[which].teeth
     return (-1.0 if which == 0 else 1.0) * 2.0 * pi / teeth * np.arange(teeth)
 
 
 def flank_lines(section: Section, which: int, flank: int) -> np.ndarray:
-    """Return one kind of flank of all teeth as lines a little above the plane.
-
-    Args:
-        section: the pair as drawn.
-        which: 0 drive, 1 loose.
-        flank: 0 active, 1 reverse.
-
-    Returns:
-        (teeth, POINTS, 3) float32 [mm].
-    """
+    """Return one kind of flank of all teeth as lines a little above the plane."""
     radius, active, reverse = tooth(section, which)
     angle = (active, reverse)[flank][1:] + tooth_angles(section, which)[:, None]
     x, y = radius[1:] * np.cos(angle), radius[1:] * np.sin(angle)
@@ -64,16 +42,7 @@ def flank_lines(section: Section, which: int, flank: int) -> np.ndarray:
 
 
 def ring(section: Section, which: int, depth: float = 7.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the toothed ring as a flat mesh.
-
-    Args:
-        section: the pair as drawn.
-        which: 0 drive, 1 loose.
-        depth: of the ring below the root, in modules.
-
-    Returns:
-        Vertices (2n, 2) [mm], the outline counter-clockwise and then the inner circle below it; faces (2n, 3).
-    """
+    """Return the toothed ring as a flat mesh."""
     gear = (section.pair.drive, section.pair.loose)[which]
     radius, active, reverse = tooth(section, which)
     angle = (np.r_[reverse, active[::-1]] + np.sort(tooth_angles(section, which) % (2.0 * pi))[:, None]).ravel()

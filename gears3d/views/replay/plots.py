@@ -25,12 +25,7 @@ _WORDS = ("active", "reverse")
 
 
 def curves(rec: rr.RecordingStream, motion: Motion) -> None:
-    """Write displacement between the flanks [um], relative velocity [mm/s] and both speeds [rpm].
-
-    Args:
-        rec: recording being written.
-        motion: the recording and its flanks.
-    """
+    """Write displacement between the flanks [um], relative velocity [mm/s] and both speeds [rpm]."""
     rows = motion.plot_rows()
     signals = {name: values[rows] for name, values in motion.recording.signals.items()}
     time = signals["time_s"]
@@ -51,12 +46,6 @@ def torque(rec: rr.RecordingStream, motion: Motion, inertia: float, drag: float)
     """Write the torque that turns the loose gear between impacts, J dω/dt [N m], and its nominal drag.
 
     In flight only drag acts; in contact the flank adds its force, and contact is lost where that force vanishes.
-
-    Args:
-        rec: recording being written.
-        motion: the recording; nothing is written without its speeds.
-        inertia: of the loose gear [kg m²].
-        drag: the base model's [N m].
     """
     recording = motion.recording
     time = recording.time
@@ -87,25 +76,14 @@ def _flank_lines(rec: rr.RecordingStream, motion: Motion, signals: dict[str, np.
 
 
 def twin_curve(rec: rr.RecordingStream, twin: Recording, rows: np.ndarray) -> None:
-    """Write the twin's displacement [um] as a broad line that the recording's own covers where they agree.
-
-    Args:
-        rec: recording being written.
-        twin: what the twin said.
-        rows: the samples to keep.
-    """
+    """Write the twin's displacement [um] as a broad line that the recording's own covers where they agree."""
     entity = f"{DISPLACEMENT}/by_twin"
     style(rec, entity, ["twin"], [colours.TWIN], 4.0)
     scalars(rec, entity, twin.time[rows], twin.signals["displacement_m"][rows] * _UM)
 
 
 def impacts(rec: rr.RecordingStream, motion: Motion) -> None:
-    """Write every impact: one row each at ``/impacts`` on both timelines, and points on the curves.
-
-    Args:
-        rec: recording being written.
-        motion: the recording and its flanks.
-    """
+    """Write every impact: one row each at ``/impacts`` on both timelines, and points on the curves."""
     table = motion.recording.impacts
     time, flank, velocity = table["time_s"], table["flank"], table["velocity_m_s"] * _MM
     if not len(time):
@@ -147,14 +125,7 @@ def _sentences(table: dict[str, np.ndarray]) -> list[str]:
 
 
 def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray, entity: str = STATE) -> None:
-    """Write which flank touches as lanes of colour, one row a change.
-
-    Args:
-        rec: recording being written.
-        time: [s], (n,).
-        flank: 0 active, 1 reverse, -1 flight, (n,).
-        entity: of the lane.
-    """
+    """Write which flank touches as lanes of colour, one row a change."""
     words = np.array(["active flank", "reverse flank", "flight"])
     change = np.flatnonzero(np.r_[True, flank[1:] != flank[:-1]]) if len(flank) else np.zeros(0, dtype=int)
     rec.log(
@@ -166,15 +137,7 @@ def states(rec: rr.RecordingStream, time: np.ndarray, flank: np.ndarray, entity:
 
 
 def style(rec: rr.RecordingStream, entity: str, names: list[str], colors: list[tuple], width: float) -> None:
-    """Say how curves look.
-
-    Args:
-        rec: recording being written.
-        entity: of the curves.
-        names: of each.
-        colors: of each.
-        width: of all, in points of the screen.
-    """
+    """Say how curves look."""
     # the viewer's own choice averages what falls into a pixel, and cuts the peaks at impacts
     keep_peaks = rr.components.AggregationPolicy.MinMax
     lines = rr.SeriesLines(names=names, colors=colors, widths=[width] * len(names), aggregation_policy=keep_peaks)

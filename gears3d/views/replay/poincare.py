@@ -30,15 +30,7 @@ _POINT = -2.5
 def poincare(
     rec: rr.RecordingStream, recording: Recording, period: float, root: str = ROOT, reach: float | None = None
 ) -> None:
-    """Write each impact as a point that comes when it happens and stays; nothing without impacts.
-
-    Args:
-        rec: recording being written.
-        recording: with its impacts.
-        period: of the fluctuation [s].
-        root: entity of the section.
-        reach: speed at the edge [mm/s]; that of the hardest impact unless given.
-    """
+    """Write each impact as a point that comes when it happens and stays; nothing without impacts."""
     table = recording.impacts
     time, velocity = table["time_s"], table["velocity_m_s"] * 1e3
     kept = np.isfinite(velocity)
@@ -57,12 +49,7 @@ def poincare(
 
 
 def view(root: str = ROOT, name: str = "Poincaré: phase [°], velocity [mm/s]") -> rrb.Spatial2DView:
-    """Return the view, which shows all impacts up to the time cursor.
-
-    Args:
-        root: entity of the section.
-        name: its title.
-    """
+    """Return the view, which shows all impacts up to the time cursor."""
     left, above = _MARGIN
     until_now = rrb.VisibleTimeRange(
         TIMELINE, start=rr.TimeRangeBoundary.infinite(), end=rr.TimeRangeBoundary.cursor_relative()

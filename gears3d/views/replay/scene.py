@@ -29,26 +29,14 @@ _NAMES = ("drive", "loose")
 
 
 def place(rec: rr.RecordingStream, root: str, section: Section) -> None:
-    """Put the axes of both gears in their places.
-
-    Args:
-        rec: recording being written.
-        root: entity of the scene.
-        section: the pair.
-    """
+    """Put the axes of both gears in their places."""
     rec.log(root, rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
     for name, x in zip(_NAMES, (0.0, section.pair.centre_distance * 1e3), strict=True):
         rec.log(f"{root}/{name}", rr.Transform3D(translation=[x, 0.0, 0.0]), static=True)
 
 
 def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
-    """Write both solids and their rotation.
-
-    Args:
-        rec: recording being written.
-        section: the pair at true scale.
-        frames: where it is when.
-    """
+    """Write both solids and their rotation."""
     place(rec, ROOT, section)
     colour = (colours.DRIVE, colours.LOOSE)
     for which, name in enumerate(_NAMES):
@@ -82,17 +70,7 @@ def _mark(section: Section, which: int) -> rr.LineStrips3D:
 def contacts(
     rec: rr.RecordingStream, root: str, section: Section, frames: Frames, height: float, reach: float, size: float
 ) -> None:
-    """Write the points where teeth touch and their common normals; nothing is there in flight.
-
-    Args:
-        rec: recording being written.
-        root: entity of the scene.
-        section: the pair as drawn.
-        frames: where it is when.
-        height: z of the marks [mm].
-        reach: half length of the normals [mm].
-        size: radius of the points in points of the screen.
-    """
+    """Write the points where teeth touch and their common normals; nothing is there in flight."""
     row, _, travel = section.touching(frames.drive, frames.flank)
     flank = frames.flank[row]
     counts = np.bincount(row, minlength=len(frames.time))
@@ -109,19 +87,7 @@ def contacts(
 def impulses(
     rec: rr.RecordingStream, root: str, section: Section, motion: Motion, height: float, longest: float
 ) -> float:
-    """Write an arrow for every impact, the impulse on the loose gear; it stays where it acted, and fades.
-
-    Args:
-        rec: recording being written.
-        root: entity of the scene.
-        section: the pair as drawn.
-        motion: the recording.
-        height: z of the arrows [mm].
-        longest: wanted length of the longest [mm].
-
-    Returns:
-        The scale [mm/(N·s)], a round number; 0 when there are no impulses.
-    """
+    """Write an arrow for every impact, the impulse on the loose gear; it stays where it acted, and fades."""
     impacts = motion.recording.impacts
     time, flank = impacts["time_s"], impacts["flank"].astype(int)
     impulse = np.abs(np.nan_to_num(impacts["impulse_N_s"]))
@@ -144,15 +110,7 @@ def impulses(
 
 
 def lifted(points: np.ndarray, height: float) -> np.ndarray:
-    """Return points of the plane in space.
-
-    Args:
-        points: (n, 2).
-        height: z, the same for all.
-
-    Returns:
-        (n, 3) float32.
-    """
+    """Return points of the plane in space."""
     return np.column_stack([points, np.full(len(points), height)]).astype(np.float32)
 
 

@@ -17,9 +17,5 @@ __all__ = ["require_rerun", "rr", "rrb"]
 
 
 def require_rerun() -> None:
-    """Refuse early where rerun is not installed.
-
-    Raises:
-        MissingExtraError: it is not.
-    """
+    """Refuse early where rerun is not installed."""
     require("rerun", "a replay", "replay")

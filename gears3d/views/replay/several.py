@@ -51,17 +51,6 @@ def several(shown: Sequence[Shown], out: str | Path = "replay.rrd") -> Path:
 
     What was measured does not know when its fluctuation began: it is shown by at most half a period earlier or later,
     so that its drive is in phase with that of the first simulated recording.
-
-    Args:
-        shown: two to four.
-        out: the file, written under a temporary name and renamed.
-
-    Returns:
-        The file.
-
-    Raises:
-        UsageError: fewer or more.
-        InputError: nothing was recorded in one of them, or the file cannot be written.
     """
     require_rerun()
     if not 2 <= len(shown) <= MOST:

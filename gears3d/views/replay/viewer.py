@@ -50,11 +50,7 @@ class ViewerError(GearsError):
 
 
 def executable() -> str:
-    """Return the path of the viewer that came with the installed rerun.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
+    """Return the path of the viewer that came with the installed rerun."""
     found = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
     if not found:
         raise MissingExtraError(Fault("", "the rerun viewer is not installed", pip_line("replay")), "replay")
@@ -67,15 +63,7 @@ def has_display() -> bool:
 
 
 def show(path: Path, at: float | None = None) -> None:
-    """Open a replay in the viewer's own window and come back.
-
-    Args:
-        path: an rrd file.
-        at: where to put the time cursor [s]; ``None`` plays from the start.
-
-    Raises:
-        ViewerError: there is no viewer.
-    """
+    """Open a replay in the viewer's own window and come back."""
     if at is None:
         _alone([executable(), str(path)])
         return
@@ -84,18 +72,7 @@ def show(path: Path, at: float | None = None) -> None:
 
 
 def serve(path: Path, told: Callable[[str], object]) -> int:
-    """Serve a replay to browsers until interrupted; only this machine can reach it.
-
-    Args:
-        path: an rrd file.
-        told: called with the address once it answers.
-
-    Returns:
-        The exit code of the server.
-
-    Raises:
-        ViewerError: there is no viewer, or it does not start.
-    """
+    """Serve a replay to browsers until interrupted; only this machine can reach it."""
     port = _free_port()
     with tempfile.TemporaryFile("w+") as log, offered(path, port) as (page, file):
         command = [executable(), "--bind", HOST, "--web-viewer-port", str(port), "--serve-web", file]
@@ -147,18 +124,7 @@ class Headless:
         return ours.start * 1e-9, ours.end * 1e-9
 
     def picture(self, at: float, view: str = "") -> bytes:
-        """Return a picture at an instant.
-
-        Args:
-            at: time cursor [s].
-            view: origin of one view, e.g. ``"/zone"``; empty for all of the window.
-
-        Returns:
-            A PNG.
-
-        Raises:
-            ViewerError: the viewer does not answer.
-        """
+        """Return a picture at an instant."""
         _seek(self._client, at)
         known = {shown.origin: shown.view_id for shown in self._client.get_state().views}
         if view and view not in known:
@@ -167,18 +133,7 @@ class Headless:
 
 
 def snapshot(path: Path, at: float | None = None) -> bytes:
-    """Return a picture of a replay, painted without a window.
-
-    Args:
-        path: an rrd file.
-        at: time cursor [s]; ``None`` takes the middle.
-
-    Returns:
-        A PNG.
-
-    Raises:
-        ViewerError: the viewer or a graphics driver is missing.
-    """
+    """Return a picture of a replay, painted without a window."""
     with Headless(path) as viewer:
         return viewer.picture(sum(viewer.span()) / 2.0 if at is None else at)
 

@@ -22,18 +22,7 @@ IMPACT = "impact"
 
 @contextmanager
 def film(target: Path, arranged: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
-    """Open a recording under a temporary name, which is renamed when all is written.
-
-    Args:
-        target: the file.
-        arranged: how the viewer shows it.
-
-    Yields:
-        What is written to.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
+    """Open a recording under a temporary name, which is renamed when all is written."""
     with replacing(target) as unfinished:
         try:
             with rr.RecordingStream(APPLICATION) as rec:
@@ -45,23 +34,12 @@ def film(target: Path, arranged: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
 
 
 def clock(time: np.ndarray) -> rr.TimeColumn:
-    """Return the column of simulated time, whole nanoseconds.
-
-    Args:
-        time: [s], (n,).
-    """
+    """Return the column of simulated time, whole nanoseconds."""
     return rr.TimeColumn(TIMELINE, duration=np.round(np.asarray(time) * 1e9).astype("timedelta64[ns]"))
 
 
 def scalars(rec: rr.RecordingStream, entity: str, time: np.ndarray, values: np.ndarray) -> None:
-    """Write a curve, or several that share their times.
-
-    Args:
-        rec: recording being written.
-        entity: path of the entity.
-        time: [s], (n,).
-        values: (n,) or (n, series).
-    """
+    """Write a curve, or several that share their times."""
     columns = rr.Scalars.columns(scalars=np.ascontiguousarray(values, dtype=np.float64).ravel())
     if values.ndim == 2:
         columns = columns.partition(np.full(len(values), values.shape[1]))
@@ -69,14 +47,7 @@ def scalars(rec: rr.RecordingStream, entity: str, time: np.ndarray, values: np.n
 
 
 def turn(rec: rr.RecordingStream, entity: str, time: np.ndarray, angle: np.ndarray) -> None:
-    """Write a rotation about +z.
-
-    Args:
-        rec: recording being written.
-        entity: path of the entity.
-        time: [s], (n,).
-        angle: [rad], (n,).
-    """
+    """Write a rotation about +z."""
     half = 0.5 * np.mod(angle, 4.0 * np.pi)
     quaternion = np.zeros((len(time), 4), dtype=np.float32)
     quaternion[:, 2], quaternion[:, 3] = np.sin(half), np.cos(half)
@@ -90,15 +61,7 @@ def marks(
     counts: np.ndarray,
     columns: Iterable[Any],
 ) -> None:
-    """Write marks of which ``counts[i]`` are there from ``time[i]`` on; rows that change nothing are left out.
-
-    Args:
-        rec: recording being written.
-        entity: path of the entity.
-        time: [s], (n,).
-        counts: (n,), 0 clears what was there.
-        columns: made by ``columns`` of an archetype from as many instances as the counts add up to.
-    """
+    """Write marks of which ``counts[i]`` are there from ``time[i]`` on; rows that change nothing are left out."""
     keep = (counts > 0) | (np.r_[1, counts[:-1]] > 0)
     parts = [column.partition(counts[keep]) for column in columns]
     rec.send_columns(entity, indexes=[clock(time[keep])], columns=[c for part in parts for c in part])
@@ -108,15 +71,6 @@ def trail(
     time: np.ndarray, life: float, levels: int, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return what is seen of events that fade: a row whenever one comes, fades by a level or goes.
-
-    Args:
-        time: of the events [s], ascending, (k,).
-        life: how long each is seen [s].
-        levels: in how many steps it fades.
-        most: how many are seen at once; the latest ones.
-
-    Returns:
-        Instants [s], (n,); how many are seen from each on, (n,); which events, (sum,); their levels, 0 the brightest.
 
     >>> rows = trail(np.array([0.0, 0.3]), life=0.4, levels=2, most=5)
     >>> [part.tolist() for part in (rows[0].round(3), *rows[1:])]

@@ -22,14 +22,7 @@ _NAMES = ("drive", "loose")
 
 
 def gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ROOT) -> None:
-    """Write both gears' transverse sections and their rotation.
-
-    Args:
-        rec: recording being written.
-        section: the pair with its widened backlash.
-        frames: where it is when.
-        root: entity of the zone.
-    """
+    """Write both gears' transverse sections and their rotation."""
     place(rec, root, section)
     for which, name in enumerate(_NAMES):
         vertices, faces = ring(section, which)
@@ -57,13 +50,7 @@ def gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: str =
 
 
 def lines_of_action(rec: rr.RecordingStream, section: Section, root: str = ROOT) -> None:
-    """Write the paths of contact of both flanks as thin lines.
-
-    Args:
-        rec: recording being written.
-        section: the pair with its widened backlash.
-        root: entity of the zone.
-    """
+    """Write the paths of contact of both flanks as thin lines."""
     for flank, word in enumerate(("active", "reverse")):
         ends = np.array(section.path) if flank == 0 else -np.array(section.path)
         strip = lifted(section.point(ends, np.full(2, flank)), 0.2)
@@ -75,14 +62,7 @@ def lines_of_action(rec: rr.RecordingStream, section: Section, root: str = ROOT)
 
 
 def gaps(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ROOT) -> None:
-    """Write both gaps of a flight: from the drive's flank to the loose gear's, along the lines of action.
-
-    Args:
-        rec: recording being written.
-        section: the pair with its widened backlash.
-        frames: where it is when.
-        root: entity of the zone.
-    """
+    """Write both gaps of a flight: from the drive's flank to the loose gear's, along the lines of action."""
     flight = np.flatnonzero(frames.flank < 0)
     if not len(flight):
         return

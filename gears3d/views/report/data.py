@@ -18,14 +18,7 @@ NANOMETRE = 1e-9
 
 
 def blocks(scenario: Scenario, recording: Recording, twin: Recording | None, summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the blocks by name: traces, walls, impacts, twin_impacts, errors, histogram, about.
-
-    Args:
-        scenario: what was simulated.
-        recording: result of the run.
-        twin: what the twin said, if it ran.
-        summary: content of ``summary.json``.
-    """
+    """Return the blocks by name: traces, walls, impacts, twin_impacts, errors, histogram, about."""
     lines = traces(recording, twin)
     period = summary.get("period_s") or recording.meta.get("period_s")
     comparison = summary.get("comparison") or {}

@@ -22,14 +22,7 @@ WIDTH, HEIGHT = 300.0, 380.0
 
 
 def mesh_drawing(pair: Pair) -> Markup:
-    """Return the mesh around the pitch point as an SVG drawing of two panels.
-
-    Args:
-        pair: the gears; their deviations are not drawn.
-
-    Returns:
-        SVG markup with its caption; colours are classes of the report's style sheet.
-    """
+    """Return the mesh around the pitch point as an SVG drawing of two panels."""
     factor = exaggeration(pair)
     wide = replace(pair, thinning=pair.thinning + 0.5 * (factor - 1) * pair.backlash, deviations=())
     gap = figure(pair.backlash, "length").text
@@ -50,26 +43,13 @@ def mesh_drawing(pair: Pair) -> Markup:
 
 
 def exaggeration(pair: Pair) -> int:
-    """Return the largest round factor that keeps the backlash within 30 % of a base pitch.
-
-    Args:
-        pair: the gears.
-    """
+    """Return the largest round factor that keeps the backlash within 30 % of a base pitch."""
     most = 0.3 * pair.drive.base_pitch
     return max((f for f in FACTORS if f * pair.backlash <= most), default=1) if pair.backlash > 0 else 1
 
 
 def tooth(gear: Gear, half_angle: float, steps: int = 14) -> np.ndarray:
-    """Return half a tooth, from the middle of the space to the tip.
-
-    Args:
-        gear: the gear.
-        half_angle: half the angle that a tooth spans at the base circle [rad].
-        steps: points along the fillet and along the involute.
-
-    Returns:
-        Distance from the axis [m] and angle from the middle of the tooth [rad], (2·steps + 1, 2).
-    """
+    """Return half a tooth, from the middle of the space to the tip."""
     lowest, angle = form(gear, half_angle)
     roots = fillet_points(gear, half_angle, np.linspace(0.5 * pi, angle, steps))
     roll = np.linspace(max(lowest, 0.0), gear.tip_roll, steps)

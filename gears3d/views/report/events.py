@@ -25,16 +25,7 @@ QUANTA = {
 
 
 def impact_table(recording: Recording, quanta: dict[str, float] = QUANTA) -> dict[str, Any]:
-    """Return the impacts as integers of stated quanta.
-
-    Args:
-        recording: signals and impacts.
-        quanta: of each column that is wanted.
-
-    Returns:
-        ``{"tick", "time", "flank", "columns": {name: {"quantum", "values"}}}``; flank 0 is active, 1 reverse; what
-        is not finite is ``None``.
-    """
+    """Return the impacts as integers of stated quanta."""
     impacts = recording.impacts
     return {
         "tick": TICK,
@@ -47,10 +38,6 @@ def impact_table(recording: Recording, quanta: dict[str, float] = QUANTA) -> dic
 def whole(values: Any, quantum: float) -> dict[str, Any]:
     """Return a column as whole multiples of a quantum; what is not finite is ``None``.
 
-    Args:
-        values: (n,).
-        quantum: in their unit.
-
     >>> whole([0.25, float("nan")], 0.1)
     {'quantum': 0.1, 'values': [2, None]}
     """
@@ -62,17 +49,7 @@ def whole(values: Any, quantum: float) -> dict[str, Any]:
 def speed_errors(
     recording: Recording, twin: Recording, period: float, least_height: float
 ) -> dict[str, list[int] | list[float]]:
-    """Return how far each impact's speed is from the twin's, impact by impact as the comparison pairs them.
-
-    Args:
-        recording: result of the run.
-        twin: what the twin said.
-        period: s.
-        least_height: of the flights before, m.
-
-    Returns:
-        ``{"impact": indices, "error": relative errors}``.
-    """
+    """Return how far each impact's speed is from the twin's, impact by impact as the comparison pairs them."""
     mine, theirs = match(recording.impacts, twin.impacts, period)
     counts = ~(twin.impacts["flight_height_m"][theirs] <= least_height)
     mine, theirs = mine[counts], theirs[counts]
@@ -84,16 +61,7 @@ def speed_errors(
 
 
 def speed_histogram(recording: Recording, twin: Recording | None, bins: int = 40) -> dict[str, Any]:
-    """Return how often impacts are how fast, by flank.
-
-    Args:
-        recording: result of the run.
-        twin: what the twin said, if it ran.
-        bins: how many classes.
-
-    Returns:
-        ``{"edges": m/s, "run": [active, reverse], "twin": the same or None}``; empty edges without impacts.
-    """
+    """Return how often impacts are how fast, by flank."""
     both = [one for one in (recording, twin) if one is not None]
     speeds = [np.abs(one.impacts["velocity_m_s"]) for one in both]
     fastest = max((float(s.max()) for s in speeds if s.size), default=0.0)

@@ -43,14 +43,6 @@ class Figure(NamedTuple):
 def figure(value: Any, kind: str = "", digits: int = 4) -> Figure:
     r"""Return a value as it is read.
 
-    Args:
-        value: number in SI units, word, truth value or ``None``.
-        kind: one of :data:`SCALES`, or empty for a bare number.
-        digits: significant digits.
-
-    Returns:
-        Text and bare value; a dash for what is not there or not finite.
-
     >>> figure(0.0312425, "velocity").text
     '31.24\xa0mm/s'
     >>> figure(0.0, "length").text
@@ -75,10 +67,6 @@ def figure(value: Any, kind: str = "", digits: int = 4) -> Figure:
 def plain(number: float, digits: int = 4) -> str:
     """Return a number with so many significant digits, without an exponent where it stays readable.
 
-    Args:
-        number: any finite number.
-        digits: significant digits.
-
     >>> plain(1234.5678), plain(-0.5), plain(3.2e-7)
     ('1235', '−0.5', '3.2·10⁻⁷')
     """
@@ -96,9 +84,6 @@ def plain(number: float, digits: int = 4) -> str:
 
 def kind_of(name: str) -> str:
     """Return the kind of quantity that a name of the contract stands for.
-
-    Args:
-        name: e.g. ``flight_height_min_m``.
 
     >>> kind_of("flight_height_min_m"), kind_of("impacts_matched")
     ('length', '')

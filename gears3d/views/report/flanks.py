@@ -33,14 +33,7 @@ class Walls(NamedTuple):
 
 
 def walls(recording: Recording, rows: tuple[Row, ...], backlash: float, time: np.ndarray) -> Walls:
-    """Return the displacement of both flanks over time, from the flank deviations of the scenario.
-
-    Args:
-        recording: gives the angles of both gears.
-        rows: of the scenario's effects.
-        backlash: width of the dead band of perfect flanks [m].
-        time: where to say it [s], (n,).
-    """
+    """Return the displacement of both flanks over time, from the flank deviations of the scenario."""
     shift = {Flank.ACTIVE: np.zeros(len(time)), Flank.REVERSE: np.zeros(len(time))}
     harmonics = [row.p for row in rows if row.code == Code.FLANK_HARMONIC and len(recording.time)]
     for gear, flank, order, amplitude, phase in harmonics:
@@ -52,16 +45,7 @@ def walls(recording: Recording, rows: tuple[Row, ...], backlash: float, time: np
 
 
 def contacts(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np.ndarray | None:
-    """Return the permanent contacts, [flank, start s, end s]: as written down, or as the samples show them.
-
-    Args:
-        recording: with ``contacts`` in its ``meta``, or with displacement.
-        rows: of the scenario's effects.
-        backlash: m.
-
-    Returns:
-        One row per contact, (c, 3); ``None`` where neither is available.
-    """
+    """Return the permanent contacts, [flank, start s, end s]: as written down, or as the samples show them."""
     if "contacts" not in recording.meta:
         if "displacement_m" not in recording.signals or not len(recording.time):
             return None
@@ -72,16 +56,7 @@ def contacts(recording: Recording, rows: tuple[Row, ...], backlash: float) -> np
 
 
 def crossings(recording: Recording, table: np.ndarray, start: float) -> dict[str, np.ndarray]:
-    """Return how long each flight across the backlash lasted and how fast it ended.
-
-    Args:
-        recording: with impacts.
-        table: permanent contacts, as :func:`contacts` gives them, (c, 3).
-        start: what is earlier than this is left out [s].
-
-    Returns:
-        By ``"active"`` and ``"reverse"``, the flank of the impact: duration [s] and impact speed [m/s], (k, 2).
-    """
+    """Return how long each flight across the backlash lasted and how fast it ended."""
     found = flights(recording.impacts["time_s"], recording.impacts["flank"], table)
     across = (found.left != found.struck) & (found.impact >= 0) & (found.start >= start)
     speeds = np.abs(np.append(recording.impacts["velocity_m_s"], np.nan))[found.impact]

@@ -87,11 +87,7 @@ class Tile(NamedTuple):
 
 
 def tiles(summary: dict[str, Any]) -> list[Tile]:
-    """Return the key figures that head the report.
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return the key figures that head the report."""
     comparison = summary.get("comparison") or {}
     found = [
         Tile("regime", "regime", figure(summary.get("regime"))),
@@ -119,11 +115,7 @@ def _speed(velocity: float | None) -> Figure:
 
 
 def answer(summary: dict[str, Any]) -> str:
-    """Return the model and the result in a few sentences.
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return the model and the result in a few sentences."""
     parts = [MODELS.get(str(summary.get("model")), ""), REGIMES.get(str(summary.get("regime")), "")]
     per_period = summary.get("impacts_per_period")
     speeds = {f: summary.get(f"{f}_velocity_mean_m_s") for f in ("active", "reverse")}
@@ -136,13 +128,7 @@ def answer(summary: dict[str, Any]) -> str:
 
 
 def lines(scenario: Scenario, recording: Recording, summary: dict[str, Any]) -> list[Claim]:
-    """Return the table of results.
-
-    Args:
-        scenario: what was simulated.
-        recording: result of the run.
-        summary: content of ``summary.json``.
-    """
+    """Return the table of results."""
     found = [
         Claim(key, name, figure(summary.get(key), kind_of(key)), meaning) for key, (name, meaning) in LINES.items()
     ]
@@ -202,11 +188,7 @@ def _crossing_lines(flank: str, times: np.ndarray, speeds: np.ndarray) -> list[C
 
 
 def expectations(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure, bool]]:
-    """Return the expectations of the scenario: name, expected, found, whether it was met.
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return the expectations of the scenario: name, expected, found, whether it was met."""
     return [
         (key.replace("_", " "), figure(one["expected"]), figure(one["found"]), bool(one["met"]))
         for key, one in (summary.get("expect") or {}).items()
@@ -214,11 +196,7 @@ def expectations(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure, boo
 
 
 def wall_lines(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure]]:
-    """Return the wall times: name, time, speed as a multiple of real time.
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return the wall times: name, time, speed as a multiple of real time."""
     reached = summary.get("reached_s") or 0.0
     return [
         (name, figure(float(t), "time", 3), figure(reached / t if t else None, digits=3))
@@ -227,12 +205,7 @@ def wall_lines(summary: dict[str, Any]) -> list[tuple[str, Figure, Figure]]:
 
 
 def command(scenario: Scenario, summary: dict[str, Any]) -> str:
-    """Return the command that repeats the run.
-
-    Args:
-        scenario: what was simulated.
-        summary: content of ``summary.json``, with ``command`` where it is known.
-    """
+    """Return the command that repeats the run."""
     if summary.get("command"):
         return str(summary["command"])
     words = ["gears3d", "run", str(scenario.path or "scenario.toml")]

@@ -56,19 +56,7 @@ def render(
     gears_svg: str | None = None,
     strip: Picture | None = None,
 ) -> str:
-    """Return the report of a run as one self-contained HTML page.
-
-    Args:
-        scenario: what was simulated.
-        recording: result of the run.
-        twin: result of the rigid model, if it ran.
-        summary: content of ``summary.json``.
-        gears_svg: a drawing of the mesh, SVG markup that is trusted; ``None`` draws the scenario's gears.
-        strip: pictures of the mesh over a period; left out when ``None``.
-
-    Returns:
-        HTML that opens without a network.
-    """
+    """Return the report of a run as one self-contained HTML page."""
     context = {
         "title": scenario.title or "Untitled scenario",
         "source": scenario.source,
@@ -111,32 +99,13 @@ def write(
     gears_svg: str | None = None,
     strip: Picture | None = None,
 ) -> Path:
-    """Write the report under a temporary name and rename it.
-
-    Args:
-        path: the file, e.g. ``report.html``.
-        scenario: as for :func:`render`.
-        recording: as for :func:`render`.
-        twin: as for :func:`render`.
-        summary: as for :func:`render`.
-        gears_svg: as for :func:`render`.
-        strip: as for :func:`render`.
-
-    Returns:
-        The path.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """Write the report under a temporary name and rename it."""
     html = render(scenario=scenario, recording=recording, twin=twin, summary=summary, gears_svg=gears_svg, strip=strip)
     return write_text(path, html)
 
 
 def as_json(block: Any) -> Markup:
     r"""Return JSON that is safe inside a script element.
-
-    Args:
-        block: what JSON can hold.
 
     >>> as_json(["</script>"])
     Markup('["\\u003c/script>"]')
@@ -156,9 +125,5 @@ def environment() -> jinja2.Environment:
 
 @lru_cache
 def asset(name: str) -> Markup:
-    """Return a vendored or own script or style sheet, to be put into the page as it is.
-
-    Args:
-        name: file in ``assets``.
-    """
+    """Return a vendored or own script or style sheet, to be put into the page as it is."""
     return Markup((ROOM / "assets" / name).read_text(encoding="utf-8"))

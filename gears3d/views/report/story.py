@@ -62,11 +62,7 @@ PASSED_OVER = ("format", "title", "source", "extends")
 
 
 def parse(document: str) -> dict[str, Any]:
-    """Return a scenario's text as a dictionary; empty where it is not valid TOML.
-
-    Args:
-        document: the resolved scenario.
-    """
+    """Return a scenario's text as a dictionary; empty where it is not valid TOML."""
     try:
         return tomllib.loads(document)
     except tomllib.TOMLDecodeError:
@@ -75,12 +71,6 @@ def parse(document: str) -> dict[str, Any]:
 
 def table(document: str) -> list[Line]:
     r"""Return every value of a scenario as a line of a table.
-
-    Args:
-        document: the resolved scenario, TOML.
-
-    Returns:
-        Lines in the order of :data:`NAMES`; keys without a name keep their own and come last.
 
     >>> table('[mount]\nbacklash = "250 um"')
     [Line(group='Mounting', name='backlash along the line of action', value='250 µm')]
@@ -111,10 +101,6 @@ def _place(item: tuple[str, Any]) -> int:
 def inline(value: Any, without: tuple[str, ...] = ()) -> str:
     """Return a TOML value as running text.
 
-    Args:
-        value: text, number, list or table.
-        without: keys of the table to leave out.
-
     >>> inline([{"amplitude": "20 rpm", "frequency": "3 Hz"}])
     'amplitude 20 rpm, frequency 3 Hz'
     >>> inline({"value": "0.22 N m", "uncertainty": "5 %"})
@@ -138,9 +124,6 @@ def _named(key: str, value: Any) -> str:
 def pretty(text: str) -> str:
     """Return a quantity with its unit in the field's signs; other text stays as it is.
 
-    Args:
-        text: e.g. ``"0.22 N m"``.
-
     >>> pretty("250 um"), pretty("0.0695 kg m^2"), pretty("a measured file")
     ('250 µm', '0.0695 kg·m²', 'a measured file')
     """
@@ -153,22 +136,12 @@ def pretty(text: str) -> str:
 
 
 def words(key: str) -> str:
-    """Return a key as words.
-
-    Args:
-        key: e.g. ``transmission_error``.
-    """
+    """Return a key as words."""
     return key.replace("_", " ")
 
 
 def sentence(document: str) -> str:
     r"""Return two or three sentences that describe the scenario.
-
-    Args:
-        document: the resolved scenario, TOML.
-
-    Returns:
-        Plain text, from the content of the scenario only.
 
     >>> sentence('[motion]\nmean = "30 rpm"')
     'The drive gear rotates at a mean speed of 30 rpm. The loose gear has no load torque.'
@@ -181,9 +154,6 @@ def sentence(document: str) -> str:
 
 def rig_sentence(document: str) -> str:
     r"""Return the gears, drag and restitution of a rig in one or two sentences, without motion and effects.
-
-    Args:
-        document: the resolved scenario, TOML.
 
     >>> rig_sentence('[drag]\ntorque = "0.2 N m"')
     'The loose gear is unloaded except for a drag torque of 0.2 N·m.'

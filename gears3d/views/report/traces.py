@@ -24,17 +24,7 @@ MOST_POINTS = 30_000
 
 
 def traces(recording: Recording, twin: Recording | None = None, most: int = MOST_POINTS) -> dict[str, Any]:
-    """Return the signals of a run and its twin on one thinned time axis, as integers of stated quanta.
-
-    Args:
-        recording: result of the run.
-        twin: what the twin said, if it ran.
-        most: points at most for each of the two.
-
-    Returns:
-        ``{"tick", "time": [...], "run": {name: {"quantum", "steps"}}, "twin": {...} or None}``: a running sum of
-        ``steps`` times ``quantum`` gives the SI values, a running sum of ``time`` times ``tick`` the seconds.
-    """
+    """Return the signals of a run and its twin on one thinned time axis, as integers of stated quanta."""
     if not len(recording.time):
         return {"tick": TICK, "time": [], "run": {}, "twin": None}
     with_corners = [cornered(one) for one in (recording, twin) if one is not None]
@@ -63,13 +53,6 @@ def cornered(recording: Recording) -> dict[str, np.ndarray]:
 
     The sampled signals cut these corners off. Displacement before is carried on from the last sample; the speeds
     jump by what the impact table says.
-
-    Args:
-        recording: signals of shape (n,) and impacts.
-
-    Returns:
-        ``tick`` (time in units of :data:`TICK`, strictly rising integers), the channels that are known, and ``keep``
-        (bool: a corner).
     """
     time = recording.time
     columns = {name: recording.signals[name] for name in CHANNELS if name in recording.signals}
@@ -119,15 +102,7 @@ def _lever(columns: dict[str, np.ndarray]) -> float:
 
 
 def thinned(columns: dict[str, np.ndarray], most: int = MOST_POINTS) -> np.ndarray:
-    """Return the ticks between which straight lines stay within the channels' tolerances.
-
-    Args:
-        columns: as :func:`cornered` gives them.
-        most: points at most; tolerances grow until that is met, corners always stay.
-
-    Returns:
-        Ticks, integers, rising.
-    """
+    """Return the ticks between which straight lines stay within the channels' tolerances."""
     if len(columns["tick"]) < 3:
         return columns["tick"]
     tick = columns["tick"].astype(float)
@@ -152,16 +127,6 @@ def knots(x: np.ndarray, y: np.ndarray, start: np.ndarray, tolerance: float = 1.
 
     Every interval with a larger error is split at its worst point, all intervals at once, until all errors are small
     (Ramer 1972; Douglas & Peucker 1973, measured along y).
-
-    Args:
-        x: rising, (n,).
-        y: channels, (c, n).
-        start: indices that stay, rising, the first 0 and the last n - 1.
-        tolerance: largest distance allowed, in units of y.
-        most: give up as soon as there are more.
-
-    Returns:
-        Indices, rising; more than ``most`` of them when it gave up.
 
     >>> knots(np.arange(5.0), np.array([[0.0, 1.0, 2.0, 1.0, 0.0]]), np.array([0, 4]), 0.1).tolist()
     [0, 2, 4]

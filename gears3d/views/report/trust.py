@@ -100,12 +100,6 @@ NATIVE_WITHOUT = ("location", "step")
 def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
     r"""Return the comparison with the twin as lines of a table.
 
-    Args:
-        comparison: that of ``summary.json``, or ``None``.
-
-    Returns:
-        One line for every number, known ones first in the order of :data:`COMPARISON`.
-
     >>> comparison_lines({"velocity_bias": -0.00021})[0].figure
     Figure(text='−0.021\xa0%', value=-0.00021)
     """
@@ -122,10 +116,6 @@ def comparison_lines(comparison: dict[str, Any] | None) -> list[Claim]:
 
 def budget_lines(budget: dict[str, Any] | None, native: bool = False) -> list[Claim]:
     r"""Return the error budget as lines of a table, all in lengths along the line of action.
-
-    Args:
-        budget: that of ``summary.json``: name to length [m] (or to a table of such), or ``None``.
-        native: whether Bullet's own contact made the impacts.
 
     >>> budget_lines({"facets": 1.2e-7})[0].figure.text
     '120\xa0nm'
@@ -147,11 +137,7 @@ def budget_lines(budget: dict[str, Any] | None, native: bool = False) -> list[Cl
 
 
 def source(summary: dict[str, Any]) -> str:
-    """Return in a few sentences what run and rigid model have in common, and what their agreement proves.
-
-    Args:
-        summary: content of ``summary.json``.
-    """
+    """Return in a few sentences what run and rigid model have in common, and what their agreement proves."""
     parts = [
         "The rigid model is independent code: it integrates one equation of motion between two walls, without solids."
     ]
@@ -173,11 +159,7 @@ def source(summary: dict[str, Any]) -> str:
 
 
 def verdict(comparison: dict[str, Any] | None) -> str:
-    """Return in one sentence how well run and rigid model agree.
-
-    Args:
-        comparison: that of ``summary.json``, or ``None``.
-    """
+    """Return in one sentence how well run and rigid model agree."""
     if not comparison:
         return (
             "The result is not verified: no second model was run "

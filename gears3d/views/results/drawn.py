@@ -23,11 +23,7 @@ LEAST_SHOWN, MOST_SHOWN = 1e-3, 100.0
 
 
 def verdict_picture(found: ModelVerdict) -> Figure:
-    """Draw the displacement of a user's model and of the rigid model, and the differences over their tolerances.
-
-    Args:
-        found: the verdict.
-    """
+    """Draw the displacement of a user's model and of the rigid model, and the differences over their tolerances."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
@@ -54,11 +50,7 @@ def verdict_picture(found: ModelVerdict) -> Figure:
 
 
 def diagnosis_picture(found: Diagnosis) -> Figure:
-    """Draw the held-out error of rig and extended rig, and the minimum detectable effects.
-
-    Args:
-        found: by the diagnosis.
-    """
+    """Draw the held-out error of rig and extended rig, and the minimum detectable effects."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(10.0, 4.6), layout="constrained")

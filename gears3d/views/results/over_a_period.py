@@ -14,12 +14,7 @@ if TYPE_CHECKING:
 
 
 def over_a_period(seen: Recording | Measurement, scenario: Scenario) -> Picture | None:
-    """Return the mesh over a period in pictures; ``None`` where a recording is too short for them.
-
-    Args:
-        seen: a run or a measured record.
-        scenario: of the run, or of the test rig.
-    """
+    """Return the mesh over a period in pictures; ``None`` where a recording is too short for them."""
     from gears3d.views.camera import camera
     from gears3d.views.report import Picture
 

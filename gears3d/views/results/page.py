@@ -16,13 +16,7 @@ MOST_VECTOR = 400_000
 
 
 def render(told: Contents, made: dict[str, Any], files: tuple[str, ...] = ()) -> str:
-    """Return the page as HTML that opens without a network.
-
-    Args:
-        told: content of the result.
-        made: provenance.
-        files: names of files in the same folder to link to.
-    """
+    """Return the page as HTML that opens without a network."""
     context = {
         "title": told.title,
         "source": told.source,

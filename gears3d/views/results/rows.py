@@ -16,33 +16,21 @@ MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "
 
 
 def regime_line(summary: dict[str, Any]) -> str:
-    """Return regime and motion in words.
-
-    Args:
-        summary: with ``regime`` and ``motion``.
-    """
+    """Return regime and motion in words."""
     motion = summary.get("motion")
     words = [str(summary["regime"]).replace("_", " "), MOTIONS.get(str(motion), motion)]
     return ", ".join(word for word in words if word)
 
 
 def impacts_line(summary: dict[str, Any]) -> str:
-    """Return the number of impacts, in total and per period.
-
-    Args:
-        summary: with ``impacts`` and ``impacts_per_period``.
-    """
+    """Return the number of impacts, in total and per period."""
     per_period = summary.get("impacts_per_period")
     text = str(summary["impacts"])
     return text if per_period is None else f"{text} ({per_period:.3g} per period)"
 
 
 def comparison_rows(found: Comparison) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value).
-
-    Args:
-        found: the comparison.
-    """
+    """Return the table's lines as (name, value)."""
     verdict = "the same" if found.regime_equal else "different"
     regimes = " and ".join(dict.fromkeys(regime.replace("_", " ") for regime in found.regimes))
     lines = [("mode", found.mode), ("regime", f"{verdict} ({regimes})")]
@@ -74,12 +62,7 @@ def _percent(value: float, sign: str = "") -> str:
 
 
 def spectra_of(recording: Recording, count: int = 5) -> dict[str, Any]:
-    """Return the strongest lines of the spectra of a recording, as JSON can hold them.
-
-    Args:
-        recording: with a displacement.
-        count: lines of each spectrum.
-    """
+    """Return the strongest lines of the spectra of a recording, as JSON can hold them."""
     from gears3d.recording.told import spectra
     from gears3d.signals import lines
 
@@ -95,11 +78,7 @@ def spectra_of(recording: Recording, count: int = 5) -> dict[str, Any]:
 
 
 def recording_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value); unknown values are excluded.
-
-    Args:
-        found: what ``gears3d.describe`` returned, with ``spectra``.
-    """
+    """Return the table's lines as (name, value); unknown values are excluded."""
     lines = [("regime", regime_line(found)), ("impacts after settling", impacts_line(found))]
     exponent, deviation = found["lyapunov_1_s"], found["lyapunov_std_1_s"]
     if exponent is not None:
@@ -151,11 +130,7 @@ def _lines(spectra: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def measurement_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    """Return the table's lines as (name, value).
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return the table's lines as (name, value)."""
     from gears3d.measured.drive_motion import told
 
     quality, flights, flanks = summary["quality"], summary["cut"], summary["flanks"]
@@ -219,11 +194,7 @@ def _visible(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def assessment_rows(found: Assessment) -> Iterator[tuple[str, str, str]]:
-    """Return the table's lines: name, symbol, value.
-
-    Args:
-        found: the assessment.
-    """
+    """Return the table's lines: name, symbol, value."""
     from gears3d.units import show
 
     yield "mass on the line of action", "m", show(found.mass_kg, "mass")
@@ -249,11 +220,7 @@ def assessment_rows(found: Assessment) -> Iterator[tuple[str, str, str]]:
 
 
 def law_rows(found: Identified) -> list[tuple[str, str]]:
-    """Return the parameters of a law with their 95 % intervals.
-
-    Args:
-        found: the law.
-    """
+    """Return the parameters of a law with their 95 % intervals."""
     rows = [("law", found.law)]
     for name, one in found.parameters.items():
         rows.append((name, f"{one.value:.6g} {one.unit} (95 %: {one.low:.6g} to {one.high:.6g})".replace("  ", " ")))

@@ -18,12 +18,7 @@ ACTIVE, NEUTRAL = "#0072B2", "#777777"
 
 
 def draw_plane_of_action(axes: Axes, pair: Pair) -> None:
-    """Draw the zone of contact seen along its normal, with the lines on which teeth touch at θ = 0.
-
-    Args:
-        axes: to draw into.
-        pair: the pair.
-    """
+    """Draw the zone of contact seen along its normal, with the lines on which teeth touch at θ = 0."""
     points = path_points(pair)
     width = min(pair.drive.face_width, pair.loose.face_width)
     slope, pitch = tan(pair.drive.base_helix_angle), pair.drive.base_pitch
@@ -48,13 +43,7 @@ def draw_plane_of_action(axes: Axes, pair: Pair) -> None:
 
 
 def draw_sliding(axes: Axes, pair: Pair, speed: float) -> None:
-    """Draw the sliding speed along the path of contact and how many pairs of teeth share it.
-
-    Args:
-        axes: to draw into.
-        pair: the pair.
-        speed: mean speed of the drive gear [rad/s]; 0 draws the sliding per pitch line speed.
-    """
+    """Draw the sliding speed along the path of contact and how many pairs of teeth share it."""
     points = path_points(pair)
     ends = np.array([points["A"], points["E"]])
     relative = 1.0 + pair.drive.teeth / pair.loose.teeth

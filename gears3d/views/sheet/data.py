@@ -30,11 +30,7 @@ class DataSheet(Result):
 
 
 def data_sheet_of(scenario: Scenario) -> DataSheet:
-    """Return the data sheet of a scenario's pair, in the terms of ISO 21771.
-
-    Args:
-        scenario: with the pair.
-    """
+    """Return the data sheet of a scenario's pair, in the terms of ISO 21771."""
     pair, gears = scenario.pair(), scenario.gears
     quantities = data_sheet(pair, scenario.motion.mean, (gears.drive.density, gears.loose.density))
     return DataSheet(pair, tuple(quantities), scenario.motion.mean, scenario.title, scenario.source)

@@ -17,16 +17,7 @@ if TYPE_CHECKING:
 
 
 def drawing(pair: Pair, title: str = "", speed: float = 0.0) -> Figure:
-    """Draw the mesh of a pair with its active flanks in contact at the pitch point.
-
-    Args:
-        pair: the pair; deviations are too small to see and are left out.
-        title: first line of the sheet.
-        speed: mean speed of the drive gear [rad/s], for the sliding speeds.
-
-    Returns:
-        A figure that belongs to no window; ``figure.savefig(path)`` writes it.
-    """
+    """Draw the mesh of a pair with its active flanks in contact at the pitch point."""
     from dataclasses import replace
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -58,19 +49,5 @@ def _summary(pair: Pair) -> str:
 
 
 def write_drawing(path: Path, pair: Pair, title: str = "", speed: float = 0.0) -> Path:
-    """Draw the mesh of a pair into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        pair: the pair.
-        title: first line of the sheet.
-        speed: mean speed of the drive gear [rad/s].
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
+    """Draw the mesh of a pair into a file, under a temporary name that is renamed."""
     return files.write_picture(path, lambda: drawing(pair, title, speed))

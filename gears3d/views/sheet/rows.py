@@ -12,13 +12,6 @@ from gears3d.units import FAMILIES, show
 def rows(sheet: Iterable[Quantity], digits: int = 6) -> list[tuple[str, str, str, tuple[str, ...]]]:
     """Return a data sheet as people read it.
 
-    Args:
-        sheet: the quantities.
-        digits: significant digits.
-
-    Returns:
-        For each quantity its group, name, symbol and one or two texts with their unit.
-
     >>> rows([Quantity("backlash", "normal backlash", "j_bn", "length", (0.00025,))])
     [('backlash', 'normal backlash', 'j_bn', ('250 um',))]
     """
@@ -30,13 +23,6 @@ def rows(sheet: Iterable[Quantity], digits: int = 6) -> list[tuple[str, str, str
 
 def tables(sheet: Iterable[Quantity]) -> list[dict[str, Any]]:
     """Return a data sheet as JSON can hold it.
-
-    Args:
-        sheet: the quantities.
-
-    Returns:
-        A table for each quantity with ``group``, ``name``, ``symbol``, ``unit`` (SI, empty for plain numbers),
-        ``source`` and either ``value`` or ``drive`` and ``loose``.
 
     >>> tables([Quantity("gears", "number of teeth", "z", "count", (17, 43))])[0]["loose"]
     43

@@ -30,16 +30,7 @@ SEEN = 0.17
 
 
 def posed(pair: Pair, which: str, chord: float) -> list[Array]:
-    """Return the outline of each tooth in the plane at θ = 0, active flanks in contact at the pitch point.
-
-    Args:
-        pair: the pair.
-        which: ``"drive"`` or ``"loose"``.
-        chord: largest distance of the polygon from the flanks [m].
-
-    Returns:
-        Points [m], (n, 2), tooth by tooth.
-    """
+    """Return the outline of each tooth in the plane at θ = 0, active flanks in contact at the pitch point."""
     points = outline(pair, which, chord).points
     turn = pair.rotation(which, 0.0)
     c, s = cos(turn), sin(turn)
@@ -47,11 +38,7 @@ def posed(pair: Pair, which: str, chord: float) -> list[Array]:
 
 
 def exaggeration(pair: Pair) -> int:
-    """Return the factor by which the backlash has to be widened to be seen, 1 if it need not.
-
-    Args:
-        pair: the pair.
-    """
+    """Return the factor by which the backlash has to be widened to be seen, 1 if it need not."""
     room = 0.5 * pi * pair.drive.transverse_module
     fitting = [f for f in FACTORS if (f - 1) * pair.backlash < 0.6 * room] or [1]
     wanted = [f for f in fitting if f * pair.backlash >= SEEN * pi * pair.drive.transverse_module]
@@ -72,9 +59,6 @@ def pitch_point(pair: Pair) -> Array:
 def micro(length: float) -> str:
     """Return a length with its unit as a drawing shows it.
 
-    Args:
-        length: [m].
-
     >>> micro(0.00025)
     '250 µm'
     """
@@ -82,12 +66,7 @@ def micro(length: float) -> str:
 
 
 def draw_section(axes: Axes, pair: Pair) -> None:
-    """Draw teeth, circles, line of action, path of contact and contact points at true scale.
-
-    Args:
-        axes: to draw into.
-        pair: the pair.
-    """
+    """Draw teeth, circles, line of action, path of contact and contact points at true scale."""
     points, centre, along = path_points(pair), pitch_point(pair), normal(pair)
     pitch = pi * pair.drive.transverse_module
     reach = max(2.0 * pitch, 1.35 * max(points["E"], -points["A"]))
@@ -174,12 +153,7 @@ def _window(axes: Axes, centre: Array, reach: float) -> None:
 
 
 def draw_backlash(axes: Axes, pair: Pair) -> None:
-    """Draw one tooth in its space with the backlash widened, and dimension it.
-
-    Args:
-        axes: to draw into.
-        pair: the pair.
-    """
+    """Draw one tooth in its space with the backlash widened, and dimension it."""
     factor = exaggeration(pair)
     wide = replace(pair, thinning=pair.thinning + 0.5 * (factor - 1) * pair.backlash)
     centre, along = pitch_point(wide), normal(wide)

@@ -21,14 +21,7 @@ PERIODS_SHOWN = 3.0
 
 
 def picture(recording: Recording) -> Figure:
-    """Draw a recording after settling: path, both Poincaré sections, return map, spectra.
-
-    Args:
-        recording: with impacts.
-
-    Returns:
-        A figure that belongs to no window; ``figure.savefig(path)`` writes it.
-    """
+    """Draw a recording after settling: path, both Poincaré sections, return map, spectra."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -56,19 +49,7 @@ def picture(recording: Recording) -> Figure:
 
 
 def write_picture(path: Path, recording: Recording) -> Path:
-    """Draw a recording into a file, under a temporary name that is renamed.
-
-    Args:
-        path: ends in ``.png``, ``.svg`` or ``.pdf``.
-        recording: with impacts.
-
-    Returns:
-        The path.
-
-    Raises:
-        UsageError: the ending is another.
-        InputError: the file cannot be written.
-    """
+    """Draw a recording into a file, under a temporary name that is renamed."""
     return files.write_picture(path, lambda: picture(recording))
 
 

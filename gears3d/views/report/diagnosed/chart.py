@@ -72,15 +72,6 @@ class Frame(NamedTuple):
 def means(x: Array, y: Array, sure: Array, pieces: int = BINS) -> tuple[Array, Array, Array]:
     """Return means over as many points each, with the standard deviations of the means.
 
-    Args:
-        x: coordinate, (n,).
-        y: value, (n,).
-        sure: one over its standard deviation, (n,).
-        pieces: means at most.
-
-    Returns:
-        Mean coordinates, mean values and their standard deviations, from the scatter itself.
-
     >>> at, mean, sigma = means(np.arange(8.0), np.tile([1.0, 3.0], 4), np.ones(8), 2)
     >>> at.tolist(), mean.tolist(), sigma.tolist()
     ([1.5, 5.5], [2.0, 2.0], [0.5, 0.5])
@@ -98,11 +89,7 @@ def means(x: Array, y: Array, sure: Array, pieces: int = BINS) -> tuple[Array, A
 
 
 def limits(groups: list[list[Series]]) -> tuple[float, float]:
-    """Return a common range of values for several charts.
-
-    Args:
-        groups: the series of each chart.
-    """
+    """Return a common range of values for several charts."""
     own, points = [0.0], []
     for one in (one for group in groups for one in group):
         _, mean, sigma = means(one.x, one.y, one.sure)
@@ -121,13 +108,7 @@ def limits(groups: list[list[Series]]) -> tuple[float, float]:
 
 
 def chart(series: list[Series], frame: Frame, says: str) -> Markup:
-    """Return a chart as SVG.
-
-    Args:
-        series: what is drawn.
-        frame: what it is drawn in.
-        says: description of the chart for screen readers.
-    """
+    """Return a chart as SVG."""
     dots = [one for one in series if not one.line]
     parts = [_axes(frame), *(_points(one, frame) for one in dots), *(_means(one, frame) for one in dots)]
     parts += [_line(one, frame) for one in series if one.line]
@@ -141,11 +122,6 @@ def chart(series: list[Series], frame: Frame, says: str) -> Markup:
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
     """Return round numbers within a range.
-
-    Args:
-        low: end.
-        high: end.
-        most: about so many.
 
     >>> ticks(-0.3, 2.1)
     [0.0, 0.5, 1.0, 1.5, 2.0]

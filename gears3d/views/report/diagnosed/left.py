@@ -22,9 +22,6 @@ ORDERED = ("order", "angle")
 def left_out(counts: dict[str, int]) -> str:
     """Return how many points of each channel of a record are excluded, in words.
 
-    Args:
-        counts: by channel.
-
     >>> left_out({"impact": 46, "flight": 1, "loss": 0}), left_out({})
     ('46 impacts, 1 flight', 'none')
     """
@@ -33,11 +30,7 @@ def left_out(counts: dict[str, int]) -> str:
 
 
 def remains(told: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the residual patterns: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``.
-
-    Args:
-        told: a diagnosis for JSON.
-    """
+    """Return the residual patterns: ``name``, ``size``, ``significance``, ``where``, ``raw`` and ``at``."""
     left = told["remaining"]
     if left["structure"] == "none":
         return []
@@ -74,11 +67,7 @@ def _unit(structure: str) -> str:
 
 
 def power(found: Diagnosis) -> list[tuple[str, Figure, str]]:
-    """Return the minimum detectable effect of each place and what it means.
-
-    Args:
-        found: by the diagnosis.
-    """
+    """Return the minimum detectable effect of each place and what it means."""
     rows = []
     for place, limit in found.power.items():
         if not np.isfinite(limit):

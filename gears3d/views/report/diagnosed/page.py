@@ -21,16 +21,7 @@ SHOWN = 2
 
 
 def render(found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> str:
-    """Return the report of a diagnosis as one self-contained HTML page.
-
-    Args:
-        found: by the diagnosis.
-        command: command line of the diagnosis.
-        files: names of files in the same folder to link to.
-
-    Returns:
-        HTML that opens without a network.
-    """
+    """Return the report of a diagnosis as one self-contained HTML page."""
     told = found.to_dict()
     rows = left.remains(told)
     for place, row in enumerate(rows):
@@ -81,20 +72,7 @@ def render(found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> 
 
 
 def write(path: str | Path, found: Diagnosis, command: str = "", files: tuple[str, ...] = ()) -> Path:
-    """Write the report under a temporary name and rename it.
-
-    Args:
-        path: the file, e.g. ``report.html``.
-        found: as for :func:`render`.
-        command: as for :func:`render`.
-        files: as for :func:`render`.
-
-    Returns:
-        The path.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """Write the report under a temporary name and rename it."""
     return write_text(path, render(found, command, files))
 
 

@@ -98,13 +98,7 @@ class Picture(NamedTuple):
 
 
 def samples(records: Sequence[Evidence], name: str, rest: Array) -> Samples:
-    """Return the points of a channel with their coordinates.
-
-    Args:
-        records: all.
-        name: of the channel.
-        rest: residuals of the channel in standard deviations, records in their order, (n,).
-    """
+    """Return the points of a channel with their coordinates."""
     parts, at = [], 0
     for k, one in enumerate(records):
         part, size = _SAMPLES[name](one, rest[at:])
@@ -162,10 +156,6 @@ def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
     """Return the picture of a cause; ``None`` where its channel has no points.
 
     Before: residual with all other causes; after: with this cause as well; the curve is the contribution of the cause.
-
-    Args:
-        found: by the diagnosis.
-        effect: of the cause.
     """
     records, name = found.found.records, "loss" if effect.kind == "mesh_drag" else PLACES.get(effect.place, "flight")
     rest = found.found.fit.rest[found.found.known.spans[name]]
@@ -187,13 +177,7 @@ def of_cause(found: Diagnosis, effect: Any) -> Picture | None:
 
 
 def of_remains(found: Diagnosis, structure: str, where: float | None) -> Picture | None:
-    """Return the chart of a residual pattern; ``None`` where its channel has no points, or where it is the path.
-
-    Args:
-        found: by the diagnosis.
-        structure: channel and coordinate, as the contract names them.
-        where: order, where the coordinate is an angle; ``None`` for a whole channel.
-    """
+    """Return the chart of a residual pattern; ``None`` where its channel has no points, or where it is the path."""
     if structure == "impact.duration" and found.rings is not None:
         return _spectra(found.rings)
     if structure == "flight.gap":

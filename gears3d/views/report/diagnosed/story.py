@@ -71,10 +71,6 @@ class NumberRow(NamedTuple):
 def sized(value: float | None, unit: str) -> Figure:
     r"""Return a size with its SI unit as it is read.
 
-    Args:
-        value: in ``unit``; ``None`` for none.
-        unit: SI, or empty.
-
     >>> sized(2.5e-6, "rad").text, sized(3e-6, "m").text, sized(0.5, "sigma").text, sized(0.62, "1").text
     ('2.5\xa0µrad', '3\xa0µm', '0.5\xa0σ', '62\xa0%')
     """
@@ -91,9 +87,6 @@ def sized(value: float | None, unit: str) -> Figure:
 def percent(value: float | None) -> Figure:
     r"""Return a part of a whole as it is read.
 
-    Args:
-        value: part; ``None`` for none.
-
     >>> percent(0.12345).text, percent(0.99987).text, percent(None).text
     ('12.3\xa0%', '> 99.9\xa0%', '–')
     """
@@ -105,12 +98,7 @@ def percent(value: float | None) -> Figure:
 
 
 def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
-    """Return the verdict in one sentence.
-
-    Args:
-        found: by the diagnosis.
-        told: its content for JSON.
-    """
+    """Return the verdict in one sentence."""
     many, explains = len(found.records), "explains" if len(found.causes) == 1 else "explain"
     off = [name for name, _ in astray(found)]
     though = f" The residual of {joined(off)} still exceeds the noise." if off else ""
@@ -149,11 +137,7 @@ def sentence(found: Diagnosis, told: dict[str, Any]) -> str:
 
 
 def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
-    """Return the channels whose residual exceeds :data:`OFF`, with their root mean square.
-
-    Args:
-        found: by the diagnosis.
-    """
+    """Return the channels whose residual exceeds :data:`OFF`, with their root mean square."""
     told = []
     for name in CHANNELS:
         rest = found.found.fit.rest[found.found.known.spans[name]]
@@ -164,9 +148,6 @@ def astray(found: Diagnosis) -> list[tuple[str, Figure]]:
 
 def solid(told: dict[str, Any]) -> str:
     """Return the held-out error reduction in the 3D engine as a sentence; empty where it was not requested.
-
-    Args:
-        told: ``heldout_3d`` of a diagnosis for JSON.
 
     >>> solid({"gain": None, "why": "not asked for"})
     ''
@@ -183,11 +164,7 @@ def solid(told: dict[str, Any]) -> str:
 
 
 def experiment(one: Experiment) -> dict[str, Any]:
-    """Return the experiments that distinguish a cause from a competing hypothesis, for the table of the report.
-
-    Args:
-        one: of a diagnosis.
-    """
+    """Return the experiments that distinguish a cause from a competing hypothesis, for the table of the report."""
     rows = [(run.change, ", ".join(f"{key} = {_brief(value)}" for key, value in run.keys.items()),
              f"{run.duration:.3g} s", figure(run.sigma, digits=3) if run.sigma is not None else Figure("–"))
             for run in one.runs]  # fmt: skip
@@ -201,11 +178,7 @@ def _brief(value: Any) -> str:
 
 
 def worse(told: dict[str, Any]) -> list[str]:
-    """Return the channels in which the extended model has a larger held-out error than the nominal model.
-
-    Args:
-        told: a diagnosis for JSON.
-    """
+    """Return the channels in which the extended model has a larger held-out error than the nominal model."""
     base, extended = (told["heldout"][key] or {} for key in ("base", "extended"))
     return [CHANNEL_WORDS[name][0] for name in CHANNELS
             if name in base and extended[name]["value"] > 1.02 * base[name]["value"]]  # fmt: skip
@@ -222,10 +195,6 @@ def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
     """Return the errors of the nominal and of the extended model in each channel.
 
     Held-out data are used where there are any, else all points.
-
-    Args:
-        found: by the diagnosis.
-        told: its content for JSON.
     """
     rows, known, held = [], found.found.known, told["heldout"]
     for name in CHANNELS:
@@ -248,11 +217,7 @@ def channels(found: Diagnosis, told: dict[str, Any]) -> list[ChannelRow]:
 
 
 def numbers(one: Named) -> list[NumberRow]:
-    """Return the parameters of a cause, those with intervals first.
-
-    Args:
-        one: the cause.
-    """
+    """Return the parameters of a cause, those with intervals first."""
     rows = []
     for name, number in one.parameters.items():
         family = one.effect.params[name].family
@@ -267,9 +232,6 @@ def numbers(one: Named) -> list[NumberRow]:
 def short(names: Sequence[str]) -> dict[str, str]:
     """Return names of records without the folder that all have in common.
 
-    Args:
-        names: paths.
-
     >>> short(["a/b/x.csv", "a/b/y.csv"])
     {'a/b/x.csv': 'x.csv', 'a/b/y.csv': 'y.csv'}
     """
@@ -278,11 +240,7 @@ def short(names: Sequence[str]) -> dict[str, str]:
 
 
 def snippet(causes: Sequence[Named]) -> str:
-    """Return the causes as the tables that a scenario has under ``[[effect]]``.
-
-    Args:
-        causes: of a diagnosis.
-    """
+    """Return the causes as the tables that a scenario has under ``[[effect]]``."""
     tables = []
     for one in causes:
         lines = [f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in one.table.items()]

@@ -63,10 +63,6 @@ PLACES = {
 def called(structure: str, unit: str) -> str:
     """Return a residual pattern in words.
 
-    Args:
-        structure: its name in the contract.
-        unit: of its size.
-
     >>> called("impact.flank", "m/s"), called("impact.duration", "m").split()[1]
     ('a rebound that differs between the flanks', 'oscillation')
     """
@@ -75,9 +71,6 @@ def called(structure: str, unit: str) -> str:
 
 def joined(names: Sequence[str]) -> str:
     """Return names in a row, as they are written in a sentence.
-
-    Args:
-        names: any.
 
     >>> joined(["a"]), joined(["a", "b", "c"])
     ('a', 'a, b and c')

@@ -48,11 +48,7 @@ FLIGHTS_SHOWN = 6
 
 
 def blocks(found: Measurement) -> dict[str, Any]:
-    """Return the blocks by name.
-
-    Args:
-        found: of a record.
-    """
+    """Return the blocks by name."""
     recording, cut = found.recording, found.segments
     lines = path_lines(cut)
     time = np.cumsum(lines["time"]) * TICK
@@ -78,16 +74,7 @@ def blocks(found: Measurement) -> dict[str, Any]:
 
 
 def path_lines(cut: Segments, most: int = MOST_POINTS) -> dict[str, Any]:
-    """Return the measured path, simplified within its noise, with velocity jumps and states.
-
-    Args:
-        cut: of a record.
-        most: points, corners aside.
-
-    Returns:
-        What :func:`gears3d.views.report.traces.traces` gives, with the drive's speed, and ``states``: a digit for the
-        stretch from each point to the next, 0 active contact, 1 reverse contact, 2 flight.
-    """
+    """Return the measured path, simplified within its noise, with velocity jumps and states."""
     path, shift = cut.path, cut.flanks.active[0]
     at, place = _corners(cut)
     ticks, first = np.unique(np.rint(np.append(at, path.time) / TICK).astype(np.int64), return_index=True)
@@ -151,15 +138,7 @@ def _walls(cut: Segments, time: np.ndarray) -> dict[str, Any]:
 
 
 def close_up(found: Measurement) -> dict[str, Any]:
-    """Return the readings of one period in the middle of the record, with flanks and states.
-
-    Args:
-        found: of a record.
-
-    Returns:
-        ``start`` and ``end`` [s], ``time`` in s from ``start``, ``place``, ``low`` and ``high`` (or ``None``) in µm,
-        ``state``, ``every`` (one reading in so many is shown) and ``sigma`` of a reading in µm.
-    """
+    """Return the readings of one period in the middle of the record, with flanks and states."""
     cut = found.segments
     known, shift = cut.track, cut.flanks.active[0]
     start, end = _window(found)

@@ -16,11 +16,7 @@ SAMPLES = 4.0
 
 
 def limits(found: Measurement) -> list[str]:
-    """Return the limits of the record, one sentence each.
-
-    Args:
-        found: of a record.
-    """
+    """Return the limits of the record, one sentence each."""
     summary, hits = found.summary, found.recording.impacts
     if summary["status"] == "unexplained":
         seen = summary["visible"]

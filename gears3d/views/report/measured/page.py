@@ -17,17 +17,7 @@ if TYPE_CHECKING:
 
 
 def render(found: Measurement, files: tuple[str, ...] = (), strip: Picture | None = None) -> str:
-    """Return the report of a measured record as one self-contained HTML page.
-
-    Args:
-        found: of a record; its summary has ``contact_orders`` and ``durations``
-            (:func:`orders_told`, :func:`durations`).
-        files: names of files in the same folder to link to.
-        strip: pictures of the mesh over a period; omitted when ``None``.
-
-    Returns:
-        HTML that opens without a network.
-    """
+    """Return the report of a measured record as one self-contained HTML page."""
     summary, meta = found.summary, found.recording.meta
     rows = sensors.findings(summary)
     data = blocks(found)
@@ -63,18 +53,5 @@ def render(found: Measurement, files: tuple[str, ...] = (), strip: Picture | Non
 
 
 def write(path: str | Path, found: Measurement, files: tuple[str, ...] = (), strip: Picture | None = None) -> Path:
-    """Write the report under a temporary name and rename it.
-
-    Args:
-        path: the file, e.g. ``report.html``.
-        found: as for :func:`render`.
-        files: as for :func:`render`.
-        strip: as for :func:`render`.
-
-    Returns:
-        The path.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """Write the report under a temporary name and rename it."""
     return write_text(path, render(found, files, strip))

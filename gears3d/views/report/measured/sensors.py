@@ -40,11 +40,7 @@ class Found(NamedTuple):
 
 
 def findings(summary: dict[str, Any]) -> list[Found]:
-    """Return what the gate found, open findings first.
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return what the gate found, open findings first."""
     rows = []
     for one in summary["quality"].get("findings", []):
         remedy = one["remedy"]
@@ -62,10 +58,6 @@ def findings(summary: dict[str, Any]) -> list[Found]:
 def sized(value: float, unit: str) -> Figure:
     r"""Return a size with its SI unit as it is read.
 
-    Args:
-        value: in ``unit``.
-        unit: SI, or empty.
-
     >>> sized(2.0049e-4, "s").text, sized(3.0, "rows").text
     ('200.5\xa0µs', '3\xa0rows')
     """
@@ -76,11 +68,7 @@ def sized(value: float, unit: str) -> Figure:
 
 
 def verdict(rows: list[Found]) -> str:
-    """Return the result of the sensor gate in one sentence.
-
-    Args:
-        rows: of :func:`findings`.
-    """
+    """Return the result of the sensor gate in one sentence."""
     still = [row for row in rows if row.tone != "corrected"]
     done = len(rows) - len(still)
     fixed = f"{done} {'fault was' if done == 1 else 'faults were'} corrected on request" if done else ""
@@ -94,11 +82,7 @@ def verdict(rows: list[Found]) -> str:
 
 
 def sensor_lines(summary: dict[str, Any]) -> list[Claim]:
-    """Return sampling, encoders and noise as lines of a table.
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return sampling, encoders and noise as lines of a table."""
     quality = summary["quality"]
     rate = Figure(f"{plain(quality['sample_rate_Hz'])}\N{NO-BREAK SPACE}Hz", quality["sample_rate_Hz"])
     lines = [

@@ -27,11 +27,7 @@ FEWEST = 50
 
 
 def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
-    """Return the orders of both gears by flank, as ``contact_orders`` of ``summary.json`` has them.
-
-    Args:
-        found: of a record.
-    """
+    """Return the orders of both gears by flank, as ``contact_orders`` of ``summary.json`` has them."""
     told = {}
     for flank, name in enumerate(FLANKS):
         if _enough(found, flank):
@@ -50,14 +46,7 @@ def orders_told(found: Measurement) -> dict[str, list[dict[str, Any]]]:
 
 
 def spectra(found: Measurement) -> dict[str, Any]:
-    """Return the residual at every order without the significant orders.
-
-    Args:
-        found: of a record; its summary has ``contact_orders``.
-
-    Returns:
-        By gear and flank: amplitude [m] at orders 1, 2, ...; gears and flanks without information are omitted.
-    """
+    """Return the residual at every order without the significant orders."""
     left: dict[str, dict[str, list[float]]] = {}
     for flank, name in enumerate(FLANKS):
         if not _enough(found, flank):

@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 
 
 def tiles(summary: dict[str, Any]) -> list[Tile]:
-    """Return the key figures that head the page.
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return the key figures that head the page."""
     backlash = summary["flanks"]["backlash_m"]
     speeds = {flank: summary[f"{flank}_velocity_mean_m_s"] for flank in FLANKS}
     return [
@@ -41,11 +37,7 @@ def tiles(summary: dict[str, Any]) -> list[Tile]:
 
 
 def sentence(summary: dict[str, Any]) -> str:
-    """Return in a few sentences what was recorded and the result.
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return in a few sentences what was recorded and the result."""
     quality, cut = summary["quality"], summary["cut"]
     if summary["status"] == "unexplained":
         said = summary["warnings"][0]
@@ -60,11 +52,7 @@ def sentence(summary: dict[str, Any]) -> str:
 
 
 def impact_lines(found: Measurement) -> list[Claim]:
-    """Return the impacts of both flanks as lines of a table.
-
-    Args:
-        found: of a record.
-    """
+    """Return the impacts of both flanks as lines of a table."""
     summary, hits = found.summary, found.recording.impacts
     lines = []
     for code, flank in enumerate(FLANKS):
@@ -98,11 +86,7 @@ def impact_lines(found: Measurement) -> list[Claim]:
 
 
 def duration_lines(summary: dict[str, Any]) -> list[Claim]:
-    """Return how long impacts last, as lines of a table.
-
-    Args:
-        summary: of a measurement, with ``durations``.
-    """
+    """Return how long impacts last, as lines of a table."""
     lines = []
     for flank, one in summary["durations"].items():
         if one["resolved"]:
@@ -119,11 +103,7 @@ def duration_lines(summary: dict[str, Any]) -> list[Claim]:
 
 
 def durations(found: Measurement) -> dict[str, dict[str, Any]]:
-    """Return how long impacts last by flank, as ``durations`` of ``summary.json`` has it.
-
-    Args:
-        found: of a record.
-    """
+    """Return how long impacts last by flank, as ``durations`` of ``summary.json`` has it."""
     hits, told = found.segments.impacts, {}
     for code, flank in enumerate(FLANKS):
         mine = hits["flank"] == code
@@ -140,11 +120,7 @@ def durations(found: Measurement) -> dict[str, dict[str, Any]]:
 
 
 def flight_lines(found: Measurement) -> list[Claim]:
-    """Return the flights as lines of a table.
-
-    Args:
-        found: of a record.
-    """
+    """Return the flights as lines of a table."""
     cut, table = found.summary["cut"], found.segments.flights
     lines = [Claim("whole_flights", "complete flights", figure(cut["whole_flights"]), "from contact loss to impact")]
     if cut["whole_flights"]:
@@ -202,11 +178,7 @@ WHY_NOT = {
 
 
 def discarded(summary: dict[str, Any]) -> list[Claim]:
-    """Return excluded intervals and their counts as lines of a table; empty where the gears stay in contact.
-
-    Args:
-        summary: of a measurement.
-    """
+    """Return excluded intervals and their counts as lines of a table; empty where the gears stay in contact."""
     cut = summary["cut"]
     every = cut["whole_flights"] + sum(cut["dropped"].values())
     lines: list[Claim] = []
@@ -226,11 +198,7 @@ def _no_backlash(summary: dict[str, Any]) -> str:
 
 
 def flank_lines(summary: dict[str, Any]) -> list[Claim]:
-    """Return backlash and strongest orders as lines of a table.
-
-    Args:
-        summary: of a measurement, with ``contact_orders``.
-    """
+    """Return backlash and strongest orders as lines of a table."""
     backlash = summary["flanks"]["backlash_m"]
     lines = []
     if backlash is None:
