@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.palette import ACTIVE, REVERSE, SOFT
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
     from gears3d.bench.ste import StaticError
     from gears3d.bench.threshold import Thresholds
 
-COLOURS = {"phi": "#0072B2", "psi": "#D55E00", "backlash": "#444444"}
+COLOURS = {"phi": ACTIVE, "psi": REVERSE, "backlash": SOFT}
 ROUNDING = 1e-4
 """Amplitudes and deviations that are rounding [µm]."""
 NAMES = {"phi": "active flank, φ", "psi": "reverse flank, ψ", "backlash": "backlash, b"}

@@ -148,7 +148,6 @@ def _places(files: list[Path], out: Path | None) -> list[Path | None]:
 def _write(found: Any, rig: Any, out: Path) -> None:
     from gears3d.runs import RunFolder
     from gears3d.version import __version__
-    from gears3d.views.measured import write_picture
     from gears3d.views.report.measured import write
     from gears3d.views.results.over_a_period import over_a_period
 
@@ -156,7 +155,7 @@ def _write(found: Any, rig: Any, out: Path) -> None:
     with RunFolder(out) as folder:
         folder.write_recording(found.recording)
         folder.write_summary(found.summary)
-        write_picture(folder.path / "measured.png", found)
+        found.plot(folder.path / "measured.png")
         files = sorted(file.name for file in folder.path.iterdir())
         write(folder.path / "report.html", found, tuple(files), over_a_period(found, rig))
         folder.commit()

@@ -9,6 +9,8 @@ import numpy as np
 
 from gears3d import files
 from gears3d.comparison.against import period_of
+from gears3d.palette import FLANKS as COLOURS
+from gears3d.palette import NEUTRAL
 from gears3d.recording import FLANKS, Recording
 
 if TYPE_CHECKING:
@@ -17,9 +19,6 @@ if TYPE_CHECKING:
 
     from gears3d.comparison.result import Comparison
 
-COLOURS = ("#0072B2", "#D55E00")
-"""Of the active and the reverse flank, told apart by colour-blind eyes too."""
-NEUTRAL = "#777777"
 PERIODS_SHOWN = 3.0
 MARKERS = ("o", "s")
 UNITS = (("%", 1e2), ("ppm", 1e6), ("ppb", 1e9), ("1e-12", 1e12))

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.palette import BAND, FLANKS, NEUTRAL, PARTS
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gears3d.identify.law import Identified
 
-LINE, BAND, POINTS = "#0072B2", "#9ecae1", "#777777"
-PARTS = ("#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+LINE, POINTS = FLANKS[0], NEUTRAL
 MOST = 4  # Parameters that a title holds
 
 
@@ -71,8 +72,7 @@ def _title(found: Identified) -> str:
     return ", ".join(parts)
 
 
-COLOURS = {"active": "#0072B2", "reverse": "#D55E00"}
-GREY = "#999999"
+COLOURS: dict[str, str] = dict(zip(("active", "reverse"), FLANKS, strict=True))
 
 
 def orders_picture(found: Identified) -> Figure:
@@ -95,7 +95,7 @@ def orders_picture(found: Identified) -> Figure:
     for axis, name in zip(axes[1:], seen, strict=True):
         own = found.curves[name]
         at = np.argsort(own["frequency"])
-        axis.plot(own["frequency"], 1e6 * own["seen"], ".", color=GREY, markersize=3, label="all orders looked at")
+        axis.plot(own["frequency"], 1e6 * own["seen"], ".", color=POINTS, markersize=3, label="all orders looked at")
         axis.plot(own["frequency"][at], 1e6 * own["floor"][at], color="black", linewidth=1, label="noise floor")
         for loose, mark in ((False, "o"), (True, "s")):
             some = own["loose"] == loose
@@ -109,7 +109,7 @@ def orders_picture(found: Identified) -> Figure:
     return figure
 
 
-DIRECTION_COLOURS = {"up": "#0072B2", "down": "#D55E00"}
+DIRECTION_COLOURS = dict(zip(("up", "down"), FLANKS, strict=True))
 
 
 def threshold_picture(found: Identified) -> Figure:
@@ -137,7 +137,7 @@ def threshold_picture(found: Identified) -> Figure:
     seen = [
         one["opening_seen_m"] for way in DIRECTION_COLOURS if "opening_seen_m" in (one := found.goodness.get(way, {}))
     ]
-    axes.axhline(1e6 * max(seen), color="#777777", linewidth=1, linestyle=":", label="seen from here on")
+    axes.axhline(1e6 * max(seen), color=POINTS, linewidth=1, linestyle=":", label="seen from here on")
     linear = max(1e6 * max(seen), 0.1)
     lowest = min(
         (1e6 * found.curves[way]["opening_m"].min() for way in DIRECTION_COLOURS if way in found.curves), default=0.0

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from gears3d import palette
+
 if TYPE_CHECKING:
     from gears3d.papers.bench import Bench
 
-ACTIVE, REVERSE, LINE, PUBLISHED = "#0072B2", "#D55E00", "#1c1f24", "#009E73"
+ACTIVE, REVERSE, LINE, PUBLISHED = palette.ACTIVE, palette.REVERSE, palette.INK, palette.EXTENDED
 """Colours of the active flank, the reverse flank, the loose gear, and of what the paper printed."""
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d import palette
 from gears3d.files import write_picture
 from gears3d.signals.pattern import REGIMES
 from gears3d.sweep.dataset import open_dataset
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-COLOURS = {"active": "#0072B2", "reverse": "#D55E00", "up": "#0072B2", "down": "#D55E00"}
-REGIME_COLOURS = ("#dddddd", "#56B4E9", "#E69F00")
+COLOURS: dict[str, str] = dict(zip(("active", "reverse", "up", "down"), 2 * palette.FLANKS, strict=True))
 MARKS = {"up": 4.0, "down": 1.5}
 MOST_LINES = 8
 """Lines of a picture at most."""
@@ -129,7 +129,7 @@ def map_picture(data: xarray.Dataset) -> Figure:
     norm = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
     regime = part["regime"].transpose(y, x).values
     shown = left.pcolormesh(
-        data[x], data[y], regime, cmap=ListedColormap(list(REGIME_COLOURS)), norm=norm, shading="nearest"
+        data[x], data[y], regime, cmap=ListedColormap(palette.REGIMES[:3]), norm=norm, shading="nearest"
     )
     bar = figure.colorbar(shown, ax=left, ticks=[0, 1, 2])
     bar.ax.set_yticklabels([word.replace("_", " ") for word in REGIMES])

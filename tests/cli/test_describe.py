@@ -9,7 +9,7 @@ from gears3d import describe, load, simulate
 from gears3d.cli import main
 from gears3d.recording import Recording, settled, spectra
 from gears3d.signals import lines
-from gears3d.views.signals import picture
+from gears3d.views.plots.pictures import recording_picture as picture
 
 SCENARIO = "scenarios/rigaud-2020/fig5-20rpm.toml"
 

@@ -8,7 +8,7 @@ from rerun.chunk import RrdReader
 
 from gears3d.cli import main
 from gears3d.diagnosis.stretch import PERIODS, stretch
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay import viewer
 from gears3d.views.replay.beside import NAMES, beside, off
 from tests.views.test_replay import columns, seconds

@@ -14,8 +14,8 @@ from gears3d.errors import InputError, MissingExtraError, UsageError
 from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
 from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
-from gears3d.views.camera.panel import _gear, colour_of
 from gears3d.views.camera.shots import named, table
+from gears3d.views.plots.panel import _gear, colour_of
 
 STRIP = "scenarios/rigaud-2020/fig8-strip.toml"
 PAIRS = [(1,), (6, 7), (12,), (18,), (24,), (29, 30), (35,), (40, 41), (46,)]

@@ -27,7 +27,7 @@ from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.measured.checks import Finding
 from gears3d.scenario import load
-from gears3d.views.mesh.colours import FLANKS
+from gears3d.views.plots.colours import FLANKS
 from gears3d.views.report.diagnosed import render, story, write
 from gears3d.views.report.diagnosed.page import SHOWN
 from gears3d.views.report.diagnosed.pictures import of_cause, of_remains, samples

@@ -11,7 +11,7 @@ from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay import replay, viewer
 from gears3d.views.replay.several import Shown, several
 from tests.views.film import FREQUENCY, film

@@ -15,7 +15,7 @@ from PIL import Image
 
 from gears3d.cli import main
 from gears3d.scenario import load
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay import replay, viewer
 from tests.views.film import film
 

@@ -20,7 +20,7 @@ from PIL import Image
 
 from gears3d.runs import RunFolder
 from gears3d.scenario import load
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay.write import BACKGROUND
 from tests.views.film import FREQUENCY, film
 

@@ -7,8 +7,8 @@ import pytest
 from shapely.geometry import Polygon
 
 from gears3d.gears import Gear, Pair, path_points
-from gears3d.views.sheet import drawing
-from gears3d.views.sheet.section import exaggeration, posed
+from gears3d.views.plots.sheet import drawing, posed
+from gears3d.views.plots.teeth import widening
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 SPUR = Pair.from_backlash(RIG, RIG, 250e-6)
@@ -24,13 +24,13 @@ def shapes(axes):
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
 def test_section_shows_gears_that_touch_at_the_pitch_point_and_nowhere_overlap(pair):
     section, inset, plane, sliding = drawing(pair, "title", 3.0).axes
-    for axes, factor in ((section, 1), (inset, exaggeration(pair))):
+    for axes, factor in ((section, 1), (inset, widening(pair))):
         drive, loose = shapes(axes)
         assert drive.is_valid
         assert loose.is_valid
         assert drive.intersection(loose).area < 1e-3
         assert drive.distance(loose) < 8e-3
-        assert factor == 1 or f"drawn {factor} times" in axes.get_title(loc="left")
+        assert factor == 1 or f"drawn {factor:g} times" in axes.get_title(loc="left")
     assert "title" in section.figure.get_suptitle()
     pitch_point = 1e3 * pair.drive.base_radius / cos(pair.working_pressure_angle)
     (dots,) = [line for line in section.lines if line.get_label() == "teeth touch here"]
@@ -49,7 +49,7 @@ def test_section_shows_gears_that_touch_at_the_pitch_point_and_nowhere_overlap(p
 @pytest.mark.parametrize("backlash", [1e-6, 20e-6, 250e-6, 2e-3])
 def test_backlash_is_widened_by_a_round_factor_that_shows_it(backlash):
     pair = Pair.from_backlash(RIG, RIG, backlash)
-    factor = exaggeration(pair)
+    factor = widening(pair)
     shown = factor * backlash / (np.pi * RIG.module)
     assert 0.09 < shown < 0.45
     assert factor == 1 or backlash < 2e-3

@@ -13,15 +13,15 @@ import numpy as np
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.extras import require
 from gears3d.files import replacing
-from gears3d.views.camera.panel import colour_of, name, paint
-from gears3d.views.camera.shots import WORDS, Shot, shots, told
+from gears3d.views.camera.shots import shots, told
 from gears3d.views.camera.strip import source
+from gears3d.views.plots.panel import WORDS, Shot, colour_of, name, paint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gears3d.views.camera.look import Look
     from gears3d.views.camera.subject import Subject
+    from gears3d.views.plots.panel import Look
 
 LARGE, SMALL = (1280, 800), (640, 400)
 """Pixels of a frame: as the camera of Rigaud & Perret-Liaudet 2020 has them up to 3200 frames a second, and beyond."""

@@ -4,51 +4,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import floor, pi
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.recording import FLANKS
+from gears3d.views.plots.panel import Shot
 
 if TYPE_CHECKING:
     from gears3d.views.camera.subject import Subject
 
 BESIDE = 1.0 / 3.0
 """Distance from the pitch point, in pitches, within which one pair is named; between two pairs both are."""
-WORDS = {0: "active flanks touch", 1: "reverse flanks touch", -1: "free flight"}
-"""What a picture shows, by the code of the flank."""
-
-
-class Shot(NamedTuple):
-    """One picture.
-
-    Args:
-        time: [s].
-        after: since the first picture [s].
-        drive: angle of the drive gear [rad].
-        share: way from the active to the reverse flank, 0 to 1.
-        flank: 0 active or 1 reverse flanks touch, -1 free flight.
-        gaps: at the active and at the reverse flanks along the line of action [m].
-        first: number that the gear's own tooth 1 has among the pairs, which count from the first picture.
-        place: number of the pair at the pitch point, a fraction between two.
-        pairs: numbers of the pairs in the picture's middle, one or two.
-    """
-
-    time: float
-    after: float
-    drive: float
-    share: float
-    flank: int
-    gaps: tuple[float, float]
-    first: int
-    place: float
-    pairs: tuple[int, ...]
-
-    @property
-    def state(self) -> str:
-        """``"active"``, ``"reverse"`` or ``"flight"``."""
-        return FLANKS[self.flank] if self.flank >= 0 else "flight"
 
 
 def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Shot, ...]:

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d import files
-from gears3d.views.camera.panel import colour_of, name, paint
-from gears3d.views.camera.shots import WORDS, Shot, moment, told
+from gears3d.views.camera.shots import moment, told
+from gears3d.views.plots.panel import WORDS, Shot, colour_of, name, paint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gears3d.views.camera.look import Look
     from gears3d.views.camera.subject import Subject
+    from gears3d.views.plots.panel import Look
 
 POINTS = 2000
 """Of the curve of the displacement."""

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.views.mesh.motion import Motion, as_measured, is_measured, states
-from gears3d.views.mesh.teeth import Section
+from gears3d.views.plots.motion import Motion, as_measured, is_measured, states
+from gears3d.views.plots.teeth import Section
 
 if TYPE_CHECKING:
     from collections.abc import Callable

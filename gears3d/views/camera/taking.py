@@ -12,11 +12,11 @@ from gears3d.files import PICTURES
 from gears3d.recording import Recording
 from gears3d.results import Result
 from gears3d.units import parse
-from gears3d.views.camera.look import Look
-from gears3d.views.camera.shots import WORDS, Shot, shots, table
+from gears3d.views.camera.shots import shots, table
 from gears3d.views.camera.strip import columns, strip, write_strip
 from gears3d.views.camera.subject import Subject, measured, subject
 from gears3d.views.camera.vector import strip_svg
+from gears3d.views.plots.panel import WORDS, Look, Shot
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement

@@ -1,4 +1,4 @@
-"""The strip as SVG, for pages: drawn by the same :mod:`gears3d.views.camera.panel`, on axes that write SVG.
+"""The strip as SVG, for pages: drawn by the same :mod:`gears3d.views.plots.panel`, on axes that write SVG.
 
 matplotlib takes a second to load and to draw what a page shows at any size as lines.
 """
@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.views.camera.panel import EDGE, colour_of, name, paint
-from gears3d.views.camera.shots import WORDS, Shot, moment, told
+from gears3d.views.camera.shots import moment, told
+from gears3d.views.plots.panel import EDGE, WORDS, Shot, colour_of, name, paint
 
 if TYPE_CHECKING:
-    from gears3d.views.camera.look import Look
     from gears3d.views.camera.subject import Subject
+    from gears3d.views.plots.panel import Look
 
 POINT = 100.0 / 72.0
 """Units of the drawing in a point of print, at 100 units an inch."""

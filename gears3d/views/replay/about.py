@@ -5,14 +5,14 @@ from __future__ import annotations
 from math import pi
 from typing import TYPE_CHECKING
 
-from gears3d.views.mesh.motion import PLOT_RATE, is_measured
+from gears3d.views.plots.motion import PLOT_RATE, is_measured
 from gears3d.views.replay.layout import FRAMES_A_SECOND
 from gears3d.views.replay.sdk import rr
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
-    from gears3d.views.mesh.motion import Motion
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.motion import Motion
+    from gears3d.views.plots.teeth import Section
 
 
 def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...]) -> rr.TextDocument:

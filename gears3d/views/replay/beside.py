@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.views.mesh import colours
-from gears3d.views.mesh.motion import Motion, frames
-from gears3d.views.mesh.teeth import Section, widening
+from gears3d.views.plots import colours
+from gears3d.views.plots.motion import Motion, frames
+from gears3d.views.plots.teeth import Section, widening
 from gears3d.views.replay.lanes import Lane, arranged, draw, flanks
 from gears3d.views.replay.layout import ABOUT, FRAMES_A_SECOND
 from gears3d.views.replay.sdk import rr

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import InputError, UsageError
-from gears3d.views.mesh.motion import Motion, as_measured, frames, is_measured
-from gears3d.views.mesh.teeth import Section, widening
+from gears3d.views.plots.motion import Motion, as_measured, frames, is_measured
+from gears3d.views.plots.teeth import Section, widening
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
 from gears3d.views.replay.layout import ABOUT, layout

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.views.mesh import colours
-from gears3d.views.mesh.motion import Frames, Motion
-from gears3d.views.mesh.teeth import Section
+from gears3d.views.plots import colours
+from gears3d.views.plots.motion import Frames, Motion
+from gears3d.views.plots.teeth import Section
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.layout import ABOUT, axis, curve, panels, zone_view
 from gears3d.views.replay.plots import DISPLACEMENT, STATE

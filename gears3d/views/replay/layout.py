@@ -10,7 +10,7 @@ from gears3d.views.replay.sdk import rr, rrb
 from gears3d.views.replay.write import BACKGROUND, TIMELINE
 
 if TYPE_CHECKING:
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.teeth import Section
 
 ABOUT = "/about"
 FRAMES_A_SECOND = 25.0

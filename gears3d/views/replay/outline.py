@@ -10,7 +10,7 @@ import numpy as np
 from gears3d.gears.involute import inv
 
 if TYPE_CHECKING:
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.teeth import Section
 
 POINTS = 9
 """Points on each involute."""

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import IMPACT, clock, scalars
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
-    from gears3d.views.mesh.motion import Motion
+    from gears3d.views.plots.motion import Motion
 
 DISPLACEMENT = "/displacement"
 VELOCITY = "/velocity"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d import signals
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay.scene import rounded
 from gears3d.views.replay.sdk import rr, rrb
 from gears3d.views.replay.write import BACKGROUND, TIMELINE, clock

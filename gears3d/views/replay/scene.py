@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.gears.solids import solid_arrays
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import marks, trail, turn
 
 if TYPE_CHECKING:
-    from gears3d.views.mesh.motion import Frames, Motion
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.motion import Frames, Motion
+    from gears3d.views.plots.teeth import Section
 
 ROOT = "/scene"
 TRAIL = 50

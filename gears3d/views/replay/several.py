@@ -10,9 +10,9 @@ import numpy as np
 
 from gears3d.errors import InputError, UsageError
 from gears3d.recording import Recording
-from gears3d.views.mesh import colours
-from gears3d.views.mesh.motion import Motion, as_measured, frames, is_measured
-from gears3d.views.mesh.teeth import Section, widening
+from gears3d.views.plots import colours
+from gears3d.views.plots.motion import Motion, as_measured, frames, is_measured
+from gears3d.views.plots.teeth import Section, widening
 from gears3d.views.replay.about import motion_words
 from gears3d.views.replay.lanes import Lane, arranged, draw, flanks
 from gears3d.views.replay.layout import ABOUT, FRAMES_A_SECOND

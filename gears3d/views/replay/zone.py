@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.views.mesh import colours
+from gears3d.views.plots import colours
 from gears3d.views.replay.outline import flank_lines, ring
 from gears3d.views.replay.scene import lifted, place
 from gears3d.views.replay.sdk import rr
 from gears3d.views.replay.write import marks, turn
 
 if TYPE_CHECKING:
-    from gears3d.views.mesh.motion import Frames
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.motion import Frames
+    from gears3d.views.plots.teeth import Section
 
 ROOT = "/zone"
 _NAMES = ("drive", "loose")

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from gears3d.gears.involute import inv
 from gears3d.gears.rack import fillet_points, form
-from gears3d.views.report.figures import figure, plain
+from gears3d.views.plots.numbers import figure, plain
 
 if TYPE_CHECKING:
     from gears3d.gears import Gear, Pair

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gears3d.signals import times_of, window
-from gears3d.views.report.figures import Figure, figure, kind_of
+from gears3d.views.plots.numbers import Figure, figure, kind_of
 from gears3d.views.report.flanks import contacts, crossings
 from gears3d.views.report.trust import Claim
 

@@ -15,10 +15,10 @@ import jinja2
 from markupsafe import Markup
 
 from gears3d.files import write_text
+from gears3d.views.plots.numbers import figure
 from gears3d.views.report import outcome, story, trust
 from gears3d.views.report.data import blocks
 from gears3d.views.report.drawing import mesh_drawing
-from gears3d.views.report.figures import figure
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording

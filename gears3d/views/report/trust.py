@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from gears3d.views.report.figures import Figure, figure, kind_of
+from gears3d.views.plots.numbers import Figure, figure, kind_of
 
 
 class Claim(NamedTuple):

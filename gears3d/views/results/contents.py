@@ -119,8 +119,8 @@ def _table(columns: Mapping[str, Any]) -> Writer:
 def recording(result: Recording) -> Contents:
     """Return the content of a recording: what its motion is."""
     from gears3d.recording import describe
+    from gears3d.views.plots.pictures import recording_picture
     from gears3d.views.results.rows import impacts_line, recording_rows, regime_line, spectra_of
-    from gears3d.views.signals import picture
 
     found = {**describe(result), "spectra": spectra_of(result)}
     has_path = "displacement_m" in result.signals
@@ -132,7 +132,7 @@ def recording(result: Recording) -> Contents:
         f"{regime_line(found)}; impacts after settling: {impacts_line(found)}.",
         recording_rows(found),
         found,
-        (lambda: picture(result)) if has_path else None,
+        (lambda: recording_picture(result)) if has_path else None,
         "Displacement over the last periods, Poincaré sections, return map and spectra of the displacement",
         _signals(result),
         source=str(result.meta.get("source") or ""),
@@ -170,7 +170,7 @@ def comparison(result: Comparison) -> Contents:
 def model(result: ModelVerdict) -> Contents:
     """Return the content of a verdict on a user's own model."""
     from gears3d.comparison.verdict import rows_of
-    from gears3d.views.results.drawn import verdict_picture
+    from gears3d.views.plots.pictures import verdict_picture
 
     return Contents(
         "verdict", "model check", str(result.reference.meta.get("title") or "Own lumped model"),
@@ -209,7 +209,7 @@ def law(result: Identified) -> Contents:
 
 def assessment(result: Assessment) -> Contents:
     """Return the content of an assessment before any simulation."""
-    from gears3d.views.excitation import draw_map
+    from gears3d.views.plots.pictures import regime_map
     from gears3d.views.results.rows import assessment_rows
 
     expected = result.expected
@@ -223,7 +223,7 @@ def assessment(result: Assessment) -> Contents:
         f"Excitation Λ = {result.excitation_total:.4g}; expected regime: {_words(expected.regime)}{why}.",
         rows,
         result.to_dict(),
-        lambda: draw_map(result, result.title),
+        lambda: regime_map(result, result.title),
         "Map of regimes over excitation and dimensionless backlash with the operating point",
         notes=result.notes,
     )
@@ -231,7 +231,8 @@ def assessment(result: Assessment) -> Contents:
 
 def sheet(result: DataSheet) -> Contents:
     """Return the content of the data sheet of a pair."""
-    from gears3d.views.sheet import drawing, rows, tables
+    from gears3d.views.plots.sheet import drawing
+    from gears3d.views.sheet import rows, tables
 
     lines = [
         (f"{name} {symbol}".strip(), " | ".join(dict.fromkeys(texts)))
@@ -254,7 +255,7 @@ def sheet(result: DataSheet) -> Contents:
 
 def measurement(result: Measurement) -> Contents:
     """Return the content of a segmented record, which has a page of its own."""
-    from gears3d.views.measured import picture
+    from gears3d.views.plots.pictures import measurement_picture
     from gears3d.views.report.measured import durations, orders_told, render
     from gears3d.views.results.over_a_period import over_a_period
     from gears3d.views.results.rows import measurement_rows
@@ -286,7 +287,7 @@ def measurement(result: Measurement) -> Contents:
         f"Regime: {regime}.",
         measurement_rows(summary),
         {key: value for key, value in summary.items() if key not in ("version", "command")},
-        lambda: picture(result),
+        lambda: measurement_picture(result),
         "Displacement with flanks, contacts and free flights",
         _signals(result.recording),
         picture="measured.png",
@@ -297,9 +298,9 @@ def measurement(result: Measurement) -> Contents:
 def diagnosis(result: Diagnosis) -> Contents:
     """Return the content of a diagnosis, which has a page of its own."""
     from gears3d.diagnosis import extended_text
+    from gears3d.views.plots.pictures import diagnosis_picture
     from gears3d.views.report.diagnosed import render
     from gears3d.views.report.diagnosed.story import sentence
-    from gears3d.views.results.drawn import diagnosis_picture
 
     told = result.to_dict()
     return Contents(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from markupsafe import Markup, escape
 
-from gears3d.views.report.figures import plain
+from gears3d.views.plots.numbers import plain
 
 Array = np.ndarray
 WIDTH, HEIGHT = 520, 300

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.diagnosis.verdict import POWER
+from gears3d.views.plots.numbers import Figure, plain
 from gears3d.views.report.diagnosed.story import percent, sized
 from gears3d.views.report.diagnosed.words import LEFT_OUT, PLACES, called
-from gears3d.views.report.figures import Figure, plain
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.files import write_text
 from gears3d.version import __version__
+from gears3d.views.plots.numbers import figure
 from gears3d.views.report.diagnosed import left, pictures, story
-from gears3d.views.report.figures import figure
 from gears3d.views.report.measured import sensors
 from gears3d.views.report.page import asset, environment
 from gears3d.views.report.story import rig_sentence

@@ -14,8 +14,8 @@ from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import worth_of
 from gears3d.diagnosis.verdict import POWER
 from gears3d.units import show
+from gears3d.views.plots.numbers import Figure, figure, plain
 from gears3d.views.report.diagnosed.words import CHANNEL_WORDS, PLACES, called, joined
-from gears3d.views.report.figures import Figure, figure, plain
 
 if TYPE_CHECKING:
     from gears3d.diagnosis import Diagnosis

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.views.report.figures import figure
+from gears3d.views.plots.numbers import figure
 
 if TYPE_CHECKING:
     from gears3d.measured.segmentation import Measurement

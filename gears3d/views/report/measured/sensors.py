@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.measured.drive_motion import told
-from gears3d.views.report.figures import Figure, figure, kind_of, plain
+from gears3d.views.plots.numbers import Figure, figure, kind_of, plain
 from gears3d.views.report.trust import Claim
 
 READ_AS = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.recording import FLANKS
-from gears3d.views.report.figures import Figure, figure, plain
+from gears3d.views.plots.numbers import Figure, figure, plain
 from gears3d.views.report.outcome import REGIMES, Tile
 from gears3d.views.report.trust import Claim
 

@@ -6,7 +6,7 @@ the pitch point moving along +y.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import cos, sin, tan
 from typing import TYPE_CHECKING
@@ -114,6 +114,11 @@ class Section:
         """Ends of the path in order of travel: the reverse flanks run it from tip to root."""
         start, end = self.path
         return np.where(flank == 0, start, -end), np.where(flank == 0, end, -start)
+
+
+def widened(pair: Pair, factor: float) -> Pair:
+    """Return a pair with ``factor`` times the backlash, by thinner teeth whose active flanks stay where they are."""
+    return replace(pair, thinning=pair.thinning + 0.5 * (factor - 1.0) * pair.backlash)
 
 
 def widening(pair: Pair) -> float:

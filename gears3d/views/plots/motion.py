@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Row
     from gears3d.gears import Pair
     from gears3d.recording import Recording
-    from gears3d.views.mesh.teeth import Section
+    from gears3d.views.plots.teeth import Section
 
 FRAME_RATE = (500.0, 4000.0)
 """Frames per second of simulated time: at least, at most."""

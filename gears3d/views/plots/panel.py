@@ -1,31 +1,166 @@
-"""One picture of the camera: both gears in section, what touches, the gaps, the numbers of the teeth, a scale."""
+"""The mesh as the camera sees it: gears in section, what touches, the gaps, the numbers of the teeth, a scale."""
 
 from __future__ import annotations
 
-from math import cos, hypot, pi, sin
+from dataclasses import dataclass
+from functools import cached_property
+from math import atan, cos, hypot, pi, sin
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gears3d.views.mesh import colours
+from gears3d import palette
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.gears.deviation import GEARS
+from gears3d.gears.outline import Outline, outline
+from gears3d.palette import EDGE
+from gears3d.recording import FLANKS
+from gears3d.views.plots.teeth import Section, widened, widening
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from gears3d.views.camera.look import Look
-    from gears3d.views.camera.shots import Shot
+    from gears3d.gears import Pair
+
+ZOOMS = {"mesh": 3.0, "tooth": 1.5, "gears": 0.0}
+"""Height of the picture in pitches; 0 for both gears whole."""
+SHAPE = 1.25
+"""Width over height of a picture, as of 800 by 640 pixels."""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the camera is set to.
+
+    Args:
+        pair: the gears.
+        exaggerate: drawn gap over gap; ``None`` for a round number with which it is seen.
+        zoom: ``"mesh"``, ``"tooth"`` or ``"gears"``.
+        backlit: dark gears before a light, as the camera of Rigaud & Perret-Liaudet 2020 has them, without colours.
+        drive_right: the drive gear on the right, as there.
+        teeth: numbers of the gears' own teeth in place of those of the pairs.
+
+    Raises:
+        InputError: no zoom of that name, or teeth too thin for that gap.
+    """
+
+    pair: Pair
+    exaggerate: float | None = None
+    zoom: str = "mesh"
+    backlit: bool = False
+    drive_right: bool = False
+    teeth: bool = False
+
+    def __post_init__(self) -> None:
+        if self.zoom not in ZOOMS:
+            raise InputError(Fault("zoom", f"is {self.zoom!r}", did_you_mean(self.zoom, list(ZOOMS))))
+        if self.exaggerate is not None and not self.exaggerate >= 1.0:
+            raise InputError(Fault("exaggerate", f"is {self.exaggerate:g}", "give 1 (true scale) or more, or auto"))
+        if self.factor > 1.0 and any(_tip(self.wide, which) < _SHARPEST * _tip(self.pair, which) for which in GEARS):
+            what = f"is {self.factor:g}: nothing would be left of the teeth"
+            raise InputError(Fault("exaggerate", what, f"give less; auto takes {widening(self.pair):g}"))
+
+    @property
+    def factor(self) -> float:
+        """Drawn gap over gap."""
+        return widening(self.pair) if self.exaggerate is None else self.exaggerate
+
+    @cached_property
+    def wide(self) -> Pair:
+        """The pair with its backlash as wide as drawn, by thinner teeth whose active flanks stay where they are."""
+        return widened(self.pair, self.factor)
+
+    @cached_property
+    def section(self) -> Section:
+        """The same for contacts and gaps."""
+        return Section(self.pair, self.factor)
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half width and half height of a picture [m]."""
+        if not ZOOMS[self.zoom]:
+            tips = self.pair.drive.tip_radius, self.pair.loose.tip_radius
+            return 0.515 * (self.pair.centre_distance + sum(tips)), 1.03 * max(tips)
+        pitch = self.pair.drive.base_pitch / cos(self.pair.working_pressure_angle)
+        high = 0.5 * ZOOMS[self.zoom] * pitch
+        return SHAPE * high, high
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Middle of the picture [m], in the frame of the section: the pitch point, or the middle of both gears."""
+        if ZOOMS[self.zoom]:
+            return self.section.pitch_point[0] * 1e-3, 0.0
+        drive, loose = self.pair.drive.tip_radius, self.pair.loose.tip_radius
+        return 0.5 * (self.pair.centre_distance + loose - drive), 0.0
+
+    @property
+    def turn(self) -> float:
+        """Angle by which all is turned, so that the drive gear stands where it is wanted [rad]."""
+        return pi if self.drive_right else 0.0
+
+    @cached_property
+    def outlines(self) -> tuple[Outline, Outline]:
+        """Sections of both gears as drawn, each in its own frame."""
+        fine = CHORD * 2.0 * self.half[1]
+        return outline(self.wide, "drive", fine), outline(self.wide, "loose", fine)
+
+
+CHORD = 1e-4
+"""Largest distance of a drawn flank from the flank, in heights of the picture."""
+_SHARPEST = 0.05
+"""Part of its width that a tip keeps."""
+
+
+def _tip(pair: Pair, which: str) -> float:
+    """Angle that a tooth spans at its tip [rad]."""
+    roll = pair.gear(which).tip_roll
+    return 2.0 * (pair.half_angle(which) - (roll - atan(roll)))
+
+
+WORDS = {0: "active flanks touch", 1: "reverse flanks touch", -1: "free flight"}
+"""What a picture shows, by the code of the flank."""
+
+
+class Shot(NamedTuple):
+    """One picture.
+
+    Args:
+        time: [s].
+        after: since the first picture [s].
+        drive: angle of the drive gear [rad].
+        share: way from the active to the reverse flank, 0 to 1.
+        flank: 0 active or 1 reverse flanks touch, -1 free flight.
+        gaps: at the active and at the reverse flanks along the line of action [m].
+        first: number that the gear's own tooth 1 has among the pairs, which count from the first picture.
+        place: number of the pair at the pitch point, a fraction between two.
+        pairs: numbers of the pairs in the picture's middle, one or two.
+    """
+
+    time: float
+    after: float
+    drive: float
+    share: float
+    flank: int
+    gaps: tuple[float, float]
+    first: int
+    place: float
+    pairs: tuple[int, ...]
+
+    @property
+    def state(self) -> str:
+        """``"active"``, ``"reverse"`` or ``"flight"``."""
+        return FLANKS[self.flank] if self.flank >= 0 else "flight"
+
 
 BLACK = "#0b0b0c"
-FACES = ("#B9C7D6", "#E3DAC6")
-"""Of the drive and of the loose gear."""
-EDGE = "#2f3338"
+FACES = (palette.DRIVE, palette.LOOSE)
 _BACK: dict[str, Any] = {"boxstyle": "square,pad=0.25", "linewidth": 0, "alpha": 0.75, "facecolor": "white"}
 _NAMES = ("drive", "loose")
 
 
 def colour_of(flank: int) -> str:
     """Return the colour of a state."""
-    return "#{:02x}{:02x}{:02x}".format(*(colours.FLIGHT if flank < 0 else colours.FLANKS[flank]))
+    return palette.FLIGHT if flank < 0 else palette.FLANKS[flank]
 
 
 class _Gear(NamedTuple):

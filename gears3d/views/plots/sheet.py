@@ -1,32 +1,59 @@
-"""The transverse section of a mesh: at true scale, and again with the backlash widened by a stated factor."""
+"""The mesh of a pair as one sheet: transverse section, backlash drawn wider, plane of action and sliding."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, hypot, pi, sin
+from math import cos, hypot, pi, sin, tan
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gears3d import palette
 from gears3d.gears.outline import outline
 from gears3d.gears.sheet import path_points
+from gears3d.palette import ACTIVE, EDGE, NEUTRAL, REVERSE
 from gears3d.units import show
+from gears3d.views.plots.teeth import widened, widening
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from gears3d.gears import Pair
 
 Array = NDArray[np.float64]
+FACES = {"drive": palette.DRIVE, "loose": palette.LOOSE}
 
-ACTIVE, REVERSE = "#0072B2", "#D55E00"
-"""Colours of the flanks, safe for colour-blind readers."""
-FACES = {"drive": "#C9D6E3", "loose": "#E6E0D4"}
-EDGE, NEUTRAL = "#333333", "#777777"
-FACTORS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-SEEN = 0.17
-"""Backlash that one sees, in transverse pitches."""
+
+def drawing(pair: Pair, title: str = "", speed: float = 0.0) -> Figure:
+    """Draw the mesh of a pair with its active flanks in contact at the pitch point."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    pair = replace(pair, deviations=())
+    figure = Figure(figsize=(14.0, 9.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(3, 2, width_ratios=[1.25, 1.0], height_ratios=[1.5, 0.8, 0.8])
+    draw_section(figure.add_subplot(grid[:, 0]), pair)
+    draw_backlash(figure.add_subplot(grid[0, 1]), pair)
+    plane = figure.add_subplot(grid[1, 1])
+    draw_plane_of_action(plane, pair)
+    draw_sliding(figure.add_subplot(grid[2, 1], sharex=plane), pair, speed)
+    figure.suptitle(f"{title}\n{_summary(pair)}" if title else _summary(pair), fontsize=11, x=0.01, ha="left")
+    return figure
+
+
+def _summary(pair: Pair) -> str:
+    drive, loose = pair.drive, pair.loose
+    helix = f", helix {show(drive.helix_angle, 'angle', 5)}" if drive.helix_angle else ", spur"
+    return (
+        f"{drive.teeth} / {loose.teeth} teeth, normal module {show(drive.module, 'length')}{helix}, "
+        f"centre distance {show(pair.centre_distance, 'length')}, "
+        f"α_wt {show(pair.working_pressure_angle, 'angle', 5)}, ε_α {pair.contact_ratio:.3f}"
+        + (f", ε_β {pair.overlap_ratio:.3f}" if drive.helix_angle else "")
+        + f", backlash {micro(pair.backlash)}"
+    )
 
 
 def posed(pair: Pair, which: str, chord: float) -> list[Array]:
@@ -35,14 +62,6 @@ def posed(pair: Pair, which: str, chord: float) -> list[Array]:
     turn = pair.rotation(which, 0.0)
     c, s = cos(turn), sin(turn)
     return list(points @ np.array([[c, s], [-s, c]]) + np.array(pair.centre(which)[:2]))
-
-
-def exaggeration(pair: Pair) -> int:
-    """Return the factor by which the backlash has to be widened to be seen, 1 if it need not."""
-    room = 0.5 * pi * pair.drive.transverse_module
-    fitting = [f for f in FACTORS if (f - 1) * pair.backlash < 0.6 * room] or [1]
-    wanted = [f for f in fitting if f * pair.backlash >= SEEN * pi * pair.drive.transverse_module]
-    return wanted[0] if wanted else fitting[-1]
 
 
 def normal(pair: Pair) -> Array:
@@ -154,8 +173,8 @@ def _window(axes: Axes, centre: Array, reach: float) -> None:
 
 def draw_backlash(axes: Axes, pair: Pair) -> None:
     """Draw one tooth in its space with the backlash widened, and dimension it."""
-    factor = exaggeration(pair)
-    wide = replace(pair, thinning=pair.thinning + 0.5 * (factor - 1) * pair.backlash)
+    factor = widening(pair)
+    wide = widened(pair, factor)
     centre, along = pitch_point(wide), normal(wide)
     pitch = pi * wide.drive.transverse_module
     reach = 0.7 * pitch
@@ -183,7 +202,7 @@ def draw_backlash(axes: Axes, pair: Pair) -> None:
     axes.set_xlim(1e3 * (middle[0] - 1.3 * reach), 1e3 * (middle[0] + 1.3 * reach))
     axes.set_ylim(1e3 * (middle[1] - reach), 1e3 * (middle[1] + reach))
     axes.set(xticks=[], yticks=[])
-    scale = f"drawn {factor} times as wide, by thinner teeth" if factor > 1 else "at true scale"
+    scale = f"drawn {factor:g} times as wide, by thinner teeth" if factor > 1 else "at true scale"
     axes.set_title(f"Backlash {scale}", fontsize=10, loc="left")
 
 
@@ -196,3 +215,54 @@ def _reverse_contact(pair: Pair) -> Array:
     centre = pitch_point(pair)
     best = min(found, key=lambda gap: hypot(gap[3] - centre[0], gap[4] - centre[1]) if gap[7] else float("inf"))
     return np.array([best[3], best[4]])
+
+
+def draw_plane_of_action(axes: Axes, pair: Pair) -> None:
+    """Draw the zone of contact seen along its normal, with the lines on which teeth touch at θ = 0."""
+    points = path_points(pair)
+    width = min(pair.drive.face_width, pair.loose.face_width)
+    slope, pitch = tan(pair.drive.base_helix_angle), pair.drive.base_pitch
+    low, high = points["A"], points["E"]
+    axes.fill_between([1e3 * low, 1e3 * high], -500 * width, 500 * width, color=ACTIVE, alpha=0.12, linewidth=0)
+    reach = 0.5 * width * abs(slope)
+    first, last = int(np.floor((low - reach) / pitch)), int(np.ceil((high + reach) / pitch))
+    label = "contact lines"
+    for k in range(first, last + 1):
+        heights = np.linspace(-0.5 * width, 0.5 * width, 201)
+        places = k * pitch + heights * slope
+        inside = (places >= low - 1e-12) & (places <= high + 1e-12)
+        if inside.any():
+            axes.plot(1e3 * places[inside], 1e3 * heights[inside], color=ACTIVE, linewidth=2.0, label=label)
+            label = "_"
+    _marks(axes, pair)
+    axes.set_ylim(-620 * width, 620 * width)
+    axes.set_ylabel("z along the axis [mm]", fontsize=9)
+    axes.tick_params(labelsize=8)
+    title = "Plane of action: zone of contact and the lines on which teeth touch"
+    axes.set_title(title, fontsize=10, loc="left")
+
+
+def draw_sliding(axes: Axes, pair: Pair, speed: float) -> None:
+    """Draw the sliding speed along the path of contact and how many pairs of teeth share it."""
+    points = path_points(pair)
+    ends = np.array([points["A"], points["E"]])
+    relative = 1.0 + pair.drive.teeth / pair.loose.teeth
+    radius = pair.drive.base_radius / np.cos(pair.working_pressure_angle)
+    scale, unit = (1e3 * abs(speed), "sliding speed [mm/s]") if speed else (1.0 / radius, "sliding factor K_g")
+    places = np.linspace(points["A"], points["E"], 201)
+    axes.plot(1e3 * places, scale * relative * np.abs(places), color="black", linewidth=1.4)
+    _marks(axes, pair)
+    axes.set_ylim(0.0, 1.25 * scale * relative * float(np.max(np.abs(ends))))
+    axes.set_xlabel("distance from the pitch point along the line of action [mm]", fontsize=9)
+    axes.set_ylabel(unit, fontsize=9)
+    axes.tick_params(labelsize=8)
+    rpm = f" at {abs(speed) * 30 / pi:.4g} rpm of the drive" if speed else ""
+    axes.set_title(f"Sliding between the flanks{rpm}", fontsize=10, loc="left")
+
+
+def _marks(axes: Axes, pair: Pair) -> None:
+    points = path_points(pair)
+    for name in "ABCDE":
+        axes.axvline(1e3 * points[name], color=NEUTRAL, linewidth=0.8, linestyle=":", zorder=0)
+        axes.annotate(name, (1e3 * points[name], 1.0), (6, -10), xycoords=("data", "axes fraction"),
+                      textcoords="offset points", ha="center", fontsize=8, color=NEUTRAL)  # fmt: skip
