@@ -108,14 +108,14 @@ def _write(found: Diagnosis, out: Path, made: dict[str, Any]) -> None:
     from gears3d.diagnosis import extended_text
     from gears3d.files import replacing
     from gears3d.provenance import comment
-    from gears3d.views.report.diagnosed import write
+    from gears3d.views.pages.diagnosed import write
 
     out.mkdir(parents=True, exist_ok=True)
     with replacing(out / "diagnosis.json") as unfinished:
         unfinished.write_text(json.dumps({**found.to_dict(), "provenance": made}, indent=2) + "\n", encoding="utf-8")
     with replacing(out / "extended.toml") as unfinished:
         unfinished.write_text((comment(made) if found.causes else "") + extended_text(found), encoding="utf-8")
-    write(out / "report.html", found, made["command"], ("diagnosis.json", "extended.toml"))
+    write(out / "report.html", found, made, ("diagnosis.json", "extended.toml"))
 
 
 def _replay(found: Diagnosis, admitted: Sequence[Admitted], file: Path) -> str:

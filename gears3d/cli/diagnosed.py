@@ -15,7 +15,7 @@ def show(found: Diagnosis) -> None:
     from rich.console import Console
     from rich.markup import escape
 
-    from gears3d.views.report.diagnosed.story import sentence
+    from gears3d.views.pages.diagnosed import sentence
 
     told = found.to_dict()
     console = Console(highlight=False, soft_wrap=True)
@@ -37,7 +37,7 @@ def show(found: Diagnosis) -> None:
 
 
 def _cause(cause: Named) -> Iterator[str]:
-    from gears3d.views.report.diagnosed.story import numbers
+    from gears3d.views.pages.diagnosed import numbers
 
     for row in numbers(cause):
         yield f"{row.name} {row.value}" + (f" (95 %: {row.low} to {row.high})" if row.low else "")
@@ -49,8 +49,8 @@ def _cause(cause: Named) -> Iterator[str]:
 
 def _limits(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
     """Return lines on error reduction, runs that separate hypotheses, residuals and minimum detectable effects."""
-    from gears3d.views.report.diagnosed.left import power, remains
-    from gears3d.views.report.diagnosed.story import percent, solid
+    from gears3d.views.pages.diagnosed import power_rows, remains, solid
+    from gears3d.views.plots.numbers import percent
 
     held = told["heldout"]
     if held["gain"] is not None:
@@ -71,6 +71,6 @@ def _limits(found: Diagnosis, told: dict[str, Any]) -> Iterator[str]:
     if not rows and found.causes and not found.law:
         yield "residual: none beyond chance"
     limits = [f"{place} {limit.text if limit.value is not None else 'not detectable'}"
-              for place, limit, _ in power(found)]  # fmt: skip
+              for place, limit, _ in power_rows(found)]  # fmt: skip
     if limits:
         yield f"minimum detectable effects, relative to what they act on: {', '.join(limits)}"

@@ -66,8 +66,20 @@ def _result(scored: dict[str, Any]) -> Result:
         (f"{row['kind']}.{row['name']}", f"{_short(row['found'])} found, {_short(row['true'])} hidden")
         for row in scored["parameters"]
     ]
+    word, right = scored["verdict"].replace("_", " "), "right" if scored["verdict_right"] else "wrong"
+    answer = f"The verdict ({word}) is {right}."
     question = "Does the diagnosis name the hidden cause?"
-    return Told(Contents("score", "challenge", "Score of a diagnosis", question, f"{verdict}.", rows, scored))
+    return Told(
+        Contents(
+            "score",
+            "challenge",
+            "Score of a diagnosis",
+            question,
+            answer,
+            rows,
+            scored,
+        )
+    )
 
 
 def _short(value: object) -> str:

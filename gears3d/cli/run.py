@@ -183,11 +183,11 @@ def _report(
     twin: Recording | None,
     summary: dict[str, Any],
 ) -> None:
-    from gears3d.views.report import write
-    from gears3d.views.results.over_a_period import over_a_period
+    from gears3d.views.pages.run import over_a_period, write
 
     about = {"scenario": scenario, "recording": recording, "twin": twin, "summary": summary}
-    write(folder.path / "report.html", **about, strip=over_a_period(recording, scenario))
+    files = sorted({file.name for file in folder.path.iterdir() if file.is_file()} | {"summary.json"})
+    write(folder.path / "report.html", **about, strip=over_a_period(recording, scenario), files=tuple(files))
 
 
 def _command() -> str:

@@ -105,7 +105,8 @@ def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: boo
     from gears3d.cli.progress import bars
     from gears3d.measured import segmentation
     from gears3d.provenance import provenance
-    from gears3d.views.report.measured import durations, orders_told
+    from gears3d.views.pages.measured import durations
+    from gears3d.views.pages.measured_data import orders_told
 
     file = admitted.file
     if not as_json:
@@ -148,8 +149,8 @@ def _places(files: list[Path], out: Path | None) -> list[Path | None]:
 def _write(found: Any, rig: Any, out: Path) -> None:
     from gears3d.runs import RunFolder
     from gears3d.version import __version__
-    from gears3d.views.report.measured import write
-    from gears3d.views.results.over_a_period import over_a_period
+    from gears3d.views.pages.measured import write
+    from gears3d.views.pages.run import over_a_period
 
     found.summary.update(version=__version__, command=command())
     with RunFolder(out) as folder:

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import json
-from base64 import b64encode
 from collections.abc import Iterator
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
-
-import jinja2
 
 from gears3d.files import write_text
 from gears3d.papers.bench import Bench
@@ -17,6 +13,9 @@ from gears3d.papers.claim import Result
 from gears3d.papers.paper import Paper
 from gears3d.papers.text import Held, allowed, markdown, notes, number, tally
 from gears3d.version import __version__
+from gears3d.views.pages import engine
+from gears3d.views.pages.engine import Head, Key, Picture
+from gears3d.views.plots.numbers import figure
 
 SHOWN = 12
 """Commands shown for one figure."""
@@ -53,14 +52,6 @@ def render(held: Held, bench: Bench) -> str:
         held: papers with their results.
         bench: whose runs the figures are drawn from.
     """
-    room = files("gears3d.papers") / "templates"
-    environment = jinja2.Environment(
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        loader=jinja2.FunctionLoader(lambda name: (room / name).read_text(encoding="utf-8")),
-    )
     papers = [
         {
             "name": paper.name,
@@ -71,11 +62,23 @@ def render(held: Held, bench: Bench) -> str:
         }
         for paper, results in held
     ]
-    style = (room / "papers.css").read_text(encoding="utf-8")
     every = [result for _, results in held for result in results]
-    return environment.get_template("page.html.j2").render(
-        papers=papers, style=style, version=__version__, tally=tally(every)
+    red = [f"{one.claim.paper} {one.claim.figure}" for one in every if one.verdict == "disagrees"]
+    where = f" Disagreements: {', '.join(dict.fromkeys(red))}." if red else ""
+    head = Head(
+        "papers",
+        "Published figures reproduced",
+        "Does gears3d give the numbers and trends that the papers print?",
+        f"{tally(every)}.{where}",
+        [
+            Key("numbers and trends that agree", figure(len(every) - len(red))),
+            Key("numbers and trends that disagree", figure(len(red))),
+        ],
+        "open" if red else "good",
     )
+    only = f" --only {held[0][0].name}" if len(held) == 1 else ""
+    made = {"version": __version__, "command": f"gears3d papers{only} --out DIR"}
+    return engine.render("papers.html.j2", head, made, ("papers.json", "papers.md"), papers=papers)
 
 
 def _parts(paper: Paper, results: list[Result], bench: Bench) -> Iterator[dict[str, Any]]:
@@ -86,14 +89,12 @@ def _parts(paper: Paper, results: list[Result], bench: Bench) -> Iterator[dict[s
         figure = drawn.get(name)
         if not mine and figure is None:
             continue
-        picture = b64encode(figure.png(bench)).decode() if figure else ""
+        picture = figure and Picture(figure.png(bench), f"{name}, drawn again: {figure.title}", figure.caption)
         commands = bench.commands.get(f"{paper.name} {name}", [])
         yield {
             "anchor": f"{paper.name}-{name}".replace(" ", "").replace(".", ""),
             "name": name,
             "title": figure.title if figure else "",
-            "caption": figure.caption if figure else "",
-            "width": round(figure.size[0] * 96) if figure else 0,
             "picture": picture,
             "rows": _rows(mine),
             "commands": commands[:SHOWN],

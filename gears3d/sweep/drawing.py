@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,14 +42,20 @@ def draw(place: str | Path) -> list[Path]:
     return made
 
 
-def first_picture(place: str | Path) -> tuple[str, Figure] | None:
-    """Return name and figure of the first picture that the dataset of a folder has the variables for.
+def all_pictures(place: str | Path) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the pictures that the dataset of a folder has the variables for, by name.
 
     Args:
         place: folder of a sweep.
     """
+
+    def drawn(picture: Callable[[Any], Figure]) -> Figure:
+        with open_dataset(Path(place)) as data:
+            return picture(data)
+
     with open_dataset(Path(place)) as data:
-        return next(((name, picture(data)) for name, (fits, picture) in PICTURES.items() if fits(data)), None)
+        names = [name for name, (fits, _) in PICTURES.items() if fits(data)]
+    return {name: partial(drawn, PICTURES[name][1]) for name in names}
 
 
 def axes_of(data: xarray.Dataset) -> list[str]:

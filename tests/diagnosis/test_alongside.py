@@ -9,7 +9,7 @@ from gears3d.diagnosis.contactlaw import OWN, gains, hold
 from gears3d.diagnosis.visits import some, visits
 from gears3d.effects import catalogue
 from gears3d.measured.segmentation import path_of
-from gears3d.views.report.diagnosed import render
+from gears3d.views.pages.diagnosed import render
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 

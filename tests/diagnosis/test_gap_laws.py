@@ -13,7 +13,7 @@ from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.measured.segmentation import path_of
 from gears3d.scenario import load
-from gears3d.views.report.diagnosed import render
+from gears3d.views.pages.diagnosed import render
 
 SHORT = {"size": 0.3, "records": 2, "duration": 2.0}
 

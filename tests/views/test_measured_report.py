@@ -13,11 +13,10 @@ from gears3d.scenario import load
 from gears3d.signals.orders import each_alone
 from gears3d.simulation import record
 from gears3d.views.camera import camera
-from gears3d.views.report import Picture
-from gears3d.views.report.measured import durations, orders_told, render, write
-from gears3d.views.report.measured.data import DEVIATIONS, close_up, path_lines
-from gears3d.views.report.measured.spectrum import FINE, RIDGE
-from gears3d.views.report.measured.story import duration_lines
+from gears3d.views.pages.engine import Picture
+from gears3d.views.pages.measured import duration_lines, durations, render, write
+from gears3d.views.pages.measured_data import DEVIATIONS, FINE, RIDGE, close_up, orders_told, path_lines
+from gears3d.views.pages.terms import DOCS
 from tests.views.test_report import SCENARIO, Reader
 
 FOUND = (
@@ -63,8 +62,9 @@ def test_page_loads_nothing_and_links_to_its_sections_and_the_files_beside(page)
     assert len(names) == len(set(names))
     assert {*SECTIONS, *(f"plot-{name}" for name in PLOTS)} <= set(names)
     targets = [tag["href"] for tag in read.tags if "href" in tag]
-    assert {target.removeprefix("#") for target in targets if target.startswith("#")} == set(SECTIONS)
-    assert [target for target in targets if not target.startswith("#")] == ["impacts.parquet", "signals.parquet"]
+    inside = {target.removeprefix("#") for target in targets if target.startswith("#")}
+    assert {*SECTIONS, "meaning", "repeat"} <= inside <= set(names)
+    assert [one for one in targets if not one.startswith(("#", DOCS))] == ["impacts.parquet", "signals.parquet"]
     for tag in read.tags:
         assert not {"src", "srcset", "poster", "background"} & tag.keys(), tag
         assert tag["tag"] not in ("link", "iframe", "object", "embed", "base"), tag

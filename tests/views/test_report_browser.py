@@ -8,7 +8,8 @@ from gears3d.runs import summarise
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from gears3d.views.camera import camera
-from gears3d.views.report import Picture, write
+from gears3d.views.pages.engine import Picture
+from gears3d.views.pages.run import write
 
 pytestmark = pytest.mark.browser
 

@@ -1,17 +1,16 @@
 """What the report makes of signals: corners, thinning, flanks, flights; and the drawing of the mesh."""
 
-import re
-
 import numpy as np
 import pytest
 
+from gears3d import palette
 from gears3d.effects import Flank, Gear, flank_harmonic, flank_tooth
 from gears3d.gears import Gear as GearShape
 from gears3d.gears import Pair
 from gears3d.recording import Recording
-from gears3d.views.report.drawing import exaggeration, mesh_drawing, tooth
-from gears3d.views.report.flanks import contacts, crossings, walls
-from gears3d.views.report.traces import TICK, cornered, knots, traces
+from gears3d.views.pages.run import mesh
+from gears3d.views.pages.traces import TICK, contacts, cornered, crossings, knots, traces, walls
+from gears3d.views.plots.teeth import widening
 
 RADIUS, GAP = 0.148, 250e-6
 
@@ -99,42 +98,22 @@ def pair(backlash=GAP, **changes):
     return Pair.from_backlash(gear, gear, backlash)
 
 
-def test_the_drawn_tooth_has_the_gear_s_own_radii_and_thickness():
-    gear, half = pair().drive, pair().half_angle("drive")
-    outline = tooth(gear, half)
-    assert outline[0].tolist() == pytest.approx([gear.root_radius, np.pi / 90])
-    assert outline[-1, 0] == pytest.approx(gear.tip_radius)
-    at_reference = np.interp(gear.reference_radius, outline[:, 0], outline[:, 1])
-    assert 2 * at_reference * gear.reference_radius == pytest.approx(np.pi * 3.5e-3 / 2, rel=1e-3)
-
-
-def segments(svg, name):
-    return [
-        np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", d), float)
-        for d in re.findall(f'class="{name}" d="M([^"]*)"', svg)
-    ]
-
-
-def distance(point, curve):
-    """From a point to a polyline."""
-    a, ab = curve[:-1], np.diff(curve, axis=0)
-    share = np.clip(((point - a) * ab).sum(axis=1) / np.maximum((ab**2).sum(axis=1), 1e-12), 0, 1)
-    return np.linalg.norm(a + share[:, None] * ab - point, axis=1).min()
-
-
-def test_at_true_scale_active_flanks_touch_at_the_pitch_point_and_reverse_flanks_stand_apart():
-    svg = str(mesh_drawing(pair(2e-3)))
-    panel = svg[: svg.index("true scale, active")]
-    point = np.array([150.0, 190.0])
-    assert sorted(distance(point, c) for c in segments(panel, "edge-active"))[1] < 0.2
-    assert min(distance(point, c) for c in segments(panel, "edge-reverse")) > 20.0
-
-
-@pytest.mark.parametrize(("backlash", "factor"), [(250e-6, 10), (25e-6, 100), (2e-3, 1)])
+@pytest.mark.parametrize(("backlash", "factor"), [(250e-6, 8), (25e-6, 80), (2e-3, 1)])
 def test_the_exaggeration_is_a_round_number_and_stated(backlash, factor):
-    assert exaggeration(pair(backlash)) == factor
-    assert f"× {factor}," in mesh_drawing(pair(backlash))
+    drawn = mesh(pair(backlash))
+    assert widening(pair(backlash)) == factor
+    assert f"drawn {factor} times as wide" in drawn.words
+    assert f"{factor} times as wide" in drawn.caption
+    assert ("gap drawn" in drawn.data) == (factor > 1)
+
+
+def test_at_true_scale_active_flanks_touch_and_in_the_middle_of_the_gap_none_does():
+    first, second = mesh(pair()).data.split("</clipPath>")[1:]
+    assert first.count("<circle") == 1  # one pair of teeth touches, at the pitch point
+    assert palette.ACTIVE in first
+    assert "<circle" not in second
+    assert "gaps 125 + 125" in second
 
 
 def test_helical_gears_are_drawn_too():
-    assert mesh_drawing(pair(helix_angle=0.3)).count("gear-loose") == 2
+    assert mesh(pair(helix_angle=0.3)).data.count(f'fill="{palette.LOOSE}"') == 2

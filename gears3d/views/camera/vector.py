@@ -5,6 +5,7 @@ matplotlib takes a second to load and to draw what a page shows at any size as l
 
 from __future__ import annotations
 
+from dataclasses import replace
 from html import escape
 from itertools import pairwise
 from math import ceil, hypot
@@ -13,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.views.camera.shots import moment, told
-from gears3d.views.plots.panel import EDGE, WORDS, Shot, colour_of, name, paint
+from gears3d.views.plots.panel import EDGE, WORDS, Look, Shot, colour_of, name, paint
+from gears3d.views.plots.teeth import widening
 
 if TYPE_CHECKING:
+    from gears3d.gears import Pair
     from gears3d.views.camera.subject import Subject
-    from gears3d.views.plots.panel import Look
 
 POINT = 100.0 / 72.0
 """Units of the drawing in a point of print, at 100 units an inch."""
@@ -132,11 +134,7 @@ def strip_svg(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: fl
             _line(left + WIDE, top + 16.0, WORDS[shot.flank], 12.5, "right", color=_ink(shot.flank)),
         ]
     pieces.append(_course(subject, shots, (LEFT, rows * (TITLE + HIGH + APART)), whole[0] - LEFT, len(shots)))
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{whole[0]:g}" height="{whole[1]:g}" '
-        f'viewBox="0 0 {whole[0]:g} {whole[1]:g}" '
-        f'font-family="sans-serif"><rect width="100%" height="100%" fill="#ffffff"/>{"".join(pieces)}</svg>'
-    )
+    return _document(*whole, pieces)
 
 
 def _ink(flank: int) -> str:
@@ -175,3 +173,28 @@ def _course(subject: Subject, shots: tuple[Shot, ...], place: tuple[float, float
     turned = f'transform="rotate(-90 12 {top + 0.5 * COURSE:g})"'
     labels.append(_line(12.0, top + 0.5 * COURSE, "active gap [µm]", 12.0, "center", turned))
     return axes.svg(number) + "".join(labels)
+
+
+def section_svg(pair: Pair) -> str:
+    """Return the mesh at true scale with its active flanks in contact, and in the middle of the gap drawn wider."""
+    pair = replace(pair, deviations=(), mounting=())
+    pieces = []
+    for number, (factor, share, flank) in enumerate(((1.0, 0.0, 0), (widening(pair), 0.5, -1))):
+        look = Look(pair, factor, "tooth" if number else "mesh")
+        turn = share * pair.backlash
+        shot = Shot(0.0, 0.0, 0.0, share, flank, (turn, pair.backlash - turn), 1, 1.0, (1,))
+        left = number * (WIDE + APART)
+        axes: Any = Axes((left, TITLE), (WIDE, HIGH))
+        paint(axes, look, shot)
+        name(axes, look)
+        scale = "true scale" if factor == 1.0 else f"gap drawn {factor:g} times as wide"
+        words = f"{scale}, {'mid-gap' if number else 'active flanks in contact'}"
+        pieces += [axes.svg(number), _line(left, 16.0, words, 13.9, "left", fontweight="bold")]
+    return _document(2 * WIDE + APART, TITLE + HIGH, pieces)
+
+
+def _document(wide: float, high: float, pieces: list[str]) -> str:
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:g}" height="{high:g}" viewBox="0 0 {wide:g} {high:g}" '
+        f'font-family="sans-serif"><rect width="100%" height="100%" fill="#ffffff"/>{"".join(pieces)}</svg>'
+    )

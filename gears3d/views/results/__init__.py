@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ from gears3d.runs.folder import refuse_foreign
 from gears3d.views.results.contents import Contents as Contents
 from gears3d.views.results.contents import Told as Told
 from gears3d.views.results.contents import contents as contents
-from gears3d.views.results.page import render as render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,7 +55,7 @@ def save(
         write_picture(folder / (told.picture or f"{told.name}.png"), told.draw)
     text = json.dumps({**told.data, "provenance": made}, indent=2, ensure_ascii=False, allow_nan=False)
     write_text(folder / f"{told.name}.json", text + "\n")
-    files = [f"{told.name}.json", *told.tables, *(["scenario.toml"] if scenario is not None else [])]
+    files = [f"{told.name}.json", *told.tables, *told.present, *(["scenario.toml"] if scenario is not None else [])]
     write_text(folder / "report.html", _page(told, made, tuple(files)))
     return folder
 
@@ -92,5 +92,40 @@ def plot(result: Any, file: Path | None = None) -> Figure:
     return figure
 
 
+MOST_VECTOR = 400_000
+"""Bytes of a picture up to which a page has it as lines; a larger one becomes pixels."""
+
+
 def _page(told: Contents, made: dict[str, Any], files: tuple[str, ...]) -> str:
-    return told.page(made, files) if told.page is not None else render(told, made, files)
+    """Return the page: charts where the pictures are lines, points and bands, else the first picture itself."""
+    from gears3d.views.pages import engine
+    from gears3d.views.pages.charts import charts_of
+
+    if told.page is not None:
+        return told.page(made, files)
+    head = engine.Head(told.about, told.title, told.question, told.answer, told.keys, told.tone, told.verdict,
+                       told.source, [note[:1].upper() + note[1:] for note in told.notes if note])  # fmt: skip
+    charts: dict[str, Any] = {}
+    pictures = []
+    for number, draw in enumerate([] if told.draw is None else [told.draw, *told.more]):
+        figure = draw()
+        if (found := charts_of(figure)) is None:
+            pictures.append(engine.Picture(_saved(figure), told.words or told.question))
+        else:
+            charts |= {f"{number}-{name}": chart for name, chart in found.items()}
+    return engine.render(
+        "result.html.j2", head, made, files, charts=charts, pictures=pictures, words=told.words or told.question,
+        rows=[(name, value) for name, value in told.rows if value],
+        trust=[(name, value) for name, value in told.trust if value], snippet=told.snippet,
+    )  # fmt: skip
+
+
+def _saved(figure: Figure) -> str | bytes:
+    """Return a figure as SVG text, or as PNG where that is large."""
+    file = BytesIO()
+    figure.savefig(file, format="svg")
+    if len(file.getvalue()) <= MOST_VECTOR:
+        return file.getvalue().decode()
+    file = BytesIO()
+    figure.savefig(file, format="png", dpi=130)
+    return file.getvalue()

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import UsageError
 from gears3d.results import Result
+from gears3d.views.pages.engine import Key
+from gears3d.views.plots.numbers import figure, spread
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,6 +46,12 @@ class Contents:
         words: description of the picture.
         tables: writers of its data, by file name.
         notes: what weakens it, a sentence each.
+        keys: key numbers of the answer.
+        trust: what supports it and what was excluded, (name, value).
+        tone: ``good``, ``open`` or ``bad``.
+        verdict: in a word or two, where it has a name.
+        more: give further pictures of its page.
+        present: names of files that its folder has already.
         snippet: TOML for a scenario.
         source: of the scenario.
         picture: name of its picture; ``name`` with ``.png`` if empty.
@@ -65,6 +73,12 @@ class Contents:
     source: str = ""
     picture: str = ""
     page: Callable[[dict[str, Any], tuple[str, ...]], str] | None = None
+    keys: Sequence[Key] = ()
+    trust: Sequence[tuple[str, str]] = ()
+    tone: str = ""
+    verdict: str = ""
+    more: Sequence[Callable[[], Figure]] = ()
+    present: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -136,7 +150,14 @@ def recording(result: Recording) -> Contents:
         "Displacement over the last periods, Poincaré sections, return map and spectra of the displacement",
         _signals(result),
         source=str(result.meta.get("source") or ""),
-    )
+        keys=[
+            Key("regime", figure(found["regime"])),
+            Key("impacts per period", figure(found["impacts_per_period"], digits=3)),
+            *(Key(f"mean impact speed, {flank} flank", figure(abs(found[f"{flank}_velocity_mean_m_s"]), "velocity"),
+                  tone=flank)
+              for flank in ("active", "reverse") if found[f"{flank}_velocity_mean_m_s"] is not None),
+        ],
+    )  # fmt: skip
 
 
 def comparison(result: Comparison) -> Contents:
@@ -164,6 +185,12 @@ def comparison(result: Comparison) -> Contents:
         draw,
         "Displacement of both recordings, and the impact speeds of one over those of the other",
         notes=result.notes,
+        keys=[
+            Key("same regime", figure(result.regime_equal)),
+            Key("impacts matched", figure(result.impacts_matched)),
+            Key("impact speed error, median", figure(size, "ratio", 3)),
+        ],
+        tone="good" if result.regime_equal and not (result.impacts_missed or result.impacts_invented) else "open",
     )
 
 
@@ -177,34 +204,49 @@ def model(result: ModelVerdict) -> Contents:
         "Does the model simulate the scenario as the rigid model does?",
         result.sentence[:1].upper() + result.sentence[1:] + ".", rows_of(result.findings), result.to_dict(),
         lambda: verdict_picture(result), "Displacement of model and rigid model, and differences over tolerance",
-        _signals(result.tested),
+        _signals(result.tested), tone="good" if result.verdict == "equal" else "bad",
+        verdict=result.verdict.replace("_", " "),
     )  # fmt: skip
 
 
 def law(result: Identified) -> Contents:
     """Return the content of an identified law."""
     from gears3d.identify import picture_of
-    from gears3d.views.results.rows import law_rows
+    from gears3d.views.results.rows import goodness_rows, law_rows, parameter_words
 
-    first = next(iter(result.parameters.items()), None)
-    number = ""
-    if first is not None:
-        name, one = first
-        number = f": {name} = {one.value:.5g} {one.unit} (95 %: {one.low:.5g} to {one.high:.5g})".replace("  ", " ")
+    name = LAWS.get(result.law, _words(result.law.replace("+", " and ")))
+    keys = []
+    for each, one in result.parameters.items():
+        shown, interval = spread(one.value, one.low, one.high, one.unit)
+        keys.append(Key(parameter_words(each), shown, interval))
+    told = ", ".join(f"{key.name} {key.figure.text} {_aside(key.interval)}" for key in keys[:2])
+    own = told if name in told else f"{name}: {told}"
+    answer = f"{own[:1].upper()}{own[1:]}." if told else f"No law: {name}."
+    noise = result.goodness.get("residual_over_noise")
+    if noise is not None:
+        answer += f" The residual is {noise:.3g} times the noise of single readings."
     return Contents(
-        "law",
-        "identification",
-        f"Law: {result.law.replace('_', ' ')}",
-        "Which law do the measurements follow, and with which parameters?",
-        f"{_words(result.law)}{number}.",
-        law_rows(result),
-        result.to_dict(),
-        lambda: picture_of(result),
-        "Data, identified law with its 95 % band, and residual",
-        {"law.toml": lambda path: path.write_text(result.snippet, encoding="utf-8")},
-        result.warnings,
-        result.snippet,
-    )
+        "law", "identification", f"Identified: {name}",
+        "Which law do the measurements follow, and how well are its parameters known?", answer, law_rows(result),
+        result.to_dict(), lambda: picture_of(result), "Data, identified law with its 95 % band, and residual",
+        {"law.toml": lambda path: path.write_text(result.snippet, encoding="utf-8")}, result.warnings, result.snippet,
+        keys=keys[:6], trust=goodness_rows(result.goodness), tone="open" if result.warnings or not keys else "good",
+    )  # fmt: skip
+
+
+def _aside(interval: str) -> str:
+    return interval if interval.startswith("±") else f"({interval})"
+
+
+LAWS = {
+    "coulomb": "Coulomb drag, independent of speed",
+    "viscous": "viscous drag, proportional to speed",
+    "coulomb+viscous": "Coulomb and viscous drag",
+    "coulomb+power": "Coulomb drag and a power of the speed",
+    "constant": "constant coefficient of restitution",
+    "transmission_error": "transmission error of both flanks",
+}
+"""Laws in words."""
 
 
 def assessment(result: Assessment) -> Contents:
@@ -214,18 +256,25 @@ def assessment(result: Assessment) -> Contents:
 
     expected = result.expected
     why = f": {expected.why}" if expected.why else ""
+    lost = "Contact is lost" if result.excitation_total > 1.0 else "Contact is not lost"
     rows = [(f"{name.strip()} {symbol}".strip(), value) for name, symbol, value in assessment_rows(result)]
     return Contents(
         "excitation",
         "excitation",
         result.title or "Excitation",
         "Is contact lost, and which regime is to be expected?",
-        f"Excitation Λ = {result.excitation_total:.4g}; expected regime: {_words(expected.regime)}{why}.",
+        f"{lost} (excitation Λ = {result.excitation_total:.4g}); expected regime: {figure(expected.regime).text}{why}.",
         rows,
         result.to_dict(),
         lambda: regime_map(result, result.title),
         "Map of regimes over excitation and dimensionless backlash with the operating point",
         notes=result.notes,
+        keys=[
+            Key("excitation", figure(result.excitation_total)),
+            Key("expected regime", figure(expected.regime)),
+            Key("drag in contact", figure(result.drag_torque_N_m, "torque")),
+            Key("backlash", figure(result.backlash_m, "length")),
+        ],
     )
 
 
@@ -250,14 +299,20 @@ def sheet(result: DataSheet) -> Contents:
         lambda: drawing(result.pair, result.title, result.speed),
         "Transverse section of the mesh, plane of action and sliding speed",
         source=result.source,
+        keys=[
+            Key("backlash", figure(result.pair.backlash, "length")),
+            Key("contact ratio", figure(result.pair.contact_ratio)),
+            Key("centre distance", figure(result.pair.centre_distance, "length", 6)),
+        ],
     )
 
 
 def measurement(result: Measurement) -> Contents:
     """Return the content of a segmented record, which has a page of its own."""
+    from gears3d.views.pages.measured import durations, render
+    from gears3d.views.pages.measured_data import orders_told
+    from gears3d.views.pages.run import over_a_period
     from gears3d.views.plots.pictures import measurement_picture
-    from gears3d.views.report.measured import durations, orders_told, render
-    from gears3d.views.results.over_a_period import over_a_period
     from gears3d.views.results.rows import measurement_rows
 
     summary = {
@@ -274,7 +329,7 @@ def measurement(result: Measurement) -> Contents:
     def page(made: dict[str, Any], files: tuple[str, ...]) -> str:
         from dataclasses import replace
 
-        told = {**summary, "version": made["version"], "command": made["command"]}
+        told = {**summary, "version": made["version"], "command": made["command"], "provenance": made}
         return render(replace(result, summary=told), files, strip)
 
     withheld = summary["status"] == "unexplained"
@@ -298,9 +353,8 @@ def measurement(result: Measurement) -> Contents:
 def diagnosis(result: Diagnosis) -> Contents:
     """Return the content of a diagnosis, which has a page of its own."""
     from gears3d.diagnosis import extended_text
+    from gears3d.views.pages.diagnosed import render, sentence
     from gears3d.views.plots.pictures import diagnosis_picture
-    from gears3d.views.report.diagnosed import render
-    from gears3d.views.report.diagnosed.story import sentence
 
     told = result.to_dict()
     return Contents(
@@ -315,7 +369,7 @@ def diagnosis(result: Diagnosis) -> Contents:
         "Held-out error of rig and extended rig, and minimum detectable effects by place",
         {"extended.toml": lambda path: path.write_text(extended_text(result), encoding="utf-8")},
         [note.text for note in result.notes],
-        page=lambda made, files: render(result, made["command"], files),
+        page=lambda made, files: render(result, made, files),
     )
 
 
@@ -406,25 +460,24 @@ def strip(result: Strip) -> Contents:
 
 def swept(result: Done) -> Contents:
     """Return the content of a sweep; its dataset stays in its folder."""
-    from gears3d.sweep.drawing import first_picture
+    from gears3d.sweep.drawing import all_pictures
     from gears3d.sweep.estimate import duration
+    from gears3d.views.results.rows import sweep_answer
 
     plan, counts = result.plan, result.counts
     grid = " x ".join(f"{size} {name}" for name, size in plan.dims)
     bad = ", ".join(f"{count} {_words(word)}" for word, count in counts.items() if word != "done" and count)
-    drawn = first_picture(result.place)
-    rows = [
-        ("points", f"{plan.size} ({grid})"),
-        ("periods of each", str(plan.periods)),
-        ("not done", bad),
-        ("wall time", duration(result.seconds)),
-    ]
+    drawn = all_pictures(result.place)
+    title, answer, keys = sweep_answer(result)
+    name, first = next(iter(drawn.items()), ("", None))
     return Contents(
-        "result", "sweep", str(result.place), "How do the results change over the grid of values?",
-        f"{counts.get('done', 0)} of {plan.size} points done; the dataset is sweep.nc.", rows,
+        "result", "sweep", title, "How do regime and impacts change over the varied values?", answer,
+        [("points", f"{plan.size} ({grid})"), ("periods of each", str(plan.periods)), ("model", plan.model)],
         {"points": plan.size, **counts, "dims": dict(plan.dims), "key": plan.key, "wall_s": result.seconds},
-        None if drawn is None else lambda: drawn[1], "Results over the varied values",
-        picture="" if drawn is None else f"{drawn[0]}.png",
+        first, "Results over the varied values", picture=f"{name}.png" if name else "", keys=keys,
+        trust=[("points done", f"{counts.get('done', 0)} of {plan.size}"), ("not done", bad or "none"),
+               ("wall time", duration(result.seconds))],
+        tone="open" if bad else "good", more=[*drawn.values()][1:], present=("sweep.nc",),
     )  # fmt: skip
 
 

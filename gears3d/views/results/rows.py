@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from gears3d.views.pages.engine import Key
+from gears3d.views.plots.numbers import SUFFIXES, Figure, figure, kind_of, spread
+
 if TYPE_CHECKING:
     from gears3d.comparison import Comparison
     from gears3d.identify import Identified
     from gears3d.recording import Recording
     from gears3d.simulation.excitation import Assessment
+    from gears3d.sweep import Done
 
 MOTIONS = {"too_short": "too short to determine the period", "quasi_periodic": "quasi-periodic"}
 """Descriptions of motions whose name is not enough."""
@@ -223,8 +229,88 @@ def law_rows(found: Identified) -> list[tuple[str, str]]:
     """Return the parameters of a law with their 95 % intervals."""
     rows = [("law", found.law)]
     for name, one in found.parameters.items():
-        rows.append((name, f"{one.value:.6g} {one.unit} (95 %: {one.low:.6g} to {one.high:.6g})".replace("  ", " ")))
-    if losses := found.goodness.get("held_out"):
-        shown = ", ".join(f"{law} {loss:.3g}" for law, loss in losses.items() if loss is not None)
-        rows.append(("held-out loss (smaller is better)", shown))
+        shown, interval = spread(one.value, one.low, one.high, one.unit)
+        rows.append((name, f"{shown.text} {interval}"))
     return rows
+
+
+PARAMETERS = {
+    "coulomb": "Coulomb torque",
+    "viscous": "viscous coefficient",
+    "restitution": "coefficient of restitution",
+    "standard_deviation": "scatter of the restitution",
+}
+"""Parameters of laws in words, where the name is not enough."""
+
+
+def parameter_words(name: str) -> str:
+    """Return the name of a parameter in words."""
+    return PARAMETERS.get(name, name.replace("_", " "))
+
+
+GOODNESS = {
+    "residual_over_noise": "residual over noise of single readings",
+    "p_structure": "p-value: residual without pattern",
+    "chi2": "χ² per degree of freedom",
+    "held_out": "held-out loss (smaller is better)",
+    "pairs": "pairs of approach and rebound used",
+    "approach_m_s": "approach speeds",
+    "points": "readings used",
+    "errors_over_stated": "scatter over stated errors",
+}
+"""Measures of fit in words, where the name is not enough."""
+
+
+def goodness_rows(goodness: dict[str, Any], place: str = "") -> list[tuple[str, str]]:
+    """Return how well a law fits and predicts, as rows; long lists and what was not determined are omitted."""
+    rows = []
+    for key, value in goodness.items():
+        words = key.removesuffix(next((end for end, _ in SUFFIXES if key.endswith(end)), "")).replace("_", " ")
+        name = f"{place}{GOODNESS.get(key, words)}"
+        if key == "held_out" and isinstance(value, dict):
+            losses = ", ".join(f"{law} {loss:.3g}" for law, loss in value.items() if loss is not None)
+            rows.append((name, losses))
+        elif isinstance(value, dict) and "value" in value:
+            low, high = value.get("ci95") or (value["value"], value["value"])
+            shown, interval = spread(value["value"], low, high, value.get("unit", ""))
+            rows.append((name, f"{shown.text} {interval}"))
+        elif isinstance(value, dict) and not place:
+            rows += goodness_rows(value, f"{name}: ")
+        elif isinstance(value, list) and len(value) == 2 and all(isinstance(one, float) for one in value):
+            rows.append((name, " to ".join(figure(one, kind_of(key)).text for one in value)))
+        elif value is not None and not isinstance(value, dict | list):
+            rows.append((name, figure(value, kind_of(key)).text))
+    return rows
+
+
+def sweep_answer(done: Done) -> tuple[str, str, list[Key]]:
+    """Return title, answer and key numbers of a sweep: regimes, and the range of the impact speeds."""
+    from gears3d.signals.pattern import REGIMES
+    from gears3d.sweep.dataset import open_dataset
+    from gears3d.sweep.drawing import axes_of
+
+    with open_dataset(done.place) as data:
+        varied = []
+        for name in axes_of(data):
+            values, attrs = data[name].values, data[name].attrs
+            unit = attrs.get("units", "1")
+            ends = f"{values.min():.4g} to {values.max():.4g}" + (f" {unit}" if unit != "1" else "")
+            varied.append((str(attrs.get("long_name", name)), ends))
+        parts, keys, count = [], [], done.counts.get("done", 0)
+        if "regime" in data:
+            codes = data["regime"].values.ravel()
+            codes = codes[np.isfinite(codes)].astype(int)
+            told = {REGIMES[code].replace("_", " "): int((codes == code).sum()) for code in np.unique(codes)}
+            parts += [f"{name} at {times} of {codes.size} points" for name, times in told.items()]
+            keys += [Key(f"points: {name}", figure(times)) for name, times in told.items()]
+        for flank in ("active", "reverse"):
+            if (name := f"{flank}_velocity_mean_m_s") in data and np.isfinite(data[name].values).any():
+                speeds = np.abs(data[name].values[np.isfinite(data[name].values)])
+                low, high = (figure(float(end), "velocity", 3).text for end in (speeds.min(), speeds.max()))
+                keys.append(Key(f"mean impact speed, {flank} flank", Figure(f"{low} to {high}"), tone=flank))
+                parts.append(f"mean impact speed on the {flank} flank {low} to {high}")
+    title = "Sweep over " + (" and ".join(name for name, _ in varied) or "its cases")
+    over = " and ".join(f"{name} from {ends}" for name, ends in varied)
+    what = "; ".join(parts) if parts else f"{count} of {done.plan.size} points done"
+    answer = f"{what[:1].upper()}{what[1:]}{f', for {over}' if over else ''}."
+    return title, answer, keys

@@ -1,0 +1,1 @@
+"""Pages: one engine, and what it shows of runs, measured records, diagnoses and every other result."""
