@@ -29,6 +29,10 @@ def replay(
     ] = None,
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Time of the cursor in s; the replay starts paused there.")] = None,
+    tour: Annotated[
+        bool,
+        typer.Option("--tour", help="One period in slow motion with captions; --out may end in .mp4 or .gif."),
+    ] = False,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
     rig: Rig = None,
     map_file: MapFile = None,
@@ -44,6 +48,8 @@ def replay(
 
     Measured record: gears3d replay rattle.parquet --rig rigaud-2020/fig5-20rpm --out rattle.rrd
 
+    Film of one period with captions: gears3d replay runs/fig5-20rpm --tour --out tour.gif
+
     Record and run: gears3d replay rattle.parquet runs/fig5-20rpm --rig rigaud-2020/fig5-20rpm --out both.rrd
     """
     from gears3d.errors import UsageError
@@ -51,7 +57,9 @@ def replay(
     if web and at is not None:
         raise UsageError("--at works in the window only: omit --web, or set the time in the browser")
     bench = load_rig(rig, set_)
-    if len(runs) > 1:
+    if tour:
+        file = _tour(runs, bench, map_file, correct, out, at)
+    elif len(runs) > 1:
         file = _several(runs, bench, map_file, correct, out, at)
     elif bench is not None:
         file = _measured(runs[0], bench, map_file, correct, out, at)
@@ -62,7 +70,7 @@ def replay(
             _inside(runs[0], at)
         file = _file(runs[0], out)
     made: dict[str, Any] = {"replay": str(file), "bytes": file.stat().st_size, "picture": None}
-    if open_:
+    if open_ and file.suffix == ".rrd":
         made["picture"] = _open(file, web, at)
     if as_json:
         from gears3d.cli.output import print_json
@@ -138,6 +146,33 @@ def _several(
     if at is not None:
         _within(max((one.recording.time for one in shown), key=lambda time: time[-1]), at, sources[0])
     return several(shown, out or Path("replay.rrd"))
+
+
+def _tour(
+    sources: list[Path],
+    rig: Scenario | None,
+    map_file: Path | None,
+    correct: list[str] | None,
+    out: Path | None,
+    at: float | None,
+) -> Path:
+    """Return the new tour of one recording."""
+    from gears3d.cli.filmed import filmed
+    from gears3d.cli.progress import bars
+    from gears3d.errors import UsageError
+    from gears3d.views.camera import measured, subject
+    from gears3d.views.replay.document import write_tour_of
+
+    if len(sources) > 1 or sources[0].suffix == ".rrd":
+        raise UsageError("--tour shows one recording: name one run folder, or a measured record with --rig")
+    if at is not None:
+        raise UsageError("--tour chooses its period: omit --at")
+    seen = filmed(sources[0], rig, map_file, correct)
+    found = subject(seen.recording, seen.scenario)
+    if seen.measurement is not None:
+        found = measured(seen.measurement, seen.scenario)
+    with bars() as track:
+        return write_tour_of(found, seen.scenario, out or Path("tour.rrd"), track("tour", 800.0))
 
 
 def _default_file(source: Path) -> Path:

@@ -9,6 +9,7 @@ from gears3d.views.camera.subject import measured as measured
 from gears3d.views.camera.subject import subject as subject
 from gears3d.views.camera.taking import Strip as Strip
 from gears3d.views.camera.taking import camera as camera
+from gears3d.views.camera.tour import write_tour as write_tour
 from gears3d.views.camera.vector import section_svg as section_svg
 from gears3d.views.plots.panel import Look as Look
 from gears3d.views.plots.panel import Shot as Shot

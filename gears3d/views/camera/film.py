@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +33,8 @@ PLAYED = (1.0, 120.0)
 """Frames a second that players show."""
 PYAV = ("av", "a film (--video)", "video")
 """What the encoder is, what needs it, and the extra that installs it."""
+COLOURS = 64
+"""Colours of a GIF."""
 MOST = 20_000
 """Frames of a film at most."""
 
@@ -65,39 +67,80 @@ def write_film(
         MissingExtraError: PyAV is not installed.
         InputError: a stretch outside the recording, a film too long, or a file that cannot be written.
     """
-    place = Path(path)
-    if place.suffix.lower() != ".mp4":
-        raise UsageError(f"{path}: the file name must end in .mp4")
-    require(*PYAV)
+    place = check_ending(path, ".mp4")
     slowed = rate / SHOWN if slow is None else slow
     played, count = rate / slowed, int(span[1] * rate + 1e-9) + 1
     _refuse(played, count, rate)
     pictures = shots(subject, count, span[0], (count - 1) / rate)
     size = LARGE if rate <= FULL_RATE else SMALL
-    with replacing(place) as unfinished:
-        _write(unfinished, _frames(subject, look, pictures, size, (rate, slowed)), size, played, progress)
+    about = f"{rate:g} frames a second\nslowed {slowed:g} times"
+    write_pictures(place, subject, look, pictures, played, about, (), progress, size)
     return {"video": str(place), "camera_Hz": rate, "slowed": slowed, "played_Hz": played, "frames": count,
             "size": list(size)}  # fmt: skip
 
 
-def _write(
-    path: Path,
-    frames: Iterator[np.ndarray],
-    size: tuple[int, int],
+def check_ending(path: str | Path, *endings: str) -> Path:
+    """Return the path of a film; refuse another ending, and an encoder that is missing."""
+    place = Path(path)
+    if place.suffix.lower() not in endings:
+        raise UsageError(f"{path}: the file name must end in {' or '.join(endings)}")
+    if place.suffix.lower() == ".mp4":
+        require(*PYAV)
+    return place
+
+
+def write_pictures(
+    place: Path,
+    subject: Subject,
+    look: Look,
+    pictures: tuple[Shot, ...],
     played: float,
-    progress: Callable[[float], None] | None,
+    about: str,
+    captions: Sequence[str] = (),
+    progress: Callable[[float], None] | None = None,
+    size: tuple[int, int] | None = None,
 ) -> None:
+    """Write pictures as a film, MP4 or GIF by the ending, with a line about its speed and a caption below each."""
+    size = size or (SMALL if place.suffix.lower() == ".gif" else LARGE)
+    frames = _frames(subject, look, pictures, size, about, captions)
+    with replacing(place) as unfinished:
+        encode = _write_gif if place.suffix.lower() == ".gif" else _write
+        encode(unfinished, _watched(frames, progress), size, played)
+
+
+def _watched(frames: Iterator[np.ndarray], progress: Callable[[float], None] | None) -> Iterator[np.ndarray]:
+    for done, frame in enumerate(frames):
+        yield frame
+        if progress is not None and done % 10 == 0:
+            progress(float(done))
+
+
+def _write(path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], played: float) -> None:
     """Encode frames into a file; errors of the encoder are of type OSError already."""
     av = require(*PYAV)
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as film:
         stream = film.add_stream("libx264", rate=Fraction(played).limit_denominator(1000))
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
         stream.options = {"crf": "20", "preset": "veryfast"}
-        for done, frame in enumerate(frames):
+        for frame in frames:
             film.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgb24")))
-            if progress is not None and done % 10 == 0:
-                progress(float(done))
         film.mux(stream.encode())
+
+
+def _write_gif(path: Path, frames: Iterator[np.ndarray], size: tuple[int, int], played: float) -> None:
+    """Write frames as a GIF that repeats; equal ones in a row become one that lasts longer."""
+    from PIL import Image
+
+    step, lasts, kept = round(1000.0 / played), [], []
+    last: np.ndarray | None = None
+    for frame in frames:
+        if last is not None and np.array_equal(frame, last):
+            lasts[-1] += step
+            continue
+        kept.append(Image.fromarray(frame).quantize(COLOURS, dither=Image.Dither.NONE))
+        lasts.append(step)
+        last = frame.copy()
+    kept[0].save(path, format="GIF", save_all=True, append_images=kept[1:], duration=lasts, loop=0, optimize=True)
 
 
 def _refuse(played: float, count: int, rate: float) -> None:
@@ -112,7 +155,12 @@ def _refuse(played: float, count: int, rate: float) -> None:
 
 
 def _frames(
-    subject: Subject, look: Look, pictures: tuple[Shot, ...], size: tuple[int, int], speed: tuple[float, float]
+    subject: Subject,
+    look: Look,
+    pictures: tuple[Shot, ...],
+    size: tuple[int, int],
+    about: str,
+    captions: Sequence[str],
 ) -> Iterator[np.ndarray]:
     """Yield the frames as RGB pixels, (height, width, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -122,29 +170,33 @@ def _frames(
     figure = Figure(figsize=(LARGE[0] / 100, LARGE[1] / 100), dpi=100 * scale, facecolor="white")
     canvas = FigureCanvasAgg(figure)
     stage = figure.add_axes((0.0, 0.0, LARGE[1] * 1.25 / LARGE[0], 1.0))
-    beside = _beside(figure, subject, look, pictures, speed)
+    beside = _beside(figure, subject, look, pictures, about)
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)  # type: ignore[attr-defined]
-    for shot in pictures:
+    frame = np.zeros(0, dtype=np.uint8)
+    shown: tuple[Shot | None, str] = (None, "")
+    for shot, caption in zip(pictures, captions or [""] * len(pictures), strict=True):
+        if (shot, caption) == shown:  # the film stops
+            yield frame
+            continue
         for artist in (*stage.lines, *stage.patches, *stage.texts, *stage.images):
             artist.remove()
         paint(stage, look, shot, 1.6)
         name(stage, look)
         canvas.restore_region(still)  # type: ignore[attr-defined]
         stage.draw(canvas.renderer)
-        _now(beside, shot)
+        _now(beside, shot, caption)
         for text in beside.values():
             figure.draw_artist(text)
-        yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+        frame, shown = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3]), (shot, caption)
+        yield frame
 
 
-def _beside(
-    figure: Figure, subject: Subject, look: Look, pictures: tuple[Shot, ...], speed: tuple[float, float]
-) -> dict[str, Any]:
+def _beside(figure: Figure, subject: Subject, look: Look, pictures: tuple[Shot, ...], speed: str) -> dict[str, Any]:
     """Write the constant texts next to the picture and return those that change."""
     left, high = 0.80, 0.94
     scale = "gap at true scale" if look.factor == 1.0 else f"gap drawn {look.factor:g} times as wide"
-    about = [f"{speed[0]:g} frames a second", f"slowed {speed[1]:g} times", scale, source(subject)]
+    about = [*speed.split("\n"), scale, source(subject)]
     if not subject.placed:
         about.append("tooth positions are not recorded")
     figure.text(left, high, _broken(subject.title or "Gears in mesh", 27), fontsize=12, fontweight="bold", va="top")
@@ -173,6 +225,8 @@ def _beside(
         word: figure.text(left, high - down, "", fontsize=size, va="top", animated=True)
         for word, down, size in (("time", 0.16, 16), ("state", 0.22, 14), ("pairs", 0.27, 14), ("gaps", 0.32, 12))
     }
+    back = {"boxstyle": "square,pad=0.4", "linewidth": 0, "facecolor": "white", "alpha": 0.85}
+    words["caption"] = figure.text(0.39, 0.105, "", fontsize=15, ha="center", va="center", animated=True, bbox=back)
     return {**words, "cursor": cursor}
 
 
@@ -180,7 +234,7 @@ def _broken(text: str, width: int) -> str:
     return "\n".join(textwrap.wrap(text, width))
 
 
-def _now(beside: dict[str, Any], shot: Shot) -> None:
+def _now(beside: dict[str, Any], shot: Shot, caption: str) -> None:
     ink = "#666666" if shot.flank < 0 else colour_of(shot.flank)
     beside["time"].set_text(f"{1e3 * shot.after:.2f} ms")
     beside["state"].set(text=WORDS[shot.flank], color=ink)
@@ -188,5 +242,6 @@ def _now(beside: dict[str, Any], shot: Shot) -> None:
     beside["pairs"].set_text(pairs)
     active, reverse = (1e6 * gap for gap in shot.gaps)
     beside["gaps"].set_text("" if shot.flank >= 0 else f"gaps {active:.0f} + {reverse:.0f} µm")
+    beside["caption"].set_text(_broken(caption, 62))
     beside["cursor"].set_data([1e3 * shot.after], [1e6 * shot.gaps[0]])
     beside["cursor"].set_markeredgecolor(ink)

@@ -28,7 +28,11 @@ def shots(subject: Subject, count: int, start: float, lasts: float) -> tuple[Sho
     if not (begin - slack <= start and start + lasts <= end + slack):
         what = f"is {start:.6g} to {start + lasts:.6g} s, the recording {begin:.6g} to {end:.6g} s"
         raise InputError(Fault("--at, --over", what, "film a part of the recording"))
-    time = np.clip(np.linspace(start, start + lasts, count), begin, end)
+    return shots_at(subject, np.clip(np.linspace(start, start + lasts, count), begin, end))
+
+
+def shots_at(subject: Subject, time: np.ndarray) -> tuple[Shot, ...]:
+    """Return pictures at given instants within the recording, ascending, (n,)."""
     drive = subject.motion.at(time, "theta_drive_rad")
     flank, (active, reverse) = subject.flank(time), subject.gaps(time)
     share = np.where(flank == 0, 0.0, np.where(flank == 1, 1.0, active / np.maximum(active + reverse, 1e-12)))

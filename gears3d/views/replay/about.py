@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gears3d.views.plots.teeth import Section
 
 
-def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...]) -> rr.TextDocument:
+def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...], rate: float) -> rr.TextDocument:
     """Return the text panel."""
     pair, recording = wide.pair, motion.recording
     flank = recording.impacts["flank"]
@@ -30,7 +30,7 @@ def about(scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float
         f"**{active} impacts on the active flank (blue), {reverse} on the reverse flank (orange)**; grey is flight.",
         f"- Mesh zone: the pair is drawn as if its backlash were **{wide.factor:g} times** as wide "
         f"({wide.backlash:.3g} mm); flank deviations are part of the motion, but not of the drawing.",
-        f"- Slow motion: 1 s takes {motion.frame_rate() / FRAMES_A_SECOND:.0f} s. Pictures "
+        f"- Slow motion: 1 s takes {rate / FRAMES_A_SECOND:.0f} s. Pictures "
         f"{motion.frame_rate():.0f} per second and at every impact.",
         "- Dots: where teeth touch, thin lines through them: the common normal. Grey bars: the gaps of a flight.",
         "- Poincaré section: every impact up to now."

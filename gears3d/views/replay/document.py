@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gears3d.errors import InputError, UsageError
+from gears3d.views.camera.subject import subject
+from gears3d.views.camera.tour import PLAYED, events, stretch, write_tour
 from gears3d.views.plots.motion import Motion, as_measured, frames, is_measured
 from gears3d.views.plots.teeth import Section, widening
 from gears3d.views.replay import plots, scene, zone
 from gears3d.views.replay.about import about
-from gears3d.views.replay.layout import ABOUT, layout
+from gears3d.views.replay.layout import ABOUT, CAPTION, FRAMES_A_SECOND, layout
 from gears3d.views.replay.poincare import poincare
-from gears3d.views.replay.sdk import require_rerun
+from gears3d.views.replay.sdk import require_rerun, rr
 from gears3d.views.replay.several import Shown, several
-from gears3d.views.replay.write import film
+from gears3d.views.replay.write import clock, film
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.runs import Run
     from gears3d.scenario import Scenario
+    from gears3d.views.camera.subject import Subject
+    from gears3d.views.camera.tour import Event
+
+TOUR = 20.0
+"""Time that the period of a tour takes in the viewer [s]."""
 
 
 def replay(
@@ -28,6 +37,7 @@ def replay(
     scenario: Scenario | None = None,
     twin: Recording | None = None,
     out: str | Path = "replay.rrd",
+    tour: bool = False,
 ) -> Path:
     """Write a recording as a film for the rerun viewer: gears, magnified mesh zone, curves and impacts.
 
@@ -37,6 +47,7 @@ def replay(
         scenario: what was simulated; a run brings its own.
         twin: a second recording whose displacement is drawn as a thin line; a run brings its own.
         out: the file, written under a temporary name and renamed.
+        tour: show one period in slow motion with captions; ``out`` may then end in ``.mp4`` or ``.gif`` as well.
 
     Returns:
         The file.
@@ -46,7 +57,12 @@ def replay(
         InputError: the run folder cannot be read, nothing was recorded, or the file cannot be written.
         MissingExtraError: rerun is not installed.
     """
+    if tour and not isinstance(source, list | tuple):
+        recording, scenario, _ = _opened(source, scenario, twin)
+        return write_tour_of(subject(recording, scenario), scenario, out)
     require_rerun()
+    if tour:
+        raise UsageError("a tour shows one recording: name one")
     if isinstance(source, list | tuple):
         return several([_shown(one, k) for k, one in enumerate(source, 1)], out)
     recording, scenario, twin = _opened(source, scenario, twin)
@@ -60,6 +76,22 @@ def replay(
     motion = Motion(recording, true, rows)
     target = Path(out)
     _write(target, scenario, motion, wide, twin)
+    return target
+
+
+def write_tour_of(
+    seen: Subject, scenario: Scenario, out: str | Path, progress: Callable[[float], None] | None = None
+) -> Path:
+    """Write one period in slow motion with captions: for the rerun viewer, or as MP4 or GIF by the ending."""
+    target = Path(out)
+    if target.suffix.lower() in PLAYED:
+        write_tour(target, seen, progress=progress)
+        return target
+    require_rerun()
+    start, lasts = stretch(seen)
+    pair = as_measured(scenario.pair(), seen.motion.recording)
+    motion = Motion(seen.motion.recording.between(start, start + lasts), Section(pair), seen.motion.rows)
+    _write(target, scenario, motion, Section(pair, widening(pair)), None, events(seen, start, lasts))
     return target
 
 
@@ -95,12 +127,21 @@ def _opened(
     return source.recording, scenario or source.scenario, twin or source.twin
 
 
-def _write(path: Path, scenario: Scenario, motion: Motion, wide: Section, twin: Recording | None) -> None:
+def _write(
+    path: Path,
+    scenario: Scenario,
+    motion: Motion,
+    wide: Section,
+    twin: Recording | None,
+    captions: Sequence[Event] = (),
+) -> None:
     true = motion.section
     shown = frames(motion)
     module = true.pair.drive.module * 1e3
     width = 0.5e3 * max(true.pair.drive.face_width, true.pair.loose.face_width)
-    with film(path, layout(wide, motion.frame_rate(), _window(scenario, motion))) as rec:
+    lasts = float(np.ptp(motion.recording.time))
+    rate = FRAMES_A_SECOND * TOUR / lasts if captions else motion.frame_rate()
+    with film(path, layout(wide, rate, _window(scenario, motion), bool(captions))) as rec:
         scene.solids(rec, true, shown)
         scene.contacts(rec, scene.ROOT, true, shown, width + 0.2 * module, 3.0 * module, 5.0)
         scales = [scene.impulses(rec, scene.ROOT, true, motion, width + 0.4 * module, 12.0 * module)]
@@ -118,7 +159,17 @@ def _write(path: Path, scenario: Scenario, motion: Motion, wide: Section, twin: 
         plots.impacts(rec, motion)
         poincare(rec, motion.recording, scenario.period)
         plots.states(rec, shown.time, shown.flank)
-        rec.log(ABOUT, about(scenario, motion, wide, tuple(scales)), static=True)
+        _captions(rec, captions)
+        rec.log(ABOUT, about(scenario, motion, wide, tuple(scales), rate), static=True)
+
+
+def _captions(rec: rr.RecordingStream, captions: Sequence[Event]) -> None:
+    """Write what happens from each instant on."""
+    if captions:
+        words = [f"## {one.words}" for one in captions]
+        rec.log(CAPTION, rr.TextDocument.from_fields(media_type=rr.MediaType.MARKDOWN), static=True)
+        time = clock(np.array([one.time for one in captions]))
+        rec.send_columns(CAPTION, indexes=[time], columns=rr.TextDocument.columns(text=words))
 
 
 def _window(scenario: Scenario, motion: Motion) -> float:

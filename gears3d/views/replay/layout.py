@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     from gears3d.views.plots.teeth import Section
 
 ABOUT = "/about"
+CAPTION = "/caption"
 FRAMES_A_SECOND = 25.0
 """Frames shown a second of the watcher's time."""
 
 
-def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
+def layout(section: Section, frame_rate: float, window: float, caption: bool = False) -> rrb.Blueprint:
     """Return the blueprint."""
     title = f"Mesh zone, backlash drawn {section.factor:g} times as wide"
     told = rrb.Tabs(
@@ -25,6 +26,8 @@ def layout(section: Section, frame_rate: float, window: float) -> rrb.Blueprint:
         rrb.TextLogView(origin=IMPACTS, name="Impacts"),
     )
     above = rrb.Horizontal(_scene(section), poincare.view(), column_shares=[0.58, 0.42])
+    if caption:
+        told = rrb.Horizontal(rrb.TextDocumentView(origin=CAPTION, name="What happens"), told)
     pictures = rrb.Vertical(above, zone_view(section, "/zone", title), told, row_shares=[0.34, 0.46, 0.2])
     curves = rrb.Vertical(
         curve(
