@@ -104,8 +104,7 @@ def to_results(*files: str) -> Callable[[Any], Any]:
 
 
 OutFolder = Annotated[
-    Path | None,
-    typer.Option("--out", help="Folder for report.html, JSON and data.", callback=to_results(*PICTURES)),
+    Path | None, typer.Option("--out", help="Folder for report.html, JSON and data.", callback=to_results(*PICTURES))
 ]
 Plot = Annotated[
     Path | None,
@@ -144,8 +143,7 @@ Records = Annotated[
     typer.Argument(help="Measured records, a record.toml that names them, or - (stdin).", callback=from_stdin),
 ]
 Rig = Annotated[
-    Path | None,
-    typer.Option(metavar="SCENARIO", help="Scenario of the test rig; required for measured records."),
+    Path | None, typer.Option(metavar="SCENARIO", help="Scenario of the test rig; required for measured records.")
 ]
 OwnRig = Annotated[
     Path | None,

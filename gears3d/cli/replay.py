@@ -30,8 +30,7 @@ def replay(
     web: Annotated[bool, typer.Option("--web", help="Show it in the browser instead of a window.")] = False,
     at: Annotated[float | None, typer.Option(help="Time of the cursor in s; the replay starts paused there.")] = None,
     tour: Annotated[
-        bool,
-        typer.Option("--tour", help="One period in slow motion with captions; --out may end in .mp4 or .gif."),
+        bool, typer.Option("--tour", help="One period in slow motion with captions; --out may end in .mp4 or .gif.")
     ] = False,
     open_: Annotated[bool, typer.Option("--open/--no-open", help="Open the viewer.")] = True,
     rig: Rig = None,
@@ -132,7 +131,7 @@ def _several(
     """Return the replay of several side by side; records are measured with the rig."""
     from gears3d.cli.filmed import filmed
     from gears3d.errors import Fault, InputError
-    from gears3d.views.replay.several import Shown, several
+    from gears3d.views.replay.side_by_side import Shown, several
 
     shown = []
     for source in sources:

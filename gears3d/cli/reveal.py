@@ -69,17 +69,7 @@ def _result(scored: dict[str, Any]) -> Result:
     word, right = scored["verdict"].replace("_", " "), "right" if scored["verdict_right"] else "wrong"
     answer = f"The verdict ({word}) is {right}."
     question = "Does the diagnosis name the hidden cause?"
-    return Told(
-        Contents(
-            "score",
-            "challenge",
-            "Score of a diagnosis",
-            question,
-            answer,
-            rows,
-            scored,
-        )
-    )
+    return Told(Contents("score", "challenge", "Score of a diagnosis", question, answer, rows, scored))
 
 
 def _short(value: object) -> str:

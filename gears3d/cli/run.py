@@ -177,11 +177,7 @@ def _replay(folder: RunFolder, scenario: Scenario, recording: Recording, twin: R
 
 
 def _report(
-    folder: RunFolder,
-    scenario: Scenario,
-    recording: Recording,
-    twin: Recording | None,
-    summary: dict[str, Any],
+    folder: RunFolder, scenario: Scenario, recording: Recording, twin: Recording | None, summary: dict[str, Any]
 ) -> None:
     from gears3d.views.pages.run import over_a_period, write
 

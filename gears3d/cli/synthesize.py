@@ -60,8 +60,7 @@ def synthesize(
         str | None, typer.Option(help='Viscous drag of the coasting drive gear, e.g. "5e-3 N m s/rad".')
     ] = None,
     amplitudes: Annotated[
-        str | None,
-        typer.Option(help='Speed amplitudes of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.'),
+        str | None, typer.Option(help='Speed amplitudes of a threshold test: "0.8 rpm..2.6 rpm"; default Λ = 0.5..1.6.')
     ] = None,
     turns: Annotated[float | None, typer.Option(help="Slow revolutions of the drive gear, each way.")] = None,
     set_: Overrides = None,

@@ -23,10 +23,7 @@ Measured = list[tuple[str, list["Claim"]]]
 
 def validate(
     quick: Annotated[bool, typer.Option(help="Part of the cases, in about a minute.")] = False,
-    only: Annotated[
-        str,
-        typer.Option(metavar="CHAPTER", help=f"One chapter: {', '.join(CHAPTERS)}."),
-    ] = "",
+    only: Annotated[str, typer.Option(metavar="CHAPTER", help=f"One chapter: {', '.join(CHAPTERS)}.")] = "",
     out: Annotated[
         Path | None,
         typer.Option(

@@ -10,7 +10,7 @@ from gears3d.cli import main
 from gears3d.diagnosis.stretch import PERIODS, stretch
 from gears3d.views.plots import colours
 from gears3d.views.replay import viewer
-from gears3d.views.replay.beside import NAMES, beside, off
+from gears3d.views.replay.side_by_side import NAMES, beside, off
 from tests.views.test_replay import columns, seconds
 from tests.views.test_replay_viewer import painted, share
 

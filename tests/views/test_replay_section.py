@@ -8,7 +8,7 @@ import pytest
 from gears3d.gears import Gear, Pair
 from gears3d.gears.outline import outline
 from gears3d.views.plots.teeth import Section, widening
-from gears3d.views.replay.outline import flank_lines
+from gears3d.views.replay.scene import flank_lines
 
 SPUR = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 SMALL = Gear(module=2e-3, teeth=19, face_width=10e-3, profile_shift=0.3)

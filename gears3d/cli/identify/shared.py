@@ -60,11 +60,7 @@ def inputs_of(records: Iterable[Admitted]) -> list[str | Path | None]:
 
 
 def answer(
-    found: Identified,
-    out: Path | None,
-    plot: Path | None,
-    as_json: bool,
-    inputs: Iterable[str | Path | None],
+    found: Identified, out: Path | None, plot: Path | None, as_json: bool, inputs: Iterable[str | Path | None]
 ) -> None:
     """Keep the law where it is wanted, and print it with its provenance."""
     from dataclasses import replace

@@ -155,12 +155,7 @@ def _refuse(played: float, count: int, rate: float) -> None:
 
 
 def _frames(
-    subject: Subject,
-    look: Look,
-    pictures: tuple[Shot, ...],
-    size: tuple[int, int],
-    about: str,
-    captions: Sequence[str],
+    subject: Subject, look: Look, pictures: tuple[Shot, ...], size: tuple[int, int], about: str, captions: Sequence[str]
 ) -> Iterator[np.ndarray]:
     """Yield the frames as RGB pixels, (height, width, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

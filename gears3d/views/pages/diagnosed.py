@@ -35,10 +35,7 @@ CHANNEL_WORDS = {
     "flight": ("flight", "angle of the loose gear in free flight, compared with its deceleration by drag"),
     "contact": ("contact", "displacement in contact, compared with the nominal flank"),
     "impact": ("impact", "rebound speed, compared with the coefficient of restitution times the approach speed"),
-    "loss": (
-        "loss of contact",
-        "separation speed, extrapolated from the flight to the instant of contact loss",
-    ),
+    "loss": ("loss of contact", "separation speed, extrapolated from the flight to the instant of contact loss"),
     "drive": ("drive", "angle of the drive gear, compared with the nominal motion"),
 }
 """Name of each channel, with the measured and the predicted quantity."""
@@ -79,11 +76,7 @@ STRUCTURES = {
 """Residual patterns in words, by their names in the contract."""
 RINGS = "an oscillation of the readings at one frequency, independent of speed, as of a compliant encoder mount"
 """Words for a resonance of the readings themselves, in metres."""
-PLACES = {
-    "geometry": "flanks and backlash",
-    "torque": "torques on the loose gear",
-    "impact": "restitution",
-}
+PLACES = {"geometry": "flanks and backlash", "torque": "torques on the loose gear", "impact": "restitution"}
 """Quantities of the minimum detectable effects, by place."""
 
 

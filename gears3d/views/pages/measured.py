@@ -254,10 +254,7 @@ def flight_lines(found: Measurement) -> list[Claim]:
         lines += [
             Claim("testifying", "used for identification", figure(cut["testifying"]), what),
             Claim(
-                "chi2_median",
-                "χ² per degree of freedom, median",
-                figure(cut["chi2_median"], digits=3),
-                "1 is expected",
+                "chi2_median", "χ² per degree of freedom, median", figure(cut["chi2_median"], digits=3), "1 is expected"
             ),
             Claim(
                 "height",

@@ -168,10 +168,7 @@ def path_lines(cut: Segments, most: int = MOST_POINTS) -> dict[str, Any]:
     return {
         "tick": TICK,
         "time": np.diff(ticks, prepend=0).tolist(),
-        "run": {
-            "displacement_m": _steps(place[kept], NANOMETRE),
-            "omega_drive_rad_s": _steps(speed[kept], 1e-6),
-        },
+        "run": {"displacement_m": _steps(place[kept], NANOMETRE), "omega_drive_rad_s": _steps(speed[kept], 1e-6)},
         "twin": None,
         "states": "".join(str(int(state)) for state in cut.states(middles)),
     }

@@ -191,7 +191,7 @@ class Line(NamedTuple):
 
     Args:
         group: section of the scenario.
-        name: the quantity in words_of.
+        name: the quantity in words.
         value: its value with unit.
     """
 
@@ -299,7 +299,7 @@ def _named(key: str, value: Any) -> str:
 
 
 def words_of(key: str) -> str:
-    """Return a key as words_of."""
+    """Return a key as words."""
     return key.replace("_", " ")
 
 

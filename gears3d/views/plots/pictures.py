@@ -118,11 +118,7 @@ SHOWN = 20
 """Flights in the left picture."""
 POINTS = 8000
 """Readings drawn at most."""
-STATES = (
-    (0, COLOURS[0], "active contact"),
-    (1, COLOURS[1], "reverse contact"),
-    (2, palette.SOFT, "flight"),
-)
+STATES = ((0, COLOURS[0], "active contact"), (1, COLOURS[1], "reverse contact"), (2, palette.SOFT, "flight"))
 
 
 def measurement_picture(found: Measurement) -> Figure:

@@ -13,13 +13,11 @@ from gears3d.views.camera.subject import subject
 from gears3d.views.camera.tour import PLAYED, events, stretch, write_tour
 from gears3d.views.plots.motion import Motion, as_measured, frames, is_measured
 from gears3d.views.plots.teeth import Section, widening
-from gears3d.views.replay import plots, scene, zone
-from gears3d.views.replay.about import about
-from gears3d.views.replay.layout import ABOUT, CAPTION, FRAMES_A_SECOND, layout
-from gears3d.views.replay.poincare import poincare
-from gears3d.views.replay.sdk import require_rerun, rr
-from gears3d.views.replay.several import Shown, several
-from gears3d.views.replay.write import clock, film
+from gears3d.views.replay.curves import curves, impact_marks, poincare, states, torque, twin_curve
+from gears3d.views.replay.layout import ABOUT, CAPTION, FRAMES_A_SECOND, about_text, layout
+from gears3d.views.replay.scene import SCENE, ZONE, contacts, impulses, lines_of_action, solids, zone_gaps, zone_gears
+from gears3d.views.replay.side_by_side import Shown, several
+from gears3d.views.replay.write import clock, film, require_rerun, rr
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
@@ -142,25 +140,25 @@ def _write(
     lasts = float(np.ptp(motion.recording.time))
     rate = FRAMES_A_SECOND * TOUR / lasts if captions else motion.frame_rate()
     with film(path, layout(wide, rate, _window(scenario, motion), bool(captions))) as rec:
-        scene.solids(rec, true, shown)
-        scene.contacts(rec, scene.ROOT, true, shown, width + 0.2 * module, 3.0 * module, 5.0)
-        scales = [scene.impulses(rec, scene.ROOT, true, motion, width + 0.4 * module, 12.0 * module)]
-        zone.gears(rec, wide, shown)
-        zone.lines_of_action(rec, wide)
-        zone.gaps(rec, wide, shown)
-        scene.contacts(rec, zone.ROOT, wide, shown, 0.3, 0.6 * module, 6.0)
-        scales.append(scene.impulses(rec, zone.ROOT, wide, motion, 0.4, 2.5 * module))
-        plots.curves(rec, motion)
+        solids(rec, true, shown)
+        contacts(rec, SCENE, true, shown, width + 0.2 * module, 3.0 * module, 5.0)
+        scales = [impulses(rec, SCENE, true, motion, width + 0.4 * module, 12.0 * module)]
+        zone_gears(rec, wide, shown)
+        lines_of_action(rec, wide)
+        zone_gaps(rec, wide, shown)
+        contacts(rec, ZONE, wide, shown, 0.3, 0.6 * module, 6.0)
+        scales.append(impulses(rec, ZONE, wide, motion, 0.4, 2.5 * module))
+        curves(rec, motion)
         if twin is not None and "displacement_m" in twin.signals:
-            plots.twin_curve(rec, twin, Motion(twin, true).plot_rows())
+            twin_curve(rec, twin, Motion(twin, true).plot_rows())
         if not is_measured(motion.recording):  # the second derivative of what encoders counted is noise
             rig = scenario.rig()
-            plots.torque(rec, motion, rig.inertia, rig.drag_torque)
-        plots.impacts(rec, motion)
+            torque(rec, motion, rig.inertia, rig.drag_torque)
+        impact_marks(rec, motion)
         poincare(rec, motion.recording, scenario.period)
-        plots.states(rec, shown.time, shown.flank)
+        states(rec, shown.time, shown.flank)
         _captions(rec, captions)
-        rec.log(ABOUT, about(scenario, motion, wide, tuple(scales), rate), static=True)
+        rec.log(ABOUT, about_text(scenario, motion, wide, tuple(scales), rate), static=True)
 
 
 def _captions(rec: rr.RecordingStream, captions: Sequence[Event]) -> None:

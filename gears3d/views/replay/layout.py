@@ -1,15 +1,17 @@
-"""How the viewer arranges the replay: pictures and the section left, curves right, slow motion."""
+"""How the viewer arranges the replay, and its text panel: what it shows, to which scale, in which colours."""
 
 from __future__ import annotations
 
+from math import pi
 from typing import TYPE_CHECKING
 
-from gears3d.views.replay import poincare
-from gears3d.views.replay.plots import DISPLACEMENT, IMPACTS, SPEED, STATE, TORQUE, VELOCITY
-from gears3d.views.replay.sdk import rr, rrb
-from gears3d.views.replay.write import BACKGROUND, TIMELINE
+from gears3d.views.plots.motion import PLOT_RATE, is_measured
+from gears3d.views.replay.curves import DISPLACEMENT, IMPACTS, SPEED, STATE, TORQUE, VELOCITY, section_view
+from gears3d.views.replay.write import BACKGROUND, TIMELINE, rr, rrb
 
 if TYPE_CHECKING:
+    from gears3d.scenario import Scenario
+    from gears3d.views.plots.motion import Motion
     from gears3d.views.plots.teeth import Section
 
 ABOUT = "/about"
@@ -22,10 +24,9 @@ def layout(section: Section, frame_rate: float, window: float, caption: bool = F
     """Return the blueprint."""
     title = f"Mesh zone, backlash drawn {section.factor:g} times as wide"
     told = rrb.Tabs(
-        rrb.TextDocumentView(origin=ABOUT, name="About this replay"),
-        rrb.TextLogView(origin=IMPACTS, name="Impacts"),
+        rrb.TextDocumentView(origin=ABOUT, name="About this replay"), rrb.TextLogView(origin=IMPACTS, name="Impacts")
     )
-    above = rrb.Horizontal(_scene(section), poincare.view(), column_shares=[0.58, 0.42])
+    above = rrb.Horizontal(_scene(section), section_view(), column_shares=[0.58, 0.42])
     if caption:
         told = rrb.Horizontal(rrb.TextDocumentView(origin=CAPTION, name="What happens"), told)
     pictures = rrb.Vertical(above, zone_view(section, "/zone", title), told, row_shares=[0.34, 0.46, 0.2])
@@ -120,3 +121,53 @@ def curve(origin: str, name: str, time: rrb.TimeAxis, legend: rrb.PlotLegend | N
         plot_legend=legend or rrb.PlotLegend(visible=False),
         background=rrb.archetypes.PlotBackground(color=BACKGROUND),
     )
+
+
+def about_text(
+    scenario: Scenario, motion: Motion, wide: Section, scales: tuple[float, ...], rate: float
+) -> rr.TextDocument:
+    """Return the text panel."""
+    pair, recording = wide.pair, motion.recording
+    flank = recording.impacts["flank"]
+    active, reverse = int((flank == 0).sum()), int((flank == 1).sum())
+    source = f" ({scenario.source})" if scenario.source else ""
+    model = recording.meta.get("model", "")
+    lines = [
+        f"## {scenario.title or 'Gear rattle'}{source}",
+        f"{pair.drive.teeth}/{pair.loose.teeth} teeth, module {pair.drive.module * 1e3:g} mm, backlash "
+        f"{pair.backlash * 1e6:g} um, {motion_words(scenario)}, drag {scenario.drag.torque:g} N m, restitution "
+        f"{scenario.impact.restitution:g}" + (f"; model: {model}" if model else "") + ".",
+        f"**{active} impacts on the active flank (blue), {reverse} on the reverse flank (orange)**; grey is flight.",
+        f"- Mesh zone: the pair is drawn as if its backlash were **{wide.factor:g} times** as wide "
+        f"({wide.backlash:.3g} mm); flank deviations are part of the motion, but not of the drawing.",
+        f"- Slow motion: 1 s takes {rate / FRAMES_A_SECOND:.0f} s. Pictures "
+        f"{motion.frame_rate():.0f} per second and at every impact.",
+        "- Dots: where teeth touch, thin lines through them: the common normal. Grey bars: the gaps of a flight.",
+        "- Poincaré section: every impact up to now."
+        + (
+            ""
+            if is_measured(recording)
+            else " Torque: J dω/dt between impacts; contact is lost where it falls to the drag torque."
+        ),
+        f"- Curves: {PLOT_RATE:g} samples per second and all samples near impacts; the Parquet files hold all.",
+    ]
+    if all(scales):
+        lines.append(
+            "- Arrows: impulse on the loose gear where it acted, fading for two seconds; "
+            f"1 N s = {scales[0]:g} mm in the scene, {scales[1]:g} mm in the zone."
+        )
+    if pair.drive.helix_angle:
+        lines.append(
+            "- Helical teeth: the mesh zone and all marks show the transverse section in the middle of the teeth."
+        )
+    if recording.meta.get("interrupted"):
+        lines.insert(1, "**Interrupted: this is a part of the run.**")
+    return rr.TextDocument("\n\n".join(lines[:4]) + "\n" + "\n".join(lines[4:]), media_type=rr.MediaType.MARKDOWN)
+
+
+def motion_words(scenario: Scenario) -> str:
+    """Return the drive's motion in words."""
+    rpm = 30.0 / pi
+    parts = [f"{scenario.motion.mean * rpm:g} rpm"]
+    parts += [f"{h.amplitude * rpm:.3g} rpm at {h.frequency:g} Hz" for h in scenario.motion.harmonics]
+    return "drive " + " + ".join(parts)

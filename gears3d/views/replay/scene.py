@@ -1,4 +1,4 @@
-"""The gears at true scale: solids that turn, the points where teeth touch, and the impulses."""
+"""The gears at true scale and the mesh zone with its backlash drawn wider: solids, contacts, gaps, impulses."""
 
 from __future__ import annotations
 
@@ -7,16 +7,58 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.gears.involute import inv
 from gears3d.gears.solids import solid_arrays
 from gears3d.views.plots import colours
-from gears3d.views.replay.sdk import rr
-from gears3d.views.replay.write import marks, trail, turn
+from gears3d.views.replay.write import marks, rr, trail, turn
 
 if TYPE_CHECKING:
     from gears3d.views.plots.motion import Frames, Motion
     from gears3d.views.plots.teeth import Section
 
-ROOT = "/scene"
+POINTS = 9
+"""Points on each involute."""
+
+
+def tooth(section: Section, which: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return tooth 1 in polar form, from root to tip."""
+    gear = (section.pair.drive, section.pair.loose)[which]
+    base, alpha, root = section.base_radii[which], section.pair.working_pressure_angle, gear.root_radius * 1e3
+    foot = max(base, root)
+    roll = np.linspace(np.sqrt((foot / base) ** 2 - 1.0), gear.tip_roll, POINTS)
+    lean = inv(alpha) - (roll - np.arctan(roll))
+    radius, lean = np.r_[root, base * np.sqrt(1.0 + roll**2)], np.r_[lean[0], lean]
+    return radius, lean, -(section.thickness[which] + lean)
+
+
+def tooth_angles(section: Section, which: int) -> np.ndarray:
+    """Return the angles about +z at which the teeth stand, in order of meshing [rad], (teeth,)."""
+    teeth = (section.pair.drive, section.pair.loose)[which].teeth
+    return (-1.0 if which == 0 else 1.0) * 2.0 * pi / teeth * np.arange(teeth)
+
+
+def flank_lines(section: Section, which: int, flank: int) -> np.ndarray:
+    """Return one kind of flank of all teeth as lines a little above the plane."""
+    radius, active, reverse = tooth(section, which)
+    angle = (active, reverse)[flank][1:] + tooth_angles(section, which)[:, None]
+    x, y = radius[1:] * np.cos(angle), radius[1:] * np.sin(angle)
+    return np.stack([x, y, np.full_like(x, 0.15)], axis=-1).astype(np.float32)
+
+
+def ring(section: Section, which: int, depth: float = 7.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the toothed ring as a flat mesh."""
+    gear = (section.pair.drive, section.pair.loose)[which]
+    radius, active, reverse = tooth(section, which)
+    angle = (np.r_[reverse, active[::-1]] + np.sort(tooth_angles(section, which) % (2.0 * pi))[:, None]).ravel()
+    outline = np.tile(np.r_[radius, radius[::-1]], gear.teeth)
+    inner = max(radius[0] - depth * gear.module * 1e3, 0.3 * radius[0])
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    i = np.arange(len(outline))
+    j, k = np.roll(i, -1), len(outline)
+    return np.r_[outline[:, None] * circle, inner * circle], np.r_[np.c_[i, j, i + k], np.c_[j, j + k, i + k]]
+
+
+SCENE = "/scene"
 TRAIL = 50
 """How long an impulse is seen while it fades, in pictures of a regular grid: two seconds of the watcher's time."""
 LEVELS = (1.0, 0.65, 0.4, 0.2)
@@ -28,7 +70,7 @@ CHORD = 20e-6
 _NAMES = ("drive", "loose")
 
 
-def place(rec: rr.RecordingStream, root: str, section: Section) -> None:
+def place_gears(rec: rr.RecordingStream, root: str, section: Section) -> None:
     """Put the axes of both gears in their places."""
     rec.log(root, rr.ViewCoordinates.RIGHT_HAND_Y_UP, static=True)
     for name, x in zip(_NAMES, (0.0, section.pair.centre_distance * 1e3), strict=True):
@@ -37,12 +79,12 @@ def place(rec: rr.RecordingStream, root: str, section: Section) -> None:
 
 def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
     """Write both solids and their rotation."""
-    place(rec, ROOT, section)
+    place_gears(rec, SCENE, section)
     colour = (colours.DRIVE, colours.LOOSE)
     for which, name in enumerate(_NAMES):
         vertices, faces, normals = solid_arrays(section.pair, name, CHORD, 5.0 * CHORD)
         rec.log(
-            f"{ROOT}/{name}/body",
+            f"{SCENE}/{name}/body",
             rr.Mesh3D(
                 vertex_positions=(vertices * 1e3).astype(np.float32),
                 triangle_indices=faces.astype(np.uint32),
@@ -51,9 +93,9 @@ def solids(rec: rr.RecordingStream, section: Section, frames: Frames) -> None:
             ),
             static=True,
         )
-        rec.log(f"{ROOT}/{name}/body/mark", _mark(section, which), static=True)
+        rec.log(f"{SCENE}/{name}/body/mark", _mark(section, which), static=True)
         angle = frames.drive if which == 0 else pi - frames.loose
-        turn(rec, f"{ROOT}/{name}/body", frames.time, angle)
+        turn(rec, f"{SCENE}/{name}/body", frames.time, angle)
 
 
 def _mark(section: Section, which: int) -> rr.LineStrips3D:
@@ -122,3 +164,64 @@ def rounded(value: float) -> float:
     """
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-12)))
+
+
+ZONE = "/zone"
+_GEARS = ("drive", "loose")
+
+
+def zone_gears(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ZONE) -> None:
+    """Write both gears' transverse sections and their rotation."""
+    place_gears(rec, root, section)
+    for which, name in enumerate(_GEARS):
+        vertices, faces = ring(section, which)
+        rec.log(
+            f"{root}/{name}/body",
+            rr.Mesh3D(
+                vertex_positions=lifted(vertices, 0.0),
+                triangle_indices=faces.astype(np.uint32),
+                vertex_normals=np.tile(np.array([0, 0, 1], dtype=np.float32), (len(vertices), 1)),
+                albedo_factor=[*(colours.DRIVE, colours.LOOSE)[which], 255],
+            ),
+            static=True,
+        )
+        for flank, word in enumerate(("active", "reverse")):
+            strips = flank_lines(section, which, flank)
+            rec.log(
+                f"{root}/{name}/body/{word}",
+                rr.LineStrips3D(strips, colors=[colours.FLANKS[flank]], radii=[-1.8]),
+                static=True,
+            )
+    base = section.base_radii
+    loose = (base[0] * frames.drive + frames.share * section.backlash) / base[1]
+    turn(rec, f"{root}/drive/body", frames.time, frames.drive)
+    turn(rec, f"{root}/loose/body", frames.time, pi - loose)
+
+
+def lines_of_action(rec: rr.RecordingStream, section: Section, root: str = ZONE) -> None:
+    """Write the paths of contact of both flanks as thin lines."""
+    for flank, word in enumerate(("active", "reverse")):
+        ends = np.array(section.path) if flank == 0 else -np.array(section.path)
+        strip = lifted(section.point(ends, np.full(2, flank)), 0.2)
+        rec.log(
+            f"{root}/path_of_contact/{word}",
+            rr.LineStrips3D([strip], colors=[colours.FLANKS[flank]], radii=[-0.7]),
+            static=True,
+        )
+
+
+def zone_gaps(rec: rr.RecordingStream, section: Section, frames: Frames, root: str = ZONE) -> None:
+    """Write both gaps of a flight: from the drive's flank to the loose gear's, along the lines of action."""
+    flight = np.flatnonzero(frames.flank < 0)
+    if not len(flight):
+        return
+    strips = []
+    for flank, share in ((0, frames.share[flight]), (1, 1.0 - frames.share[flight])):
+        code = np.full(len(flight), flank)
+        travel = section.meeting(frames.drive[flight], code, np.zeros(len(flight), dtype=int))
+        foot = section.point(travel, code)
+        head = foot + (share * section.backlash)[:, None] * section.normal(code)
+        strips.append(np.stack([lifted(foot, 0.25), lifted(head, 0.25)], axis=1))
+    rec.log(f"{root}/gaps", rr.LineStrips3D.from_fields(colors=[colours.FLIGHT], radii=[-2.5]), static=True)
+    columns = rr.LineStrips3D.columns(strips=np.stack(strips, axis=1).reshape(-1, 2, 3))
+    marks(rec, f"{root}/gaps", frames.time, np.where(frames.flank < 0, 2, 0), [columns])

@@ -1,16 +1,31 @@
-"""Columns for rerun: times, turning transforms, and marks that come and go."""
+"""rerun, imported on first use, and its columns: times, turning transforms, marks that come and go."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d.extras import Late, require
 from gears3d.files import replacing
-from gears3d.views.replay.sdk import rr, rrb
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+else:
+    rr = Late("rerun", "a replay", "replay")
+    rrb = Late("rerun.blueprint", "a replay", "replay")
+
+__all__ = ["require_rerun", "rr", "rrb"]
+
+
+def require_rerun() -> None:
+    """Refuse early where rerun is not installed."""
+    require("rerun", "a replay", "replay")
+
 
 APPLICATION = "gears3d"
 BACKGROUND = [0x16, 0x18, 0x1D]
@@ -54,13 +69,7 @@ def turn(rec: rr.RecordingStream, entity: str, time: np.ndarray, angle: np.ndarr
     rec.send_columns(entity, indexes=[clock(time)], columns=rr.Transform3D.columns(quaternion=quaternion))
 
 
-def marks(
-    rec: rr.RecordingStream,
-    entity: str,
-    time: np.ndarray,
-    counts: np.ndarray,
-    columns: Iterable[Any],
-) -> None:
+def marks(rec: rr.RecordingStream, entity: str, time: np.ndarray, counts: np.ndarray, columns: Iterable[Any]) -> None:
     """Write marks of which ``counts[i]`` are there from ``time[i]`` on; rows that change nothing are left out."""
     keep = (counts > 0) | (np.r_[1, counts[:-1]] > 0)
     parts = [column.partition(counts[keep]) for column in columns]

@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 
 
 def save(
-    result: Any,
-    folder: Path,
-    *,
-    scenario: Any = None,
-    command: str = "",
-    inputs: Iterable[str | Path | None] = (),
+    result: Any, folder: Path, *, scenario: Any = None, command: str = "", inputs: Iterable[str | Path | None] = ()
 ) -> Path:
     """Write a folder with the page, the numbers, the data and a picture.
 
