@@ -147,7 +147,7 @@ def _show(picture: Path | None, folder: Path | None, taken: Strip) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from gears3d.views.camera.shots import told
+    from gears3d.views.camera.subject import told
     from gears3d.views.plots.panel import WORDS
 
     rows = Table(box=None, padding=(0, 2, 0, 0))

@@ -14,7 +14,8 @@ from gears3d.errors import InputError, MissingExtraError, UsageError
 from gears3d.measured.segmentation import measure
 from gears3d.simulation import record
 from gears3d.views.camera import Look, camera, measured, shots, strip, subject, write_film
-from gears3d.views.camera.shots import named, table
+from gears3d.views.camera.subject import named
+from gears3d.views.camera.subject import picture_table as table
 from gears3d.views.plots.panel import _gear, colour_of
 
 STRIP = "scenarios/rigaud-2020/fig8-strip.toml"

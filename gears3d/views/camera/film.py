@@ -13,8 +13,8 @@ import numpy as np
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.extras import require
 from gears3d.files import replacing
-from gears3d.views.camera.shots import shots, told
 from gears3d.views.camera.strip import source
+from gears3d.views.camera.subject import shots, told
 from gears3d.views.plots.panel import WORDS, Shot, colour_of, name, paint
 
 if TYPE_CHECKING:

@@ -1,23 +1,30 @@
-"""The strip: pictures of the mesh over a period, and under them where the loose gear was between the flanks."""
+"""The strip: pictures of the mesh over a period, and below them the gap over time; as a figure, or as SVG for pages.
+
+Both are drawn by the same calls: SVG has axes of its own, since matplotlib takes a second to load and to draw what a
+page shows at any size as lines.
+"""
 
 from __future__ import annotations
 
-from math import ceil
+from dataclasses import replace
+from html import escape
+from itertools import pairwise
+from math import ceil, hypot
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gears3d import files
-from gears3d.views.camera.shots import moment, told
-from gears3d.views.plots.panel import WORDS, Shot, colour_of, name, paint
+from gears3d.views.camera.subject import moment, told
+from gears3d.views.plots.panel import EDGE, WORDS, Look, Shot, colour_of, name, paint
+from gears3d.views.plots.teeth import widening
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from gears3d.gears import Pair
     from gears3d.views.camera.subject import Subject
-    from gears3d.views.plots.panel import Look
 
 POINTS = 2000
 """Of the curve of the displacement."""
@@ -62,7 +69,10 @@ def strip(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float 
         when = moment(shot, index, len(shots), periods)
         axes.set_title(f"{when}  ({told(shot.pairs)})", loc="left", fontsize=10, fontweight="bold")
         axes.set_title(WORDS[shot.flank], loc="right", fontsize=9, color=_ink(shot.flank))
-    _course(figure.add_subplot(grid[high, :]), subject, shots)
+    course = figure.add_subplot(grid[high, :])
+    _course(course, subject, shots, POINTS)
+    course.set(xlabel="time after the first picture [ms]", ylabel="gap at the\nactive flanks [µm]")
+    course.spines[["top", "right"]].set_visible(False)
     figure.suptitle(_head(subject, shots), fontsize=11, x=0.01, ha="left")
     figure.supxlabel(_foot(subject, look), fontsize=8, x=0.01, ha="left", color="#444444")
     return figure
@@ -79,22 +89,24 @@ def _ink(flank: int) -> str:
     return "#666666" if flank < 0 else colour_of(flank)
 
 
-def _course(axes: Axes, subject: Subject, shots: tuple[Shot, ...]) -> None:
-    """Draw the gap over time in the colours of the states, with a line for each picture."""
-    time = np.linspace(shots[0].time, shots[-1].time, POINTS)
+def _course(axes: Any, subject: Subject, shots: tuple[Shot, ...], samples: int) -> tuple[float, float]:
+    """Draw the gap over time in the colours of the states, with a line for each picture; return its ends."""
+    time = np.linspace(shots[0].time, shots[-1].time, samples)
     active, reverse = subject.gaps(time)
-    flank, after = subject.flank(time), MM * (time - time[0])
-    for code in (0, 1, -1):
-        mine = np.where(flank == code, UM * active, np.nan)
-        axes.plot(after, mine, color=_ink(code), linewidth=2.4 if code >= 0 else 1.4, solid_capstyle="butt")
-    axes.plot(after, np.zeros(len(time)), color=colour_of(0), linewidth=0.8, zorder=1)
+    flank, after, most = subject.flank(time), MM * (time - time[0]), UM * float((active + reverse).max())
+    last = max(float(after[-1]), 1e-9)
+    axes.set(xlim=(-0.01 * last, 1.01 * last), ylim=(-0.08 * most, 1.08 * most))
+    axes.plot(after, np.zeros(samples), color=colour_of(0), linewidth=0.8, zorder=1)
     axes.plot(after, UM * (active + reverse), color=colour_of(1), linewidth=0.8, zorder=1)
+    cuts = [0, *(np.flatnonzero(np.diff(flank)) + 1).tolist(), samples]
+    for first, end in pairwise(cuts):
+        part, code = slice(first, end + 1), int(flank[first])
+        axes.plot(after[part], UM * active[part], color=_ink(code), linewidth=2.4 if code >= 0 else 1.4, zorder=2)
+    mark = {"markersize": 6.0, "markeredgewidth": 1.0, "color": "white", "zorder": 5}
     for shot in shots:
-        axes.axvline(MM * shot.after, color="#bbbbbb", linewidth=0.7, zorder=0)
-        axes.plot(MM * shot.after, UM * shot.gaps[0], "o", color="white", markeredgecolor=_ink(shot.flank), zorder=5)
-    axes.set(xlabel="time after the first picture [ms]", ylabel="gap at the\nactive flanks [µm]")
-    axes.margins(x=0.01)
-    axes.spines[["top", "right"]].set_visible(False)
+        axes.plot([MM * shot.after] * 2, [-most, 2.0 * most], color="#bbbbbb", linewidth=0.7, zorder=0)
+        axes.plot(MM * shot.after, UM * shot.gaps[0], "o", markeredgecolor=_ink(shot.flank), **mark)
+    return last, most
 
 
 def source(subject: Subject) -> str:
@@ -125,3 +137,163 @@ def _foot(subject: Subject, look: Look) -> str:
     if subject.pair.drive.helix_angle:
         lines.append("Helical teeth: section in the middle of the face.")
     return "\n".join(lines)
+
+
+POINT = 100.0 / 72.0
+"""Units of the drawing in a point of print, at 100 units an inch."""
+WIDE, HIGH, TITLE, APART = 330.0, 264.0, 22.0, 8.0
+"""Of one picture, of the line above it, and between two pictures [units]."""
+COURSE, LEFT, BELOW = 110.0, 62.0, 40.0
+"""Height of the gap over time, and the margins for its axes [units]."""
+SAMPLES = 1200
+"""Of the gap over time."""
+
+
+class Axes:
+    """What the camera draws on: the calls of matplotlib's axes that it makes, as SVG.
+
+    Args:
+        place: left and top edge of the picture in the drawing [units].
+        size: its width and height [units].
+    """
+
+    def __init__(self, place: tuple[float, float], size: tuple[float, float]) -> None:
+        self.spines: dict[str, Any] = {}
+        self._place, self._size = np.array(place), np.array(size)
+        self._low, self._high = np.zeros(2), np.ones(2)
+        self._drawn: list[tuple[float, str]] = []
+
+    def set(self, *, xlim: tuple[float, float], ylim: tuple[float, float], **_: Any) -> None:
+        """Take the limits of both axes."""
+        self._low, self._high = np.array([xlim[0], ylim[0]]), np.array([xlim[1], ylim[1]])
+
+    def _spots(self, x: Any, y: Any) -> np.ndarray:
+        """Return points of the picture in units of the drawing (n, 2)."""
+        share = (np.column_stack([np.atleast_1d(x), np.atleast_1d(y)]) - self._low) / (self._high - self._low)
+        return self._place + self._size * np.column_stack([share[:, 0], 1.0 - share[:, 1]])
+
+    def _path(self, x: Any, y: Any) -> str:
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in self._spots(x, y).tolist())
+
+    def fill(self, x: Any, y: Any, *, facecolor: str, zorder: float = 1.0, **_: Any) -> None:
+        """Fill a polygon."""
+        self._drawn.append((zorder, f'<polygon points="{self._path(x, y)}" fill="{facecolor}"/>'))
+
+    def plot(self, x: Any, y: Any, fmt: str = "-", *, color: str, zorder: float = 2.0, **style: Any) -> None:
+        """Draw a line, or round marks."""
+        if fmt == "o":
+            radius, edge = 0.5 * POINT * style["markersize"], POINT * style["markeredgewidth"]
+            look = f'fill="{color}" stroke="{style["markeredgecolor"]}" stroke-width="{edge:.2f}"'
+            marks = (f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{radius:.1f}" {look}/>' for a, b in self._spots(x, y))
+            self._drawn.append((zorder, "".join(marks)))
+            return
+        cap = style.get("solid_capstyle", "round")
+        look = f'fill="none" stroke="{color}" stroke-width="{POINT * style["linewidth"]:.2f}" stroke-linecap="{cap}"'
+        self._drawn.append((zorder, f'<polyline points="{self._path(x, y)}" {look} stroke-linejoin="round"/>'))
+
+    def text(self, x: float, y: float, text: str, *, fontsize: float, zorder: float = 3.0, **style: Any) -> None:
+        """Write a line of text."""
+        ((a, b),) = self._spots(x, y).tolist()
+        size = POINT * fontsize
+        b += {"center": 0.35, "bottom": -0.15, "top": 0.85}.get(style.get("va", "baseline"), 0.0) * size
+        halo = 'stroke="#ffffff" stroke-width="3" stroke-opacity="0.75" paint-order="stroke"' if "bbox" in style else ""
+        self._drawn.append((zorder, _line(a, b, text, size, style.get("ha", "left"), halo, **style)))
+
+    def annotate(self, _: str, end: tuple[float, float], begin: tuple[float, float], *, arrowprops: Any) -> None:
+        """Draw an arrow."""
+        (x1, y1), (x2, y2) = self._spots(*np.transpose([begin, end])).tolist()
+        along = np.array([x2 - x1, y2 - y1]) / hypot(x2 - x1, y2 - y1)
+        across, tip = np.array([-along[1], along[0]]), np.array([x2, y2])
+        corners = [tip, tip - 9.0 * along + 4.0 * across, tip - 9.0 * along - 4.0 * across]
+        colour, width = arrowprops["color"], POINT * arrowprops["linewidth"]
+        head = " ".join(f"{a:.1f},{b:.1f}" for a, b in corners)
+        ends = f'x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"'
+        line = f'<line {ends} stroke="{colour}" stroke-width="{width:.2f}"/>'
+        self._drawn.append((4.0, f'{line}<polygon points="{head}" fill="{colour}"/>'))
+
+    def svg(self, number: int) -> str:
+        """Return all that was drawn, cut off at the frame; ``number`` tells the pictures of a drawing apart."""
+        (x, y), (wide, high) = self._place, self._size
+        frame = f'x="{x:g}" y="{y:g}" width="{wide:g}" height="{high:g}"'
+        drawn = "".join(piece for _, piece in sorted(self._drawn, key=lambda one: one[0]))
+        return (
+            f'<clipPath id="frame{number}"><rect {frame}/></clipPath><g clip-path="url(#frame{number})">{drawn}</g>'
+            f'<rect {frame} fill="none" stroke="#888888"/>'
+        )
+
+
+def _line(
+    x: float, y: float, text: str, size: float, side: str, look: str = "", color: str = EDGE, **style: Any
+) -> str:
+    anchor = {"left": "start", "center": "middle", "right": "end"}[side]
+    weight = ' font-weight="bold"' if style.get("fontweight") == "bold" else ""
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:.1f}" text-anchor="{anchor}" fill="{color}"{weight} {look}>'
+        f"{escape(text)}</text>"
+    )
+
+
+def strip_svg(subject: Subject, look: Look, shots: tuple[Shot, ...], periods: float | None, columns: int) -> str:
+    """Return the strip as an SVG document."""
+    rows = ceil(len(shots) / columns)
+    whole = columns * (WIDE + APART) - APART, rows * (TITLE + HIGH + APART) + COURSE + BELOW
+    pieces = []
+    for index, shot in enumerate(shots):
+        left, top = index % columns * (WIDE + APART), index // columns * (TITLE + HIGH + APART)
+        axes: Any = Axes((left, top + TITLE), (WIDE, HIGH))
+        paint(axes, look, shot)
+        if index == 0:
+            name(axes, look)
+        when = f"{moment(shot, index, len(shots), periods)}  ({told(shot.pairs)})"
+        pieces += [
+            axes.svg(index),
+            _line(left, top + 16.0, when, 13.9, "left", fontweight="bold"),
+            _line(left + WIDE, top + 16.0, WORDS[shot.flank], 12.5, "right", color=_ink(shot.flank)),
+        ]
+    pieces.append(_course_svg(subject, shots, (LEFT, rows * (TITLE + HIGH + APART)), whole[0] - LEFT, len(shots)))
+    return _document(*whole, pieces)
+
+
+def _course_svg(subject: Subject, shots: tuple[Shot, ...], place: tuple[float, float], wide: float, number: int) -> str:
+    """Return the gap at the active flanks over time, with its axes."""
+    axes: Any = Axes(place, (wide, COURSE))
+    last, most = _course(axes, subject, shots, SAMPLES)
+    left, top = place
+    low = top + COURSE
+    labels = [
+        _line(left - 6.0, top + (1.08 - share) / 1.16 * COURSE + 4.0, f"{share * most:.3g}", 12.0, "right")
+        for share in (0, 1)
+    ]
+    labels += [
+        _line(left + (0.01 + share) / 1.02 * wide, low + 15.0, f"{share * last:.4g}", 12.0, side)
+        for share, side in ((0.0, "center"), (0.5, "center"), (1.0, "right"))
+    ]
+    labels.append(_line(left + 0.5 * wide, low + 32.0, "time after the first picture [ms]", 12.0, "center"))
+    turned = f'transform="rotate(-90 12 {top + 0.5 * COURSE:g})"'
+    labels.append(_line(12.0, top + 0.5 * COURSE, "active gap [µm]", 12.0, "center", turned))
+    return axes.svg(number) + "".join(labels)
+
+
+def section_svg(pair: Pair) -> str:
+    """Return the mesh at true scale with its active flanks in contact, and in the middle of the gap drawn wider."""
+    pair = replace(pair, deviations=(), mounting=())
+    pieces = []
+    for number, (factor, share, flank) in enumerate(((1.0, 0.0, 0), (widening(pair), 0.5, -1))):
+        look = Look(pair, factor, "tooth" if number else "mesh")
+        turn = share * pair.backlash
+        shot = Shot(0.0, 0.0, 0.0, share, flank, (turn, pair.backlash - turn), 1, 1.0, (1,))
+        left = number * (WIDE + APART)
+        axes: Any = Axes((left, TITLE), (WIDE, HIGH))
+        paint(axes, look, shot)
+        name(axes, look)
+        scale = "true scale" if factor == 1.0 else f"gap drawn {factor:g} times as wide"
+        words = f"{scale}, {'mid-gap' if number else 'active flanks in contact'}"
+        pieces += [axes.svg(number), _line(left, 16.0, words, 13.9, "left", fontweight="bold")]
+    return _document(2 * WIDE + APART, TITLE + HIGH, pieces)
+
+
+def _document(wide: float, high: float, pieces: list[str]) -> str:
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:g}" height="{high:g}" viewBox="0 0 {wide:g} {high:g}" '
+        f'font-family="sans-serif"><rect width="100%" height="100%" fill="#ffffff"/>{"".join(pieces)}</svg>'
+    )

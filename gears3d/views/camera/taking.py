@@ -12,10 +12,8 @@ from gears3d.files import PICTURES
 from gears3d.recording import Recording
 from gears3d.results import Result
 from gears3d.units import parse
-from gears3d.views.camera.shots import shots, table
-from gears3d.views.camera.strip import columns, strip, write_strip
-from gears3d.views.camera.subject import Subject, measured, subject
-from gears3d.views.camera.vector import strip_svg
+from gears3d.views.camera.strip import columns, strip, strip_svg, write_strip
+from gears3d.views.camera.subject import Subject, measured, picture_table, shots, subject
 from gears3d.views.plots.panel import WORDS, Look, Shot
 
 if TYPE_CHECKING:
@@ -97,7 +95,7 @@ class Strip(Result):
 
     def table(self) -> list[dict[str, Any]]:
         """Return what each picture shows: time, tooth pairs, state and gaps."""
-        return [table(self.subject, shot) for shot in self.shots]
+        return [picture_table(self.subject, shot) for shot in self.shots]
 
 
 def camera(

@@ -11,7 +11,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.recording import FLANKS
 from gears3d.views.camera.film import check_ending, write_pictures
-from gears3d.views.camera.shots import shots_at
+from gears3d.views.camera.subject import shots_at
 from gears3d.views.plots.panel import Look
 
 if TYPE_CHECKING:
