@@ -111,10 +111,11 @@ def bifurcation_picture(data: xarray.Dataset) -> Figure:
         across = np.repeat(part[name].values[:, None], part.sizes["period"], axis=1)
         for place, (variable, factor, _) in zip(parts, shown, strict=True):
             values = factor * part[variable].transpose(name, "period").values
-            place.plot(across.ravel(), values.ravel(), ".", color=COLOURS[way], markersize=MARKS[way], label=way)
+            place.plot(across.ravel(), values.ravel(), ".", color=COLOURS[way], markersize=MARKS[way],
+                       label=way if "direction" in data.dims else None)  # fmt: skip
     for place, (_, _, words) in zip(parts, shown, strict=True):
         place.set(ylabel=words, xscale="log" if _is_log(data, name) else "linear")
-    parts[0].set_title("once a period", fontsize=10)
+    parts[0].set_title("once per period", fontsize=10)
     if "direction" in data.dims:
         parts[0].legend(frameon=False, fontsize=8)
     parts[2].set(xlabel=label(data, name))

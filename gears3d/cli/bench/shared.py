@@ -68,7 +68,9 @@ def write(
     """Write the folder of a test, whole or not at all; return the summary."""
     from gears3d import __version__
     from gears3d.files import write_text
+    from gears3d.provenance import provenance
     from gears3d.runs import RunFolder
+    from gears3d.views.results import page
 
     command, records = shlex.join(["gears3d", *sys.argv[1:]]), records or {}
     summary = {
@@ -89,7 +91,9 @@ def write(
         for name, draw in pictures.items():
             draw().savefig(folder.path / name, dpi=130)
         folder.write_summary(summary)
-        write_text(folder.path / "report.html", result.report(command=command))
+        files = ["summary.json", *sorted(file.name for file in folder.path.iterdir())]
+        made = provenance([scenario.path], command)
+        write_text(folder.path / "report.html", page(result, made, tuple(files)))
         folder.commit()
     if plot is not None:
         result.plot(plot)

@@ -65,6 +65,11 @@ def report(result: Any, command: str = "") -> str:
     return _page(contents(result), provenance((), command), ())
 
 
+def page(result: Any, made: dict[str, Any], files: tuple[str, ...]) -> str:
+    """Return the page of a result with its provenance and links to files in the same folder."""
+    return _page(contents(result), made, files)
+
+
 def plot(result: Any, file: Path | None = None) -> Figure:
     """Return a result as a picture, and write it if a file is named.
 

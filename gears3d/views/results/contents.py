@@ -224,7 +224,8 @@ def law(result: Identified) -> Contents:
     answer = f"{own[:1].upper()}{own[1:]}." if told else f"No law: {name}."
     noise = result.goodness.get("residual_over_noise")
     if noise is not None:
-        answer += f" The residual is {noise:.3g} times the noise of single readings."
+        fits = "the law fits within the noise" if noise <= 1.5 else "more than noise remains"
+        answer += f" The residual is {noise:.3g} times the noise of single readings: {fits}."
     return Contents(
         "law", "identification", f"Identified: {name}",
         "Which law do the measurements follow, and how well are its parameters known?", answer, law_rows(result),
@@ -477,7 +478,7 @@ def swept(result: Done) -> Contents:
         first, "Results over the varied values", picture=f"{name}.png" if name else "", keys=keys,
         trust=[("points done", f"{counts.get('done', 0)} of {plan.size}"), ("not done", bad or "none"),
                ("wall time", duration(result.seconds))],
-        tone="open" if bad else "good", more=[*drawn.values()][1:], present=("sweep.nc",),
+        tone="open" if bad else "good", source=plan.scenario().title, more=[*drawn.values()][1:], present=("sweep.nc",),
     )  # fmt: skip
 
 
