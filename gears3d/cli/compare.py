@@ -10,7 +10,6 @@ import typer
 from gears3d.cli.options import MapFile, OutFolder, Overrides, Plot, choice, keep, places
 
 if TYPE_CHECKING:
-    from gears3d.comparison import Comparison, ModelVerdict
     from gears3d.scenario import Scenario
 
 
@@ -43,8 +42,10 @@ def compare(
     Your model: gears3d compare runs/fig5-20rpm rigaud-2020/fig5-20rpm --out verdict
     """
     from gears3d import comparison
+    from gears3d.cli.output import print_json, print_rows, print_warnings
     from gears3d.errors import Fault, InputError, UsageError
     from gears3d.recording import read
+    from gears3d.views.results.rows import comparison_rows
 
     if _is_scenario(b):
         _verdict(a, b, map_file, column, set_, mode, (out, plot), as_json)
@@ -59,11 +60,10 @@ def compare(
     found = comparison.compare(tested, reference, mode=mode)
     lines = keep(found, *places(out, plot), [a, b])
     if as_json:
-        from gears3d.cli.output import print_json
-
         print_json(found.details())
         return
-    _show(found, f"{a} compared with {b}")
+    print_warnings(found.notes)
+    print_rows(comparison_rows(found), f"{a} compared with {b}", lambda value: value.startswith("different (p"))
     typer.echo("\n".join(lines))
 
 
@@ -84,8 +84,13 @@ def _verdict(
     as_json: bool,
 ) -> None:
     """Print the verdict on a user's own model."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.cli.output import print_json, print_rows
     from gears3d.comparison import validate_model
     from gears3d.comparison.own_model import read_own
+    from gears3d.comparison.verdict import rows_of
     from gears3d.errors import UsageError
     from gears3d.scenario import load
 
@@ -99,41 +104,11 @@ def _verdict(
     inputs = [a / "signals.parquet" if a.is_dir() else a, map_file, scenario.path]
     lines = keep(found, *places(*kept), inputs, scenario)
     if as_json:
-        from gears3d.cli.output import print_json
-
         print_json(found.to_dict())
     else:
-        _show_verdict(found, f"{a} compared with {b}")
+        rows = rows_of(found.findings)
+        print_rows(rows, f"{a} compared with {b}", lambda value: value.endswith("DEVIATES"))
+        Console(highlight=False).print(f"[bold]{escape(found.sentence)}[/]", soft_wrap=True)
         typer.echo("\n".join(lines))
     if found.verdict == "different":
         raise typer.Exit(1)
-
-
-def _show_verdict(found: ModelVerdict, title: str) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    from gears3d.comparison.verdict import rows_of
-
-    console = Console(highlight=False)
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value in rows_of(found.findings):
-        table.add_row(name, f"[red]{escape(value)}[/]" if value.endswith("DEVIATES") else escape(value))
-    console.print(table)
-    console.print(f"[bold]{escape(found.sentence)}[/]", soft_wrap=True)
-
-
-def _show(found: Comparison, title: str) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    from gears3d.views.results.rows import comparison_rows
-
-    for note in found.notes:
-        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value in comparison_rows(found):
-        table.add_row(name, f"[red]{value}[/]" if value.startswith("different (p") else value)
-    Console(highlight=False).print(table)

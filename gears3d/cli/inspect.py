@@ -60,8 +60,7 @@ def inspect(
 
     Propose a map of the channels: gears3d inspect rattle.parquet --guess --rig rigaud-2020/fig5-20rpm --out record.toml
     """
-    from gears3d.cli.findings import show_findings, show_repeated
-    from gears3d.cli.output import print_json
+    from gears3d.cli.output import print_json, show_findings, show_repeated
     from gears3d.errors import UsageError
     from gears3d.measured.checks import admit_each, told
 

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import typer
 
 from gears3d.errors import Fault, GearsError, InputError
+
+if TYPE_CHECKING:
+    from gears3d.measured.checks import Admitted, Finding
 
 
 def print_json(data: Any) -> None:
@@ -44,3 +50,48 @@ def print_faults(faults: tuple[Fault, ...]) -> None:
         console.print(line)
         if fault.remedy:
             console.print(Text(f"       {fault.remedy}", style="cyan"))
+
+
+def print_rows(rows: Iterable[tuple[str, str]], title: str = "", bad: Callable[[str], bool] | None = None) -> None:
+    """Print (name, value) as a table; values that are bad are red."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    for name, value in rows:
+        table.add_row(name, f"[red]{escape(value)}[/]" if bad is not None and bad(value) else escape(value))
+    Console(highlight=False).print(table)
+
+
+def print_warnings(notes: Iterable[str]) -> None:
+    """Print what weakens a result on stderr."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    for note in notes:
+        Console(stderr=True, soft_wrap=True, highlight=False).print(f"[yellow]warning:[/] {escape(note)}")
+
+
+def show_findings(findings: Sequence[Finding], file: str = "", quiet: bool = False) -> None:
+    """Print findings on stderr, one line each."""
+    if quiet and not findings:
+        return
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.measured.checks import told
+
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    place = f"{file}: " if file else ""
+    for finding in findings:
+        console.print(f"[yellow]sensors:[/] {escape(place + told(finding))}")
+    if not findings:
+        console.print(f"{escape(place)}sensors: no findings")
+
+
+def show_repeated(repeated: Sequence[Admitted]) -> None:
+    """Print on stderr which files are excluded, as they repeat the readings of others."""
+    for one in repeated:
+        evidence = next(finding.evidence for finding in one.findings if finding.kind == "duplicated-file")
+        typer.echo(f"excluded: {one.file}: {evidence}", err=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -21,10 +21,11 @@ def report(
 
     Example: gears3d report runs/fig5-20rpm/twin --plot sections.png
     """
+    from gears3d.cli.output import print_json, print_rows
     from gears3d.errors import Fault, InputError
     from gears3d.recording import describe as told
     from gears3d.recording import read
-    from gears3d.views.results.rows import spectra_of
+    from gears3d.views.results.rows import recording_rows, spectra_of
 
     recording = read(run)
     if "model" not in recording.meta and not len(recording.impacts["time_s"]):
@@ -33,22 +34,7 @@ def report(
     found = {**told(recording), "spectra": spectra_of(recording, lines)}
     kept = keep(recording, *places(out, plot), [run / "signals.parquet", run / "impacts.parquet"])
     if as_json:
-        from gears3d.cli.output import print_json
-
         print_json(found)
         return
-    _show(found, str(run))
+    print_rows(recording_rows(found), str(run))
     typer.echo("\n".join(kept))
-
-
-def _show(found: dict[str, Any], title: str) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    from gears3d.views.results.rows import recording_rows
-
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    for name, value in recording_rows(found):
-        table.add_row(name, escape(value))
-    Console(highlight=False).print(table)

@@ -13,8 +13,7 @@ import typer
 
 from gears3d.cli.interrupts import exit_code
 from gears3d.cli.options import MODELS, Overrides, Plot, ScenarioName, choice
-from gears3d.cli.run_stream import refuse_with_stream, streamed
-from gears3d.errors import EngineError, GearsError
+from gears3d.errors import EngineError, GearsError, InputError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -73,18 +72,14 @@ def run(
         read_run(place).recording.plot(plot)
     if stopped is not None:
         if not as_json:
-            from gears3d.cli.run_table import show
-
-            show(summary, place)
+            print_summary(summary, place)
         raise type(stopped)(f"{stopped}; the run until then is in {place}")
     if as_json:
         from gears3d.cli.output import print_json
 
         print_json(summary)
     else:
-        from gears3d.cli.run_table import show
-
-        show(summary, place)
+        print_summary(summary, place)
     if summary["status"] == "partial":
         raise typer.Exit(exit_code())
     if any(not verdict["met"] for verdict in summary["expect"].values()):
@@ -207,3 +202,124 @@ def _clock(wall: dict[str, float], name: str) -> Iterator[None]:
     begin = time.perf_counter()
     yield
     wall[name] = time.perf_counter() - begin
+
+
+def refuse_with_stream(model: str, twin: str, error_estimate: bool) -> None:
+    """Refuse options that need a whole recording in memory."""
+    if model != "bullet":
+        raise UsageError(f"model {model!r} is not streamed: --stream goes with the bullet model")
+    if twin not in ("", "none"):
+        raise UsageError(f"--twin {twin} needs the whole recording: omit it or --stream")
+    if error_estimate:
+        raise UsageError("--error-estimate needs the whole recording: omit it or --stream")
+
+
+def streamed(
+    folder: RunFolder, scenario: Scenario, contact: str | None, about: dict[str, Any], header: Any
+) -> tuple[dict[str, Any], GearsError | None]:
+    """Simulate into the folder; return the summary, and the error that ended the run early."""
+    from gears3d.cli.progress import bars
+    from gears3d.kernels import compiled
+    from gears3d.recording.streaming import SIGNALS, excerpt
+    from gears3d.runs import summarise
+    from gears3d.simulation import stream
+
+    begin = time.perf_counter()
+    stopped: GearsError | None = None
+    with bars() as track:
+        try:
+            stream(scenario, folder.path, contact=contact, progress=track("bullet", scenario.run.duration))
+        except (EngineError, InputError) as error:
+            if not (folder.path / SIGNALS).exists():
+                raise
+            stopped = error
+    summary = {**summarise(scenario, excerpt(folder.path)), **about, "kernels_compiled": bool(compiled)}
+    folder.write_scenario(scenario, header(summary))
+    wall = time.perf_counter() - begin
+    summary["wall_s"] = {"bullet": wall, "total": wall}
+    folder.write_summary(summary)
+    return summary, stopped
+
+
+def print_summary(summary: dict[str, Any], place: Path) -> None:
+    """Print the results of a run and its folder."""
+    from rich.console import Console
+    from rich.markup import escape
+
+    from gears3d.cli.output import print_rows
+
+    print_rows(summary_rows(summary), summary["title"])
+    console = Console()
+    for key, verdict in (summary["expect"] or {}).items():
+        word = "[green]met[/]" if verdict["met"] else "[red]missed[/]"
+        expected, found = escape(str(verdict["expected"])), escape(str(verdict["found"]))
+        console.print(f"expected {escape(key)} = {expected}: {word} (found {found})")
+    console.print(f"written to [bold]{escape(str(place))}[/]", soft_wrap=True)
+
+
+def summary_rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the table's lines as (name, value)."""
+    from gears3d.views.results.rows import impacts_line, regime_line
+
+    out = [("regime", regime_line(summary)), ("impacts after settling", impacts_line(summary))]
+    for flank in ("active", "reverse"):
+        speed = summary.get(f"{flank}_velocity_mean_m_s")
+        if speed is not None:
+            hard = summary.get(f"{flank}_crossing_velocity_mean_m_s")
+            first = "" if hard is None else f"; {abs(hard) * 1e3:.2f} mm/s without bounces"
+            out.append((f"mean impact speed, {flank}", f"{abs(speed) * 1e3:.2f} mm/s{first}"))
+    power = summary.get("energy_J_s")
+    if power:
+        out.append(("power dissipated by impacts", f"{power * 1e3:.3g} mW"))
+    excitation = summary.get("excitation")
+    if excitation is not None:
+        out.append(("excitation Λ", f"{excitation:.3g} (contact loss of rigid teeth above 1)"))
+    if summary["comparison"]:
+        out += _agreement(summary["comparison"])
+    budget = summary["error_budget"]
+    if summary["contact"] == "native":
+        out.append(("note", "native contact: facets tilt the normals of rotating gears; located is exact"))
+    elif budget:
+        out.append(("error budget of the gap", f"{budget['total'] * 1e9:.2g} nm"))
+    if summary.get("error_estimate"):
+        out.append(("error by half the step", _estimate(summary["error_estimate"])))
+    out.append(("speed", _speed(summary)))
+    if summary["status"] == "partial":
+        out.append(("status", f"partial: ended at {summary['reached_s']:.6g} s"))
+    return out
+
+
+def _agreement(comparison: dict[str, Any]) -> list[tuple[str, str]]:
+    if comparison["mode"] == "distribution":
+        verdict = "the twin is chaotic: compared as distributions, see report.html"
+    else:
+        missed, invented = comparison["impacts_missed"], comparison["impacts_invented"]
+        matched = f"{comparison['impacts_matched']} of {comparison['impacts_compared']} impacts matched"
+        verdict = f"{matched}, {missed} missed, {invented} invented"
+    lines = [("compared with the twin", verdict)]
+    median, p95 = comparison["velocity_error_median"], comparison["velocity_error_p95"]
+    if median is not None and comparison["mode"] == "distribution":
+        lines.append(("impact speed", f"median deviates by {_percent(median)}, 95th percentile by {_percent(p95)}"))
+    elif median is not None:
+        lines.append(("speed error of the matched", f"median {_percent(median)}, 95 % below {_percent(p95)}"))
+    return lines
+
+
+def _estimate(found: dict[str, Any]) -> str:
+    place, speed = found["displacement_m"] * 1e9, found["impact_velocity_m_s"] * 1e3
+    until = f" until the motions separate at {found['until_s']:.3g} s" if found["parted"] else ""
+    return f"{place:.2g} nm, impact speeds {speed:.2g} mm/s{until}"
+
+
+def _percent(ratio: float) -> str:
+    return f"{100 * ratio:.2g} %"
+
+
+def _speed(summary: dict[str, Any]) -> str:
+    wall = summary["wall_s"]
+    total = wall["total"]
+    engine = wall.get(summary["model"])
+    done = summary["reached_s"]
+    alone = f" (model {done / engine:.2g} x)" if engine else ""
+    first = ", kernels compiled" if summary["kernels_compiled"] else ""
+    return f"{done:.3g} s in {total:.2f} s{first}: {done / total:.2g} x real time{alone}"

@@ -50,8 +50,7 @@ def segment(
 
     With a map of the channels: gears3d segment record.toml --rig rigaud-2020/fig5-20rpm
     """
-    from gears3d.cli.findings import show_repeated
-    from gears3d.cli.output import print_json
+    from gears3d.cli.output import print_json, show_repeated
     from gears3d.errors import InputError, UsageError
     from gears3d.measured.checks import admit_each
     from gears3d.measured.readers import files_of
@@ -101,12 +100,13 @@ def _require_rig(admitted: Admitted) -> None:
 
 def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: bool) -> dict[str, Any]:
     """Measure one record, write it and return its summary."""
-    from gears3d.cli.findings import show_findings
+    from gears3d.cli.output import print_rows, show_findings
     from gears3d.cli.progress import bars
     from gears3d.measured import segmentation
     from gears3d.provenance import provenance
     from gears3d.views.pages.measured import durations
     from gears3d.views.pages.measured_data import orders_told
+    from gears3d.views.results.rows import measurement_rows
 
     file = admitted.file
     if not as_json:
@@ -125,7 +125,7 @@ def _one(admitted: Admitted, place: Path | None, plot: Path | None, as_json: boo
     if not as_json:
         for warning in found.summary["warnings"]:
             typer.echo(f"warning: {warning}", err=True)
-        _show(found.summary, file)
+        print_rows(measurement_rows(found.summary), file)
         typer.echo(
             "to keep it: --out DIR (report, JSON, data), --plot FILE.png"
             if place is None
@@ -160,16 +160,3 @@ def _write(found: Any, rig: Any, out: Path) -> None:
         files = sorted(file.name for file in folder.path.iterdir())
         write(folder.path / "report.html", found, tuple(files), over_a_period(found, rig))
         folder.commit()
-
-
-def _show(summary: dict[str, Any], title: str) -> None:
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
-    from gears3d.views.results.rows import measurement_rows
-
-    for name, value in measurement_rows(summary):
-        table.add_row(name, escape(value))
-    Console(highlight=False).print(table)

@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from gears3d.challenge import score
-from gears3d.cli.diagnosed import show
+from gears3d.cli.diagnose import print_diagnosis as show
 from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, pulled
 from gears3d.diagnosis.amiss import amiss
 from gears3d.diagnosis.cause import contribution, fit

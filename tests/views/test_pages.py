@@ -13,6 +13,14 @@ MOST = 2_000_000
 SLOW = ("diagnose", "diagnose-nothing", "reveal", "papers", "run-bodies", "run-lubricated", "sweep-grid")
 """Pages whose results take more than a few seconds."""
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in pages.PAGES]
+WINDOWS = [(1400, "light"), (400, "dark")]
+WINDOWS += [
+    pytest.param(width, scheme, marks=pytest.mark.slow)
+    for width in (1400, 800, 400)
+    for scheme in ("light", "dark")
+    if (width, scheme) not in WINDOWS
+]
+"""Widths of the window and themes."""
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +50,7 @@ def test_a_page_has_question_answer_provenance_and_terms(page):
 
 
 @pytest.mark.parametrize("page", NAMES, indirect=True)
-@pytest.mark.parametrize("width", [1400, 800, 400])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "scheme"), WINDOWS)
 def test_a_page_is_readable(chromium, page, width, scheme):
     tab = audit.opened(chromium, page, width, scheme)
     found = audit.faults(tab, width)
@@ -53,7 +60,7 @@ def test_a_page_is_readable(chromium, page, width, scheme):
 
 @pytest.mark.skipif(not audit.axe(), reason="no axe-core (MPL 2.0): npm install axe-core, tools/test does it")
 @pytest.mark.parametrize("page", NAMES, indirect=True)
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.slow)])
 def test_a_page_has_no_serious_barrier(chromium, page, scheme):
     tab = audit.opened(chromium, page, 800, scheme)
     found = [one for one in audit.violations(tab) if one.startswith(("critical", "serious"))]

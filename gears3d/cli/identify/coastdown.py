@@ -106,7 +106,7 @@ def _tracks(
     torque: float = 0.0,
 ) -> list[Track]:
     """Return coast-downs that passed the sensor gate; print its findings and which files are excluded."""
-    from gears3d.cli.findings import show_findings, show_repeated
+    from gears3d.cli.output import show_findings, show_repeated
     from gears3d.identify import read_tracks
 
     tracks = read_tracks(files, gear, map_file, correct or (), show_repeated, span, torque)

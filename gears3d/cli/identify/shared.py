@@ -40,7 +40,7 @@ def admitted(
     overrides: Sequence[str] | None = None,
 ) -> tuple[Admitted, ...]:
     """Return records that passed the sensor gate, each with the rig of its condition."""
-    from gears3d.cli.findings import show_findings, show_repeated
+    from gears3d.cli.output import show_findings, show_repeated
     from gears3d.measured.checks import admit_each
     from gears3d.scenario import load
 
