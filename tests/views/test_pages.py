@@ -1,6 +1,7 @@
 """Every kind of page in a browser: readable, reachable by keyboard, without messages, and small."""
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -58,6 +59,19 @@ def test_a_page_is_readable(chromium, page, width, scheme):
     assert not found, "\n".join(found)
 
 
+@pytest.mark.parametrize("page", NAMES, indirect=True)
+def test_a_page_fits_on_paper(chromium, page):
+    """A4 with margins of 10 mm: 718 px; dark pages print light."""
+    tab = audit.opened(chromium, page, 718, "dark")
+    tab.emulate_media(media="print")
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    tab.set_viewport_size({"width": 718, "height": 1000})
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 718
+    assert tab.evaluate("document.documentElement.dataset.theme") == "light"
+    assert tab.locator("nav").is_hidden()
+    tab.close()
+
+
 @pytest.mark.skipif(not audit.axe(), reason="no axe-core (MPL 2.0): npm install axe-core, tools/test does it")
 @pytest.mark.parametrize("page", NAMES, indirect=True)
 @pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.slow)])
@@ -91,4 +105,25 @@ def test_terms_are_explained_at_the_keyboard(chromium, page):
     assert len(shown) > 20
     tab.keyboard.press("Enter")
     assert tab.evaluate("location.hash").startswith("#term-")
+    tab.close()
+
+
+@pytest.mark.parametrize("page", ["coastdown"], indirect=True)
+def test_every_plot_zooms_by_keys_and_its_data_can_be_saved(chromium, page):
+    tab = audit.opened(chromium, page, 1100, "light")
+    window = "[alone[0].scales.x.min, alone[0].scales.x.max]"
+    whole = tab.evaluate(window)
+    plot = tab.locator(".plot").first
+    plot.press("+")
+    zoomed = tab.evaluate(window)
+    assert zoomed[1] - zoomed[0] == pytest.approx(0.5 * (whole[1] - whole[0]))
+    plot.press("ArrowRight")
+    assert tab.evaluate(window)[0] > zoomed[0]
+    plot.press("0")
+    assert tab.evaluate(window) == pytest.approx(whole)
+    with tab.expect_download() as waiting:
+        tab.click("#csv-charts")
+    lines = Path(waiting.value.path()).read_text(encoding="utf-8").splitlines()
+    points = tab.evaluate("Object.values(block('charts')).flatMap((chart) => chart.sets).map((set) => set.x.length)")
+    assert len(lines) == 1 + sum(points)
     tab.close()

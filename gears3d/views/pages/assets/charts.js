@@ -58,8 +58,10 @@ function build(id, options, series, data) {
   if (!host) return null;
   host.replaceChildren();
   const plot = new uPlot({ width: host.clientWidth, height: +host.dataset.height, padding: [10, 12, 0, 0], pxAlign: false,
-    legend: { live: true, markers: { width: 2, fill: (u, i) => u.series[i].swatch || u.series[i].fill?.() || "transparent" } }, ...options, series: [options.x, ...series] }, [data[0], ...data.slice(1)], host);
+    legend: { live: true, markers: { width: 2, fill: (u, i) => u.series[i].swatch || u.series[i].fill?.() || "transparent" } }, ...options,
+    hooks: { ...options.hooks, ready: [(u) => { host.whole = [u.scales.x.min, u.scales.x.max]; }] }, series: [options.x, ...series] }, [data[0], ...data.slice(1)], host);
   plot.host = host;
+  keyed(host, plot);
   host.querySelectorAll(".u-series").forEach((row) => { if (!row.querySelector(".u-label").textContent.trim()) row.remove(); });
   return plot;
 }
@@ -125,6 +127,35 @@ function drawChart(host, chart) {
     scales: { x: { time: false, distr: chart.distr[0], range: range(chart.xrange) }, y: { distr: chart.distr[1], range: range(chart.yrange) } } }, series, data);
   if (plot) alone.push(plot);
 }
+
+// ---- keys of a plot: a window that moves, narrows, widens, or shows all
+function keyed(host, plot) {
+  host.onkeydown = (event) => {
+    const { min, max } = plot.scales.x, width = max - min, middle = (min + max) / 2;
+    const to = { ArrowLeft: [min - width / 5, max - width / 5], ArrowRight: [min + width / 5, max + width / 5],
+      "+": [middle - width / 4, middle + width / 4], "-": [middle - width, middle + width], 0: host.whole }[event.key];
+    if (!to) return;
+    event.preventDefault();
+    plot.setScale("x", { min: to[0], max: to[1] });
+  };
+}
+
+function chartsCsv() {
+  const rows = [["figure", "series", "x", "y", "low", "half_width_y", "half_width_x"]];
+  const quoted = (text) => `"${String(text).replaceAll('"', '""')}"`;
+  for (const chart of Object.values(block("charts"))) for (const set of chart.sets) set.x.forEach((x, i) =>
+    rows.push([quoted(chart.words), quoted(set.label), x, set.y[i], set.low?.[i] ?? "", set.tall?.[i] ?? "", set.wide?.[i] ?? ""]));
+  return rows.map((row) => row.join(",")).join("\n") + "\n";
+}
+
+function save(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+document.getElementById("csv-charts")?.addEventListener("click", () => save("figures.csv", chartsCsv()));
 
 draws.push(() => {
   const charts = block("charts");

@@ -220,25 +220,6 @@ const ZOOMS = {
   previous: () => toImpact(-1),
 };
 
-function onKey(event) {
-  if (!time.plots.length) return;
-  const { min, max } = span(), width = max - min, middle = (min + max) / 2;
-  const act = {
-    ArrowLeft: () => look(min - width / 5, max - width / 5), ArrowRight: () => look(min + width / 5, max + width / 5),
-    "+": () => look(middle - width / 4, middle + width / 4), "-": () => look(middle - width, middle + width), 0: ZOOMS.all,
-  }[event.key];
-  if (act) { event.preventDefault(); act(); }
-}
-
-function save(name, text) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-}
-
 document.getElementById("csv")?.addEventListener("click", () => save("impacts.csv", impactsCsv()));
 document.querySelectorAll("[data-zoom]").forEach((button) => button.addEventListener("click", () => time.plots.length && ZOOMS[button.dataset.zoom]()));
-["displacement", "velocity", "speed"].forEach((name) => document.getElementById("plot-" + name)?.addEventListener("keydown", onKey));
 if (!DATA.wallsComplete) document.getElementById("walls-note").textContent = " The bands do not include deviations of single teeth.";
