@@ -3,9 +3,9 @@
 To add a verb: write ``gears3d/cli/<verb>.py`` with a typer-style function of that name, or ``<verb>_`` where Python has
 one of that name already, and add the name to ``GROUPS``. Its docstring is the help and ends lines with examples that
 ``tests/cli/test_wheel.py`` runs; it takes ``--json``; options that verbs share are in ``options``. A verb's file is
-loaded to show the help, so it imports anything heavy inside its functions. A verb of several kinds is a package with a
-typer ``app``. A verb raises ``GearsError`` for what a user can fix, ``typer.Exit(code)`` for another exit code, and
-returns for 0.
+loaded to show the help, so it imports anything heavy inside its functions. A verb of several kinds has a typer
+``app`` in its file. A verb raises ``GearsError`` for what a user can fix, ``typer.Exit(code)`` for another exit code,
+and returns for 0.
 """
 
 from __future__ import annotations

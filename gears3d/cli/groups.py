@@ -32,6 +32,8 @@ class LazyGroup(TyperGroup):
     """New names by the old ones."""
     panels: ClassVar[Mapping[str, Sequence[str]]] = {}
     """Commands by the heading in the help that they stand under."""
+    single: ClassVar[bool] = False
+    """Whether ``package`` is one module that has a function for each command."""
 
     def names(self) -> Sequence[str]:
         """Return the commands in the order of the help."""
@@ -52,7 +54,7 @@ class LazyGroup(TyperGroup):
                 return None
             raise UsageError(f"unknown {self.noun} {cmd_name!r}; {did_you_mean(cmd_name, known)}")
         made, name = import_module(self._module(cmd_name)), cmd_name.replace("-", "_")
-        if hasattr(made, "app"):
+        if hasattr(made, "app") and not self.single:
             command = get_command(made.app)
         else:
             app = typer.Typer(add_completion=False)
@@ -64,4 +66,4 @@ class LazyGroup(TyperGroup):
         return command
 
     def _module(self, name: str) -> str:
-        return f"{self.package}.{name.replace('-', '_')}"
+        return self.package if self.single else f"{self.package}.{name.replace('-', '_')}"
