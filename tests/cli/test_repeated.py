@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gears3d import cli
-from gears3d.diagnosis.candidates import candidates
 from gears3d.measured.checks import admit
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import record
+from tests.diagnosis import asked
 
 BENCH = "scenarios/rigaud-2020/fig5-20rpm.toml"
 CHANGES = {"run.duration": "2 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "drag.torque": "0.3 N m"}
@@ -56,9 +56,7 @@ def files(tmp_path_factory):
 )
 def test_a_copy_is_refused_or_excluded_by_every_verb(files, verb, name, options, capsys, monkeypatch):
     few = ("drag_coulomb", "restitution_offset", "backlash_offset")
-    monkeypatch.setattr(
-        "gears3d.diagnosis.search.candidates", lambda *about: [one for one in candidates(*about) if one.kind in few]
-    )
+    asked.only(monkeypatch, lambda one: one.kind in few)
     words = [*verb, *([] if verb[-1] == "coastdown" else ["--rig", files / "rig.toml"]), *options, "--json"]
     one, copy = files / f"{name}.parquet", files / f"{name}-copy.parquet"
     assert run([*words, one, copy]) == 3
@@ -83,10 +81,7 @@ def test_records_admitted_one_by_one_count_once(files, monkeypatch):
     """Those that the gate found to repeat others are excluded wherever admitted records are taken."""
     from gears3d.diagnosis import diagnose
 
-    monkeypatch.setattr(
-        "gears3d.diagnosis.search.candidates",
-        lambda *about: [one for one in candidates(*about) if one.kind == "drag_coulomb"],
-    )
+    asked.only(monkeypatch, lambda one: one.kind == "drag_coulomb")
     bench = load(files / "rig.toml")
     first = admit(files / "rattle.parquet", bench)
     again = admit(files / "rattle-copy.parquet", bench, correct=["duplicated-file"], others=[first.channels])

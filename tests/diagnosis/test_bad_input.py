@@ -7,11 +7,11 @@ import pytest
 
 from gears3d import cli
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import candidates
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
+from tests.diagnosis import asked
 
 BENCH = "scenarios/rigaud-2020/fig5-20rpm.toml"
 PLAIN = {"run.duration": "3 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "drag.torque": "0.3 N m",
@@ -23,10 +23,7 @@ FEW = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset", 
 def _few_candidates(monkeypatch):
     """A few kinds do: what is tested comes before the search and after it."""
 
-    def few(*about):
-        return [one for one in candidates(*about) if one.kind in FEW and one.shape.get("order", 1) == 1]
-
-    monkeypatch.setattr("gears3d.diagnosis.search.candidates", few)
+    asked.only(monkeypatch, lambda one: one.kind in FEW and one.shape.get("order", 1) == 1)
 
 
 def written(path, truth=None, change=None):
@@ -237,10 +234,9 @@ def test_a_record_that_fails_by_itself_is_segmented_along_the_flanks_of_another_
 ):
     from gears3d.diagnosis import readied
 
-    good = written(tmp_path / "good.parquet", {"drag.torque": "0.33 N m"})
-    bad = written(
-        tmp_path / "bad.parquet", {"drag.torque": "0.33 N m", "motion.mean": "33 rpm", "mount.backlash": backlash}
-    )
+    own = {"drag.torque": "0.33 N m", "run.duration": "2 s"}
+    good = written(tmp_path / "good.parquet", own)
+    bad = written(tmp_path / "bad.parquet", {**own, "motion.mean": "33 rpm", "mount.backlash": backlash})
     alone = readied.segments_of
 
     def failing(known, rig, file, **more):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import candidates
 from gears3d.diagnosis.experiments import LASTS, runs
 from gears3d.diagnosis.rivals import rivals
 from gears3d.diagnosis.search import known_of
 from gears3d.measured.checks import admit
 from gears3d.scenario import load
 from gears3d.simulation import record
+from tests.diagnosis import asked
 
 BENCH = {"run.duration": "3 s", "run.settle": "0 s", "sensors.sample_rate": "20 kHz", "gears.drive.teeth": 45,
          "gears.loose.teeth": 60, "motion.mean": "60 rpm", "sensors.drive.noise": "5 urad",
@@ -30,12 +30,9 @@ def admitted(folder, name, own, seed):
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    def drags(*about):
-        return [one for one in candidates(*about) if one.kind in ("drag_coulomb", "drag_viscous")]
-
     folder, rig = tmp_path_factory.mktemp("runs"), bench()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("gears3d.diagnosis.search.candidates", drags)
+        asked.only(patch, lambda one: one.kind in ("drag_coulomb", "drag_viscous"))
         alone = diagnose([admitted(folder, "a", rig, 1)], rig, runs=True)
         best = alone.runs[0].runs[0]
         more = rig.with_([("run.duration", f"{best.duration} s"), *best.keys.items()])

@@ -45,9 +45,9 @@ def hidden(folder: Path, kinds, seed=1, **options):
     return judged(folder)
 
 
-@pytest.mark.parametrize("kind", ["backlash_offset", pytest.param("drag_viscous", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["encoder_eccentricity", pytest.param("drag_viscous", marks=pytest.mark.slow)])
 def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
-    found, score = hidden(tmp_path / "c", (kind,), size=0.3, records=3, duration=4.0)
+    found, score = hidden(tmp_path / "c", (kind,), size=0.3, records=2, duration=2.0)
     assert score["kinds_first"], found.to_dict()
     assert not score["wrong_names"]
     assert all(abs(one["error"]) < 0.05 for one in score["parameters"] if one["error"] is not None)
@@ -59,7 +59,7 @@ def test_a_hidden_effect_is_named_and_measured(tmp_path, kind):
 def test_a_power_of_the_speed_is_told_at_one_mean_speed(seed):
     # far from the exponent that is tried first; a straight step in coefficient and exponent leads nowhere there
     found = play(
-        Case("sets", seed, ("drag_power",), (("duration", 3.0), ("records", 3), ("noise", 0.003)), "one speed")
+        Case("sets", seed, ("drag_power",), (("duration", 2.0), ("records", 3), ("noise", 0.003)), "one speed")
     )
     assert found["kinds_first"], found["causes"]
     assert not found["wrong_names"]
@@ -77,13 +77,13 @@ def test_a_torque_over_a_difference_of_speeds_is_told_from_wherever_its_fit_begi
 
 def test_a_mesh_drag_is_found_from_far_off():
     # it is felt with its square, and a bit more of it holds contact for ever: straight steps from far off overshoot
-    found = play(Case("kinds", 218, ("mesh_drag",), (("duration", 3.0), ("noise", 0.003), ("records", 3))))
+    found = play(Case("kinds", 218, ("mesh_drag",), (("duration", 2.0), ("noise", 0.003), ("records", 3))))
     assert [one["kind"] for one in found["causes"]] == ["mesh_drag"]
     assert abs(found["parameters"][0]["error"]) < 0.02
 
 
 def test_records_are_freed_of_a_delay_that_only_the_search_finds(tmp_path):
-    found, score = hidden(tmp_path / "c", ("encoder_skew",), 10, size=0.03, records=3, duration=4.0, noise=0.003)
+    found, score = hidden(tmp_path / "c", ("encoder_skew",), 10, size=0.03, records=2, duration=2.0, noise=0.003)
     assert not any(each["kind"] == "skew" for one in found.findings.values() for each in one)  # the gate sees none
     assert score["kinds_first"], found.to_dict()
     assert not score["wrong_names"]
@@ -126,7 +126,7 @@ def test_a_fresh_seed_with_nothing_hidden_is_silent(tmp_path):
     ids=["numbers", "all"],
 )
 def test_the_command_writes_what_it_says(tmp_path, without):
-    hide(plan(2, ("drag_coulomb",), size=0.4, records=2, duration=3.0), tmp_path / "c")
+    hide(plan(2, ("drag_coulomb",), size=0.4, records=2, duration=2.0), tmp_path / "c")
     arguments = ["diagnose", str(tmp_path / "c/record.toml"), "--rig", str(tmp_path / "c/rig.toml"), "--out",
                  str(tmp_path / "d"), "--json", *without]  # fmt: skip
     assert run(arguments) == 0

@@ -216,7 +216,7 @@ def known_of(rig, windows):
 
 
 def low_of(rig, windows):
-    """Every kind, of orders 1 and 2: what laws of contact and scatter are found beside and what may stand in for them."""
+    """Every kind, of orders 1 and 2, beside laws of contact and scatter, for which any may stand in."""
     return [one for one in known_of(rig, windows) if one.shape.get("order", 1) < 3 and one.kind != "pitch_error"]
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from gears3d.challenge import hide, plan
 from gears3d.diagnosis import diagnose
-from gears3d.diagnosis.candidates import candidates
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from tests.diagnosis import asked
 
 ARGS = ["--headless", "--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
 IN_SOFTWARE = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
@@ -47,10 +47,6 @@ def chromium_3d():
 LOOKED_FOR = ("backlash_offset", "drag_coulomb", "drag_viscous", "restitution_offset")
 
 
-def few(*about):
-    return [one for one in candidates(*about) if one.kind in LOOKED_FOR]
-
-
 @pytest.fixture(scope="session")
 def hidden(tmp_path_factory):
     """A folder with two records of a rig whose drag is hidden."""
@@ -69,5 +65,5 @@ def admitted(hidden):
 def found(hidden, admitted):
     """The diagnosis of these records."""
     with pytest.MonkeyPatch.context() as patch:  # a few candidates do for its views
-        patch.setattr("gears3d.diagnosis.search.candidates", few)
+        asked.only(patch, lambda one: one.kind in LOOKED_FOR)
         return diagnose(admitted, load(hidden / "rig.toml"))
