@@ -2,7 +2,7 @@
 
 from tests.fuzz.scenarios import run
 
-COUNT, SEED = 500, 20_260
+COUNT, SEED = 250, 20_260
 
 
 def test_mutated_scenarios_load_or_are_refused_and_keep_their_meaning():

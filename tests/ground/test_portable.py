@@ -45,6 +45,18 @@ def verb(cwd, *arguments):
     return unposix(f"from gears3d.cli import main\nmain({[*map(str, arguments)]!r})", cwd)
 
 
+def verbs(cwd, each):
+    """Give verbs one after the other to one process, which ends with the first that fails."""
+    code = (
+        "from gears3d.cli import main\n"
+        f"for words in {[[*map(str, arguments)] for arguments in each]!r}:\n"
+        "    try:\n        main(words)\n"
+        "    except SystemExit as end:\n"
+        "        if end.code:\n            raise SystemExit(f'{words}: {end.code}')\n"
+    )
+    return unposix(code, cwd)
+
+
 def test_every_module_is_imported(tmp_path):
     code = (
         "import importlib, pkgutil, gears3d\n"
@@ -57,7 +69,7 @@ def test_every_module_is_imported(tmp_path):
 
 def test_a_rigid_run_and_what_is_identified_from_records(tmp_path):
     short = ("--set", "run.duration=2 s")
-    for arguments in (
+    each = (
         ("run", RIG, "--model", "rigid", "--out", "a run", *short),
         ("run", RIG, "--model", "rigid", "--out", "a run", *short),  # takes the place of the first
         ("report", "a run"),
@@ -66,9 +78,9 @@ def test_a_rigid_run_and_what_is_identified_from_records(tmp_path):
         ("synthesize", RIG, "--model", "rigid", "--out", "rattle.csv", *short),
         ("segment", "rattle.csv", "--rig", RIG, "--out", "measured"),
         ("doctor", "--no-check"),
-    ):
-        done = verb(tmp_path, *arguments)
-        assert done.returncode == 0, f"{arguments}: {done.stderr}"
+    )
+    done = verbs(tmp_path, each)
+    assert done.returncode == 0, done.stderr
     assert (tmp_path / "measured" / "report.html").stat().st_size > 100_000
 
 

@@ -59,7 +59,7 @@ def test_magnets_that_stand_unevenly_are_evened():
 
 
 def test_pulses_without_a_smooth_motion_are_refused():
-    time = np.cumsum(np.random.default_rng(5).exponential(0.1, 500))
+    time = np.cumsum(np.random.default_rng(5).exponential(0.1, 100))
     with pytest.raises(InputError, match="smooth motion"):
         of_pulses(time)
 
