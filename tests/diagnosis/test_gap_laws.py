@@ -15,6 +15,7 @@ from gears3d.measured.segmentation import path_of
 from gears3d.scenario import load
 from gears3d.views.pages.diagnosed import render
 
+pytestmark = pytest.mark.usefixtures("low_orders")
 SHORT = {"size": 0.3, "records": 2, "duration": 2.0}
 
 

@@ -17,6 +17,7 @@ from gears3d.measured.readers import files_of
 from gears3d.scenario import load
 from tests.diagnosis.blind import Case, play
 
+pytestmark = pytest.mark.usefixtures("low_orders")
 SEPARABLE = (
     "transmission_error", "eccentricity", "backlash_offset", "backlash_variation", "drag_coulomb", "drag_viscous",
     "drag_power", "drag_position", "restitution_offset", "restitution_asymmetry", "restitution_scatter", "drive_motion",

@@ -11,6 +11,7 @@ import pytest
 
 from tests.diagnosis.blind import FINE, Case, play
 
+pytestmark = pytest.mark.usefixtures("low_orders")
 LIMIT = 0.01
 """Share of the unit size from which on a cause is accepted: what is smaller may be the cutting's own."""
 SHORT = (("records", 2), ("duration", 2.0), ("noise", FINE))
