@@ -3,10 +3,13 @@
 import signal
 
 import pytest
+from hypothesis import settings
 
 from gears3d.errors import MissingExtraError
 from gears3d.extras import missing
 
+settings.register_profile("no deadline", deadline=None)  # an example's wall time is that of a loaded machine
+settings.load_profile("no deadline")
 collect_ignore_glob = ["plugins/example_*"]  # packages of others: importing them registers their effects
 
 
