@@ -56,13 +56,13 @@ def _empty(numbers):
 def _reset(state, start, mode):
     """Put a state to its begin: on a flank or free, or as the run before it ended."""
     _empty(state)
-    state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
+    state[at.MODE], state[at.WITHIN] = at.BEFORE, -1.0
     state[at.DEPARTED] = start
     if mode != at.BEFORE:
         state[at.DEPARTED] = mode - at.STUCK if at.STUCK <= mode < at.PRESSED else 2.0
 
 
-def _compiled(plain: bool, oiled: bool) -> Any:
+def _compiled(plain: bool, compliant: bool) -> Any:
     @entry
     def batch(
         table, start, periods, follow, total, settle, strobe, work, impacts, contacts, samples, kept, state, before,
@@ -88,8 +88,8 @@ def _compiled(plain: bool, oiled: bool) -> Any:
             _reset(state, start[i], mode if follow and carried else at.BEFORE)
             if plain:  # known when it is compiled; a kernel in the closure would never be found in the cache
                 closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, 0.0)
-            elif oiled:
-                kernel.oiled(m, state, count, work, impacts, contacts, samples, inf, 0.0)
+            elif compliant:
+                kernel.compliant(m, state, count, work, impacts, contacts, samples, inf, 0.0)
             else:
                 kernel.dry(m, state, count, work, impacts, contacts, samples, inf, 0.0)
             if follow and carried and mode == at.FREE:
@@ -103,8 +103,8 @@ def _compiled(plain: bool, oiled: bool) -> Any:
                 while status[i] == DONE:
                     if plain:
                         ended = closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, until)
-                    elif oiled:
-                        ended = kernel.oiled(m, state, count, work, impacts, contacts, samples, inf, until)
+                    elif compliant:
+                        ended = kernel.compliant(m, state, count, work, impacts, contacts, samples, inf, until)
                     else:
                         ended = kernel.dry(m, state, count, work, impacts, contacts, samples, inf, until)
                     hits, touched = count[at.N_IMPACTS], count[at.N_CONTACTS]
@@ -139,7 +139,7 @@ def _compiled(plain: bool, oiled: bool) -> Any:
     return batch
 
 
-_closed, _dry, _oiled = _compiled(True, False), _compiled(False, False), _compiled(False, True)
+_closed, _dry, _compliant = _compiled(True, False), _compiled(False, False), _compiled(False, True)
 
 
 @njit(cache=True, error_model="numpy")
@@ -221,7 +221,7 @@ class Batch:
         table = self._arguments[0]
         if not len(table):
             return 0
-        compiled = _oiled if table[0, at.FLOOR] > 0.0 else _closed if (table[:, at.SIMPLE] > 0.0).all() else _dry
+        compiled = _compliant if kernel.integrated(table[0]) else _closed if (table[:, at.SIMPLE] > 0.0).all() else _dry
         tables = int(table[:, at.N_TABLES].max())
         room_for = (
             np.zeros(at.STATE + 2 * tables), np.zeros(at.STATE), np.zeros(at.COUNTERS, dtype=np.int64),

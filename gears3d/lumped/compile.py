@@ -14,9 +14,12 @@ from numba.extending import intrinsic
 
 from gears3d import kernels
 
-inner: Any = partial(kernels.inner, error_model="numpy")
-"""Decorator of functions that only compiled code calls."""
-tight: Any = partial(kernels.inner, error_model="numpy", forceinline=True)
+inner: Any = partial(kernels.inner, error_model="numpy", _nrt=False)
+"""Decorator of functions that only compiled code calls. They make no arrays, so nothing counts references to those that
+they are given, which would cost more than what they compute."""
+owner: Any = partial(kernels.inner, error_model="numpy", _nrt=True)
+"""Decorator of functions that only compiled code calls and that make arrays."""
+tight: Any = partial(kernels.inner, error_model="numpy", forceinline=True, _nrt=False)
 """Decorator of what every step calls: what is not asked for is not computed."""
 entry: Any = kernels.njit(cache=True, nogil=True, error_model="numpy")
 """Decorator of functions that Python calls, kept on disk and run without Python's lock."""

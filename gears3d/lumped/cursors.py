@@ -98,24 +98,25 @@ def turn_page(m, state, i, side):
     row, cursor = int(m[at.AT_TABLES]) + at.PER_TABLE * i, at.STATE + 2 * i
     pieces, period = int(m[row + at.PIECES]), m[row + at.PERIOD]
     knot = m[int(m[row + at.AT_KNOTS]) + int(state[cursor]) + side] + state[cursor + 1]
-    before = value_and_slope(m, state, i, knot)[1]
+    before = derivatives(m, state, i, knot)[1]
     state[cursor] += 2.0 * side - 1.0
     if state[cursor] == pieces:
         state[cursor], state[cursor + 1] = 0.0, state[cursor + 1] + period
     elif state[cursor] < 0.0:
         state[cursor], state[cursor + 1] = pieces - 1.0, state[cursor + 1] - period
-    return value_and_slope(m, state, i, knot)[1] - before
+    return derivatives(m, state, i, knot)[1] - before
 
 
 @inner
-def value_and_slope(m, state, i, x):
-    """Return the polynomial that table i is in, and its derivative, at x."""
+def derivatives(m, state, i, x):
+    """Return the polynomial that table i is in, and its first and second derivative, at x."""
     place, degree, start = page(m, state, i)
-    u, value, slope = x - start, m[place + degree], 0.0
+    u, value, slope, bend = x - start, m[place + degree], 0.0, 0.0
     for k in range(degree - 1, -1, -1):
+        bend = bend * u + slope
         slope = slope * u + value
         value = value * u + m[place + k]
-    return value, slope
+    return value, slope, 2.0 * bend
 
 
 @inner

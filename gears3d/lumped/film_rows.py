@@ -1,4 +1,4 @@
-"""The oil film as the kernel takes it: its numbers, and the floor on which the flanks meet."""
+"""The oil film as the kernel takes it."""
 
 from __future__ import annotations
 
@@ -6,28 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gears3d.effects import Code, Flank, Gear, Row
-from gears3d.effects.rows import flank_harmonic
+from gears3d.effects import Code, Row
 from gears3d.errors import Fault, InputError
-
-
-def floor(rows: Sequence[Row]) -> list[Row]:
-    """Return the film's smallest thickness as a layer on either flank: the flanks meet where it is squeezed out.
-
-    Args:
-        rows: normal forms of the effects.
-
-    Raises:
-        InputError: there is more than one film.
-
-    >>> from gears3d.effects.rows import gap_film
-    >>> [row.p for row in floor([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6)])]
-    [(0.0, 0.0, 0.0, 2e-06, 0.0), (0.0, 1.0, 0.0, 2e-06, 0.0)]
-    """
-    films = [row for row in rows if row.code == Code.GAP_FILM]
-    if len(films) > 1:
-        raise InputError(Fault("effect", f"there are {len(films)} oil films between the flanks", "give one oil_film"))
-    return [flank_harmonic(Gear.DRIVE, flank, 0, row.p[4], 0.0) for row in films for flank in Flank]
 
 
 def numbers(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarray:
@@ -42,16 +22,19 @@ def numbers(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarr
         [N·s, N·s·√m, m, m, m, m], zeros without a film; (6,).
 
     Raises:
-        InputError: the film fills the backlash.
+        InputError: there is more than one film, or it fills the backlash.
 
     >>> from gears3d.effects.rows import gap_film
-    >>> numbers([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6, np.array([[0, 0, 0, 2e-6, 0]]))[5]
+    >>> numbers([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6, np.zeros((0, 5)))[5]
     np.float64(1e-05)
     """
     films = [row.p for row in rows if row.code == Code.GAP_FILM]
     if not films:
         return np.zeros(6)
+    if len(films) > 1:
+        raise InputError(Fault("effect", f"there are {len(films)} oil films between the flanks", "give one oil_film"))
     wedge, squeeze, drive, loose, minimum, felt = films[0]
+    backlash -= minimum  # on the reverse flanks
     if backlash <= minimum:
         raise InputError(
             Fault(
@@ -60,5 +43,5 @@ def numbers(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarr
                 "give more backlash or a smaller minimum_thickness",
             )
         )
-    smallest = backlash - np.abs(waves[:, 3] + waves[:, 4]).sum()
+    smallest = backlash - minimum - np.abs(waves[:, 3] + waves[:, 4]).sum()
     return np.array([wedge, squeeze, drive, loose, minimum, max(min(felt - minimum, 0.25 * smallest), 1e-3 * minimum)])

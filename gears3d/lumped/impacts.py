@@ -1,16 +1,14 @@
-"""What happens at a flank: the impact law, sticking, taking off, and passages over a yielding flank."""
+"""What happens at a flank: the impact law, sticking, taking off, and passages over compliant teeth or through oil."""
 
 from __future__ import annotations
 
-from math import inf, pi, sqrt
+from math import inf
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import horizon, turn_page
-from gears3d.lumped.film import film_torque, prepare
+from gears3d.lumped.forces import acting, material
 from gears3d.lumped.law import LEAST, TOUCH, restitution, thrust
-from gears3d.lumped.series import contact, deviation
-from gears3d.lumped.torques import torque
 
 SMOOTH = 1e-6
 """Change of a flank's slope that contact rides over, as it comes with polynomials in pieces [m/rad]."""
@@ -32,21 +30,21 @@ def place_on_flank(m, state, flank, rebound):
     """Put the loose gear exactly on a flank, leaving it with a speed along the line of action."""
     side = 1.0 if flank == 0 else -1.0
     theta = (m[at.RADIUS_LOOSE] * state[at.ANGLE] - state[at.DISPLACEMENT]) / m[at.RADIUS_DRIVE]
-    d1, p1 = deviation(m, state, 0, flank, theta)
-    d2, p2 = deviation(m, state, 1, flank, state[at.ANGLE])
+    d1, p1, _, o1, q1, _ = material(m, state, 0, theta)
+    d2, p2, _, o2, q2, _ = material(m, state, 1, state[at.ANGLE])
+    if flank == 1:
+        d1, p1, o1, q1, d2, p2, o2, q2 = o1, q1, d1, p1, o2, q2, d2, p2
     omega = state[at.DRIVE_SPEED]
     state[at.SPEED] = (side * rebound + (m[at.RADIUS_DRIVE] + side * p1) * omega) / (m[at.RADIUS_LOOSE] - side * p2)
     state[at.DISPLACEMENT] = d1 + d2 if flank == 0 else m[at.BACKLASH] - d1 - d2
     state[at.GAPS + flank], state[at.RATES + flank] = 0.0, rebound
-    o1, q1 = deviation(m, state, 0, 1 - flank, theta)
-    o2, q2 = deviation(m, state, 1, 1 - flank, state[at.ANGLE])
     state[at.GAPS + 1 - flank] = m[at.BACKLASH] - d1 - d2 - o1 - o2
     state[at.RATES + 1 - flank] = -rebound - (p1 + q1) * omega - (p2 + q2) * state[at.SPEED]
     horizon(m, state, inf)
 
 
 @inner
-def impact(m, state, count, flank, w):
+def impact(m, state, count, flank):
     """Newton's law on the flanks' relative velocity, v⁺ = −e·v⁻; Kadmiri et al. 2012, eqs (19), (20), (27)."""
     speed = max(-state[at.RATES + flank], 0.0)
     before, height = state[at.SPEED], state[at.HEIGHT]
@@ -56,16 +54,16 @@ def impact(m, state, count, flank, w):
     state[at.LAST_IMPACT] = state[at.TIME]
     if rebound < max(m[at.STICK_VELOCITY], LEAST) or count[at.STALL] > 100:
         place_on_flank(m, state, flank, 0.0)
-        if holds(m, state, flank, w):
+        if holds(m, state, flank):
             if rebound > m[at.STICK_VELOCITY]:
                 count[at.ZENO] += 1
             rebound = 0.0
             count[at.CONTACTS] += 1
             stick(m, state, flank)
         else:
-            bounce(m, state, count, flank, rebound, w)
+            bounce(m, state, count, flank, rebound)
     else:
-        bounce(m, state, count, flank, rebound, w)
+        bounce(m, state, count, flank, rebound)
     if speed > TOUCH:
         side, way = 1.0 if flank == 0 else -1.0, before if before != 0.0 else state[at.SPEED]
         sign = 0.0 if way == 0.0 else 1.0 if way > 0.0 else -1.0
@@ -76,26 +74,48 @@ def impact(m, state, count, flank, w):
 
 
 @inner
-def bounce(m, state, count, flank, rebound, w):
+def bounce(m, state, count, flank, rebound):
     """Fly on with the rebound."""
     place_on_flank(m, state, flank, rebound)
     count[at.BOUNCES] += 1
     guess = state[at.GUESS] * rebound if rebound > 0.0 else inf
-    take_off(m, state, flank, w)
+    take_off(m, state, flank)
     state[at.GUESS] = guess
     state[at.LIFT] = -1.0
 
 
 @inner
-def holds(m, state, flank, w):
+def holds(m, state, flank):
     """Whether the flank's reaction presses the gear on it, with the torques of contact or those of flight."""
-    contact(m, state, flank, 1 + flank, 5, w)
-    if w[at.REACTION, 0] > 0.0:
+    if reaction(m, state, flank, 0.0) > 0.0:
         return True
-    if m[at.GATED + flank] == 0.0:
-        return False
-    contact(m, state, flank, 0, 5, w)
-    return w[at.REACTION, 0] > 0.0
+    return m[at.GATED + flank] != 0.0 and reaction(m, state, flank, 1.0) > 0.0
+
+
+@inner
+def reaction(m, state, flank, slides):
+    """Return the force of a flank on the gear that rides on it, under torques of contact or, where 1, of flight [N]."""
+    mode, slide, sign = state[at.MODE], state[at.SLIDE], state[at.SIGN]
+    state[at.MODE], state[at.SLIDE], state[at.SIGN] = at.STUCK + flank, slides, sense(m, state[at.SPEED])
+    now = acting(m, state, state[at.TIME], motion_of(m, state))
+    if state[at.SIGN] == 0.0 and now.gained != 0.0:
+        state[at.SIGN] = 1.0 if now.gained > 0.0 else -1.0
+        now = acting(m, state, state[at.TIME], motion_of(m, state))
+    state[at.MODE], state[at.SLIDE], state[at.SIGN] = mode, slide, sign
+    return now.reaction
+
+
+@inner
+def motion_of(m, state):
+    """Return displacement [m], its rate [m/s], twist of the carried body [rad] and its rate [rad/s]."""
+    rate = m[at.RADIUS_LOOSE] * state[at.SPEED] - m[at.RADIUS_DRIVE] * state[at.DRIVE_SPEED]
+    return state[at.DISPLACEMENT], rate, state[at.TWIST], state[at.TWIST_RATE]
+
+
+@inner
+def sense(m, speed):
+    """Return the sign of a loose gear's speed, 0 at rest."""
+    return 0.0 if abs(speed) <= m[at.REST] else 1.0 if speed > 0.0 else -1.0
 
 
 @inner
@@ -118,7 +138,7 @@ def touch_down(m, state, count, flank):
 
 
 @inner
-def take_off(m, state, flank, w):
+def take_off(m, state, flank):
     """Begin a flight from a flank."""
     state[at.MODE] = at.FREE
     state[at.DEPARTED] = flank
@@ -126,38 +146,23 @@ def take_off(m, state, flank, w):
     state[at.SLIDE] = 0.0
     state[at.GUESS] = inf
     state[at.LIFT] = flank
-    let_go(m, state, w)
+    let_go(m, state)
 
 
 @inner
-def let_go(m, state, w):
+def let_go(m, state):
     """Find the direction that dry friction resists: that of the speed, or none where it holds the gear at rest."""
-    if abs(state[at.SPEED]) > m[at.REST]:
-        state[at.SIGN] = 1.0 if state[at.SPEED] > 0.0 else -1.0
-        return
-    mode = int(state[at.MODE])
-    phase = 1 + mode - at.PRESSED if mode >= at.PRESSED else 0
-    w[at.OMEGA2, 0], w[at.THETA2, 0] = 0.0, state[at.ANGLE]
-    state[at.SPEED] = 0.0
-    horizon(m, state, inf)
-    pull = torque(m, state, phase, 0.0, 0, w)
-    dry = torque(m, state, phase, 1.0, 0, w) - pull
-    if m[at.FLOOR] > 0.0:
-        prepare(m, state, mode - at.PRESSED if mode >= at.PRESSED else -1, w)
-        pull += film_torque(m, 0, w)
-    if mode >= at.PRESSED:
-        flank = mode - at.PRESSED
-        force = -m[at.STIFFNESS] * state[at.GAPS + flank] - m[at.DAMPING] * state[at.RATES + flank]
-        pull -= m[at.RADIUS_LOOSE] * force if flank == 0 else -m[at.RADIUS_LOOSE] * force
-        dry += m[at.FRICTION] * m[at.RADIUS_LOOSE] * force
-    state[at.SPEED] = 0.0
-    state[at.SIGN] = 0.0
-    if abs(pull) > dry:
-        state[at.SIGN] = -1.0 if pull > 0.0 else 1.0
+    state[at.SIGN] = sense(m, state[at.SPEED])
+    if state[at.SIGN] == 0.0:
+        state[at.SPEED] = 0.0
+        horizon(m, state, inf)
+        now = acting(m, state, state[at.TIME], motion_of(m, state))
+        if abs(now.pull) > now.dry:
+            state[at.SIGN] = -1.0 if now.pull > 0.0 else 1.0
 
 
 @inner
-def cross(m, state, count, table, side, w):
+def cross(m, state, count, table, side):
     """Go over a knot of a table; a corner of a flank throws the gear off, or hits it when it rests on it."""
     jump = turn_page(m, state, table, side)
     flank = table - int(m[at.FLANK_TABLE])
@@ -173,11 +178,11 @@ def cross(m, state, count, table, side, w):
     state[at.RATES + flank], state[at.HEIGHT] = rate, 0.0
     if rate > TOUCH:
         close_contact(state, count, flank)
-        take_off(m, state, flank, w)
+        take_off(m, state, flank)
         state[at.LIFT] = -1.0
     elif rate < -TOUCH:
         since = state[at.CONTACT_SINCE]
-        impact(m, state, count, flank, w)
+        impact(m, state, count, flank)
         stays = state[at.MODE] == mode
         state[at.CONTACT_SINCE] = since
         if stays:
@@ -195,28 +200,33 @@ def close_contact(state, count, flank):
 
 
 @inner
-def press(m, state, flank):
-    """Begin a passage over a yielding flank."""
-    state[at.GAPS + flank] = 0.0
-    state[at.MODE] = at.PRESSED + flank
-    state[at.ENTRY] = state[at.TIME]
-    state[at.ENTRY_VELOCITY] = -state[at.RATES + flank]
-    state[at.ENTRY_HEIGHT] = state[at.HEIGHT]
-    state[at.ENTRY_PLACE] = state[at.DISPLACEMENT]
-    state[at.IMPULSE] = 0.0
-    state[at.PASSED] = 0.0
+def end_contact(m, state, count, flank):
+    """Leave the flank, unless the torques of flight press the gear back on it at once."""
+    state[at.GAPS + flank] = state[at.RATES + flank] = 0.0
+    if m[at.GATED + flank] != 0.0:
+        push = reaction(m, state, flank, 1.0 - state[at.SLIDE])
+        if push > m[at.UNFELT] * m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2:
+            state[at.SLIDE] = 1.0 - state[at.SLIDE]
+            return
+    close_contact(state, count, flank)
+    take_off(m, state, flank)
 
 
 @inner
-def settle(m, state, count, flank):
+def enter(state, flank):
+    """Begin a passage: over compliant teeth, or through the film of a flank."""
+    state[at.WITHIN], state[at.TURNED], state[at.PASSED], state[at.IMPULSE] = flank, 0.0, 0.0, 0.0
+    state[at.ENTRY], state[at.ENTRY_VELOCITY] = state[at.TIME], -state[at.RATES + flank]
+    state[at.ENTRY_HEIGHT], state[at.ENTRY_PLACE] = state[at.HEIGHT], state[at.DISPLACEMENT]
+
+
+@inner
+def stay(m, state, count, flank):
     """Log a passage that has become permanent contact; its rebound is 0."""
-    mass = m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
-    if state[at.PASSED] == 0.0 and state[at.TIME] - state[at.ENTRY] > 10.0 * pi * sqrt(mass / m[at.STIFFNESS]):
-        state[at.PASSED] = 1.0
-        state[at.CONTACT_SINCE] = state[at.ENTRY]
+    if state[at.PASSED] == 0.0:
+        state[at.PASSED], state[at.CONTACT_SINCE] = 1.0, state[at.ENTRY]
         count[at.CONTACTS] += 1
-        speed = state[at.ENTRY_VELOCITY]
-        side = 1.0 if flank == 0 else -1.0
+        speed, side = state[at.ENTRY_VELOCITY], 1.0 if flank == 0 else -1.0
         push = m[at.INERTIA] / m[at.RADIUS_LOOSE] * abs(thrust(m, side, state[at.SIGN]))
         log_impact(
             state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], speed, 0.0, push * speed,
@@ -225,7 +235,7 @@ def settle(m, state, count, flank):
 
 
 @inner
-def end_passage(state, count, flank):
+def leave(state, count, flank):
     """Write a passage down as it ends: as permanent contact, or as one impact."""
     if state[at.PASSED] == 1.0:
         close_contact(state, count, flank)
@@ -235,12 +245,4 @@ def end_passage(state, count, flank):
             state, count, flank, state[at.ENTRY], state[at.ENTRY_PLACE], state[at.ENTRY_VELOCITY],
             state[at.RATES + flank], state[at.IMPULSE], state[at.ENTRY_HEIGHT],
         )  # fmt: skip
-    state[at.HEIGHT] = 0.0
-    state[at.DEPARTED] = flank
-
-
-@inner
-def leave_spring(state, count, flank):
-    """End a passage where the gap opens again, and log it as one impact unless it was permanent contact."""
-    state[at.GAPS + flank] = 0.0
-    end_passage(state, count, flank)
+    state[at.HEIGHT], state[at.DEPARTED], state[at.WITHIN] = 0.0, flank, -1.0

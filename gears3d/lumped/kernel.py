@@ -1,4 +1,4 @@
-"""The event-driven run of the rigid model: in closed form where there is one, else over power series."""
+"""The event-driven run of the rigid model: in closed form where there is one, over power series, or integrated."""
 
 from __future__ import annotations
 
@@ -9,65 +9,97 @@ import numpy as np
 from gears3d.lumped import layout as at
 from gears3d.lumped.closed_kernel import PATIENCE, SHORTEST
 from gears3d.lumped.closed_kernel import advance as closed
-from gears3d.lumped.compile import borrowed, entry
-from gears3d.lumped.film_steps import film_step, hush
+from gears3d.lumped.compile import borrowed, entry, inner
+from gears3d.lumped.compliant import KNOTS, compliant_step, go, wake
+from gears3d.lumped.integrator import DENSE, STAGES
 from gears3d.lumped.start import begin
-from gears3d.lumped.steps import contact_step, free_step, spring_step
+from gears3d.lumped.steps import contact_step, free_step
 
 
-def _compiled(oiled: bool):
-    @entry
-    def advance(m, state, count, w, impacts, contacts, samples, spacing, end):
-        m, state, count = borrowed(m), borrowed(state), borrowed(count)
-        w, samples = borrowed(w), borrowed(samples)
-        impacts, contacts = borrowed(impacts), borrowed(contacts)
-        if state[at.MODE] == at.BEFORE:
-            begin(m, state, w)
-        while state[at.TIME] < end:
-            if count[at.N_IMPACTS] >= impacts.shape[0]:
-                return at.IMPACTS_FULL
-            if count[at.N_CONTACTS] >= contacts.shape[0]:
-                return at.CONTACTS_FULL
-            mode = state[at.MODE]
-            if oiled and (mode == at.FREE or mode >= at.PRESSED):
-                film_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-            elif mode == at.FREE:
-                free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-            elif mode < at.PRESSED:
-                contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-            else:
-                spring_step(m, state, count, w, samples, spacing, end - state[at.TIME])
-            if oiled and at.STUCK <= mode < at.PRESSED:
-                hush(count)
-            if count[at.HAS_IMPACT]:
-                for i in range(at.IMPACT_COLUMNS):
-                    impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
-                count[at.N_IMPACTS] += 1
-            if count[at.HAS_CONTACT]:
-                for i in range(3):
-                    contacts[count[at.N_CONTACTS], i] = state[at.CONTACT_ROW + i]
-                count[at.N_CONTACTS] += 1
-            count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
-            count[at.STEPS] += 1
-            if not (isfinite(state[at.DISPLACEMENT]) and isfinite(state[at.SPEED])):
-                return at.BROKEN
-            count[at.IDLE] += 1
-            if count[at.IDLE] == PATIENCE:
-                if state[at.TIME] - state[at.MARK] < PATIENCE * SHORTEST:
-                    return at.STANDSTILL
-                count[at.IDLE], state[at.MARK] = 0, state[at.TIME]
-        return at.DONE
-
-    return advance
+@inner
+def _told(state, count, impacts, contacts):
+    """Write what a step ended with into the tables; return whether the run is over, and why."""
+    if count[at.HAS_IMPACT]:
+        for i in range(at.IMPACT_COLUMNS):
+            impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
+        count[at.N_IMPACTS] += 1
+    if count[at.HAS_CONTACT]:
+        for i in range(3):
+            contacts[count[at.N_CONTACTS], i] = state[at.CONTACT_ROW + i]
+        count[at.N_CONTACTS] += 1
+    count[at.HAS_IMPACT] = count[at.HAS_CONTACT] = 0
+    count[at.STEPS] += 1
+    if not (isfinite(state[at.DISPLACEMENT]) and isfinite(state[at.SPEED])):
+        return at.BROKEN
+    count[at.IDLE] += 1
+    if count[at.IDLE] == PATIENCE:
+        if state[at.TIME] - state[at.MARK] < PATIENCE * SHORTEST:
+            return at.STANDSTILL
+        count[at.IDLE], state[at.MARK] = 0, state[at.TIME]
+    if count[at.N_IMPACTS] >= impacts.shape[0]:
+        return at.IMPACTS_FULL
+    return at.CONTACTS_FULL if count[at.N_CONTACTS] >= contacts.shape[0] else at.DONE
 
 
-dry, oiled = (_compiled(oiled) for oiled in (False, True))
+@entry
+def dry(m, state, count, w, impacts, contacts, samples, spacing, end):
+    """Run over power series what is rigid; see :func:`advance`."""
+    m, state, count = borrowed(m), borrowed(state), borrowed(count)
+    w, samples = borrowed(w), borrowed(samples)
+    impacts, contacts = borrowed(impacts), borrowed(contacts)
+    if state[at.MODE] == at.BEFORE:
+        begin(m, state)
+    while state[at.TIME] < end:
+        if state[at.MODE] == at.FREE:
+            free_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+        else:
+            contact_step(m, state, count, w, samples, spacing, end - state[at.TIME])
+        ended = _told(state, count, impacts, contacts)
+        if ended != at.DONE:
+            return ended
+    return at.DONE
+
+
+@entry
+def compliant(m, state, count, w, impacts, contacts, samples, spacing, end):
+    """Run with the integrator what has oil, compliant teeth or a carried body; see :func:`advance`."""
+    m, state, count, samples = borrowed(m), borrowed(state), borrowed(count), borrowed(samples)
+    impacts, contacts = borrowed(impacts), borrowed(contacts)
+    if state[at.MODE] == at.BEFORE:
+        begin(m, state)
+    n, events = 5 if m[at.CARRIED] > 0.0 else 3, KNOTS + 2 * int(m[at.N_TABLES])
+    motions, functions = np.zeros((3, n)), np.zeros((4, events))
+    stages, coefficients, just = np.zeros((STAGES, n)), np.zeros((DENSE + 1, n)), np.zeros(events, dtype=np.int64)
+    y, end_y, between = borrowed(motions[0]), borrowed(motions[1]), borrowed(motions[2])
+    g, ahead = borrowed(functions[0]), borrowed(functions[1])
+    values, seen = borrowed(functions[2]), borrowed(functions[3])
+    k, dense, held = borrowed(stages), borrowed(coefficients), borrowed(just)
+    work = (y, end_y, between, k, dense, g, ahead, values, seen, held)
+    wake(m, state, y, k, g)
+    ended = at.DONE
+    while state[at.TIME] < end and ended == at.DONE:
+        compliant_step(m, state, count, samples, spacing, end, work)
+        ended = _told(state, count, impacts, contacts)
+    if ended != at.DONE:
+        go(m, state, y, state[at.TIME])
+    motions[0, 0] = functions[0, 0] = stages[0, 0] = coefficients[0, 0] = just[0] = 0  # kept alive to here
+    return ended
+
+
+def integrated(m: np.ndarray) -> bool:
+    """Whether a packed model is one for the integrator.
+
+    Args:
+        m: flat.
+    """
+    return bool(m[at.FLOOR] > 0.0 or m[at.STIFFNESS] > 0.0 or m[at.CARRIED] > 0.0)
 
 
 def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers, end: float) -> int:
     """Move the state to the time ``end`` or to the first buffer that is full, and return how it ended.
 
-    Compiled three times: for what has a closed form, for all other effects, and for those with an oil film.
+    Three programs: closed form where there is one, power series for rigid flanks, the integrator for oil films,
+    compliant teeth and carried bodies.
 
     Args:
         m: the packed model, flat.
@@ -82,4 +114,4 @@ def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers
     tables = (out.impacts, out.contacts, out.samples, out.spacing, end)
     if m[at.SIMPLE] > 0.0:
         return closed(m, state, count, *tables)
-    return (oiled if m[at.FLOOR] > 0.0 else dry)(m, state, count, out.work, *tables)
+    return (compliant if integrated(m) else dry)(m, state, count, out.work, *tables)

@@ -16,21 +16,20 @@ ORDER = 20
 
 # rows of the work array
 (
-    OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED,
-    ROLLING, ROOT, THIN, PUSH, FILM_NOTE, ROWS,
-) = 0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17, 18, 20, 22, 24, 25  # fmt: skip
-"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank), and so do ROOT, THIN and PUSH of the oil
-films; the effects' own begin at ROWS."""
+    OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED, ROWS,
+) = 0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17  # fmt: skip
+"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank); the effects' own begin at ROWS."""
 
 # the model's numbers, one after the other
 (
     RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
     FRICTION,
     WEDGE, SQUEEZE, ROLL_DRIVE, ROLL_LOOSE, FLOOR, FELT,
+    CARRIED, TORSION, TORSION_DAMPING, PLAY, TOLERANCE,
     N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS, SIMPLE,
     ON_LOOSE, DEVIATES, LEAST_ORDER, N_TABLES, AT_TABLES, DRIVE_TABLE, FLANK_TABLE, FLANK_TABLE_REVERSE,
     SCALARS,
-) = range(33)  # fmt: skip
+) = range(38)  # fmt: skip
 RATE, GATED, RESTITUTION, BASE, HARMONICS = SCALARS, SCALARS + 3, SCALARS + 5, SCALARS + 9, SCALARS + 18
 PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
 
@@ -45,11 +44,17 @@ DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
 ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE, MARK = range(18, 26)
 IMPACT_ROW, CONTACT_ROW = 26, 33  # what the step has to tell
 SENSE, SQUEEZED, WITHIN, TURNED = 36, 37, 39, 40  # of the oil films; SQUEEZED of both flanks
-STATE = 41
+INSIDE, STEP = 41, 43  # of compliant teeth: of both flanks CLEAR, SUNK or PUSHES; next step of the integrator
+TWIST, TWIST_RATE, TWISTED, TWISTING = 44, 45, 46, 47  # of the carried body: side of the play, whether it pushes there
+TRIED, ERROR = 48, 49  # the last step of the integrator, and the eighth root of its error in parts of what is tolerated
+STATE = 50
 """From here on the state holds two numbers a table: the piece it is in, and the turns before it [rad]."""
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
 BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3
+
+# whether the teeth of a flank are pressed in, and push
+CLEAR, SUNK, PUSHES = range(3)
 
 # counters
 (

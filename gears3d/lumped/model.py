@@ -13,6 +13,8 @@ from gears3d.errors import Fault, InputError
 from gears3d.lumped import film_rows, layout, lower
 from gears3d.lumped.tables import Table, pack
 
+TOLERANCE = 1e-9
+"""Of steps of the integrator unless given."""
 FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
 
 
@@ -34,6 +36,8 @@ class Model(NamedTuple):
         stiffness: of the flanks [N/m], 0 when rigid.
         damping: of the flanks [N·s/m].
         film: of the oil, as :func:`gears3d.lumped.film_rows.numbers` gives it; (6,).
+        carried: inertia of the carried body [kg·m²], stiffness [N·m/rad] and damping [N·m·s/rad] of its spring, and
+            play [rad]; zeros without one, (4,).
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
         friction: torque of the mesh's friction by flank force and base radius of the loose gear.
         rest: loose speed that counts as rest [rad/s].
@@ -44,6 +48,7 @@ class Model(NamedTuple):
         drive_table: place of the drive's angle [rad] over time among them, -1: none.
         flank_tables: place of the material on the active flanks [m] over the drive's angle, -1: none; that of the
             reverse flanks is the next.
+        tolerance: of steps of the integrator, relative to gaps and their rates.
     """
 
     radius_drive: float
@@ -61,6 +66,7 @@ class Model(NamedTuple):
     damping: float
     friction: float
     film: np.ndarray
+    carried: np.ndarray
     rate: np.ndarray
     rest: float
     unfelt: float
@@ -69,6 +75,7 @@ class Model(NamedTuple):
     tables: tuple[Table, ...] = ()
     drive_table: int = -1
     flank_tables: int = -1
+    tolerance: float = TOLERANCE
 
     def has_closed_form(self) -> bool:
         """Whether flanks are perfect, torques constant, and the drive has one harmonic at most."""
@@ -92,7 +99,7 @@ class Model(NamedTuple):
         scalars = [
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
-            self.friction, *self.film,
+            self.friction, *self.film, *self.carried, self.tolerance,
         ]  # fmt: skip
         on_loose = bool(self.flanks[:, 0].any())
         deviates = sizes[2] > 0 or self.flank_tables >= 0
@@ -142,7 +149,8 @@ def model(
     mean, spin = lower.motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
     mean = 0.0 if drive is not None else mean
     base, torques, tables = lower.torques(rig, rows)
-    waves, thinner = lower.flanks(rig, [*rows, *film_rows.floor(rows)])
+    waves, thinner = lower.flanks(rig, rows)
+    film = film_rows.numbers(rows, rig.backlash - thinner, waves)
     springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
     stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum() + (np.abs(drive.pieces[:, 2]).max() if drive is not None else 0.0)
@@ -152,7 +160,7 @@ def model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
         inertia=float(rig.inertia),
-        backlash=float(rig.backlash - thinner),
+        backlash=float(rig.backlash - thinner - film[4]),
         mean=float(mean),
         harmonics=spin,
         base=base,
@@ -163,7 +171,8 @@ def model(
         stiffness=stiffness,
         damping=damping,
         friction=lower.friction(rows),
-        film=film_rows.numbers(rows, rig.backlash - thinner, waves),
+        film=film,
+        carried=np.zeros(4),
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),

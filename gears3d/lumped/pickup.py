@@ -164,10 +164,11 @@ def _put(m: Model, state: Array, place: float, rate: float) -> None:
 
 def _material(m: Model, flank: int, place: float, omega: float, speed: float) -> tuple[float, float]:
     """Return what stands on a flank at angles 0 of the drive and place / Rb2 of the loose gear [m], and its rate."""
-    value = rate = 0.0
+    value, rate = m.film[4] if flank == 0 else 0.0, 0.0
     if m.flank_tables >= 0:
         table, step = m.tables[m.flank_tables + flank], 1e-6
-        low, value, high = (float(x) for x in table(np.array([-step, 0.0, step])))
+        low, there, high = (float(x) for x in table(np.array([-step, 0.0, step])))
+        value += there
         rate = omega * (high - low) / (2.0 * step)
     for gear, order, phase, *sizes in m.flanks:
         turn = order * (place / m.radius_loose if gear else 0.0) + phase

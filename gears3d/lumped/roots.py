@@ -6,7 +6,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from gears3d.lumped.compile import inner
+from gears3d.lumped.compile import inner, owner
 
 
 @inner
@@ -118,7 +118,7 @@ def _only_root(c, sign, lead, d, reach):
     return x
 
 
-@inner
+@owner
 def _creep(c, sign, lead, n, start, reach):
     """Go on like :func:`first_root` where roots crowd: the series is moved along, which makes its bounds tight."""
     d = n - lead

@@ -10,8 +10,8 @@ from math import cos, sin
 
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
-from gears3d.lumped.cursors import motion, tabled, value_and_slope
-from gears3d.lumped.film import film_torque, prepare
+from gears3d.lumped.cursors import motion, tabled
+from gears3d.lumped.forces import material
 from gears3d.lumped.law import thrust
 from gears3d.lumped.torques import torque, turn
 
@@ -61,21 +61,6 @@ def deviate(m, gear, k, w):
 
 
 @inner
-def deviation(m, state, gear, flank, angle):
-    """Return a gear's deviation on a flank and its slope over the gear's angle [m, m/rad]."""
-    value = slope = 0.0
-    if gear == 0 and m[at.FLANK_TABLE] >= 0.0:
-        value, slope = value_and_slope(m, state, int(m[at.FLANK_TABLE + flank]), angle)
-    for i in range(int(m[at.N_FLANKS])):
-        row = int(m[at.AT_FLANKS]) + at.PER_FLANK * i
-        if int(m[row]) == gear:
-            turn = m[row + 1] * angle + m[row + 2]
-            value += m[row + 3 + flank] * cos(turn)
-            slope -= m[row + 3 + flank] * m[row + 1] * sin(turn)
-    return value, slope
-
-
-@inner
 def _gaps(loose, drive, k, w):
     """Write displacement and both gaps, order k > 0."""
     w[at.S, k] = loose * w[at.THETA2, k] - drive * w[at.THETA1, k]
@@ -92,7 +77,7 @@ def flight(m, state, n, w):
     """
     sign = state[at.SIGN]
     if sign == 0.0 or m[at.DEVIATES] > 0.0 or m[at.N_TORQUES] > 0.0:
-        yielding(m, state, n, -1, w)
+        _general(m, state, n, w)
     else:
         drive(m, state, n, w)
         _exponential(m, sign, state[at.SPEED], state[at.ANGLE], n, w)
@@ -120,11 +105,8 @@ def _exponential(m, sign, speed, angle, n, w):
 
 
 @inner
-def yielding(m, state, n, pressed, w):
-    """Write the loose gear's motion under any torques, and on a yielding flank when ``pressed`` is 0 or 1.
-
-    REACTION then holds the flank's force. At rest (sign 0) TORQUE holds what pulls and DRY what dry friction bears.
-    """
+def _general(m, state, n, w):
+    """Write the flight under any torques up to order n; at rest TORQUE holds what pulls and DRY what friction bears."""
     sign, own = state[at.SIGN], m[at.ON_LOOSE] > 0.0
     drive(m, state, n + 1, w)
     w[at.OMEGA2, 0] = state[at.SPEED] if sign != 0.0 else 0.0
@@ -135,9 +117,6 @@ def yielding(m, state, n, pressed, w):
             deviate(m, 0, k, w)
     if own:
         deviate(m, 1, 0, w)
-    phase = 0 if pressed < 0 else 1 + pressed
-    side = m[at.RADIUS_LOOSE] if pressed == 0 else -m[at.RADIUS_LOOSE]
-    rub, oiled = m[at.FRICTION] * m[at.RADIUS_LOOSE], m[at.FLOOR] > 0.0
     for k in range(n + 1):
         w[at.THETA2, k + 1] = w[at.OMEGA2, k] * at.INVERSE[k + 1]
         if own:
@@ -145,15 +124,9 @@ def yielding(m, state, n, pressed, w):
         _gaps(m[at.RADIUS_LOOSE], m[at.RADIUS_DRIVE], k + 1, w)
         if k == 0:
             _anchor(state, w)
-        force = 0.0
-        if pressed >= 0:
-            force = -m[at.STIFFNESS] * w[at.GAP + pressed, k] - m[at.DAMPING] * (k + 1) * w[at.GAP + pressed, k + 1]
-            w[at.REACTION, k] = force
-        total = torque(m, state, phase, sign, k, w) - (side - rub * sign) * force
-        if oiled:
-            total += film_torque(m, k, w)
+        total = torque(m, state, 0, sign, k, w)
         if sign == 0.0:
-            w[at.DRY, k] = torque(m, state, phase, 1.0, k, w) - torque(m, state, phase, 0.0, k, w) + rub * force
+            w[at.DRY, k] = torque(m, state, 0, 1.0, k, w) - torque(m, state, 0, 0.0, k, w)
             w[at.TORQUE, k] = total
             w[at.OMEGA2, k + 1] = 0.0
         else:
@@ -180,9 +153,7 @@ def contact(m, state, flank, phase, n, w):
     eqs (21), (22), with the flanks' own accelerations; friction in the mesh scales it and nothing else.
     Returns the direction that dry friction resists.
     """
-    deviates, on_loose, oiled = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0, m[at.FLOOR] > 0.0
-    if oiled:
-        prepare(m, state, -1, w)
+    deviates, on_loose = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0
     drive(m, state, n, w)
     side = 1.0 if flank == 0 else -1.0
     if not deviates and m[at.N_TORQUES] == 0.0:
@@ -195,7 +166,8 @@ def contact(m, state, flank, phase, n, w):
             deviate(m, 0, k, w)
     if on_loose:
         deviate(m, 1, 0, w)
-        slope = deviation(m, state, 1, flank, state[at.ANGLE])[1]
+        around = material(m, state, 1, state[at.ANGLE])
+        slope = around[1] if flank == 0 else around[4]
     for k in range(1, n + 1):
         w[at.OMEGA2, k - 1] = 0.0
         if on_loose:
@@ -212,8 +184,6 @@ def contact(m, state, flank, phase, n, w):
     sign = _direction(m, n, w)
     for k in range(n - 1):
         pull = torque(m, state, phase, sign, k, w)
-        if oiled:
-            pull += film_torque(m, k, w)
         w[at.REACTION, k] = (m[at.INERTIA] * (k + 1) * w[at.OMEGA2, k + 1] + pull) * thrust(m, side, sign)
     return sign
 

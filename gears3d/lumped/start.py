@@ -7,14 +7,17 @@ from math import inf
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
-from gears3d.lumped import impacts, layout, series
+from gears3d.lumped import layout
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import walk
-from gears3d.lumped.film_steps import settle_on_film
+from gears3d.lumped.forces import imposed, material
+from gears3d.lumped.impacts import holds, let_go, place_on_flank, reaction, stick, take_off
 from gears3d.lumped.model import Model
 
 STATES = ("active", "reverse", "free")
+FIRST_STEP = 1e-6
+"""Of the integrator, unless it is too long [s]."""
 
 
 def start_state(start: str, tables: int = 0) -> np.ndarray:
@@ -37,7 +40,7 @@ def start_state(start: str, tables: int = 0) -> np.ndarray:
     if start not in STATES:
         raise InputError(Fault("start.state", f"is {start!r}", did_you_mean(start, STATES)))
     state = np.zeros(layout.STATE + 2 * tables)
-    state[at.MODE], state[at.WITHIN], state[at.SENSE] = at.BEFORE, -1.0, 1.0
+    state[at.MODE], state[at.WITHIN] = at.BEFORE, -1.0
     state[at.DEPARTED] = STATES.index(start)
     return state
 
@@ -64,36 +67,43 @@ def refuse_jammed(m: Model, state: np.ndarray) -> None:
 
 
 @inner
-def begin(m, state, w):
+def begin(m, state):
     """Put the state on its flank, or into the middle of the backlash, at time 0."""
     start = int(state[at.DEPARTED])
-    state[at.GUESS], state[at.LAST_IMPACT], state[at.LIFT] = inf, -inf, -1.0
+    state[at.GUESS], state[at.LAST_IMPACT], state[at.LIFT], state[at.STEP] = inf, -inf, -1.0, FIRST_STEP
     flank = 1 if start == 1 else 0
     for i in range(int(m[at.N_TABLES])):
         walk(m, state, i, 0.0)
-    series.drive(m, state, 2, w)
-    state[at.DRIVE_SPEED] = w[0, 0]
+    state[at.DRIVE_SPEED] = imposed(m, state, 0.0)[1]
     for _ in range(50):  # the loose gear's deviation shifts its own angle
-        away = series.deviation(m, state, 0, flank, 0.0)[0] + series.deviation(m, state, 1, flank, state[at.ANGLE])[0]
-        state[at.DISPLACEMENT] = away if flank == 0 else m[at.BACKLASH] - away
-        state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
-    impacts.place_on_flank(m, state, flank, 0.0)
+        drive, loose = material(m, state, 0, 0.0), material(m, state, 1, state[at.ANGLE])
+        away = drive[0] + loose[0] if flank == 0 else m[at.BACKLASH] - drive[3] - loose[3]
+        state[at.DISPLACEMENT], state[at.ANGLE] = away, away / m[at.RADIUS_LOOSE]
+    place_on_flank(m, state, flank, 0.0)
     if start == 2:
         _amid(m, state)
         state[at.MODE], state[at.DEPARTED] = at.FREE, 0.0
-        impacts.let_go(m, state, w)
-    elif impacts.holds(m, state, flank, w):
-        if m[at.FLOOR] > 0.0:
-            state[at.PASSED], state[at.WITHIN] = 1.0, flank
-        if m[at.STIFFNESS] > 0.0:
-            _sink(m, state, flank, w[at.REACTION, 0])
-            impacts.let_go(m, state, w)
+    _awake(m, state)
+    if start == 2:
+        let_go(m, state)
+    elif m[at.FLOOR] == 0.0 and m[at.STIFFNESS] == 0.0:
+        if holds(m, state, flank):
+            stick(m, state, flank)
         else:
-            impacts.stick(m, state, flank)
-    elif m[at.FLOOR] > 0.0:
-        settle_on_film(m, state, flank, w)
+            take_off(m, state, flank)
     else:
-        impacts.take_off(m, state, flank, w)
+        _settle(m, state, flank)
+
+
+@inner
+def _awake(m, state):
+    """Note which way oil is drawn in, which films are squeezed, and that the carried body turns with the loose gear."""
+    for flank in range(2):
+        state[at.SQUEEZED + flank] = 1.0 if state[at.RATES + flank] < 0.0 else 0.0
+    if m[at.DEVIATES] == 0.0:  # one gap opens as the other one closes
+        state[at.SQUEEZED + 1] = 1.0 - state[at.SQUEEZED]
+    rolling = m[at.ROLL_DRIVE] * state[at.DRIVE_SPEED] + m[at.ROLL_LOOSE] * state[at.SPEED]
+    state[at.SENSE] = -1.0 if rolling < 0.0 else 1.0
 
 
 @inner
@@ -101,10 +111,8 @@ def _amid(m, state):
     """Put the loose gear amid the backlash, at rest before the active flank."""
     a1 = a2 = r1 = r2 = p1 = p2 = q1 = q2 = 0.0
     for _ in range(50):  # the loose gear's deviation shifts its own angle
-        a1, p1 = series.deviation(m, state, 0, 0, 0.0)
-        a2, p2 = series.deviation(m, state, 1, 0, state[at.ANGLE])
-        r1, q1 = series.deviation(m, state, 0, 1, 0.0)
-        r2, q2 = series.deviation(m, state, 1, 1, state[at.ANGLE])
+        a1, p1, _, r1, q1, _ = material(m, state, 0, 0.0)
+        a2, p2, _, r2, q2, _ = material(m, state, 1, state[at.ANGLE])
         state[at.DISPLACEMENT] = 0.5 * (m[at.BACKLASH] + a1 + a2 - r1 - r2)
         state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
     omega = state[at.DRIVE_SPEED]
@@ -114,12 +122,38 @@ def _amid(m, state):
 
 
 @inner
-def _sink(m, state, flank, reaction):
-    """Rest on a yielding flank."""
-    depth = reaction / m[at.STIFFNESS]
-    state[at.GAPS + flank], state[at.GAPS + 1 - flank] = -depth, state[at.GAPS + 1 - flank] + depth
-    state[at.DISPLACEMENT] += -depth if flank == 0 else depth
-    state[at.ANGLE] = state[at.DISPLACEMENT] / m[at.RADIUS_LOOSE]
-    state[at.MODE] = at.PRESSED + flank
-    state[at.PASSED], state[at.ENTRY], state[at.CONTACT_SINCE] = 1.0, 0.0, 0.0
-    state[at.DEPARTED] = flank
+def _settle(m, state, flank):
+    """Begin at rest where film and compliant teeth bear the load, on the bare flank, or where nothing presses at all.
+
+    The force that a bare flank would have to add to theirs vanishes there.
+    """
+    side, oil = 1.0 if flank == 0 else -1.0, m[at.FLOOR] > 0.0
+    room, place = state[at.GAPS + 1 - flank], state[at.DISPLACEMENT]
+    short = reaction(m, state, flank, 0.0)
+    low, high = 0.0, 0.5 * room
+    if short > 0.0:
+        if m[at.STIFFNESS] == 0.0:
+            stick(m, state, flank)
+            state[at.PASSED], state[at.WITHIN] = 1.0, flank
+            return
+        low, high = -2.0 * short / m[at.STIFFNESS], 0.0
+        state[at.INSIDE + flank], state[at.MODE] = at.PUSHES, at.PRESSED + flank
+    for _ in range(200):
+        gap = 0.5 * (low + high)
+        state[at.DISPLACEMENT] = place + side * gap
+        if reaction(m, state, flank, 0.0) > 0.0:
+            high = gap
+        else:
+            low = gap
+    gap = 0.5 * (low + high)
+    if short <= 0.0 and gap > 0.499 * room:
+        gap = m[at.FELT] if oil else 0.0
+    state[at.DISPLACEMENT] = place + side * gap
+    state[at.ANGLE] += side * gap / m[at.RADIUS_LOOSE]
+    state[at.GAPS + flank], state[at.GAPS + 1 - flank] = gap, room - gap
+    if short <= 0.0:
+        take_off(m, state, flank)
+        state[at.LIFT] = -1.0
+    if short > 0.0 or (oil and gap < m[at.FELT]):
+        state[at.PASSED], state[at.WITHIN], state[at.DEPARTED] = 1.0, flank, flank
+    let_go(m, state)

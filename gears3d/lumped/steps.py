@@ -1,4 +1,4 @@
-"""One step of the motion in each mode, up to its first event: in flight, in contact, pressed on a yielding flank."""
+"""One step of the motion over power series, up to its first event: in flight and in contact."""
 
 from __future__ import annotations
 
@@ -7,21 +7,11 @@ from math import inf
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.cursors import crossing, horizon
-from gears3d.lumped.impacts import (
-    close_contact,
-    cross,
-    impact,
-    leave_spring,
-    let_go,
-    press,
-    settle,
-    take_off,
-    touch_down,
-)  # fmt: skip
+from gears3d.lumped.impacts import cross, end_contact, impact, let_go, touch_down
 from gears3d.lumped.roots import curvature, first_root, highest, slope, value
-from gears3d.lumped.series import contact, flight, yielding
+from gears3d.lumped.series import contact, flight
 
-FLIGHT_ENDS, SPEED_TURNS, BREAKS_LOOSE, PUSHES, CLEARS, CROSSES = range(6)
+FLIGHT_ENDS, SPEED_TURNS, BREAKS_LOOSE, CROSSES = range(4)
 
 
 @inner
@@ -119,19 +109,13 @@ def free_step(m, state, count, w, samples, spacing, span):
     carry(m, state, x, n, w)
     if event == FLIGHT_ENDS:
         state[at.GUESS] = -2.5 / min(curvature(w[at.GAP + flank], n, x), -1e-12)
-        if m[at.STIFFNESS] > 0.0:
-            press(m, state, flank)
-        elif x == 0.0 and state[at.RATES + flank] > -1e-12:
+        if x == 0.0 and state[at.RATES + flank] > -1e-12:
             count[at.GRAZING] += 1
             touch_down(m, state, count, flank)
         else:
-            impact(m, state, count, flank, w)
-    elif event == PUSHES:
-        state[at.MODE], state[at.HOLD] = at.PRESSED + flank, 1.0
-    elif event == CLEARS:
-        leave_spring(state, count, flank)
+            impact(m, state, count, flank)
     elif event == CROSSES:
-        cross(m, state, count, table, side, w)
+        cross(m, state, count, table, side)
     else:
         speed_event(m, state, event, w)
 
@@ -141,26 +125,9 @@ def speed_event(m, state, event, w):
     """Let the loose gear's speed pass through zero, or begin to move."""
     if event == SPEED_TURNS:
         state[at.SPEED] = 0.0
-        let_go(m, state, w)
+        let_go(m, state)
     elif event == BREAKS_LOOSE:
         state[at.SPEED], state[at.SIGN] = 0.0, -1.0 if w[at.TORQUE, 0] > 0.0 else 1.0
-
-
-@inner
-def spring_event(m, state, flank, n, reach, w):
-    """When a flank still pressed in is cleared or pushes again, whichever is first before ``reach``; -1 if neither."""
-    gap, event, x = w[at.GAP + flank], -1, reach
-    root = first_root(gap, -1.0, n, x)
-    if root < x:
-        event, x = CLEARS, root
-    for k in range(n):
-        w[at.SCRATCH, k] = m[at.STIFFNESS] * gap[k] + m[at.DAMPING] * (k + 1) * gap[k + 1]
-    if state[at.LIFT] == flank:
-        w[at.SCRATCH, 0] = 0.0
-    root = first_root(w[at.SCRATCH], 1.0, n - 1, x)
-    if root < x:
-        event, x = PUSHES, root
-    return event, x
 
 
 @inner
@@ -168,13 +135,7 @@ def _free_event(m, state, w, n, reach, way):
     event, where, x = -1, 0, reach
     for flank in range(2):
         gap = w[at.GAP + flank]
-        if m[at.STIFFNESS] > 0.0 and (
-            gap[0] < 0.0 or (gap[0] == 0.0 and state[at.DEPARTED] == flank and gap[1] <= 0.0)
-        ):
-            found, root = spring_event(m, state, flank, n, x, w)
-            if found >= 0:
-                event, where, x = found, flank, root
-        elif gap[0] <= way:
+        if gap[0] <= way:
             root = first_root(gap, 1.0, n, x)
             if root < x:
                 event, where, x = FLIGHT_ENDS, flank, root
@@ -226,64 +187,6 @@ def contact_step(m, state, count, w, samples, spacing, span):
     sample(m, state, count, w, samples, spacing, x, n)
     carry(m, state, x, n, w)
     if table >= 0:
-        cross(m, state, count, table, side, w)
+        cross(m, state, count, table, side)
     elif ends:
-        _end_contact(m, state, count, flank, w)
-
-
-@inner
-def _end_contact(m, state, count, flank, w):
-    """Leave the flank, unless the torques of flight press the gear back on it at once."""
-    state[at.GAPS + flank] = 0.0
-    state[at.RATES + flank] = 0.0
-    if m[at.GATED + flank] != 0.0:
-        phase = 1 + flank if state[at.SLIDE] == 1.0 else 0
-        contact(m, state, flank, phase, 5, w)
-        if w[at.REACTION, 0] > m[at.UNFELT] * m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2:
-            state[at.SLIDE] = 1.0 - state[at.SLIDE]
-            return
-    close_contact(state, count, flank)
-    take_off(m, state, flank, w)
-
-
-@inner
-def spring_step(m, state, count, w, samples, spacing, span):
-    """Press on a yielding flank until its force vanishes, the loose gear stops or breaks loose, or the step's end."""
-    flank = int(state[at.MODE]) - at.PRESSED
-    reach, n = plan(m, state, m[at.RATE + 1], span, 2)
-    yielding(m, state, n, flank, w)
-    if state[at.HOLD] > 0.0:  # pressed on again: the force begins at zero
-        w[at.REACTION, 0] = state[at.HOLD] = 0.0
-    reach = trusted(w[at.GAP + flank], 1, n, reach)[0]
-    event, x = -1, reach
-    root = first_root(w[at.REACTION], 1.0, n, x)
-    if root < x:
-        event, x = FLIGHT_ENDS, root
-    root = first_root(w[at.OMEGA2], state[at.SIGN], n, x) if state[at.SIGN] != 0.0 else loose_at(w, n, x)
-    if root < x:
-        event, x = (SPEED_TURNS if state[at.SIGN] != 0.0 else BREAKS_LOOSE), root
-    x, table, side = crossing(m, state, w, n, x)
-    event = event if table < 0 else CROSSES
-    state[at.IMPULSE] += impulse(m, w[at.GAP + flank], n, x)
-    sample(m, state, count, w, samples, spacing, x, n)
-    carry(m, state, x, n, w)
-    if event == FLIGHT_ENDS:
-        passed = state[at.HEIGHT]
-        take_off(m, state, flank, w)
-        state[at.HEIGHT] = passed
-        if m[at.DAMPING] == 0.0:
-            leave_spring(state, count, flank)
-    else:
-        if event == CROSSES:
-            cross(m, state, count, table, side, w)
-        speed_event(m, state, event, w)
-        settle(m, state, count, flank)
-
-
-@inner
-def impulse(m, gap, n, x):
-    """Return the integral of the flank's force over [0, x]."""
-    total = 0.0
-    for k in range(n, -1, -1):
-        total = (total + gap[k] * at.INVERSE[k + 1]) * x
-    return -m[at.STIFFNESS] * total - m[at.DAMPING] * (value(gap, n, x) - gap[0])
+        end_contact(m, state, count, flank)
