@@ -24,17 +24,7 @@ TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
     },
     "rigid": _ALL,
     "plastic": {Code.TORQUE_CONSTANT: _ALWAYS},
-    "lubricated": {
-        Code.TORQUE_CONSTANT: _ALWAYS,
-        Code.TORQUE_LINEAR: _ALWAYS,
-        Code.TORQUE_POWER: _ALWAYS,
-        Code.TORQUE_FRICTION: frozenset({Gate.CONTACT}),
-        Code.FLANK_HARMONIC: _ALWAYS,
-        Code.FLANK_ECCENTRIC: _ALWAYS,
-        Code.GAP_SPRING: _ALWAYS,
-        Code.GAP_FILM: _ALWAYS,
-        Code.MOTION_HARMONIC: _ALWAYS,
-    },
+    "lubricated": {code: _ANY for code in Code if not 300 < code < 400},  # its teeth are compliant: no restitution
 }
 """Of each model the normal forms that it evaluates, each with the gates that it observes. Effects of sensors have no
 rows: they act on the recording, whatever model made it."""

@@ -6,7 +6,8 @@ height, the impulse is that of film and flank together. A gear that turns toward
 passage is in contact over oil. With ever thinner oil FELT goes to zero, and with it all that sets a passage apart from
 an impact of rigid flanks. Without oil a passage begins where compliant teeth touch and ends where they are clear again.
 
-The state of the integrator: displacement, its rate; twist of the carried body, its rate; impulse of the passage.
+The state of the integrator: displacement, its rate; with a carried body its twist and the rate of that; impulse of the
+passage; where asked for the works, as the state has them.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ NARROWEST = 1e-3
 """Gap, in backlashes, to which errors are related at least where there is no oil."""
 SHORTEST = 1e-15
 """Steps below that lead nowhere [s]."""
-EXACT = 1e-13
+SECANTS = 8
+"""Of the mesh force in a step."""
+EXACT = 1e-11
 """Part of a step to which events are located."""
 LASTING = 10.0 * pi
 """Phase of the oscillation on compliant teeth after which contact counts as permanent [rad]."""
@@ -55,16 +58,31 @@ LASTING = 10.0 * pi
 def rates(given, t, y, k):
     """Write the rates of the integrator's state."""
     m, state = given
-    _write_rates(state, y, acting(m, state, t, y), k)
+    _write_rates(m, state, y, acting(m, state, t, y), k)
 
 
 @tight
-def _write_rates(state, y, now, k):
-    k[0], k[1] = y[1], now.rate
-    within = state[at.WITHIN]
-    k[-1] = 0.0 if within < 0.0 else now.push_active if within == 0.0 else now.push_reverse
-    if k.shape[0] > 3:
+def _write_rates(m, state, y, now, k):
+    k[0], k[1], i = y[1], now.rate, motions_of(m)
+    if i > 2:
         k[2], k[3] = y[3], now.twisting
+    within = state[at.WITHIN]
+    k[i] = 0.0 if within < 0.0 else now.push_active if within == 0.0 else now.push_reverse
+    if k.shape[0] > i + 1:
+        k[i + 1], k[i + 2], k[i + 3], k[i + 4] = now.by_mesh, now.by_drag, now.by_friction, now.by_springs
+        k[i + 5], k[i + 6], k[i + 7], k[i + 8] = now.by_dampers, now.by_squeeze, now.by_wedge, now.by_drive
+
+
+@tight
+def motions_of(m):
+    """Return how many numbers of the integrator's state are places and their rates."""
+    return 4 if m[at.CARRIED] > 0.0 else 2
+
+
+@inner
+def size_of(m):
+    """Return how many numbers the integrator's state has."""
+    return motions_of(m) + (1 + at.N_WORKS if m[at.SETTLE] >= 0.0 else 1)
 
 
 _attempt, _open_up = integrator(rates)
@@ -74,7 +92,7 @@ _attempt, _open_up = integrator(rates)
 def outlook(m, state, t, y, g, k):
     """Write functions of which one falls below zero when something happens, and rates; return the narrower gap."""
     now = acting(m, state, t, y)
-    _write_rates(state, y, now, k)
+    _write_rates(m, state, y, now, k)
     riding = at.STUCK <= state[at.MODE] < at.PRESSED
     within, oil = int(state[at.WITHIN]), m[at.FLOOR] > 0.0
     gaps, speeds = (now.gap_active, now.gap_reverse), (now.rate_active, now.rate_reverse)
@@ -85,7 +103,7 @@ def outlook(m, state, t, y, g, k):
         turns, touches, borders, lets_go = (-rate if closes else rate) + STILL, NEVER, NEVER, NEVER
         if pressed != at.CLEAR:
             touches = -gap
-            if m[at.DAMPING] > 0.0:
+            if (m[at.DAMPING] > 0.0 or m[at.CRITICAL] > 0.0) and m[at.PUBLISHED] == 0.0:
                 lets_go = teeth[flank] if pressed == at.PUSHES else -teeth[flank]
         elif closes:
             touches = gap
@@ -132,9 +150,12 @@ def go(m, state, y, t):
     state[at.TIME], state[at.DRIVE_SPEED], state[at.DISPLACEMENT] = t, speed, y[0]
     state[at.SPEED] = (y[1] + m[at.RADIUS_DRIVE] * speed) / m[at.RADIUS_LOOSE]
     state[at.ANGLE] = (y[0] + m[at.RADIUS_DRIVE] * angle) / m[at.RADIUS_LOOSE]
-    state[at.IMPULSE], state[at.LIFT] = y[-1], -1.0
-    if y.shape[0] > 3:
+    i = motions_of(m)
+    state[at.IMPULSE], state[at.LIFT] = y[i], -1.0
+    if i > 2:
         state[at.TWIST], state[at.TWIST_RATE] = y[2], y[3]
+    for c in range(y.shape[0] - i - 1):
+        state[at.WORKS + c] = y[i + 1 + c]
     now = acting(m, state, t, y)
     state[at.GAPS], state[at.GAPS + 1] = now.gap_active, now.gap_reverse
     state[at.RATES], state[at.RATES + 1] = now.rate_active, now.rate_reverse
@@ -144,9 +165,12 @@ def go(m, state, y, t):
 def come(m, state, y):
     """Write the state's motion into that of the integrator."""
     place, rate, twist, twisting = motion_of(m, state)
-    y[0], y[1], y[-1] = place, rate, state[at.IMPULSE]
-    if y.shape[0] > 3:
+    i = motions_of(m)
+    y[0], y[1], y[i] = place, rate, state[at.IMPULSE]
+    if i > 2:
         y[2], y[3] = twist, twisting
+    for c in range(y.shape[0] - i - 1):
+        y[i + 1 + c] = state[at.WORKS + c]
 
 
 @inner
@@ -161,7 +185,7 @@ def compliant_step(m, state, count, samples, spacing, until, work):
     """Do one step of the integrator, up to an event; the arrays of ``work`` hold its start."""
     y, end, between, k, dense, g, ahead, values, seen, held = work
     t, left = state[at.TIME], horizon(m, state, until - state[at.TIME])
-    h = min(state[at.STEP], 1.0 / m[at.RATE])
+    h = min(state[at.STEP], 1.0 / m[at.RATE + 1 if state[at.MODE] >= at.PRESSED else at.RATE])
     if state[at.HOLD] > 0.0:
         left = min(left, state[at.HOLD])
     last = h >= left
@@ -169,12 +193,12 @@ def compliant_step(m, state, count, samples, spacing, until, work):
         h = left
     elif 2.0 * h > left:
         h = 0.5 * left
-    _attempt((m, state), t, y, h, k, end)
+    _attempt((m, state), t, y, h, k, end, motions_of(m))
     narrow = max(abs(outlook(m, state, t + h, end, ahead, k[END])), m[at.FLOOR])
     if m[at.FLOOR] == 0.0:
         narrow = max(narrow, NARROWEST * m[at.BACKLASH])
     error = max(abs(off(k, h, 0)) / narrow, abs(off(k, h, 1)) / (abs(end[1]) + SLOWEST))
-    if y.shape[0] > 3:
+    if motions_of(m) > 2:
         radius = m[at.RADIUS_LOOSE]
         error = max(error, radius * abs(off(k, h, 2)) / (radius * abs(end[2]) + NARROWEST * m[at.BACKLASH]))
         error = max(error, radius * abs(off(k, h, 3)) / (radius * abs(end[3]) + SLOWEST))
@@ -190,15 +214,20 @@ def compliant_step(m, state, count, samples, spacing, until, work):
         state[at.TRIED], state[at.ERROR] = h, root
     opened, event, x = False, -1, 1.0
     if _stirs(m, state, k, ahead):
-        _open_up((m, state), t, y, h, k, end, dense, between)
+        _open_up((m, state), t, y, h, k, end, dense, between, motions_of(m))
         opened = True
         for i in range(g.shape[0]):
             values[i] = ahead[i]
         event, x = _first(m, state, t, y, h, _wavers(m, state, k), dense, between, g, values, seen, held)
+    if m[at.SETTLE] >= 0.0 and t + x * h > m[at.SETTLE]:
+        if not opened:
+            _open_up((m, state), t, y, h, k, end, dense, between, motions_of(m))
+            opened = True
+        _shake(m, state, t, y, h, x, dense, between)
     if count[at.N_SAMPLES] < samples.shape[0]:
         if not opened and count[at.N_SAMPLES] * spacing <= (t + x * h) * (1.0 + 1e-15):
-            _open_up((m, state), t, y, h, k, end, dense, between)
-        _sample(m, state, count, samples, spacing, t, y, h, x, dense)
+            _open_up((m, state), t, y, h, k, end, dense, between, motions_of(m))
+        _sample(m, state, count, samples, spacing, t, y, h, x, dense, between)
     if event < 0:
         for c in range(y.shape[0]):
             y[c] = end[c]
@@ -212,7 +241,7 @@ def compliant_step(m, state, count, samples, spacing, until, work):
             _rise(state)
             wake(m, state, y, k, g)
         else:
-            gap = y[0] - m[at.FLOOR] if state[at.DEPARTED] == 0.0 else m[at.BACKLASH] - y[0]
+            gap = y[0] - m[at.LAYER] if state[at.DEPARTED] == 0.0 else m[at.BACKLASH] - y[0]
             state[at.HEIGHT] = max(state[at.HEIGHT], gap)
         _last(m, state, count)
         return
@@ -349,15 +378,34 @@ def _at(m, state, t, y, h, dense, point, values, x):
 
 
 @inner
-def _sample(m, state, count, samples, spacing, t, y, h, x, dense):
+def _shake(m, state, t, y, h, x, dense, point):
+    """Add the square of the rate of the mesh force over the part of a step that lies behind the settling."""
+    begin = max(t, m[at.SETTLE])
+    apart = (t + x * h - begin) / SECANTS
+    for j in range(SECANTS + 1):
+        here = begin + j * apart
+        for c in range(motions_of(m)):
+            point[c] = inside(y, dense, (here - t) / h, c)
+        now = acting(m, state, here, point)
+        force = now.push_active - now.push_reverse
+        if j > 0 and apart > 0.0:
+            state[at.JERK] += (force - state[at.MESH_FORCE]) ** 2 / apart
+            state[at.RISING] += apart
+        state[at.MESH_FORCE] = force
+
+
+@inner
+def _sample(m, state, count, samples, spacing, t, y, h, x, dense, point):
     """Take the samples that fall into the first part of a step."""
     i, until = count[at.N_SAMPLES], (t + x * h) * (1.0 + 1e-15)
     while i < samples.shape[0] and i * spacing <= until:
         part = min(max((i * spacing - t) / h, 0.0), x)
         angle, speed, _ = imposed(m, state, i * spacing)
-        row = samples[i]
+        for c in range(motions_of(m)):
+            point[c] = inside(y, dense, part, c)
+        now, row = acting(m, state, i * spacing, point), samples[i]
         row[0], row[1], row[3] = i * spacing, angle, speed
-        row[5], row[6] = inside(y, dense, part, 0), inside(y, dense, part, 1)
+        row[5], row[6], row[7], row[8] = point[0], point[1], now.push_active, now.push_reverse
         row[2] = (row[5] + m[at.RADIUS_DRIVE] * angle) / m[at.RADIUS_LOOSE]
         row[4] = (row[6] + m[at.RADIUS_DRIVE] * speed) / m[at.RADIUS_LOOSE]
         i += 1

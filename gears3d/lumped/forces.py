@@ -9,7 +9,7 @@ state says of it, so that every step sees smooth functions.
 
 from __future__ import annotations
 
-from math import cos, exp, inf, sin, sqrt
+from math import cos, exp, floor, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 from gears3d.lumped import layout as at
@@ -44,6 +44,14 @@ class Acting(NamedTuple):
         twist: torque of the carried body's spring on the loose gear, negative where play would pull [N·m].
         gained: acceleration of the loose gear [rad/s²].
         twisting: acceleration of the carried body against the loose gear [rad/s²].
+        by_mesh: power of the flanks on the loose gear [W].
+        by_drag: power that drag takes [W].
+        by_friction: power of friction in the mesh on the loose gear [W].
+        by_springs: power of the teeth's springs on the gaps [W].
+        by_dampers: of their dampers [W].
+        by_squeeze: of the films' squeeze [W].
+        by_wedge: of their wedge [W].
+        by_drive: power of the flanks' own motion, that of the drive and its waves, on the mesh [W].
     """
 
     rate: float
@@ -64,6 +72,14 @@ class Acting(NamedTuple):
     twist: float
     gained: float
     twisting: float
+    by_mesh: float
+    by_drag: float
+    by_friction: float
+    by_springs: float
+    by_dampers: float
+    by_squeeze: float
+    by_wedge: float
+    by_drive: float
 
 
 @tight
@@ -99,7 +115,7 @@ def material(m, state, gear, angle):
             reverse, incline = reverse + m[row + 4] * c, incline + m[row + 4] * s
             arch -= m[row + 4] * order * order * c
     if gear == 0:
-        active += m[at.FLOOR]  # on the reverse flanks it narrows the backlash
+        active += m[at.LAYER]  # on the reverse flanks it narrows the backlash
     return active, slope, bend, reverse, incline, arch
 
 
@@ -132,25 +148,48 @@ def resisting(m, state, phase, t, angle, speed, sign):
 
 @tight
 def _film(m, state, flank, gap, rate, rolling):
-    """Return the force of a flank's film."""
+    """Return the forces of wedge and squeeze of a flank."""
     h = m[at.FLOOR]
-    if h == 0.0:
-        return 0.0
+    if h == 0.0 or (m[at.PUBLISHED] > 0.0 and state[at.INSIDE + flank] != at.CLEAR):
+        return 0.0, 0.0
     if state[at.INSIDE + flank] == at.CLEAR:
-        h = max(gap + h, THINNEST * h)
+        h = max(gap + m[at.LAYER], (1.0 if m[at.PUBLISHED] > 0.0 else THINNEST) * h)
     thin = 1.0 / h
-    force = m[at.WEDGE] * rolling
+    squeeze = 0.0
     if state[at.SQUEEZED + flank] > 0.0:
-        force -= m[at.SQUEEZE] * rate * sqrt(thin)
-    return force * thin
+        squeeze = -m[at.SQUEEZE] * rate * (thin * sqrt(thin))
+    return m[at.WEDGE] * rolling * thin, squeeze
 
 
 @tight
-def _teeth(m, state, flank, gap, rate):
-    """Return the force of compliant teeth that are pressed in, as if they could pull."""
+def _lookup(m, angle, column):
+    """Return a column of the table of compliant teeth at an angle of the drive."""
+    x = angle * m[at.TEETH] / (2.0 * pi)
+    x = (x - floor(x)) * m[at.POINTS]
+    i = min(int(x), int(m[at.POINTS]) - 1)
+    x -= i
+    first = int(m[at.AT_TEETH]) + at.PER_POINT * (at.TOOTH_COLUMNS * i + column)
+    total = m[first]
+    for k in range(1, at.PER_POINT):
+        total = total * x + m[first + k]
+    return total
+
+
+@tight
+def _teeth(m, state, flank, gap, rate, angle):
+    """Return the forces of spring and damper of compliant teeth that are pressed in, as if they could pull."""
     if state[at.INSIDE + flank] == at.CLEAR:
-        return 0.0
-    return -m[at.STIFFNESS] * gap - m[at.DAMPING] * rate
+        return 0.0, 0.0
+    stiffness, damping = m[at.STIFFNESS], m[at.DAMPING]
+    if m[at.AT_TEETH] > 0.0:
+        stiffness = _lookup(m, angle, at.TOOTH_STIFFNESS + flank)
+    if m[at.CRITICAL] > 0.0:
+        damping = m[at.CRITICAL] * sqrt(stiffness)
+    if m[at.PUBLISHED] > 0.0:
+        return -stiffness * (gap + m[at.LAYER]), -damping * rate
+    if m[at.RAMP] > 0.0 and -gap < m[at.RAMP]:
+        damping *= -gap / m[at.RAMP] * (2.0 + gap / m[at.RAMP])
+    return -stiffness * gap, -damping * rate
 
 
 @tight
@@ -170,7 +209,7 @@ def acting(m, state, t, y):
     angle, speed, change = imposed(m, state, t)
     s, v, sign, per = y[0], y[1], state[at.SIGN], 1.0 / m[at.RADIUS_LOOSE]
     omega, theta = (v + m[at.RADIUS_DRIVE] * speed) * per, (s + m[at.RADIUS_DRIVE] * angle) * per
-    gap0, rate0, gap1, rate1 = s - m[at.FLOOR], v, m[at.BACKLASH] - s, -v
+    gap0, rate0, gap1, rate1 = s - m[at.LAYER], v, m[at.BACKLASH] - s, -v
     a0 = a1 = a2 = r0 = r1 = r2 = b0 = b1 = b2 = q0 = q1 = q2 = 0.0
     if m[at.DEVIATES] > 0.0:
         a0, a1, a2, r0, r1, r2 = material(m, state, 0, angle)
@@ -186,13 +225,30 @@ def acting(m, state, t, y):
     elif mode >= at.PRESSED:
         phase = 1 + mode - at.PRESSED
     pull, dry = resisting(m, state, phase, t, theta, omega, sign)
-    teeth0, teeth1 = _teeth(m, state, 0, gap0, rate0), _teeth(m, state, 1, gap1, rate1)
-    push0, push1 = _film(m, state, 0, gap0, rate0, rolling), _film(m, state, 1, gap1, rate1, rolling)
+    drag, spring0, damper0 = pull + sign * dry, *_teeth(m, state, 0, gap0, rate0, angle)
+    spring1, damper1 = _teeth(m, state, 1, gap1, rate1, angle)
+    wedge0, squeeze0 = _film(m, state, 0, gap0, rate0, rolling)
+    wedge1, squeeze1 = _film(m, state, 1, gap1, rate1, rolling)
+    teeth0, teeth1, push0, push1 = spring0 + damper0, spring1 + damper1, wedge0 + squeeze0, wedge1 + squeeze1
+    rubbing = 0.0
     if state[at.INSIDE] == at.PUSHES:
         push0, dry = push0 + teeth0, dry + m[at.FRICTION] * m[at.RADIUS_LOOSE] * teeth0
+        if m[at.AT_TEETH] > 0.0:
+            rubbing += _lookup(m, angle, at.LEVER) * teeth0
+    else:
+        spring0 = damper0 = 0.0
     if state[at.INSIDE + 1] == at.PUSHES:
         push1, dry = push1 + teeth1, dry + m[at.FRICTION] * m[at.RADIUS_LOOSE] * teeth1
-    pull -= m[at.RADIUS_LOOSE] * (push0 - push1)
+        if m[at.AT_TEETH] > 0.0:
+            rubbing += _lookup(m, angle, at.LEVER + 1) * teeth1
+    else:
+        spring1 = damper1 = 0.0
+    if m[at.SHEARING] != 0.0:
+        sliding = m[at.SHEARING] * (speed + omega)
+        rubbing += sliding * _lookup(m, angle, at.SHEAR) / sqrt(max(gap0 + m[at.LAYER], m[at.FLOOR]))
+        rubbing += sliding * _lookup(m, angle, at.SHEAR + 1) / sqrt(max(gap1 + m[at.LAYER], m[at.FLOOR]))
+    rubbed = rubbing - (pull + sign * dry - drag) * per
+    pull -= m[at.RADIUS_LOOSE] * (push0 - push1 + rubbing)
     twist = moved = 0.0
     if m[at.CARRIED] > 0.0:
         twist = _twisted(m, state, y[2], y[3])
@@ -211,7 +267,11 @@ def acting(m, state, t, y):
         rate = side * carried / (1.0 - side * e1 * per)
         gained = (rate + m[at.RADIUS_DRIVE] * change) * per
         reaction = (m[at.INERTIA] * gained + pull + sign * dry) * thrust(m, side, sign)
+    moving = v + m[at.RADIUS_DRIVE] * speed
     return Acting(
         rate, speed, omega, gap0, rate0, gap1, rate1, push0, push1, teeth0, teeth1, pull, dry, rolling, reaction,
         twist, gained, moved - gained,
+        (push0 - push1) * moving, drag * per * moving, rubbed * moving, spring0 * rate0 + spring1 * rate1,
+        damper0 * rate0 + damper1 * rate1, squeeze0 * rate0 + squeeze1 * rate1, wedge0 * rate0 + wedge1 * rate1,
+        push0 * (moving - rate0) - push1 * (moving + rate1),
     )  # fmt: skip

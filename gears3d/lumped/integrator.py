@@ -86,19 +86,19 @@ D = np.array([
 def integrator(rates: Any) -> tuple[Any, Any]:
     """Return a step of the integrator for a law of motion, and its dense output, to be called from compiled code.
 
-    ``attempt(given, t, y, h, k, end)`` tries a step ``h`` from the time ``t`` and the state ``y`` (n,). The first row
-    of ``k`` (STAGES, n) holds the rates there; ``end`` (n,) becomes the state at the end, whose rates the caller writes
-    into the row END. ``open_up(given, t, y, h, k, end, dense, between)`` then fills ``dense`` (DENSE, n); ``between``
-    (n,) is scratch. The state is places and their rates in pairs, and after them, where n is odd, an integral on which
-    nothing depends.
+    ``attempt(given, t, y, h, k, end, motions)`` tries a step ``h`` from the time ``t`` and the state ``y`` (n,). The
+    first row of ``k`` (STAGES, n) holds the rates there; ``end`` (n,) becomes the state at the end, whose rates the
+    caller writes into the row END. ``open_up(given, t, y, h, k, end, dense, between, motions)`` then fills ``dense``
+    (DENSE, n); ``between`` (n,) is scratch. The state is ``motions`` numbers, places and their rates in pairs, and
+    after them integrals on which nothing depends.
 
     Args:
         rates: compiled function of (given, time, state, out) that writes the rates of the state.
     """
 
     @inner
-    def stage(y, h, k, i, end):
-        for c in range(0, 2 * (y.shape[0] // 2), 2):
+    def stage(y, h, k, i, end, motions):
+        for c in range(0, motions, 2):
             place = rate = 0.0
             for j in range(i):
                 place += A[i, j] * k[j, c]
@@ -106,21 +106,21 @@ def integrator(rates: Any) -> tuple[Any, Any]:
             end[c], end[c + 1] = y[c] + h * place, y[c + 1] + h * rate
 
     @inner
-    def attempt(given, t, y, h, k, end):
+    def attempt(given, t, y, h, k, end, motions):
         for i in range(1, END):
-            stage(y, h, k, i, end)
+            stage(y, h, k, i, end, motions)
             rates(given, t + C[i] * h, end, k[i])
-        stage(y, h, k, END, end)
-        for c in range(2 * (y.shape[0] // 2), y.shape[0]):
+        stage(y, h, k, END, end, motions)
+        for c in range(motions, y.shape[0]):
             total = 0.0
             for j in range(END):
                 total += A[END, j] * k[j, c]
             end[c] = y[c] + h * total
 
     @inner
-    def open_up(given, t, y, h, k, end, dense, between):
+    def open_up(given, t, y, h, k, end, dense, between, motions):
         for i in range(END + 1, STAGES):
-            stage(y, h, k, i, between)
+            stage(y, h, k, i, between, motions)
             rates(given, t + C[i] * h, between, k[i])
         for c in range(y.shape[0]):
             change = end[c] - y[c]

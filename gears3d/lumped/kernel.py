@@ -10,7 +10,7 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.closed_kernel import PATIENCE, SHORTEST
 from gears3d.lumped.closed_kernel import advance as closed
 from gears3d.lumped.compile import borrowed, entry, inner
-from gears3d.lumped.compliant import KNOTS, compliant_step, go, wake
+from gears3d.lumped.compliant import KNOTS, compliant_step, go, size_of, wake
 from gears3d.lumped.integrator import DENSE, STAGES
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step
@@ -67,7 +67,7 @@ def compliant(m, state, count, w, impacts, contacts, samples, spacing, end):
     impacts, contacts = borrowed(impacts), borrowed(contacts)
     if state[at.MODE] == at.BEFORE:
         begin(m, state)
-    n, events = 5 if m[at.CARRIED] > 0.0 else 3, KNOTS + 2 * int(m[at.N_TABLES])
+    n, events = size_of(m), KNOTS + 2 * int(m[at.N_TABLES])
     motions, functions = np.zeros((3, n)), np.zeros((4, events))
     stages, coefficients, just = np.zeros((STAGES, n)), np.zeros((DENSE + 1, n)), np.zeros(events, dtype=np.int64)
     y, end_y, between = borrowed(motions[0]), borrowed(motions[1]), borrowed(motions[2])

@@ -25,13 +25,20 @@ ORDER = 20
     RADIUS_DRIVE, RADIUS_LOOSE, INERTIA, BACKLASH, MEAN, STICK_VELOCITY, STIFFNESS, DAMPING, REST, UNFELT, SEED,
     FRICTION,
     WEDGE, SQUEEZE, ROLL_DRIVE, ROLL_LOOSE, FLOOR, FELT,
-    CARRIED, TORSION, TORSION_DAMPING, PLAY, TOLERANCE,
+    CARRIED, TORSION, TORSION_DAMPING, PLAY, TOLERANCE, SETTLE,
+    LAYER, CRITICAL, RAMP, PUBLISHED, SHEARING, AT_TEETH, POINTS, TEETH,
     N_HARMONICS, N_TORQUES, N_FLANKS, AT_TORQUES, AT_FLANKS, SIMPLE,
     ON_LOOSE, DEVIATES, LEAST_ORDER, N_TABLES, AT_TABLES, DRIVE_TABLE, FLANK_TABLE, FLANK_TABLE_REVERSE,
     SCALARS,
-) = range(38)  # fmt: skip
+) = range(47)  # fmt: skip
 RATE, GATED, RESTITUTION, BASE, HARMONICS = SCALARS, SCALARS + 3, SCALARS + 5, SCALARS + 9, SCALARS + 18
 PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
+
+# columns of the table of compliant teeth over a pitch of the drive, of both flanks: stiffness, lever of friction, lever
+# of shearing oil
+TOOTH_STIFFNESS, LEVER, SHEAR, TOOTH_COLUMNS = 0, 2, 4, 6
+PER_POINT = 8
+"""Coefficients of a polynomial, the highest first."""
 
 # a table: row of its variable (TIME_TABLE: time), number and width of its pieces, period, where knots and pieces lie
 VARIABLE, PIECES, WIDTH, PERIOD, AT_KNOTS, AT_PIECES, PER_TABLE = range(7)
@@ -47,7 +54,12 @@ SENSE, SQUEEZED, WITHIN, TURNED = 36, 37, 39, 40  # of the oil films; SQUEEZED o
 INSIDE, STEP = 41, 43  # of compliant teeth: of both flanks CLEAR, SUNK or PUSHES; next step of the integrator
 TWIST, TWIST_RATE, TWISTED, TWISTING = 44, 45, 46, 47  # of the carried body: side of the play, whether it pushes there
 TRIED, ERROR = 48, 49  # the last step of the integrator, and the eighth root of its error in parts of what is tolerated
-STATE = 50
+MESH_FORCE, JERK, RISING = 50, 51, 52  # the last force of the mesh, the integral of its rate squared, time over which
+WORKS = (
+    53  # of the mesh on the loose gear, drag, friction; spring, damping, squeeze, wedge on the gaps; drive on the mesh
+)
+N_WORKS = 8
+STATE = 61
 """From here on the state holds two numbers a table: the piece it is in, and the turns before it [rad]."""
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
@@ -79,7 +91,8 @@ COUNTERS = 14
 DONE, IMPACTS_FULL, CONTACTS_FULL, BROKEN, STANDSTILL = range(5)
 
 IMPACT_COLUMNS = 7  # time, flank, velocity, rebound, impulse, displacement, flight height
-SAMPLE_COLUMNS = 7
+FORCES, SAMPLE_COLUMNS = 7, 9
+"""Time, both angles, both speeds, displacement, its rate, and from FORCES on the forces of both flanks."""
 
 INVERSE = np.array([0.0, *[1.0 / k for k in range(1, ORDER + 2)]])
 """1/k."""
@@ -117,7 +130,7 @@ def buffers(effect_rows: int, impacts: int, contacts: int, samples: int, spacing
         spacing: time between samples [s].
 
     >>> buffers(0, 1, 1, 2, 0.5).samples.shape
-    (2, 7)
+    (2, 9)
     """
     return Buffers(
         np.zeros((ROWS + 2 * effect_rows, ORDER + 2)),

@@ -13,6 +13,8 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.kernel import advance
 from gears3d.lumped.model import Model
 
+DISTURBANCE = 1e3
+"""Size of a disturbance in tolerances of the integrator, times the backlash: far above what its steps are off by."""
 WIPED = 1e-6
 """A disturbance that shrinks by more than this within a period is rounding noise: contact has wiped it out.
 
@@ -33,7 +35,7 @@ class Shadow:
 
     def __init__(self, m: Model, period: float, duration: float) -> None:
         self._model, self._numbers = m, m.flat()
-        self._size = 1e-6 * m.backlash
+        self._size = DISTURBANCE * m.tolerance * m.backlash
         self._omega = 2 * pi / period
         self._from = 0.0 if duration < 4.5 * period else max(2 * period, 0.1 * duration)
         self._buffers = at.buffers(len(m.torques) + len(m.flanks), 4096, 1024, 0, inf)

@@ -18,6 +18,29 @@ TOLERANCE = 1e-9
 FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
 
 
+class Teeth(NamedTuple):
+    """Compliant teeth that differ along their mesh, with friction that follows the contact along them.
+
+    Args:
+        table: polynomials in pieces over one pitch of the drive from angle 0 on, of both flanks: stiffness [N/m], what
+            friction adds to the force of the teeth, and the same of sheared oil [m]; (n, 6, 8), highest powers first.
+        count: of the drive's teeth.
+        critical: damping by the root of the stiffness [kg^0.5]; 0: the damping is that of the model.
+        ramp: depth over which the damping comes in [m]; 0: it is there at once.
+        layer: gap at which the teeth touch [m].
+        published: whether they take the place of the oil there, and may pull.
+        shearing: force of sheared oil by speed, length and thickness^(-1/2) [N·s·m^(-1/2)].
+    """
+
+    table: np.ndarray
+    count: int
+    critical: float
+    ramp: float
+    layer: float
+    published: bool
+    shearing: float
+
+
 class Model(NamedTuple):
     """What the kernel computes with; J, Rb, b ... of Kadmiri et al. 2012 and Rigaud & Perret-Liaudet 2020.
 
@@ -49,6 +72,8 @@ class Model(NamedTuple):
         flank_tables: place of the material on the active flanks [m] over the drive's angle, -1: none; that of the
             reverse flanks is the next.
         tolerance: of steps of the integrator, relative to gaps and their rates.
+        settle: time from which on the rate of the mesh force counts [s]; works are then summed up, too. -1: neither.
+        teeth: compliant ones that differ along their mesh, in place of ``stiffness`` and ``damping``.
     """
 
     radius_drive: float
@@ -76,6 +101,8 @@ class Model(NamedTuple):
     drive_table: int = -1
     flank_tables: int = -1
     tolerance: float = TOLERANCE
+    settle: float = -1.0
+    teeth: Teeth | None = None
 
     def has_closed_form(self) -> bool:
         """Whether flanks are perfect, torques constant, and the drive has one harmonic at most."""
@@ -96,10 +123,18 @@ class Model(NamedTuple):
         torques = layout.HARMONICS + layout.PER_HARMONIC * sizes[0]
         flanks = torques + layout.PER_TORQUE * sizes[1]
         tables = flanks + layout.PER_FLANK * sizes[2]
+        packed = pack(self.tables, tables)
+        own = self.teeth
+        if own is None:
+            teeth = [self.film[4], *[0.0] * 7]
+        else:
+            teeth = [own.layer, own.critical, own.ramp, own.published, own.shearing, tables + len(packed)]
+            teeth += [len(own.table), own.count]
+            packed = np.concatenate([packed, own.table.ravel()])
         scalars = [
             self.radius_drive, self.radius_loose, self.inertia, self.backlash, self.mean, self.stick_velocity,
             self.stiffness, self.damping, self.rest, self.unfelt, self.seed,
-            self.friction, *self.film, *self.carried, self.tolerance,
+            self.friction, *self.film, *self.carried, self.tolerance, self.settle, *teeth,
         ]  # fmt: skip
         on_loose = bool(self.flanks[:, 0].any())
         deviates = sizes[2] > 0 or self.flank_tables >= 0
@@ -109,7 +144,6 @@ class Model(NamedTuple):
             self.drive_table, self.flank_tables, reverse,
         ]  # fmt: skip
         arrays = [self.rate, self.gated, self.restitution, self.base, harmonics, self.torques, self.flanks]
-        packed = pack(self.tables, tables)
         return np.concatenate([scalars, sizes, places, *(np.ravel(a) for a in arrays), packed]).astype(float)
 
 
@@ -121,6 +155,8 @@ def model(
     seed: int = 0,
     flanks: tuple[Table, Table] | None = None,
     drive: Table | None = None,
+    teeth: Teeth | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Model:
     """Pack the base model, the drive's motion and the effects' rows for the kernel.
 
@@ -132,6 +168,8 @@ def model(
         seed: of the scatter.
         flanks: tables of the material on active and reverse flanks, in place of all rows of flanks.
         drive: angle [rad] over time, in place of the mean speed.
+        teeth: compliant ones that differ along their mesh.
+        tolerance: of steps of the integrator.
 
     Returns:
         The packed model.
@@ -146,13 +184,17 @@ def model(
     if flanks is not None:
         rows = [row for row in rows if row.code not in FLANKS]
     _refuse_unknown(rows)
+    springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
+    stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
+    if teeth is not None:
+        stiffness = float(teeth.table[:, layout.TOOTH_STIFFNESS : layout.LEVER, -1].mean())
+        if teeth.critical > 0.0:
+            damping = teeth.critical * stiffness**0.5
     mean, spin = lower.motion(rig, [*harmonics, *(row.p for row in rows if row.code == Code.MOTION_HARMONIC)])
     mean = 0.0 if drive is not None else mean
     base, torques, tables = lower.torques(rig, rows)
     waves, thinner = lower.flanks(rig, rows)
     film = film_rows.numbers(rows, rig.backlash - thinner, waves)
-    springs = [row.p for row in rows if row.code == Code.GAP_SPRING]
-    stiffness, damping = (float(sum(p[i] for p in springs)) for i in (0, 1))
     fastest = abs(mean) + np.abs(spin[:, 0]).sum() + (np.abs(drive.pieces[:, 2]).max() if drive is not None else 0.0)
     heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
     rate = lower.rates(rig, spin, base, torques, waves, fastest, stiffness, damping, tables, drive)
@@ -160,7 +202,7 @@ def model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
         inertia=float(rig.inertia),
-        backlash=float(rig.backlash - thinner - film[4]),
+        backlash=float(rig.backlash - thinner - (film[4] if teeth is None else teeth.layer)),
         mean=float(mean),
         harmonics=spin,
         base=base,
@@ -181,6 +223,8 @@ def model(
         tables=(*tables, *(flanks or ()), *([drive] if drive is not None else [])),
         drive_table=len(tables) + len(flanks or ()) if drive is not None else -1,
         flank_tables=len(tables) if flanks else -1,
+        tolerance=tolerance,
+        teeth=teeth,
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gears3d.effects import Code
 from gears3d.lumped.flanks import flank_tables, perfect
-from gears3d.lumped.model import Model, model
+from gears3d.lumped.model import TOLERANCE, Model, Teeth, model
 from gears3d.lumped.run import Outcome, run
 from gears3d.lumped.tables import Table, quintic
 from gears3d.recording import Recording
@@ -60,16 +60,44 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     >>> simulate(load("scenarios/rigaud-2020/fig5-20rpm.toml", {"run.duration": "1 s"})).impacts["flank"][0]
     np.int8(1)
     """
-    rig, rows = scenario.rig(), scenario.rows()
-    harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
+    m = packed(scenario)
+    outcome = run(
+        m, scenario.run.duration, 1.0 / scenario.run.output_rate, scenario.start.state, progress, lyapunov=True
+    )
+    return recorded(outcome, m, scenario, "rigid")
+
+
+def packed(scenario: Scenario, teeth: Teeth | None = None, tolerance: float = TOLERANCE) -> Model:
+    """Return the packed model of a scenario.
+
+    Args:
+        scenario: to be run.
+        teeth: compliant ones that differ along their mesh.
+        tolerance: of steps of the integrator.
+
+    Raises:
+        InputError: the scenario holds what the model cannot do.
+    """
+    rows = scenario.rows()
     drive = None if scenario.motion.record is None else measured_drive(scenario)
-    sines = harmonics if drive is None else []
+    sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics] if drive is None else []
     flanks = flanks_of(scenario, rows, _reach(scenario, rows, drive))
-    m = model(rig, sines, rows, scenario.impact.stick_velocity, scenario.run.seed, flanks, drive)
-    spacing = 1.0 / scenario.run.output_rate
-    outcome = run(m, scenario.run.duration, spacing, scenario.start.state, progress, lyapunov=True)
+    about = (scenario.impact.stick_velocity, scenario.run.seed, flanks, drive, teeth, tolerance)
+    return model(scenario.rig(), sines, rows, *about)
+
+
+def recorded(outcome: Outcome, m: Model, scenario: Scenario, name: str) -> Recording:
+    """Return a run as a recording.
+
+    Args:
+        outcome: of the run.
+        m: the packed model.
+        scenario: that was run.
+        name: of the model.
+    """
+    rig = scenario.rig()
     meta = {
-        "model": "rigid",
+        "model": name,
         "lyapunov_1_s": outcome.lyapunov,
         "counters": outcome.counters,
         "impacts": outcome.counters["impacts"],
@@ -79,6 +107,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
         "base_radius_drive_m": rig.base_radius_drive,
         "base_radius_loose_m": rig.base_radius_loose,
     }
+    harmonics = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
     signals: dict[str, np.ndarray] = dict(zip(SIGNALS, outcome.samples.T.copy(), strict=True))
     return Recording(signals, impact_columns(outcome, m, rig, harmonics), meta)
 

@@ -32,6 +32,11 @@ class Outcome:
         lyapunov: largest exponent [1/s], minus infinity where contact wipes the memory, NaN when not asked for.
         reached: end of the run [s].
         interrupted: whether it was broken off by the keyboard.
+        works: done since the start where the model settles [J]: of the flanks on the loose gear, of drag, of friction;
+            of springs, dampers, squeeze and wedge on the gaps; of the drive's flanks on the mesh; (8,).
+        jerk: mean square of the rate of the mesh force after settling [N²/s²], NaN where the model does not settle.
+        forces: of active and reverse flank at the samples, zeros on rigid flanks without oil [N]; (n, 2).
+        state: at the end.
     """
 
     impacts: np.ndarray
@@ -41,6 +46,10 @@ class Outcome:
     lyapunov: float
     reached: float
     interrupted: bool
+    works: np.ndarray
+    jerk: float
+    forces: np.ndarray
+    state: np.ndarray
 
 
 def run(
@@ -107,11 +116,15 @@ def run(
     return Outcome(
         np.concatenate(impacts),
         _with_open_contact(np.concatenate(contacts), state),
-        out.samples[: count[at.N_SAMPLES]],
+        out.samples[: count[at.N_SAMPLES], : at.FORCES],
         {name.lower(): int(count[getattr(at, name)]) for name in COUNTED} | {"impacts": int(count[at.TOTAL])},
         shadow.exponent() if shadow is not None else np.nan,
         float(state[at.TIME]),
         interrupted,
+        state[at.WORKS : at.WORKS + at.N_WORKS].copy(),
+        float(state[at.JERK] / state[at.RISING]) if state[at.RISING] > 0.0 else np.nan,
+        out.samples[: count[at.N_SAMPLES], at.FORCES :],
+        state,
     )
 
 

@@ -136,7 +136,7 @@ def _settle(m, state, flank):
             stick(m, state, flank)
             state[at.PASSED], state[at.WITHIN] = 1.0, flank
             return
-        low, high = -2.0 * short / m[at.STIFFNESS], 0.0
+        low, high = -2.0 * short / m[at.STIFFNESS] - (m[at.LAYER] if m[at.PUBLISHED] > 0.0 else 0.0), 0.0
         state[at.INSIDE + flank], state[at.MODE] = at.PUSHES, at.PRESSED + flank
     for _ in range(200):
         gap = 0.5 * (low + high)

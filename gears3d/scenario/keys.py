@@ -169,7 +169,7 @@ LUBRICATED = {
     "published_gap": _positive("length", "where the published dead zone ends, along the normal", "5 um"),
     "ramp": Key("length", "depth over which damping comes in, along the normal; the smallest film when not given", None,
                 low=0.0),
-    "tolerance": Key("ratio", "relative, of a step", 1e-7, 1e-13, 1e-2),
+    "tolerance": Key("ratio", "relative, of a step", 1e-6, 1e-13, 1e-2),
 }  # fmt: skip
 EXPECT = {
     "regime": Key("choice", "regime after settling", None, choices=REGIMES),

@@ -107,7 +107,7 @@ def _touching(pair: Pair) -> bool:
     return touching_ratio(pair, 1e-9) + pair.overlap_ratio >= 1.0
 
 
-_UNSEEN = {"plastic": _beyond_perfect, "lubricated": _beyond_perfect}
-"""What a model does not see; the rigid one takes its flanks from the surfaces, the bullet one is made of them."""
+_UNSEEN = {"plastic": _beyond_perfect}
+"""What a model does not see; others take their flanks from the surfaces, the bullet one is made of them."""
 _ASSUMPTIONS = {"plastic": _of_plastic, "lubricated": _of_lubricated}
 """What a model's own assumptions exclude; bullet and rigid take every effect and every motion."""

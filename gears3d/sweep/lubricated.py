@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gears3d.lumped import layout as at
 from gears3d.lumped import tally
 from gears3d.lumped.batch import room
-from gears3d.lumped.lubricated import layout as at
 from gears3d.lumped.lubricated.model import pack
-from gears3d.lumped.lubricated.run import run
+from gears3d.lumped.lubricated.recorded import flown
+from gears3d.lumped.run import run
 from gears3d.sweep.block import Raw, fill, one_by_one
 from gears3d.sweep.plan import Plan
 from gears3d.sweep.watch import Watch
@@ -37,35 +39,36 @@ def run_points(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> N
     last: list[np.ndarray] = []
 
     def one(row: int, scenario: Scenario, goes_on: bool) -> None:
-        begun = _going_on(last[-1]) if plan.follow and goes_on and last else None
-        last.clear()
         m = pack(scenario)
+        begun = _going_on(last[-1], m.radius_loose) if plan.follow and goes_on and last else None
+        last.clear()
         period = scenario.period
         end = plan.periods * period
         spacing = period if plan.strobe == 0.0 else period / FINEST
-        outcome = run(
-            m, end, scenario.start.state, spacing, plan.settle * period, scenario.lubricated.tolerance,
-            books=jerk, progress=watch.check, state=begun,
-        )  # fmt: skip
+        m = m._replace(settle=plan.settle * period if jerk else -1.0)
+        put = None if begun is None else partial(np.copyto, src=begun)
+        outcome = flown(run(m, end, spacing, scenario.start.state, watch.check, chunk=period, put=put), m)
         if outcome.interrupted:
             raise KeyboardInterrupt
         last.append(outcome.state)
-        mass = float(m.numbers[at.MASS])
+        mass = m.inertia / m.radius_loose**2
         fill(plan, raw, row, outcome.impacts[np.argsort(outcome.impacts[:, 0], kind="stable")], period, mass, kept)
         each = 1 if plan.strobe == 0.0 else FINEST
         first = (plan.periods - plan.keep) * each + round(plan.strobe * each)
         taken = outcome.samples[first::each][: plan.keep]
-        raw.sections[row, : len(taken), : tally.FIRST] = taken[:, 1:3]
+        raw.sections[row, : len(taken), : tally.FIRST] = taken[:, 5:7]
         if jerk:
             raw.numbers[row, tally.JERK] = outcome.jerk
 
     one_by_one(plan, raw, watch, skip, one)
 
 
-def _going_on(state: np.ndarray) -> np.ndarray:
+def _going_on(state: np.ndarray, radius_loose: float) -> np.ndarray:
     """Return a state at the end of whole periods as one at time 0."""
     begun = state.copy()
-    begun[at.ENTRY] -= state[at.TIME]
-    begun[at.TIME] = begun[at.STEP] = begun[at.JERK] = begun[at.RISING] = 0.0
-    begun[at.BOOKS :] = 0.0
+    for since in (at.ENTRY, at.CONTACT_SINCE, at.LAST_IMPACT):
+        begun[since] -= state[at.TIME]
+    begun[at.ANGLE] = begun[at.DISPLACEMENT] / radius_loose
+    begun[at.TIME] = begun[at.MARK] = begun[at.JERK] = begun[at.RISING] = 0.0
+    begun[at.WORKS : at.WORKS + at.N_WORKS] = 0.0
     return begun

@@ -15,7 +15,7 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.batch import BROKEN, STANDSTILL, TOO_LONG, Batch, pack_points
 from gears3d.lumped.flanks import perfect
 from gears3d.lumped.model import model
-from gears3d.lumped.rigid import _reach, flanks_of
+from gears3d.lumped.rigid import packed
 from gears3d.lumped.start import STATES
 from gears3d.scenario.key_paths import written_value
 from gears3d.sweep.block import DONE, FAILED, TIME_LIMIT, Raw, one_by_one, scenario_of, setting_row, too_long
@@ -169,13 +169,10 @@ def flat(scenario: Scenario) -> np.ndarray:
     Raises:
         InputError: the rigid model cannot do it.
     """
-    rows = scenario.rows()
-    flanks = flanks_of(scenario, rows, _reach(scenario, rows, None))
-    sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics]
-    packed = model(scenario.rig(), sines, rows, scenario.impact.stick_velocity, scenario.run.seed, flanks)
-    if packed.backlash <= 0.0 and packed.stiffness == 0.0:
+    m = packed(scenario)
+    if m.backlash <= 0.0 and m.stiffness == 0.0:
         raise InputError(Fault("mount.backlash", "leaves no gap", "give more"))
-    return packed.flat()
+    return m.flat()
 
 
 def _run(plan: Plan, raw: Raw, watch: Watch, table: np.ndarray, rows: np.ndarray, start: Any) -> None:

@@ -34,9 +34,9 @@ def test_a_step_is_of_order_eight_and_its_dense_output_of_order_seven():
         y, end, between, k = np.array([1.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), np.zeros((integrator.STAGES, 3))
         dense = np.zeros((integrator.DENSE, 3))
         rates((), 0.0, y, k[0])
-        attempt((), 0.0, y, h, k, end)
+        attempt((), 0.0, y, h, k, end, 2)
         rates((), h, end, k[integrator.END])
-        open_up((), 0.0, y, h, k, end, dense, between)
+        open_up((), 0.0, y, h, k, end, dense, between, 2)
         inside = [integrator.inside(y, dense, 0.3, c) for c in range(3)]
         exact = np.cos(h), -np.sin(h), np.sin(h)
         off.append([np.abs(end - exact).max(), abs(inside[0] - np.cos(0.3 * h)), abs(inside[2] - np.sin(0.3 * h))])

@@ -94,10 +94,10 @@ def test_an_effect_acts_in_a_model_or_is_refused_as_the_table_says(kind, model, 
     assert fault.remedy == f"leave it out, or {way}"
 
 
-@pytest.mark.parametrize("model", ["plastic", "lubricated"])
-def test_check_lists_what_a_model_does_not_take(model, tmp_path, capsys):
+@pytest.mark.parametrize(("model", "kind"), [("plastic", "mesh_drag"), ("lubricated", "restitution_scatter")])
+def test_check_lists_what_a_model_does_not_take(model, kind, tmp_path, capsys):
     file = tmp_path / "rig.toml"
-    file.write_text(load(FILE).with_({"effect": [{"kind": "mesh_drag", **EXAMPLES["mesh_drag"]}]}).document)
+    file.write_text(load(FILE).with_({"effect": [{"kind": kind, **EXAMPLES[kind]}]}).document)
     for words, code, count in ((["--model", "rigid"], 0, 0), (["--model", model], 3, 2)):
         with pytest.raises(SystemExit) as stop:
             cli.main(["check", str(file), *words, "--json"])
@@ -105,8 +105,9 @@ def test_check_lists_what_a_model_does_not_take(model, tmp_path, capsys):
         faults = json.loads(capsys.readouterr().out)["files"][0]["faults"]
         assert len(faults) == count
     told = next(fault for fault in faults if fault["key"] == "effect[0]")
-    assert told["message"] == f"'mesh_drag' does not act in the {model} model"
-    assert told["remedy"] == "leave it out, or run it with --model bullet or rigid"
+    ways = "bullet or rigid or lubricated" if model == "plastic" else "bullet or rigid"
+    assert told["message"] == f"{kind!r} does not act in the {model} model"
+    assert told["remedy"] == f"leave it out, or run it with --model {ways}"
 
 
 def test_the_documentation_has_the_table():

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import cos, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.lumped.lubricated import layout as at
-from gears3d.lumped.lubricated.model import Model, pack
-from gears3d.lumped.lubricated.run import Outcome, run
-from gears3d.lumped.rigid import SIGNALS, tooth
+from gears3d.lumped import layout as at
+from gears3d.lumped.lubricated.model import pack
+from gears3d.lumped.model import Model
+from gears3d.lumped.rigid import recorded
+from gears3d.lumped.run import Outcome, run
 from gears3d.recording import Recording
 
 if TYPE_CHECKING:
-    from gears3d.effects import Rig
     from gears3d.scenario import Scenario
 
 WORKS = ("mesh", "drag", "friction", "spring", "damping", "squeeze", "wedge", "drive")
@@ -49,72 +50,26 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     """
     m = pack(scenario)
     rig, duration = scenario.rig(), scenario.run.duration
-    outcome = run(
-        m,
-        duration,
-        scenario.start.state,
-        1.0 / scenario.run.output_rate,
-        min(scenario.run.settle, duration),
-        scenario.lubricated.tolerance,
-        lyapunov=True,
-        progress=progress,
-    )
-    tilt = cos(rig.base_helix_angle)
+    m = m._replace(settle=min(scenario.run.settle, duration))
+    outcome = run(m, duration, 1.0 / scenario.run.output_rate, scenario.start.state, progress, lyapunov=True)
+    made, tilt = recorded(flown(outcome, m), m, scenario, "lubricated"), cos(rig.base_helix_angle)
+    signals = {**made.signals, "mesh_force_N": (outcome.forces[:, 0] - outcome.forces[:, 1]) / tilt}
     meta = {
-        "model": "lubricated",
-        "lyapunov_1_s": outcome.exponent,
-        "counters": outcome.counters,
-        "impacts": outcome.counters["impacts"],
-        "contacts": outcome.contacts.tolist(),
-        "reached_s": outcome.reached,
-        "interrupted": outcome.interrupted,
-        "base_radius_drive_m": rig.base_radius_drive,
-        "base_radius_loose_m": rig.base_radius_loose,
+        **made.meta,
         "rattle_index": sqrt(outcome.jerk) / tilt / rig.inertia if outcome.jerk >= 0.0 else None,
-        "works_J": dict(zip(WORKS, outcome.books.tolist(), strict=True)),
-        "felt_height_m": float(m.numbers[at.FELT]),
+        "works_J": dict(zip(WORKS, outcome.works.tolist(), strict=True)),
+        "felt_height_m": float(m.film[5] + m.flat()[at.LAYER]),
     }
-    return Recording(_signals(m, rig, outcome), _impacts(m, rig, scenario, outcome), meta)
+    return Recording(signals, made.impacts, meta)
 
 
-def motion_of(m: Model, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angle [rad] and speed [rad/s] of the drive, (n,) each.
+def flown(outcome: Outcome, m: Model) -> Outcome:
+    """Return a run whose flights are as high as they get above the felt height.
 
     Args:
+        outcome: of the run.
         m: the packed model.
-        time: [s], (n,).
     """
-    angle, speed = m.numbers[at.MEAN] * time, np.full_like(time, m.numbers[at.MEAN])
-    for amplitude, omega, phase, cosine in m.sines:
-        angle = angle - amplitude / omega * (np.cos(omega * time + phase) - cosine)
-        speed = speed + amplitude * np.sin(omega * time + phase)
-    return angle, speed
-
-
-def _signals(m: Model, rig: Rig, outcome: Outcome) -> dict[str, np.ndarray]:
-    time, place, rate, active, reverse = outcome.samples.T.copy()
-    drive, omega = motion_of(m, time)
-    loose = (place + rig.base_radius_drive * drive) / rig.base_radius_loose
-    omega_loose = (rate + rig.base_radius_drive * omega) / rig.base_radius_loose
-    columns = dict(zip(SIGNALS, (time, drive, loose, omega, omega_loose, place, rate), strict=True))
-    return columns | {"mesh_force_N": (active - reverse) / cos(rig.base_helix_angle)}
-
-
-def _impacts(m: Model, rig: Rig, scenario: Scenario, outcome: Outcome) -> dict[str, np.ndarray]:
-    order = np.argsort(outcome.impacts[:, 0], kind="stable")
-    time, flank, velocity, rebound, impulse, place, height = outcome.impacts[order].T.copy()
-    drive, _ = motion_of(m, time)
-    loose = (place + rig.base_radius_drive * drive) / rig.base_radius_loose
-    first = scenario.motion.harmonics[0] if scenario.motion.harmonics else None
-    phase = 2.0 * np.pi * first.frequency * time + first.phase if first else np.zeros_like(time)
-    return {
-        "time_s": time,
-        "flank": flank.astype(np.int8),
-        "velocity_m_s": velocity,
-        "rebound_m_s": rebound,
-        "impulse_N_s": impulse,
-        "phase_rad": np.mod(phase, 2.0 * np.pi),
-        "tooth_drive": tooth(drive, rig.teeth_drive),
-        "tooth_loose": tooth(loose, rig.teeth_loose),
-        "flight_height_m": height,
-    }
+    impacts = outcome.impacts.copy()
+    impacts[:, 6] = np.maximum(impacts[:, 6] - m.film[5], 0.0)
+    return replace(outcome, impacts=impacts)

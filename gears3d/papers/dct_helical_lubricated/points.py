@@ -91,18 +91,18 @@ def swept(bench: Bench, friction: str = "lines", **where: Any) -> tuple[float, f
     """
     from gears3d.lumped.lubricated import error_indices
     from gears3d.lumped.lubricated.model import pack
-    from gears3d.lumped.lubricated.run import run
+    from gears3d.lumped.run import run
 
     def compute() -> tuple[float, float, float]:
         bench.breathe()
         scenario = bench.scenario(CASE, {**point(**where, periods=80), "lubricated.friction": friction})
         rig, period = scenario.rig(), scenario.period
         spacing = period / 400.0
-        m = pack(scenario)
-        outcome = run(m, 80 * period, spacing=spacing, settle=40 * period, tolerance=1e-6)
+        m = pack(scenario)._replace(settle=40 * period, tolerance=1e-6)
+        outcome = run(m, 80 * period, spacing)
         tilt = cos(rig.base_helix_angle)
         later = outcome.samples[outcome.samples[:, 0] > 40 * period]
-        error = (0.5 * rig.backlash - later[:, 1]) * tilt
+        error = (0.5 * rig.backlash - later[:, 5]) * tilt
         return sqrt(outcome.jerk) / tilt / rig.inertia, *error_indices(error, spacing)
 
     return bench.once(f"{FOLDER} swept {friction} {sorted(where.items())}", compute)

@@ -56,7 +56,7 @@ def test_speeds_and_displacement_belong_together(recording):
 
 
 def test_what_the_model_cannot_do_is_told_all_at_once():
-    effects = [{"kind": "drag_position", "order": 1, "amplitude": "0.01 N m", "phase": "0 deg"}]
+    effects = [{"kind": "restitution_offset", "offset": 0.1}]
     with pytest.raises(InputError) as caught:
         simulate(load(CASE, {"effect": effects}), "lubricated")
     assert [fault.key for fault in caught.value.faults] == ["effect[0]", "effect"]
