@@ -32,6 +32,7 @@ SPRING = {"kind": "tooth_compliance", "stiffness": "2.6e6 N/m", "damping": "557 
 EXAMPLES: dict[str, dict[str, Any]] = {
     "backlash_offset": {"offset": "100 um"},
     "backlash_variation": {"amplitude": "80 um", "order": 2},
+    "carried_inertia": {"inertia": "0.03 kg m^2", "stiffness": "40 N m/rad", "damping": "0.05 N m s/rad"},
     "drag_coulomb": {"torque": "0.2 N m"},
     "drag_differential": {"coefficient": "50 mN m s/rad", "shaft_speed": "0 rpm"},
     "drag_drift": {"relative_change": 1.0, "time_constant": "1 s"},

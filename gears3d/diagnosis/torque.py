@@ -54,5 +54,7 @@ def _value(row: Row, speed: Array, angle: Array, time: Array) -> Array:
         return p[1] * np.cos(p[0] * angle + p[2])
     if row.code == Code.TORQUE_RELAX:
         return p[0] * -np.expm1(-time / p[1]) * dry
+    if row.code == Code.TORQUE_CARRIED:  # its spring makes no torque of its own
+        return 0.0 * speed
     points = np.array(row.table)
     return np.interp((speed, angle, time)[int(p[0])], points[:, 0], points[:, 1])

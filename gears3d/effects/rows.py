@@ -29,6 +29,7 @@ class Code(IntEnum):
     TORQUE_TABLE = (
         107  # p = Variable; table                -> torque over speed, angle or time, straight between points
     )
+    TORQUE_CARRIED = 108  # p = inertia, stiffness, damping, play -> spring to a body that the loose gear carries
     FLANK_HARMONIC = 201  # p = gear, flank, order, amplitude, phase -> amplitude * cos(order*theta_gear + phase)
     FLANK_TOOTH = 202  # p = gear, flank, tooth, offset      -> offset on that tooth (1 = first in order of meshing)
     FLANK_ECCENTRIC = 203  # p = gear, offset, phase         -> axis of the teeth off the axis of rotation
@@ -122,6 +123,14 @@ def torque_friction(coefficient: float) -> Row:
 def torque_table(variable: Variable, table: tuple[tuple[float, float], ...], gate: Gate = Gate.ALWAYS) -> Row:
     """Torque of free form over one variable: points (rad/s, rad or s; N·m), held constant beyond the ends."""
     return Row(Code.TORQUE_TABLE, gate, (float(variable),), table)
+
+
+def torque_carried(inertia: float, stiffness: float, damping: float = 0.0, play: float = 0.0) -> Row:
+    """Spring to a carried body; ``inertia`` in kg·m², ``stiffness`` in N·m/rad, ``damping`` in N·m·s/rad.
+
+    ``play`` in rad is the width of a dead band about no twist, across which the torque never pulls.
+    """
+    return Row(Code.TORQUE_CARRIED, Gate.ALWAYS, (inertia, stiffness, damping, play))
 
 
 def flank_harmonic(gear: Gear, flank: Flank, order: int, amplitude: float, phase: float) -> Row:

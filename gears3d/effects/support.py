@@ -20,7 +20,7 @@ TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
     NATIVE: {
         code: _ALWAYS  # Bullet's own contact is inside its solver: nothing outside learns of it within a step
         for code in Code
-        if code not in (Code.TORQUE_FRICTION, Code.IMPACT_SCATTER, Code.GAP_SPRING, Code.GAP_FILM)
+        if code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.IMPACT_SCATTER, Code.GAP_SPRING, Code.GAP_FILM)
     },
     "rigid": _ALL,
     "plastic": {Code.TORQUE_CONSTANT: _ALWAYS},

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gears3d.effects.rows import Flank
+from gears3d.effects.rows import Code, Flank
 from gears3d.engine.budget import COMPARE_AFTER, Watch
+from gears3d.engine.carried import ANGLE, SPEED
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import jammed, jammed_at_start, not_a_number, not_closed, standing, sunk
 from gears3d.engine.films import film_push
@@ -251,6 +252,9 @@ class Located:
             state["height"] = middle
         else:
             self._begin_on(teeth, Flank.REVERSE if self.settings.start == "reverse" else Flank.ACTIVE)
+        for row in self.plant.torques:
+            if row[0] == Code.TORQUE_CARRIED:
+                row[ANGLE], row[SPEED] = state["theta"], state["omega"]
 
     def _begin_on(self, teeth: np.ndarray, side: Flank) -> None:
         """Begin at rest on a flank if it holds, else leave it with no relative speed, or float on its film of oil."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gears3d.engine.carried import body_among, follow, foresee, reach_of
 from gears3d.engine.closing import CLOSES_ACTIVE, CLOSES_REVERSE, STOPS, TOUCH, Plant, plan_flight
 from gears3d.engine.compile import entry, inner
 from gears3d.engine.faults import SUNK
@@ -204,7 +205,7 @@ def _looped(step: Any) -> Any:
         """
         table, rows = near
         s = state[0]
-        last = blocks.times.size - 1
+        last, body = blocks.times.size - 1, body_among(plant.torques)
         for _ in range(ends[0]):
             if s.time >= rules.duration:
                 return DONE
@@ -227,8 +228,17 @@ def _looped(step: Any) -> Any:
                 if s.samples > 0:
                     return FULL
                 longest = blocks.times[last] - s.time
-            before = s.time
+            before, theta, omega, accel, place, impacts = s.time, s.theta, s.omega, 0.0, s.place, s.impacts
+            rigid = rules.springs.shape[0] == 0
+            if body >= 0:
+                longest = min(longest, reach_of(plant.torques[body], plant.inertia))
+                held = place != FREE and rigid
+                accel = foresee(plant, rows[first:end], plant.torques[body], held, s, longest)
             fault = step(plant, rules, rows[first:end], s, blocks, longest)
+            if body >= 0:
+                free = place == FREE and plant.film.minimum == 0.0
+                smooth = place != FREE and s.impacts == impacts
+                follow(plant.torques[body], free, (before, theta, omega, accel), s, smooth)
             if fault != GO_ON:
                 return fault
             s.standing = 0 if s.time > before else s.standing + 1

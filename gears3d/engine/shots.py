@@ -61,6 +61,9 @@ class Bench:
         if any(row.code == Code.GAP_FILM for row in rows):
             text = "asks for oil between the flanks: what a film does to a flight depends on the flights before it"
             raise InputError(Fault("effect", text, "run the scenario as a whole, or leave the oil out"))
+        if any(row.code == Code.TORQUE_CARRIED for row in rows):
+            text = "has a carried body, whose motion depends on the flights before"
+            raise InputError(Fault("effect", text, "run the scenario as a whole, or leave carried_inertia out"))
         gears, torques, law = prepared(scenario, gears, rows)
         shape, rig = meshed(gears), scenario.rig()
         arm = friction(rows) * gears.loose.base_radius

@@ -9,6 +9,7 @@ import numpy as np
 
 from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
 from gears3d.engine.compile import entry, inner
+from gears3d.errors import Fault, InputError
 
 _SOON = 1e-6
 """Points of a tabulated torque nearer than this are passed over [s]."""
@@ -21,6 +22,9 @@ _POWER = int(Code.TORQUE_POWER)
 _HARMONIC = int(Code.TORQUE_HARMONIC)
 _RELAX = int(Code.TORQUE_RELAX)
 _TABLE = int(Code.TORQUE_TABLE)
+_CARRIED = int(Code.TORQUE_CARRIED)
+_BEHIND = 7
+"""Numbers that a carried body has behind those of its row, see :mod:`gears3d.engine.carried`."""
 _SPEED = int(Variable.SPEED)
 _ANGLE = int(Variable.ANGLE)
 _ALWAYS = int(Gate.ALWAYS)
@@ -34,7 +38,10 @@ def torque_table(rows: Sequence[Row]) -> np.ndarray:
     """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH + 2·most points of a tabulated torque).
 
     A tabulated torque has its number of points behind its variable, and behind the numbers its abscissae and values.
-    Friction of the flanks is left out, see :func:`friction`.
+    Friction of the flanks is left out, see :func:`friction`. A carried body has its own state behind its numbers.
+
+    Raises:
+        InputError: there is more than one carried body.
 
     >>> from gears3d.effects.rows import torque_constant
     >>> torque_table([torque_constant(0.22)])[0, :3].tolist()
@@ -42,7 +49,10 @@ def torque_table(rows: Sequence[Row]) -> np.ndarray:
     """
     chosen = [row for row in rows if row.code // 100 == 1 and row.code != Code.TORQUE_FRICTION]
     longest = max((len(row.table) for row in chosen), default=0)
-    table = np.zeros((len(chosen), 2 + WIDTH + 2 * longest))
+    bodies = sum(row.code == Code.TORQUE_CARRIED for row in chosen)
+    if bodies > 1:
+        raise InputError(Fault("effect", f"there are {bodies} carried bodies", "give one carried_inertia"))
+    table = np.zeros((len(chosen), 2 + WIDTH + max(2 * longest, _BEHIND * bodies)))
     for line, row in zip(table, chosen, strict=True):
         line[0], line[1] = row.code, row.gate
         line[2 : 2 + len(row.p)] = row.p
@@ -145,6 +155,10 @@ def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: f
         elif code == _TABLE:
             at = omega if first == _SPEED else theta if first == _ANGLE else time
             plain += _between(table[i], at)
+        elif code == _CARRIED:
+            x = time - table[i, 2 + WIDTH]
+            c = 3 + WIDTH
+            plain -= table[i, c] + x * (table[i, c + 1] + x * (table[i, c + 2] + x * table[i, c + 3]))
     return plain, dry
 
 

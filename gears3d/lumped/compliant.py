@@ -39,7 +39,9 @@ TURNS, TOUCHES, BORDERS, LETS_GO, STOPS, ROLLS, LIFTS, ENGAGES, RELEASES, KNOTS 
 NEVER = 1.0
 """Of an event that cannot happen."""
 STILL = 1e-13
-"""Rate of a gap that is none [m/s]."""
+"""Rate of a gap that is none [m/s], or of a twist [rad/s]."""
+SLACK = 1e-9
+"""Part of its half beyond which a play ends, so that what has just got there is there."""
 SLOWEST = 1e-3
 """Rate of a gap, and rate of the twist times the base radius, to which errors are related at least [m/s]."""
 NARROWEST = 1e-3
@@ -123,8 +125,8 @@ def outlook(m, state, t, y, g, k):
     g[LIFTS] = now.reaction if riding and state[at.HOLD] == 0.0 else NEVER
     g[ENGAGES] = g[RELEASES] = NEVER
     if m[at.PLAY] > 0.0:
-        side = state[at.TWISTED]
-        g[ENGAGES] = side * y[2] - 0.5 * m[at.PLAY] if side != 0.0 else 0.5 * m[at.PLAY] - abs(y[2])
+        side, half = state[at.TWISTED], 0.5 * m[at.PLAY]
+        g[ENGAGES] = (side * y[2] - half if side != 0.0 else half - abs(y[2])) + SLACK * half
         if side != 0.0 and m[at.TORSION_DAMPING] > 0.0:
             g[RELEASES] = side * now.twist if state[at.TWISTING] > 0.0 else -side * now.twist
     for i in range(int(m[at.N_TABLES])):
@@ -186,6 +188,8 @@ def compliant_step(m, state, count, samples, spacing, until, work):
     y, end, between, k, dense, g, ahead, values, seen, held = work
     t, left = state[at.TIME], horizon(m, state, until - state[at.TIME])
     h = min(state[at.STEP], 1.0 / m[at.RATE + 1 if state[at.MODE] >= at.PRESSED else at.RATE])
+    if m[at.PLAY] > 0.0 and state[at.TWISTED] == 0.0:  # so that no step goes through the play and beyond
+        h = min(h, 0.5 * m[at.PLAY] / (abs(y[3]) + STILL))
     if state[at.HOLD] > 0.0:
         left = min(left, state[at.HOLD])
     last = h >= left

@@ -238,6 +238,7 @@ def stay(m, state, count, flank):
 def leave(state, count, flank):
     """Write a passage down as it ends: as permanent contact, or as one impact."""
     if state[at.PASSED] == 1.0:
+        state[at.CONTACT_SINCE] = state[at.ENTRY]  # also where the bare flanks met later
         close_contact(state, count, flank)
     else:
         count[at.BOUNCES] += 1

@@ -131,6 +131,22 @@ def friction(rows: Sequence[Row]) -> float:
     return float(total)
 
 
+def carried(rows: Sequence[Row]) -> np.ndarray:
+    """Return inertia [kg·m²], stiffness [N·m/rad], damping [N·m·s/rad] and play [rad] of the carried body, (4,).
+
+    Args:
+        rows: normal forms of the effects.
+
+    Raises:
+        InputError: there is more than one body.
+    """
+    bodies = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
+    if len(bodies) > 1:
+        fault = Fault("effect", f"there are {len(bodies)} carried bodies", "give one carried_inertia")
+        raise InputError(fault)
+    return np.array(bodies[0] if bodies else (0.0,) * 4)
+
+
 def gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:
     """Return whether torques differ between flight and contact on either flank, (2,).
 
@@ -163,7 +179,7 @@ def restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:
     return np.array([offset, total(Code.IMPACT_SLOPE), total(Code.IMPACT_FLANK), spread], dtype=float)
 
 
-def rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables, drive=None) -> np.ndarray:
+def rates(rig, spin, base, torques, flanks, fastest, springs, tables, drive, body) -> np.ndarray:
     """Return how fast the fastest part of the motion changes in flight and on either flank [1/s], (3,)."""
     ratio = rig.base_radius_drive / rig.base_radius_loose
     slow = [spin[:, 1].max(initial=0.0), float(np.abs(base[:, 1]).max()) / rig.inertia]
@@ -182,8 +198,12 @@ def rates(rig, spin, base, torques, flanks, fastest, stiffness, damping, tables,
             table = tables[int(first)]
             steepest = np.abs(table.pieces[:, 2]).max() / rig.inertia
             slow.append({layout.OMEGA2: steepest, layout.THETA2: np.sqrt(steepest)}.get(table.variable, 0.0))
+    if body[0] > 0.0:
+        light = 1.0 / rig.inertia + 1.0 / body[0]
+        slow.append(float(np.sqrt(body[1] * light) + body[2] * light))
     if drive is not None:
         slow.append(1.0 / float(np.median(np.diff(drive.knots[1:-1]))))
+    stiffness, damping = springs
     mass = rig.inertia / rig.base_radius_loose**2
     flight = max(*slow, 1e-3)
     return np.array([flight, *[flight + np.sqrt(stiffness / mass) + damping / mass] * 2])

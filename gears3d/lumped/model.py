@@ -107,7 +107,7 @@ class Model(NamedTuple):
     def has_closed_form(self) -> bool:
         """Whether flanks are perfect, torques constant, and the drive has one harmonic at most."""
         plain = len(self.harmonics) <= 1 and not len(self.torques) and not len(self.flanks) and not self.tables
-        rigid = self.stiffness == 0.0 and not self.base[:, 1:].any() and not self.film.any()
+        rigid = self.stiffness == 0.0 and not self.base[:, 1:].any() and not self.film.any() and not self.carried.any()
         return plain and rigid and bool((self.harmonics[:, 0] >= 0.0).all() and (self.harmonics[:, 1] > 0.0).all())
 
     def flat(self) -> np.ndarray:
@@ -194,10 +194,11 @@ def model(
     mean = 0.0 if drive is not None else mean
     base, torques, tables = lower.torques(rig, rows)
     waves, thinner = lower.flanks(rig, rows)
+    body = lower.carried(rows)
     film = film_rows.numbers(rows, rig.backlash - thinner, waves)
     fastest = abs(mean) + np.abs(spin[:, 0]).sum() + (np.abs(drive.pieces[:, 2]).max() if drive is not None else 0.0)
     heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
-    rate = lower.rates(rig, spin, base, torques, waves, fastest, stiffness, damping, tables, drive)
+    rate = lower.rates(rig, spin, base, torques, waves, fastest, (stiffness, damping), tables, drive, body)
     return Model(
         radius_drive=float(rig.base_radius_drive),
         radius_loose=float(rig.base_radius_loose),
@@ -214,7 +215,7 @@ def model(
         damping=damping,
         friction=lower.friction(rows),
         film=film,
-        carried=np.zeros(4),
+        carried=body,
         rate=rate,
         rest=float(max(1e-13 * fastest, 1e-300)),
         unfelt=float(1e-12 * (rig.base_radius_drive * fastest * rate[0] + heaviest)),

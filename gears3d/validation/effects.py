@@ -126,8 +126,25 @@ def claims(quick: bool = False) -> Iterator[Claim]:
             for words, scale in (("", 1.0),) if quick else (("", 1.0), (", at 10 x the budget", smallest(name))):
                 sized = f"{name}{' reversed' if sign < 0 else ''}{words}"
                 yield Claim(f"{sized}: change off the twin's", disagreement(name, sign * scale), AGREEMENT)
+    yield from carried()
     yield from compliance()
     yield from friction()
+
+
+def carried() -> Iterator[Claim]:
+    """Give the claims of a carried body, which has no size that goes to zero: a small one is a stiff system."""
+    body = {"kind": "carried_inertia", "inertia": "5e-3 kg m^2", "stiffness": "400 N m/rad"}
+    body |= {"damping": "0.05 N m s/rad"}
+    scenario = fig5(run__duration="0.34 s")
+    for words, play in (("", "0 rad"), (" with a play of 0.2 mrad", "0.2 mrad")):
+        more = scenario.with_({"effect": [{**body, "play": play}]})
+        changes = []
+        for model in ("bullet", "rigid"):
+            plain, found = run(model).impacts, simulate(more, model).impacts
+            moved = [found[key][:FIRST] - plain[key][:FIRST] for key in ("time_s", "velocity_m_s")]
+            changes.append(np.concatenate([moved[0] * np.abs(plain["velocity_m_s"][:FIRST]), moved[1] * 1e-2]))
+        off = np.linalg.norm(changes[0] - changes[1]) / np.linalg.norm(changes[1])
+        yield Claim(f"carried body{words}: change off the twin's", float(off), AGREEMENT)
 
 
 def compliance() -> Iterator[Claim]:

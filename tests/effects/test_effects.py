@@ -22,6 +22,7 @@ EXAMPLES = {
     "pitch_error": {"offset": 1e-5, "tooth": 7},
     "backlash_offset": {"offset": 2e-5},
     "backlash_variation": {"amplitude": 2e-5, "order": 2},
+    "carried_inertia": {"inertia": 0.01, "stiffness": 100.0},
     "drag_coulomb": {"torque": -0.05},
     "drag_power": {"coefficient": 1e-3, "exponent": 1.5},
     "drag_differential": {"coefficient": 1e-3, "shaft_speed": 20.0},

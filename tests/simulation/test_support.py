@@ -25,6 +25,7 @@ EXAMPLES = {
     "pitch_error": {"offset": "10 um", "tooth": 3},
     "backlash_offset": {"offset": "20 um"},
     "backlash_variation": {"amplitude": "20 um", "order": 2},
+    "carried_inertia": {"inertia": "0.02 kg m^2", "stiffness": "400 N m/rad"},
     "drag_coulomb": {"torque": "-0.05 N m"},
     "drag_viscous": {"coefficient": "1 mN m s/rad"},
     "drag_power": {"coefficient": "1 mN m", "exponent": 1.5},
