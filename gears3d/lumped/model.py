@@ -10,7 +10,7 @@ import numpy as np
 from gears3d.effects import Code, Rig, Row
 from gears3d.effects.support import takes
 from gears3d.errors import Fault, InputError
-from gears3d.lumped import film_rows, layout, lower
+from gears3d.lumped import layout, lower
 from gears3d.lumped.tables import Table, pack
 
 TOLERANCE = 1e-9
@@ -58,7 +58,7 @@ class Model(NamedTuple):
         stick_velocity: rebound speed below which contact is permanent [m/s].
         stiffness: of the flanks [N/m], 0 when rigid.
         damping: of the flanks [N·s/m].
-        film: of the oil, as :func:`gears3d.lumped.film_rows.numbers` gives it; (6,).
+        film: of the oil, as :func:`gears3d.lumped.lower.film` gives it; (6,).
         carried: inertia of the carried body [kg·m²], stiffness [N·m/rad] and damping [N·m·s/rad] of its spring, and
             play [rad]; zeros without one, (4,).
         rate: of the fastest change along the motion, by phase [1/s]; (3,).
@@ -195,7 +195,7 @@ def model(
     base, torques, tables = lower.torques(rig, rows)
     waves, thinner = lower.flanks(rig, rows)
     body = lower.carried(rows)
-    film = film_rows.numbers(rows, rig.backlash - thinner, waves)
+    film = lower.film(rows, rig.backlash - thinner, waves)
     fastest = abs(mean) + np.abs(spin[:, 0]).sum() + (np.abs(drive.pieces[:, 2]).max() if drive is not None else 0.0)
     heaviest = np.abs(base[:, 0]).max() * rig.base_radius_loose / rig.inertia
     rate = lower.rates(rig, spin, base, torques, waves, fastest, (stiffness, damping), tables, drive, body)
