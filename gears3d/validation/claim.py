@@ -38,7 +38,7 @@ class Claim:
         >>> Claim("gap", 2e-9, 1e-9, "m").holds
         False
         """
-        return self.value >= self.bound if self.at_least else self.value <= self.bound
+        return bool(self.value >= self.bound if self.at_least else self.value <= self.bound)
 
 
 def chapters(quick: bool = False, only: str = "") -> Iterator[tuple[str, Callable[[], Iterator[Claim]]]]:

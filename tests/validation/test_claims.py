@@ -1,7 +1,9 @@
 """Every claim that `gears3d validate` prints holds, and the table can say that one does not."""
 
+import json
 import math
 
+import numpy as np
 import pytest
 
 from gears3d.errors import UsageError
@@ -15,6 +17,7 @@ def test_a_claim_holds_only_within_its_bound():
     assert not Claim("x", 0.9, 1.0, at_least=True).holds
     assert not Claim("x", math.nan, 1.0).holds
     assert not Claim("x", math.nan, 1.0, at_least=True).holds
+    assert json.dumps(Claim("x", np.float64(1.0), 1.0).holds) == "true"
 
 
 def test_an_unknown_chapter_is_refused_with_a_hint():
