@@ -15,7 +15,7 @@ from gears3d.diagnosis.cause import Cause, Fit, contribution, fit
 from gears3d.diagnosis.evidence import uncut
 from gears3d.diagnosis.heldout import Split, splits
 from gears3d.diagnosis.joint import settled
-from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT
+from gears3d.diagnosis.path_fit import ACCOUNTS, EXCLUDED, LAWS, OIL, RUB, SCATTER, SMALLEST, SOFT, effects_of
 from gears3d.diagnosis.path_search import Path, against, halves, path_search
 from gears3d.diagnosis.precision import covariance
 from gears3d.diagnosis.rivals import Rival
@@ -72,6 +72,18 @@ class AlongPath(NamedTuple):
     def accounts(self) -> bool:
         """Whether the path comes true to its noise, or to the smallest size of a cause."""
         return self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
+
+    def holds_of(self, records: Sequence[Evidence]) -> bool:
+        """Return whether the path comes true in each of some records; restitution that scatters predicts none.
+
+        Args:
+            records: of the windows.
+        """
+        if self.path.scatter is not None:
+            return True
+        level = self.windows.level(self.windows.residuals(effects_of(self.path.causes)))
+        own = [level[self.windows.record == self.names.index(one.name)] for one in records]
+        return all(not len(each) or float(np.median(each)) <= ACCOUNTS for each in own)
 
     @property
     def decides(self) -> bool:
@@ -203,7 +215,7 @@ def along_path(
         if one.file not in there
     ]
     found = AlongPath(windows, path, measured, others, [one.file for one, _ in tracks])
-    if records and others and not found.accounts:  # what cannot be segmented may be of another rig
+    if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
         return along_path(records, [one for one in admitted if one.file in there], paths, highest, told)
     return found
 

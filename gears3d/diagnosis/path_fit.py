@@ -356,11 +356,12 @@ def _driven(windows: Windows, now: State) -> State:
     weight = windows.weights(along.rest)
     away = windows.without_starts([one * weight for one in along.starts()])
     rest, beyond, price = away(now.rest * weight), now.rest.copy(), _price(windows, now.causes)
+    level = max(float(np.median(windows.level(now.rest))) * windows.runs(now.rest), 1e-12)
     for k in range(len(windows.zeros)):
         own = np.column_stack([np.zeros((len(rest), 0)), *(away(one * weight) for j, one in columns if j == k)])
         if not own.size:
             continue
-        sizes = np.linalg.solve(own.T @ own + np.eye(own.shape[1]), own.T @ rest)
+        sizes = np.linalg.solve(own.T @ own + level * np.eye(own.shape[1]), own.T @ rest)
         beyond -= own @ sizes / weight
         price[windows.record == k] += float(sizes @ sizes) / max(int(np.sum(windows.record == k)), 1)
     return now._replace(beyond=beyond, price=price)

@@ -41,6 +41,8 @@ FINEST = 20.0
 """Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
 COUNTED = 0.35
 """Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
+ROUNDED = 1e-14
+"""Part of the angle below which a line comes from the rounding of numbers."""
 NEXT, SURE = 4, 4.0
 """Multiples of the strongest harmonic that joints, cranks and motors make, which are looked for below the counts, too,
 and standard deviations that each must have to be one: by chance, one in 3000."""
@@ -314,12 +316,13 @@ def _search(fit: _Fit, count: float) -> tuple[Array, Array]:
     """Return angular frequencies of all harmonics, the strongest first, and the coefficients of the fit."""
     turns = np.zeros(0)
     numbers = fit.solve(turns)
+    least = max(COUNTED * count, ROUNDED * (abs(fit.first) + float(np.abs(fit.angle).max())))
     for _ in range(MOST):
         grid, power, level = _spectrum(fit, fit.rest(turns, numbers))
         line = grid[1] if len(grid) > 1 else 1.0
         level = np.maximum(level, _steep(grid, power))
         usable = (grid >= LEAST * line) & (power > level * np.log(len(grid) / CHANCE))
-        usable &= power > (COUNTED * count) ** 2
+        usable &= power > least**2
         usable[-1] = False
         for turn in turns:
             usable &= np.abs(grid - turn) > APART * line

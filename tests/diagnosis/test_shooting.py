@@ -302,12 +302,12 @@ def test_fewer_causes_stand_for_several_that_look_like_them(rig):
     assert size["loose"] == pytest.approx(hidden.offset, rel=0.02)
 
 
-def test_restitution_that_scatters_is_found_beside_a_torque(short):
+def test_restitution_that_scatters_is_found_beside_a_torque(rig):
     hidden = {"restitution_scatter": {"standard_deviation": 0.04}, "drag_viscous": {"coefficient": 0.01}}
     effects = [catalogue()[kind](**values) for kind, values in hidden.items()]
-    windows, _ = shot(short, effects)
-    scatters = Candidate("restitution_scatter", {}, "standard_deviation", short.rig().restitution, False, ())
-    found = path_search(windows, [*low_of(short, windows), scatters])
+    windows, _ = shot(rig, effects)
+    scatters = Candidate("restitution_scatter", {}, "standard_deviation", rig.rig().restitution, False, ())
+    found = path_search(windows, [*low_of(rig, windows), scatters])
     assert [one.candidate.kind for one in found.causes] == ["drag_viscous"]
     assert found.causes[0].numbers[0] == pytest.approx(0.01, rel=0.05)
     assert found.scatter is not None
