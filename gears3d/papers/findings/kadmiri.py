@@ -152,7 +152,7 @@ QUESTION = Question(
     holds=lambda found: bool(np.abs(found - PRINTED["excitation"]).max() < SCATTER),
     told=lambda found: ", ".join(f"{each:.2f}" if each < inf else "–" for each in found),
     shown=channel,
-    left_out=("pitch_error", "encoder_skew"),
+    left_out=("pitch_error", "encoder_skew", "carried_inertia"),
     decides="A record of both encoders above the threshold decides between drive and loose gear. Harmonics of the "
     "drive stand in the channel `drive` at full size even where nothing rattles (one count of the encoders is"
     f" {1e3 * 2 * pi / 8192:.2f} mrad, so the highest ask for a record of many periods); a smaller drag leaves"

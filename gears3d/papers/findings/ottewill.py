@@ -133,7 +133,8 @@ QUESTION = Question(
     told=lambda found: f"{found[0]:.1f}; {found[1]:.2f}",
     shown=channel,
     left_out=("pitch_error", "tooth_compliance", "oil_film", "drag_differential", "drag_power", "restitution_asymmetry",
-              "restitution_speed", "restitution_scatter", "encoder_skew", "encoder_eccentricity"),
+              "restitution_speed", "restitution_scatter", "encoder_skew", "encoder_eccentricity",
+              "carried_inertia"),
     decides="A run-down of the meshed pair, its deceleration taken over the angle of the shaft and not averaged over "
     "a turn: a drag that wanders once a turn stands there, and in `flight` of any record with rattle, folded "
     "over the loose gear's angle. It is the only cause found, and its phase was free. Friction in proportion "

@@ -202,6 +202,7 @@ QUESTION = Question(
         "oil_film",
         "encoder_eccentricity",
         "drag_differential",
+        "carried_inertia",
     ),
     decides="A record of the drive alone: a few per cent of the second or third harmonic in its speed are enough, at "
     "another backlash, and they leave the threshold where it is. In the channel `drive` they are hundreds of "
