@@ -7,6 +7,7 @@ import numpy as np
 from gears3d.diagnosis.cause import Cause
 from gears3d.diagnosis.heldout import UNITS
 from gears3d.diagnosis.named import table
+from gears3d.diagnosis.path_fit import EXCLUDED
 from gears3d.diagnosis.path_search import Path
 from gears3d.diagnosis.prediction import rms_of
 from gears3d.diagnosis.rivals import Rival
@@ -31,7 +32,12 @@ def alternative(rival: Rival) -> dict[str, str]:
         rival: of a cause.
     """
     if rival.worse > 0.5:
-        why = f"fits worse by Δχ² = {rival.worse:.4g}, which is not sufficient to exclude it"
+        why = f"fits worse by Δχ² = {rival.worse:.4g}, which "
+        why += (
+            "errors of the model or few windows may make"
+            if rival.worse > EXCLUDED
+            else "is not sufficient to exclude it"
+        )
     elif rival.worse < -ACCEPT:
         why = f"fits better by Δχ² = {-rival.worse:.4g}, but was not selected by the search"
     elif rival.worse < -0.5:

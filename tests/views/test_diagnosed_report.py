@@ -242,8 +242,8 @@ def test_a_tooth_of_which_only_the_least_depth_is_known_is_told_so(found):
     deep = dataclasses.replace(found.causes[0], effect=effect, parameters=known, table=table(effect, known))
     for one, told in ((deep, False), (dataclasses.replace(deep, at_least=("offset",)), True)):
         changed = dataclasses.replace(found, causes=(one,))
-        assert ("-20 um or beyond" in story.sentence(changed, changed.to_dict())) is told
-        assert (story.numbers(one)[0].value == "-20 um or beyond") is told
+        assert ("-20 µm or beyond" in story.sentence(changed, changed.to_dict())) is told
+        assert (story.numbers(one)[0].value == "-20 µm or beyond") is told
 
 
 def test_the_terminal_tells_the_story(found, capsys):

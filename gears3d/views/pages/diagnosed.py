@@ -269,11 +269,11 @@ def numbers(one: Named) -> list[NumberRow]:
     for name, number in one.parameters.items():
         family = one.effect.params[name].family
         digits = worth_of(number)
-        value, low, high = (show(each, family, digits) for each in (number.value, number.low, number.high))
+        value, low, high = (pretty(show(each, family, digits)) for each in (number.value, number.low, number.high))
         value = f"{value} or beyond" if name in one.at_least else value
         rows.append(NumberRow(name, value, low, high, float(number.value)))
     fixed = {name: value for name, value in one.table.items() if name != "kind" and name not in one.parameters}
-    return rows + [NumberRow(name, str(value), "", "", None) for name, value in fixed.items()]
+    return rows + [NumberRow(name, pretty(str(value)), "", "", None) for name, value in fixed.items()]
 
 
 def short(names: Sequence[str]) -> dict[str, str]:

@@ -15,6 +15,8 @@ from gears3d.errors import InputError
 from gears3d.files import write_text
 from gears3d.provenance import provenance
 from gears3d.signals import times_of, window
+from gears3d.units import parse as quantity
+from gears3d.units import show
 from gears3d.views.camera import camera, section_svg
 from gears3d.views.pages import engine
 from gears3d.views.pages.engine import Claim, Head, Key, Picture
@@ -331,15 +333,23 @@ def _gears(gears: dict[str, Any], mount: dict[str, Any]) -> str:
     if None in teeth:
         return ""
     kind = "helical" if re.search(r"[1-9]", str(gears.get("helix_angle", 0)).split(" ")[0]) else "spur"
-    module = f" of module {inline(gears['module'])}" if "module" in gears else ""
+    module = f" of module {_length(gears['module'])}" if "module" in gears else ""
     gap = (
-        f"a backlash of {inline(mount['backlash'])}"
+        f"a backlash of {_length(mount['backlash'])}"
         if "backlash" in mount
         else f"a centre distance of {inline(mount['centre_distance'])}"
         if "centre_distance" in mount
         else "backlash"
     )
     return f"Two {kind} gears{module} with {teeth[0]} and {teeth[1]} teeth mesh with {gap}."
+
+
+def _length(text: Any) -> str:
+    """Return a length of a scenario in the unit in which it is read best."""
+    try:
+        return pretty(show(quantity(text, "length"), "length", 4))
+    except InputError:  # with an uncertainty
+        return inline(text)
 
 
 def _motion(motion: dict[str, Any]) -> str:
@@ -609,12 +619,17 @@ def over_a_period(seen: Recording | Measurement, scenario: Scenario) -> Picture 
     return Picture(taken.svg(), taken.words(), caption)
 
 
+def _periodicity(motion: str | None) -> Figure:
+    """Return the name of the motion."""
+    return Figure("not determined: run too short") if motion == "too_short" else figure(motion)
+
+
 def head(scenario: Scenario, summary: dict[str, Any]) -> Head:
     """Return question, answer and key numbers: regime, impacts per period, speeds, agreement with the rigid model."""
     comparison = summary.get("comparison") or {}
     keys = [
         Key("regime", figure(summary.get("regime")), key="regime"),
-        Key("periodicity", figure(summary.get("motion")), key="motion"),
+        Key("periodicity", _periodicity(summary.get("motion")), key="motion"),
         Key("impacts per period", figure(summary.get("impacts_per_period"), digits=3), key="impacts_per_period"),
     ]
     for flank in ("active", "reverse"):

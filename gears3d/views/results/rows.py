@@ -307,8 +307,9 @@ def sweep_answer(done: Done) -> tuple[str, str, list[Key]]:
             if (name := f"{flank}_velocity_mean_m_s") in data and np.isfinite(data[name].values).any():
                 speeds = np.abs(data[name].values[np.isfinite(data[name].values)])
                 low, high = (figure(float(end), "velocity", 3).text for end in (speeds.min(), speeds.max()))
-                keys.append(Key(f"mean impact speed, {flank} flank", Figure(f"{low} to {high}"), tone=flank))
-                parts.append(f"mean impact speed on the {flank} flank {low} to {high}")
+                ends = f"{low} at all points" if low == high else f"{low} to {high}"
+                keys.append(Key(f"mean impact speed, {flank} flank", Figure(ends), tone=flank))
+                parts.append(f"mean impact speed on the {flank} flank {ends}")
     title = "Sweep over " + (" and ".join(name for name, _ in varied) or "its cases")
     over = " and ".join(f"{name} from {ends}" for name, ends in varied)
     what = "; ".join(parts) if parts else f"{count} of {done.plan.size} points done"

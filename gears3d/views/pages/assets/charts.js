@@ -38,9 +38,16 @@ const twinLine = (label, value) => line(label, "--twin", value, { dash: [7, 5], 
 
 const powers = (u, ticks) => ticks.map((v) => Math.abs(Math.log10(v) % 1) < 1e-9 ? String(+v.toPrecision(1)) : "");
 
+// as many digits as tell one tick from the next, of small numbers with an exponent
+const stepped = (u, ticks, axis, space, step) => {
+  const small = step < 5e-4 && Math.max(...ticks.map(Math.abs)) < 100 * step;
+  const digits = new Intl.NumberFormat(undefined, { maximumFractionDigits: Math.min(Math.max(Math.ceil(-Math.log10(step) - 1e-9), 0), 6) });
+  return ticks.map((v) => v === null ? "" : small && v ? (+v.toPrecision(2)).toExponential() : digits.format(v));
+};
+
 function axes(xLabel, yLabel) {
   const look = { stroke: css("--soft"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1, size: 5 },
-    font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", labelGap: 2 };
+    values: stepped, font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", labelGap: 2 };
   return [{ ...look, label: xLabel, labelSize: 20, size: 30 }, { ...look, label: yLabel, labelSize: 20, size: 54 }];
 }
 
