@@ -45,7 +45,7 @@ CLEAR = 0.02
 """Smallest size of an effect in each place, in units, that a path must show to tell that there is none."""
 UNSURE = 64.0
 """Fall of chi-square that the uncertainty of the drive's motion may explain where channels tell causes apart: in four
-records whose drive is well known it came to 1 to 17."""
+records whose drive is well known it came to 1 to 17, in one whose drive is known to 1 % to 124 to 472."""
 APART, KNOWN = 3.0, 0.005
 """Standard deviations by which a number from events may be off that from the path, and how well either is known at
 best, in units."""

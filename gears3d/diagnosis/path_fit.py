@@ -368,7 +368,7 @@ def _driven(windows: Windows, now: State) -> State:
 
 
 def _polished(windows: Windows, now: State, rounds: int) -> State:
-    """Return the same, where starts need no more than flights through the first readings or rests."""
+    """Return a state fitted from starts that are flights through the first readings, or rests."""
     for _ in range(2 * rounds if any(cause.free for cause in now.causes) else rounds):  # a shape needs more
         now = with_spread(windows, now)
         level = windows.level(now.rest)
@@ -403,6 +403,7 @@ def scanned(windows: Windows, now: State) -> State:
                 windows.restart(effects)
                 rest = settled(windows, effects, windows.residuals(effects))
                 tried = state_of(windows, causes, rest)
+                # of residuals as they are: the drive's part is known of polished states alone
                 if fall_of(windows, (better or now).rest, tried.rest)[0] > ACCEPT:
                     better = tried
         if better is None or not SMALLEST < size_of(windows, better.causes[-1]) < LARGEST:

@@ -602,8 +602,9 @@ def _in_band(
     step = float(np.median(np.abs(np.diff(angle))))
     lowest, highest = LOWEST, 0
     if step > 0.0 and np.any(rest):
-        fastest = 0.0 if factor == 1 and not edges else PASSED[0]  # faster ones than samples follow look like others
-        highest = int(min(2 * np.pi / max(fastest * step, 2 * np.pi / HIGHEST), HIGHEST))
+        highest = HIGHEST  # those that pass faster than samples look like others, but not over the angle
+        if factor > 1 or edges:
+            highest = int(min(2 * np.pi / (PASSED[0] * step), HIGHEST))
         lowest = int(max(2 * np.pi / (PASSED[1] * step), LOWEST))
     per_turn = 2 * np.pi / count if count else np.inf
     highest = int(min(highest, 0.9 * per_turn))  # beyond, rounding to counts

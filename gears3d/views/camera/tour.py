@@ -50,13 +50,13 @@ def events(subject: Subject, start: float, lasts: float) -> list[Event]:
     """Return what happens over a stretch of time, the state at its begin first."""
     time = np.linspace(start, start + lasts, POINTS)
     state, impacts = subject.flank(time), subject.motion.recording.impacts
-    hits = np.flatnonzero((impacts["time_s"] >= time[0]) & (impacts["time_s"] <= time[-1]))
-    marks = [(float(impacts["time_s"][k]), "hit", int(k)) for k in hits]
+    struck = np.flatnonzero((impacts["time_s"] >= time[0]) & (impacts["time_s"] <= time[-1]))
+    marks = [(float(impacts["time_s"][k]), "impact", int(k)) for k in struck]
     marks += [(float(time[k + 1]), "state", k + 1) for k in np.flatnonzero(np.diff(state))]
     found = [_begin(float(time[0]), int(state[0]))]
     left, bounces = int(state[0]), 0
     for when, what, k in sorted(marks):
-        if what == "hit":
+        if what == "impact":
             flank, speed = int(impacts["flank"][k]), 1e3 * abs(float(impacts["velocity_m_s"][k]))
             bounces = bounces + 1 if flank == left else 0
             found.append(_impact(when, flank, speed, float(impacts["rebound_m_s"][k]), bounces))
