@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, moved
-from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
+from gears3d.diagnosis.shooting import KICKS, NOISE, Linearised, Starts, Windows, WithoutStarts
 from gears3d.diagnosis.zeros import GEARS, goes_by, order_of
 from gears3d.errors import InputError
 
@@ -263,21 +263,27 @@ def followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     Returns:
         Residuals.
     """
-    before = windows.starts
-    windows.restart(effects, anew=True, until=REACHES[0])
-    new = windows.residuals(effects)
+    poor = np.flatnonzero(windows.level(rest) > NOISE)
+    if not len(poor):
+        return rest
+    part, mine = windows.only(poor)
+    before, old = part.starts, rest[mine[: len(rest)]]
+    part.restart(effects, anew=True, until=REACHES[0])
+    new = part.residuals(effects)
     for reach in REACHES:
-        early = windows.early(reach, len(new))
+        early = part.early(reach, len(new))
         for _ in range(SETTLING):
-            along = windows.along(effects)
-            tried = windows.moved([one * early for one in along.starts()], new * early, along.spread, FARTHEST[1])
-            moved = windows.residuals(effects, tried)
-            better = windows.level(moved * early) < windows.level(new * early)
-            windows.starts = tried.where(better, windows.starts)
-            new = np.where(better[windows.every[: len(new)]], moved, new)
-    better = windows.level(new) < windows.level(rest)
-    windows.starts = windows.starts.where(better, before)
-    return np.where(better[windows.every[: len(rest)]], new, rest)
+            along = part.along(effects)
+            tried = part.moved([one * early for one in along.starts()], new * early, along.spread, FARTHEST[1])
+            moved = part.residuals(effects, tried)
+            better = part.level(moved * early) < part.level(new * early)
+            part.starts = tried.where(better, part.starts)
+            new = np.where(better[part.every[: len(new)]], moved, new)
+    better = part.level(new) < part.level(old)
+    windows.starts = windows.starts.put(poor, part.starts.where(better, before))
+    made = rest.copy()
+    made[np.flatnonzero(mine[: len(rest)])] = np.where(better[part.every[: len(old)]], new, old)
+    return made
 
 
 def rezeroed(windows: Windows, now: State) -> State:

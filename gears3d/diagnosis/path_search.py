@@ -85,6 +85,10 @@ to which the path is near in so many windows, so that slopes say what candidates
 that is found, it is that of another rig."""
 
 
+Excluded = tuple[Cause, float, bool]
+"""A cause in the place of another, the chi-square over the level by which it is worse, and that it is excluded."""
+
+
 class Path(NamedTuple):
     """Causes by which the path comes true.
 
@@ -110,7 +114,7 @@ class Path(NamedTuple):
     after: float
     missed: float
     windows: int
-    others: tuple[tuple[tuple[Cause, float, bool], ...], ...]
+    others: tuple[tuple[Excluded, ...], ...]
     seen: dict[str, float]
     scatter: Scatter | None = None
     unsure: float = 0.0
@@ -147,18 +151,17 @@ def path_search(
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
-    for gain, own in zip(gains, instead, strict=True):
+    for gain, (own, behind) in zip(gains, instead, strict=True):
         least = _least(windows, gain, found.rest)
-        others.append(tuple(
-            (one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own
-        ))  # fmt: skip
+        fits = [(one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own]
+        others.append((*fits, *behind))
     restore(windows, found)
     level = windows.level(found.rest)
     usual = windows.level(windows.missed(effects_of(found.causes)))
     made = Path(
         found.causes, covariance_of(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
         float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
-        _seen(windows, known, found), unsure=_unsure(windows, [found, *(one for own in instead for one in own)]),
+        _seen(windows, known, found), unsure=_unsure(windows, [found, *(one for own, _ in instead for one in own)]),
     )  # fmt: skip
     return _apart(made)
 
@@ -309,21 +312,20 @@ def _added(
     """Return a state with more causes, one after the other, as long as they gain."""
     for number in range(len(now.causes), ROUNDS):
         told(number / ROUNDS)
-        restore(windows, now)
-        tries = []
-        for one in _fits(windows, known, now):
-            one = rezeroed(windows, one)
-            restore(windows, one)
-            tries.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
+        few, mine, first = _sampled(windows, now)
+        tries = _tries(windows, few, known, first, now)
+        enough = ACCEPT * len(few) / len(windows)
         if tries:
-            least = max(ACCEPT, SAME * max(gain_of(windows, now, one)[0] for one in tries))
-            for start in (now, base) if now.causes else (now,):  # a law may do what several causes stood in for
-                for one in _lawful(windows, known, now, start, least):
-                    restore(windows, one)
-                    tries.append(polished(windows, scanned(windows, polished(windows, one))))
-        for one in _scattered(windows, known, now):
-            restore(windows, one)
-            tries.append(polished(windows, one))
+            least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
+            root = _part(few, mine, base)
+            for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
+                for one in _lawful(few, known, first, start, least):
+                    restore(few, one)
+                    tries.append(polished(few, scanned(few, polished(few, one))))
+        for one in _scattered(few, known, first, enough):
+            restore(few, one)
+            tries.append(polished(few, one))
+        tries = [_whole(windows, now, few, mine, one) for one in _ahead(few, first, tries)]
         best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
         if best is None:
             break
@@ -337,13 +339,14 @@ def _added(
 
 def _exchanged(
     windows: Windows, known: Sequence[Candidate], base: State, found: State, told: Callable[[float], None]
-) -> tuple[State, list[State], list[list[State]]]:
+) -> tuple[State, list[State], list[tuple[list[State], list[Excluded]]]]:
     """Return a state with other causes in the place of some, where these explain more or are simpler.
 
     Causes that came first were taken without those that came later.
 
     Returns:
-        State, states without each of its causes, and with others in the place of each.
+        State, states without each of its causes, and with others in the place of each, of which those that a sample
+        of windows excludes are not fitted to all.
     """
     for left in reversed(range(EXCHANGES + 1)):
         found = _fewer(windows, known, base, found)
@@ -352,10 +355,16 @@ def _exchanged(
             told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k))))
-            own = []
-            for one in _fits(windows, known, found, k) if cause.candidate.kind not in (*LAWS, SCATTER) else ():
-                restore(windows, one)
-                own.append(_lean(windows, polished(windows, scanned(windows, polished(windows, one)))))
+            own, behind = [], []
+            if cause.candidate.kind not in (*LAWS, SCATTER):
+                few, mine, first = _sampled(windows, found)
+                least = _least(few, gain_of(few, _part(few, mine, less[-1]), first)[0], first.rest)
+                for one in _tries(windows, few, known, first, found, k):
+                    if _excludes(few, one, first, least):
+                        worse = gain_of(few, one, first)[0] * len(windows) / len(few)
+                        behind += [(one.causes[-1], worse, True)] if len(one.causes) == len(found.causes) else []
+                    else:
+                        own.append(_whole(windows, found, few, mine, one))
             same = found._replace(causes=(*less[-1].causes, cause))
             able = [one for one in own if _taken(windows, base, less[-1], one)]
             least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
@@ -365,7 +374,8 @@ def _exchanged(
             if left and (_simple(best) < _simple(same) or _excludes(windows, same, best, least)):
                 found = _added(windows, known, base, _pruned(windows, base, best), lambda part: None)
                 break
-            instead.append([one for one in own if len(one.causes) == len(found.causes)])
+            own = [one for one in own if len(one.causes) == len(found.causes)]
+            instead.append((own, behind))
         else:
             restore(windows, found)
             return found, less, instead
@@ -375,7 +385,7 @@ def _exchanged(
 def _fewer(windows: Windows, known: Sequence[Candidate], base: State, found: State) -> State:
     """Return a state with fewer causes in the place of several that look like others, where these explain as much."""
     tries = []
-    for causes in fewer(windows, known, found):
+    for causes in fewer(windows, known, found) if len(found.causes) > 1 else ():
         restore(windows, found)
         with suppress(InputError):
             rest = windows.residuals(effects_of(causes))
@@ -406,10 +416,7 @@ def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | N
     """Return the simplest of those that the best does not exclude: of fewest numbers, gears before sensors."""
     if not tries:
         return None
-    best = tries[0]
-    for one in tries[1:]:
-        if gain_of(windows, best, one)[0] > 0.0:
-            best = one
+    best = _best(windows, tries)
     least = _least(windows, gain_of(windows, now, best)[0], best.rest)
     able = [one for one in tries if one is best or not _is_worse(windows, one, best, least)]
 
@@ -467,6 +474,9 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     """Return a state without causes that the others make needless."""
     k = 0
     while k < len(now.causes):
+        if _needed(windows, base, now, k):
+            k += 1
+            continue
         restore(windows, now)
         less = polished(windows, fitted(windows, _without(now, k)))
         if _taken(windows, base, less, now._replace(causes=(*less.causes, now.causes[k]))):
@@ -477,19 +487,101 @@ def _pruned(windows: Windows, base: State, now: State) -> State:
     return now
 
 
-def _fits(windows: Windows, known: Sequence[Candidate], now: State, place: int | None = None) -> list[State]:
-    """Return the best candidates of each kind, fitted together with the causes, best first.
+def _needed(windows: Windows, base: State, now: State, k: int) -> bool:
+    """Return whether a sample of windows shows already that a cause gains enough beside the others."""
+    few, mine, first = _sampled(windows, now)
+    if few is windows:
+        return False
+    less = polished(few, fitted(few, _without(first, k)))
+    return _taken(few, _part(few, mine, base), less, first._replace(causes=(*less.causes, now.causes[k])))
+
+
+def _sampled(windows: Windows, now: State) -> tuple[Windows, Array, State]:
+    """Return a sample of windows in which fits are tried first, which residuals are theirs, and the state in them."""
+    restore(windows, now)
+    few, mine = windows.some(SCORED)
+    return few, mine, _part(few, mine, now)
+
+
+def _part(few: Windows, mine: Array, now: State) -> State:
+    """Return a state of all windows in a sample of them, (n + KICKS w,) of whose residuals are given."""
+    if len(few) == len(now.price):
+        return now
+    own, rows = few.picked, mine[: len(now.rest)]
+    return now._replace(
+        rest=now.rest[rows], starts=now.starts.only(own), weight=now.weight[own], price=now.price[own],
+        beyond=None if now.beyond is None else now.beyond[rows],
+    )  # fmt: skip
+
+
+def _whole(windows: Windows, now: State, few: Windows, mine: Array, one: State) -> State:
+    """Return a state that was fitted in a sample of windows in all of them.
 
     Args:
-        windows: of the records.
+        windows: all.
+        now: their present state, whose starts are taken where the sample has none.
+        few: sample.
+        mine: residuals that belong to it.
+        one: state in it.
+    """
+    if few is windows:
+        return one
+    restore(windows, now)
+    windows.zeros, windows.turned = one.zeros.copy(), one.turned.copy()
+    windows.starts = now.starts.put(few.picked, one.starts)
+    effects = effects_of(one.causes)
+    windows.restart(effects)
+    return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))))
+
+
+def _ahead(few: Windows, first: State, tries: Sequence[State]) -> list[State]:
+    """Return those of states that the best does not exclude in a sample of windows."""
+    if not tries:
+        return []
+    best = _best(few, tries)
+    least = _least(few, gain_of(few, first, best)[0], best.rest)
+    return [one for one in tries if one is best or not _is_worse(few, one, best, least)]
+
+
+def _best(windows: Windows, tries: Sequence[State]) -> State:
+    best = tries[0]
+    for one in tries[1:]:
+        if gain_of(windows, best, one)[0] > 0.0:
+            best = one
+    return best
+
+
+def _tries(
+    windows: Windows, few: Windows, known: Sequence[Candidate], first: State, now: State, place: int | None = None
+) -> list[State]:
+    """Return the best candidates of each kind, fitted together with the causes in a sample of windows.
+
+    Args:
+        windows: all, in which candidates are scored.
+        few: the sample.
         known: candidates.
-        now: state with causes.
+        first: state of the sample.
+        now: state of all.
         place: of a cause, in the place of which candidates that look like it are fitted.
     """
+    made = []
+    for one in _fits(windows, few, known, first, now, place):
+        restore(few, one)
+        started = rezeroed(few, one) if place is None else one
+        restore(few, started)
+        made.append(_lean(few, polished(few, scanned(few, polished(few, started)))))
+    return made
+
+
+def _fits(
+    windows: Windows, few: Windows, known: Sequence[Candidate], first: State, now: State, place: int | None
+) -> list[State]:
+    """Return the best candidates of each kind, fitted together with the causes, best first; arguments as above."""
+    restore(windows, now)
     scores, level = scores_of(windows, known, now, place=place)
     able = [one for one in scores if np.hypot.reduce(one.units) > 0.5 * SMALLEST and one.gain > ACCEPT * level]
     there = {(one.candidate.kind, str(one.candidate.shape)) for one in now.causes}
-    causes = now.causes if place is None else _without(now, place).causes
+    causes = first.causes if place is None else _without(first, place).causes
     most = FITTED[1 if any(one.candidate.kind in LAWS for one in causes) else 0]
     least = NEAR if place is None else LIKE
     made, kinds = [], set()
@@ -500,14 +592,14 @@ def _fits(windows: Windows, known: Sequence[Candidate], now: State, place: int |
             continue
         with suppress(InputError):
             cause = begin(one, np.clip(units, -FARTHEST[0], FARTHEST[0]))
-            restore(windows, now)
-            windows.turned = windows.turned + by
-            fit = fitted(windows, now._replace(causes=(*causes, cause)))
+            restore(few, first)
+            few.turned = few.turned + by
+            fit = fitted(few, first._replace(causes=(*causes, cause)))
             if fit.causes[-1].possible:
                 kinds.add(one.kind)
                 made.append(fit)
-    windows.weight = now.weight
-    return sorted(made, key=lambda one: float(np.sum((one.rest * windows.weights(one.rest)) ** 2)))
+    few.weight = first.weight
+    return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))
 
 
 def _lawful(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
@@ -552,13 +644,13 @@ def _begun(windows: Windows, law: Candidate) -> list[Cause]:
     ]
 
 
-def _scattered(windows: Windows, known: Sequence[Candidate], now: State) -> list[State]:
-    """Return causes with restitution that scatters as well, where flanks are dry."""
+def _scattered(windows: Windows, known: Sequence[Candidate], now: State, least: float) -> list[State]:
+    """Return causes with restitution that scatters as well, where flanks are dry and that promises to gain so much."""
     own = next((one for one in known if one.kind == SCATTER), None)
     if own is None or any(one.candidate.kind in (*LAWS, SCATTER) for one in now.causes):
         return []
     restore(windows, now)
-    best, most = None, ACCEPT
+    best, most = None, least
     for size in SCATTERED:
         causes = (*now.causes, begin(own, np.array([size])))
         tried = state_of(windows, causes, windows.residuals(effects_of(causes)))

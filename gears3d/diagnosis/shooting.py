@@ -48,6 +48,9 @@ RUN = 16
 """Means of readings over which residuals may keep their sign: half a flight."""
 BETTER = 0.98
 """Part of its chi-square that another start must leave to be taken."""
+NOISE = 1.5
+"""Mean square of residuals of a window, in variances of the noise, up to which they are noise: no other start is
+looked for."""
 NEXT = 1e-3
 """Units that starts between films of oil are moved by, for slopes."""
 UNSEEN = 2.0
@@ -93,6 +96,23 @@ class Starts(NamedTuple):
         return Starts(
             *(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in zip(self, other, strict=True))
         )
+
+
+    def only(self, picked: Array) -> Starts:
+        """Return those of some windows, by their numbers, (k,)."""
+        return Starts(*(one[picked] for one in self))
+
+    def put(self, picked: Array, other: Starts) -> Starts:
+        """Return these with others in the place of some.
+
+        Args:
+            picked: numbers of windows, (k,).
+            other: starts of these.
+        """
+        made = [one.copy() for one in self]
+        for own, new in zip(made, other, strict=True):
+            own[picked] = new
+        return Starts(*made)
 
 
 def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
@@ -167,6 +187,7 @@ class Windows:
         self.weight = np.ones(len(rows))
         self.every, self.order = self._numbered()
         self.starts = at_rest(np.zeros(len(rows)), np.zeros(len(rows)))
+        self.picked = np.arange(len(rows))  # numbers of the windows among those that they were taken from
 
     def __len__(self) -> int:
         return len(self.begin)
@@ -274,7 +295,7 @@ class Windows:
         for name in ("record", "begin", "step", "weight"):
             setattr(few, name, getattr(self, name)[picked])
         few.drive = self.drive[0][picked], self.drive[1][picked], self.drive[2][picked]
-        few.starts = Starts(*(one[picked] for one in self.starts))
+        few.starts, few.picked = self.starts.only(picked), picked
         for name in ("time", "read", "sigma", "node", "beyond"):
             setattr(few, name, getattr(self, name)[mine])
         few.window = number[self.window][mine]
@@ -468,8 +489,13 @@ class Windows:
             anew: whether the present starts are discarded.
             until: part of a window, from its beginning on, that is to be met.
         """
-        if not len(self):
-            return
+        poor = np.arange(len(self)) if anew else np.flatnonzero(self.level(self.residuals(effects)) > NOISE)
+        if len(poor):
+            part = self if len(poor) == len(self) else self.only(poor)[0]
+            self.starts = self.starts.put(poor, part.started(effects, anew=anew, until=until))
+
+    def started(self, effects: Sequence[Any], *, anew: bool, until: float) -> Starts:
+        """Return the start of each window that :meth:`restart` chooses."""
         tried = [] if anew else [self.starts]
         none = np.zeros(len(self))
         tried += [at_rest(none, none, mode) for mode in (1, 2)]
@@ -503,7 +529,7 @@ class Windows:
         if len(film_of([row for effect in (*self.effects, *effects) for row in effect.rows(self.values)])):
             run = self._run(effects, kept)  # what floats on a film is free as well
             kept = at_rest(run.path[:, 0].copy(), run.pace[:, 0].copy())
-        self.starts = kept
+        return kept
 
     @property
     def pivot(self) -> float:
@@ -537,10 +563,12 @@ class Windows:
         """Return columns window by window, zeros after the readings of a short one, (w, p, most readings + kicks)."""
         count = len(columns[0])
         order = self.order[:count]
-        made = np.zeros((len(self), len(columns), int(order.max(initial=-1)) + 1))
-        for k, column in enumerate(columns):
-            made[self.every[:count], k, order] = column
-        return made
+        most = int(order.max(initial=-1)) + 1
+        at = self.every[:count] * most + order
+        made = np.zeros((len(columns), len(self) * most))
+        for row, column in zip(made, columns, strict=True):
+            row[at] = column
+        return made.reshape(len(columns), len(self), most).transpose(1, 0, 2)
 
     def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
         """Return what takes all that starts explain out of a column, each window by itself.
