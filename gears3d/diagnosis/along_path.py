@@ -81,9 +81,15 @@ class AlongPath(NamedTuple):
         """
         if self.path.scatter is not None:
             return True
-        level = self.windows.level(self.windows.residuals(effects_of(self.path.causes)))
-        own = [level[self.windows.record == self.names.index(one.name)] for one in records]
-        return all(not len(each) or float(np.median(each)) <= ACCOUNTS for each in own)
+        effects = effects_of(self.path.causes)
+        level, missed = (self.windows.level(one(effects)) for one in (self.windows.residuals, self.windows.missed))
+        own = [self.windows.record == self.names.index(one.name) for one in records]
+        return all(self._comes_true(level[each], missed[each]) for each in own if np.any(each))
+
+    def _comes_true(self, level: Array, missed: Array) -> bool:
+        """Return whether windows come true to their noise, or to the smallest size of a cause."""
+        off = float(np.sqrt(np.median(missed)))
+        return float(np.median(level)) <= ACCOUNTS or off <= SMALLEST * self.windows.backlash
 
     @property
     def decides(self) -> bool:

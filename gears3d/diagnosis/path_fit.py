@@ -314,6 +314,7 @@ def rezeroed(windows: Windows, now: State) -> State:
         best = np.where(better, few.zeros, best[0]), np.where(better[:, None], few.turned, best[1])
         least = np.where(better, level, least)
     if np.all(best[0] == now.zeros) and np.all(best[1] == now.turned):
+        restore(windows, now)  # the sample may be all windows
         return now
     windows.zeros, turned = best
     causes, windows.turned = _counted(windows, now.causes, turned)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from math import gcd, pi
 from typing import TYPE_CHECKING, NamedTuple
@@ -34,6 +34,8 @@ TRIED = 0.2
 """Part of the size at which candidates have their columns."""
 SCORED = 32
 """Windows in which candidates are scored."""
+BATCH = 32
+"""Candidates whose columns are made white together."""
 ALIKE, MISSED, POOL, SETS = 0.2, 0.02, 16, 2
 """Part of a cause's effect that a candidate must have to look like it; part of the effect of several that fewer may
 miss, for it is not quite linear in their sizes; candidates from which sets are taken, and sets that are fitted.
@@ -84,12 +86,10 @@ def scores_of(
     scale, found, asked = len(windows) / len(few), [], []
     turning = _Turning(windows, causes)
     record = few.record[few.every[: len(rest)]]
-    for one in known:
-        if one.kind in (*LAWS, SCATTER) or not turning.told(one):
-            continue
-        columns = [away(column * weight) for column in _own(along, now.causes, one)]
-        columns = [column - others @ (others.T @ column) for column in columns]
-        normal, right = _by_record(np.column_stack(columns), left, record, len(windows.zeros))
+    able = [one for one in known if one.kind not in (*LAWS, SCATTER) and turning.told(one)]
+    for one, columns in _effects(along, now.causes, able, lambda rows: away(rows * weight)):
+        columns = columns - (columns @ others) @ others.T
+        normal, right = _by_record(columns, left, record, len(windows.zeros))
         if np.all(np.isfinite(normal)) and np.trace(normal.sum(axis=0)) > 0.0:
             bound = np.einsum("ki,kij,kj->", right, np.linalg.pinv(normal, rcond=1e-9, hermitian=True), right)
             asked.append((scale * float(bound), one, normal, right))
@@ -107,19 +107,31 @@ def scores_of(
     return sorted(found, key=lambda each: -each.gain), level
 
 
-def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> list[Array]:
-    """Return how predictions change with each number of a candidate, per unit, (n,) each."""
-    columns = []
+def _effects(
+    along: Linearised, causes: Sequence[Cause], able: Sequence[Candidate], away: Callable[[Array], Array]
+) -> Iterator[tuple[Candidate, Array]]:
+    """Yield candidates with how predictions change with each of their numbers, per unit, (p, n), starts taken out."""
+    for at in range(0, len(able), BATCH):
+        batch = able[at : at + BATCH]
+        own = [_own(along, causes, one) for one in batch]
+        rows = away(along.extended(np.concatenate(own)))
+        yield from zip(batch, np.split(rows, np.cumsum([len(one) for one in own])[:-1]), strict=True)
+
+
+def _own(along: Linearised, causes: Sequence[Cause], one: Candidate) -> Array:
+    """Return how displacements at the readings change with each number of a candidate, per unit, (p, n)."""
+    windows, columns = along.windows, []
     for k in range(2 if one.phased else 1):
         numbers = np.zeros(2 if one.phased else 1)
         part = one.tried * (1.0 if one.kind == SQUARED else TRIED)
         numbers[k] = part * one.unit
         if one.kind in (SQUARED, RUB):
-            changed = along.rest - along.windows.residuals([*effects_of(causes), one.effect(numbers)])
+            missed = windows.missed([*effects_of(causes), one.effect(numbers)])
+            changed = (windows.read - along.run.made - missed) / windows.sigma
         else:
-            changed = along.column(one.effect(numbers))
+            changed = along.change(one.effect(numbers))
         columns.append(changed / part)
-    return columns
+    return np.array(columns)
 
 
 def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tuple[Cause, ...]]:
@@ -149,11 +161,9 @@ def fewer(windows: Windows, known: Sequence[Candidate], now: State) -> list[tupl
         column = found[:, at : at + len(size)] @ size
         done.append(column - zeros @ (zeros.T @ column))
     turning, able, columns = _Turning(windows, now.causes), [], []
-    for one in known:
-        if one.kind in (*LAWS, SCATTER, SQUARED) or not turning.fixed(one):
-            continue
-        own = np.column_stack([away(column * weight) for column in _own(along, now.causes, one)])
-        own -= zeros @ (zeros.T @ own)
+    asked = [one for one in known if one.kind not in (*LAWS, SCATTER, SQUARED) and turning.fixed(one)]
+    for one, rows in _effects(along, now.causes, asked, lambda rows: away(rows * weight)):
+        own = (rows - (rows @ zeros) @ zeros.T).T
         if np.all(np.isfinite(own)) and np.any(own):
             able.append(one)
             columns.append(own)
@@ -215,10 +225,10 @@ def _sets(columns: Sequence[Array], whole: Array, numbers: int, most: int) -> li
 
 
 def _by_record(columns: Array, left: Array, record: Array, count: int) -> tuple[Array, Array]:
-    """Return the normal equations of columns in each record, (r, p, p) and (r, p)."""
-    parts = [record == k for k in range(count)]
-    normal = np.array([columns[one].T @ columns[one] for one in parts])
-    return normal, np.array([columns[one].T @ left[one] for one in parts])
+    """Return the normal equations of columns, (p, n), in each record, (r, p, p) and (r, p)."""
+    normal = [[np.bincount(record, one * other, count) for other in columns] for one in columns]
+    right = [np.bincount(record, one * left, count) for one in columns]
+    return np.array(normal).transpose(2, 0, 1), np.array(right).T
 
 
 class _Turning:

@@ -97,7 +97,6 @@ class Starts(NamedTuple):
             *(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in zip(self, other, strict=True))
         )
 
-
     def only(self, picked: Array) -> Starts:
         """Return those of some windows, by their numbers, (k,)."""
         return Starts(*(one[picked] for one in self))
@@ -265,20 +264,20 @@ class Windows:
         whole = float(known.time[-1] - known.time[0])
         return roots_of(time[None], np.ones((1, len(time))), slow / seen[0][2], whole)[0]
 
-    def whitened(self, column: Array) -> Array:
-        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them, (n,).
+    def whitened(self, columns: Array) -> Array:
+        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them.
 
         Args:
-            column: of the readings, (n,).
+            columns: of the readings, (n,) or (k, n).
         """
         if all(root is None for root in self.roots):
-            return column
-        dense = self._dense([column])[:, 0]
+            return columns
+        dense = self._dense(np.atleast_2d(columns))
         for k, root in enumerate(self.roots):
             if root is not None and np.any(own := self.record == k):
-                most = min(len(root), dense.shape[1])
-                dense[own, :most] = dense[own, :most] @ root[:most, :most].T
-        return dense[self.window, self.order[: len(column)]]
+                most = min(len(root), dense.shape[2])
+                dense[own, :, :most] = dense[own, :, :most] @ root[:most, :most].T
+        return self._gathered(dense, columns)
 
     def some(self, most: int) -> tuple[Windows, Array]:
         """Return at most so many of the windows, and which of the readings and kicks are theirs, (n + KICKS w,)."""
@@ -559,16 +558,24 @@ class Windows:
         kicks = now.kicks + spread * np.clip(step[:, 2:], -FARTHEST_KICK, FARTHEST_KICK) if spread else now.kicks
         return Starts(now.place + by[:, 0] * units[0], now.rate + by[:, 1] * units[1], now.mode, kicks)
 
-    def _dense(self, columns: Sequence[Array]) -> Array:
+    def _dense(self, columns: Sequence[Array] | Array) -> Array:
         """Return columns window by window, zeros after the readings of a short one, (w, p, most readings + kicks)."""
         count = len(columns[0])
-        order = self.order[:count]
-        most = int(order.max(initial=-1)) + 1
-        at = self.every[:count] * most + order
+        at, most = self._at(count)
         made = np.zeros((len(columns), len(self) * most))
         for row, column in zip(made, columns, strict=True):
             row[at] = column
         return made.reshape(len(columns), len(self), most).transpose(1, 0, 2)
+
+    def _at(self, count: int) -> tuple[Array, int]:
+        """Return where readings, and kicks, are in an array of so many for each window, and that number."""
+        most = int(self.order[:count].max(initial=-1)) + 1
+        return self.every[:count] * most + self.order[:count], most
+
+    def _gathered(self, dense: Array, like: Array) -> Array:
+        """Return columns, (n,) or (k, n), of which there are the dense ones, (w, k, most)."""
+        rows = dense.transpose(1, 0, 2).reshape(dense.shape[1], -1)
+        return rows[:, self._at(like.shape[-1])[0]].reshape(like.shape)
 
     def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
         """Return what takes all that starts explain out of a column, each window by itself.
@@ -609,10 +616,11 @@ class WithoutStarts:
         normal = self._given @ self._given.transpose(0, 2, 1)
         return np.diagonal(np.linalg.pinv(normal, rcond=1e-12, hermitian=True), axis1=1, axis2=2)
 
-    def __call__(self, column: Array) -> Array:
-        """Return a column without what starts explain."""
-        along = _along(self._own, self._windows._dense([column])[:, 0])
-        return column - along[self._windows.every[: len(column)], self._windows.order[: len(column)]]
+    def __call__(self, columns: Array) -> Array:
+        """Return columns without what starts explain, (n,) or (k, n)."""
+        dense = self._windows._dense(np.atleast_2d(columns))
+        along = (dense @ self._own.transpose(0, 2, 1)) @ self._own
+        return columns - self._windows._gathered(along, columns)
 
 
 def _unsure(curve: Curve) -> list[tuple[float, float]]:
@@ -706,16 +714,21 @@ class Linearised:
             made.append(column)
         return made
 
-    def extended(self, column: Array) -> Array:
-        """Return a column of readings, in their standard deviations, made white, with zeros for kicks where these are.
+    def extended(self, columns: Array) -> Array:
+        """Return columns of readings, in their standard deviations, made white, with zeros for kicks where these are.
 
         Args:
-            column: of the readings, (n,).
+            columns: of the readings, (n,) or (k, n).
         """
-        return np.concatenate([self.windows.whitened(column), np.zeros(len(self.rest) - len(column))])
+        kicks = np.zeros((*columns.shape[:-1], len(self.rest) - columns.shape[-1]))
+        return np.concatenate([self.windows.whitened(columns), kicks], axis=-1)
 
     def column(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
-        """Return how predictions change with another effect, in standard deviations, (n,).
+        """Return how predictions change with another effect, in standard deviations, (n,)."""
+        return self.extended(self.change(effect, before, turned))
+
+    def change(self, effect: Any, before: Any = None, turned: tuple[float, float] = (0.0, 0.0)) -> Array:
+        """Return how displacements at the readings change with another effect, in standard deviations, (n,).
 
         Args:
             effect: in addition to those of the run.
@@ -751,7 +764,7 @@ class Linearised:
                 shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], path)
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
-        return self.extended(made / windows.sigma)
+        return made / windows.sigma
 
     def driven(self) -> list[tuple[int, Array]]:
         """Return how predictions change with each harmonic of each record's drive, per standard deviation.
