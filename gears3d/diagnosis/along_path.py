@@ -39,6 +39,11 @@ FAINT = ("mesh_drag",)
 """Causes that are felt only where a flank is left: the moments of that show what the path hardly does."""
 UNSEEN = ("drive_motion",)
 """Causes that no path tells: the drive moves as measured."""
+STEPS = ("pitch_error",)
+"""Causes that move a flank within less than the time between two nodes of a window, so that its path is not theirs."""
+PARTED = 0.05
+"""Part of the windows that may part from the model: none did where all causes were known, one in five by a single
+tooth."""
 AGREE = 1.5
 """Chi-square a point of channels up to which they tell causes apart: more, and records were cut wrongly."""
 CLEAR = 0.02
@@ -71,7 +76,8 @@ class AlongPath(NamedTuple):
     @property
     def accounts(self) -> bool:
         """Whether the path comes true to its noise, or to the smallest size of a cause."""
-        return self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
+        near = self.path.after <= ACCOUNTS or self.path.missed <= SMALLEST * self.windows.backlash
+        return near and self.path.parted <= PARTED
 
     def holds_of(self, records: Sequence[Evidence]) -> bool:
         """Return whether the path comes true in each of some records; restitution that scatters predicts none.
@@ -102,7 +108,8 @@ class AlongPath(NamedTuple):
     @property
     def agrees(self) -> bool:
         """Whether the path is that of the rig as it is, to its noise."""
-        return not self.path.causes and self.path.scatter is None and self.path.after <= ACCOUNTS
+        none = not self.path.causes and self.path.scatter is None
+        return none and self.path.after <= ACCOUNTS and self.path.parted <= PARTED
 
     @property
     def limits(self) -> dict[str, float]:
@@ -154,6 +161,8 @@ class AlongPath(NamedTuple):
             found: by a search in channels.
         """
         causes = [one for one in found.fit.causes if one.candidate.kind not in UNSEEN]
+        if any(one.candidate.kind in STEPS for one in causes):
+            return [False] * len(found.fit.causes)
         told = {one.name: one.turned for one in (*self.others, *found.records)}
         turned = [told.get(name, (0.0, 0.0)) for name in self.names]
         seen = against(self.windows, causes, turned) if causes else None

@@ -291,30 +291,35 @@ def rezeroed(windows: Windows, now: State) -> State:
 
     The zero of the displacement comes from the extreme readings, which an error of an encoder or of the flanks moves;
     from a wrong one windows do not meet the flanks at which they would notice. Angles without a mark come from slopes,
-    which say little of a record that is far off.
+    which say little of a record that is far off. Where other records come true, one that does not may have both wrong.
     """
     restore(windows, now)
     few, mine = windows.some(LOOKED)
     least = _by_record(few, now.rest[mine[: len(now.rest)]])
     if np.all(least <= ACCOUNTS):
         return now
-    effects, best = effects_of(now.causes), (now.zeros, now.turned)
-    tried = [(windows.guessed + shift * windows.backlash, now.turned) for shift in SHIFTS]
+    effects, best, turns = effects_of(now.causes), (now.zeros, now.turned), [now.turned]
+    zeros = [windows.guessed + shift * windows.backlash for shift in SHIFTS]
     for side, gear in enumerate(GEARS):
         orders = [
             order_of(one.candidate) for one in now.causes if one.candidate.phased and goes_by(one.candidate) == gear
         ]
         if orders and np.any(windows.lost[:, side]):
             turn = 2.0 * np.pi / gcd(*orders) * np.arange(1, TURNS) / TURNS
-            tried += [(now.zeros, now.turned + by * np.outer(windows.lost[:, side], np.eye(2)[side])) for by in turn]
-    for few.zeros, few.turned in tried:
-        few.restart(effects, anew=True)
-        level = _by_record(few, settled(few, effects, few.residuals(effects)))
-        better = level < 0.5 * least
-        best = np.where(better, few.zeros, best[0]), np.where(better[:, None], few.turned, best[1])
-        least = np.where(better, level, least)
+            turns += [now.turned + by * np.outer(windows.lost[:, side], np.eye(2)[side]) for by in turn]
+    single = [*((zero, now.turned) for zero in zeros), *((now.zeros, turned) for turned in turns[1:])]
+    for tried in (single, [(zero, turned) for zero in zeros for turned in turns[1:]]):
+        off = least > ACCOUNTS
+        if not np.any(off) or (tried is not single and np.all(off)):
+            break
+        part = few.only(np.flatnonzero(off[few.record]))[0]
+        for part.zeros, part.turned in tried:
+            part.restart(effects, anew=True)
+            level = _by_record(part, settled(part, effects, part.residuals(effects)))
+            better = off & (level < 0.5 * least)
+            best = np.where(better, part.zeros, best[0]), np.where(better[:, None], part.turned, best[1])
+            least = np.where(better, level, least)
     if np.all(best[0] == now.zeros) and np.all(best[1] == now.turned):
-        restore(windows, now)  # the sample may be all windows
         return now
     windows.zeros, turned = best
     causes, windows.turned = _counted(windows, now.causes, turned)

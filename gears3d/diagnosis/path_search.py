@@ -20,6 +20,7 @@ from gears3d.diagnosis.path_fit import (
     ACCEPT,
     ACCOUNTS,
     EXCLUDED,
+    FAR,
     FARTHEST,
     LARGEST,
     LAWS,
@@ -98,6 +99,7 @@ class Path(NamedTuple):
         gains: fall of chi-square, over its level, that each cause brings beside the others, (c,).
         before: usual mean square of a window's residuals without causes.
         after: with them.
+        parted: part of the windows whose motion parts from the model's.
         missed: root mean square of what is left in usual windows [m].
         windows: how many.
         others: what was tried in the place of each cause, with the chi-square over the level by which it is worse, and
@@ -112,6 +114,7 @@ class Path(NamedTuple):
     gains: Array
     before: float
     after: float
+    parted: float
     missed: float
     windows: int
     others: tuple[tuple[Excluded, ...], ...]
@@ -160,7 +163,8 @@ def path_search(
     usual = windows.level(windows.missed(effects_of(found.causes)))
     made = Path(
         found.causes, covariance_of(windows, found), np.array(gains), float(np.median(windows.level(base.rest))),
-        float(np.median(level)), float(np.sqrt(np.median(usual))), len(windows), tuple(others),
+        float(np.median(level)), float(np.mean(level > FAR * max(float(np.median(level)), 1.0))),
+        float(np.sqrt(np.median(usual))), len(windows), tuple(others),
         _seen(windows, known, found), unsure=_unsure(windows, [found, *(one for own, _ in instead for one in own)]),
     )  # fmt: skip
     return _apart(made)
