@@ -7,9 +7,10 @@ import pytest
 
 from gears3d.challenge import anywhere, hide, space
 from gears3d.diagnosis import diagnose
+from gears3d.diagnosis.along_path import PARTED
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import begin
-from gears3d.diagnosis.path_fit import effects_of, fitted, polished, state_of
+from gears3d.diagnosis.path_fit import effects_of, fitted, polished, rezeroed, state_of
 from gears3d.diagnosis.path_scores import fewer
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
@@ -260,6 +261,32 @@ def test_an_error_of_an_encoder_that_moves_the_zero_is_found(short):
     found = path_search(windows, known_of(short, windows))
     assert [(one.candidate.kind, one.candidate.shape["order"]) for one in found.causes] == [("encoder_eccentricity", 4)]
     assert np.hypot(*found.causes[0].numbers) == pytest.approx(size, rel=0.02)
+
+
+def test_zero_and_angles_of_one_record_are_found_where_others_come_true(short):
+    effect = catalogue()["eccentricity"](**(HIDDEN["eccentricity"] | {"offset": 3e-5}))
+    known = shot(short, [effect])[1]
+    windows = Windows(short, [known] * 3, [short.period] * 3, [("drive", "loose")] * 3)
+    asked = Candidate("eccentricity", {"gear": "drive"}, "offset", windows.backlash, True, ())
+    cause = begin(asked, 3e-5 / windows.backlash * np.array([np.cos(0.4), -np.sin(0.4)]))
+    windows.restart([cause.effect], anew=True)
+    right = windows.zeros.copy()
+    windows.zeros[1] += 0.15 * windows.backlash
+    windows.turned[1, 0] = 2.5
+    windows.restart([cause.effect], anew=True)
+    wrong = state_of(windows, (cause,), windows.residuals([cause.effect]))
+    found = rezeroed(windows, wrong)
+    off = [np.median(windows.level(one.rest)[windows.record == 1]) for one in (wrong, found)]
+    assert off[1] < 10.0 < 0.01 * off[0]
+    assert found.zeros == pytest.approx(right, abs=0.02 * windows.backlash)
+    assert np.angle(np.exp(1j * found.turned[1, 0])) == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_tooth_that_is_far_off_leaves_windows_that_part(short):
+    windows, _ = shot(short, [catalogue()["pitch_error"](offset=6e-5, tooth=11, gear="drive")])
+    found = path_search(windows, [one for one in known_of(short, windows) if one.kind != "pitch_error"])
+    assert found.parted > PARTED
+    assert path_search(shot(short)[0], []).parted == 0.0
 
 
 @pytest.mark.slow
