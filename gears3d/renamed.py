@@ -1,10 +1,10 @@
-"""Old names of packages: they load the new package, and warn."""
+"""Old names of packages and modules: they load the new one, and warn."""
 
 from __future__ import annotations
 
 import importlib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 
@@ -19,3 +19,14 @@ def names_of(new: str, old: str) -> Callable[[str], Any]:
         return getattr(named, name)
 
     return name_of
+
+
+def module_of(package: str, renamed: Mapping[str, str], old: str) -> Any:
+    """Return the module that a package's module with an old name became part of."""
+    if old not in renamed:
+        raise AttributeError(f"module {package!r} has no attribute {old!r}")
+    new = f"{package}.{renamed[old]}"
+    warnings.warn(
+        f"{package}.{old} is part of {new} now; the old name will be removed", DeprecationWarning, stacklevel=3
+    )
+    return importlib.import_module(new)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from docs_drawing import Plot, over
 
-from gears3d.laws import churning, drag, film, immersion, noise, oil, restitution
+from gears3d.laws import churning, contact, drag, film, noise
 
 SPEED = "speed Ω [rad/s]"
 TORQUE = "torque [N m]"
@@ -27,7 +27,7 @@ def _coefficient(depth: float) -> Callable[[float], object]:
 
 
 def _scatter() -> Plot:
-    numbers = np.array([restitution.scatter(0, k) for k in range(300)])
+    numbers = np.array([contact.scatter(0, k) for k in range(300)])
     return Plot("impact", "standard normal number z", {"seed 0": (np.arange(300), numbers)}, dots=True)
 
 
@@ -94,49 +94,49 @@ TORQUES: dict[str, Callable[[], Plot]] = {
     "churning.churning": lambda: over(
         SPEED, (0, 400), TORQUE, {f"h = {1e3 * h:g} mm": _churned(h) for h in (0.02, 0.05)}
     ),
-    "immersion.end_faces": lambda: over(
+    "drag.end_faces": lambda: over(
         SPEED,
         (0, 200),
         TORQUE,
         {
-            f"axis {1e3 * h:g} mm above the oil": lambda w, h=h: immersion.end_faces(0.065, h, 816.0, 12e-6, w)
+            f"axis {1e3 * h:g} mm above the oil": lambda w, h=h: drag.end_faces(0.065, h, 816.0, 12e-6, w)
             for h in (0.045, 0.0)
         },
     ),
-    "immersion.periphery": lambda: over(
+    "drag.periphery": lambda: over(
         SPEED,
         (0, 200),
         TORQUE,
         {
-            f"axis {1e3 * h:g} mm above the oil": lambda w, h=h: immersion.periphery(0.065, 16e-3, h, 816.0, 12e-6, w)
+            f"axis {1e3 * h:g} mm above the oil": lambda w, h=h: drag.periphery(0.065, 16e-3, h, 816.0, 12e-6, w)
             for h in (0.045, 0.0)
         },
     ),
-    "immersion.rolling_bearing": lambda: over(
+    "drag.rolling_bearing": lambda: over(
         SPEED,
         (0, 200),
         TORQUE,
-        {f"{1e6 * v:g} mm²/s": lambda w, v=v: immersion.rolling_bearing(12.0, 0.045, v, w) for v in (34e-6, 12e-6)},
+        {f"{1e6 * v:g} mm²/s": lambda w, v=v: drag.rolling_bearing(12.0, 0.045, v, w) for v in (34e-6, 12e-6)},
     ),
 }
 """Curves by ``module.function``."""
 IN_OIL: dict[str, Callable[[], Plot]] = {
-    "oil.kinematic_viscosity": lambda: over(
+    "film.kinematic_viscosity": lambda: over(
         "temperature [°C]",
         (0, 120),
         "kinematic viscosity [mm²/s]",
-        {"34 mm²/s at 40 °C, 7 mm²/s at 100 °C": lambda t: oil.kinematic_viscosity(OIL, t)},
+        {"34 mm²/s at 40 °C, 7 mm²/s at 100 °C": lambda t: film.kinematic_viscosity(OIL, t)},
         log="y",
         units=(1.0, 1e-6),
     ),
-    "oil.density": lambda: over(
-        "temperature [°C]", (0, 120), "density [kg/m³]", {"850 kg/m³ at 15 °C": lambda t: oil.density(850.0, t)}
+    "film.density": lambda: over(
+        "temperature [°C]", (0, 120), "density [kg/m³]", {"850 kg/m³ at 15 °C": lambda t: film.density(850.0, t)}
     ),
-    "oil.dynamic_viscosity": lambda: over(
+    "film.dynamic_viscosity": lambda: over(
         "temperature [°C]",
         (0, 120),
         "viscosity [Pa s]",
-        {"the same oil": lambda t: oil.dynamic_viscosity(OIL, 850.0, t)},
+        {"the same oil": lambda t: film.dynamic_viscosity(OIL, 850.0, t)},
         log="y",
     ),
     "film.equivalent_radius": lambda: over(
@@ -236,22 +236,20 @@ IN_OIL: dict[str, Callable[[], Plot]] = {
 }
 """Curves by ``module.function``."""
 OTHERS: dict[str, Callable[[], Plot]] = {
-    "restitution.restitution": lambda: over(
+    "contact.restitution": lambda: over(
         "velocity ṡ⁻ [mm/s]",
         (-0.1, 0.1),
         RESTITUTION,
         {
-            "e0 = 0.5": lambda v: restitution.restitution(0.5, v),
-            "slope -5 s/m": lambda v: restitution.restitution(0.5, v, slope=-5.0),
-            "asymmetry 0.1": lambda v: restitution.restitution(0.5, v, asymmetry=0.1),
+            "e0 = 0.5": lambda v: contact.restitution(0.5, v),
+            "slope -5 s/m": lambda v: contact.restitution(0.5, v, slope=-5.0),
+            "asymmetry 0.1": lambda v: contact.restitution(0.5, v, asymmetry=0.1),
         },
         units=(1e-3, 1.0),
     ),
-    "restitution.damping_ratio": lambda: over(RESTITUTION, (0, 1), "damping ratio ζ", {"": restitution.damping_ratio}),
-    "restitution.restitution_of": lambda: over(
-        "damping ratio ζ", (0, 1), RESTITUTION, {"": restitution.restitution_of}
-    ),
-    "restitution.scatter": _scatter,
+    "contact.damping_ratio": lambda: over(RESTITUTION, (0, 1), "damping ratio ζ", {"": contact.damping_ratio}),
+    "contact.restitution_of": lambda: over("damping ratio ζ", (0, 1), RESTITUTION, {"": contact.restitution_of}),
+    "contact.scatter": _scatter,
     "noise.pressure_level": lambda: over(
         "sound pressure [Pa]", (2e-5, 2), "level [dB]", {"re 20 µPa": noise.pressure_level}, log="x"
     ),

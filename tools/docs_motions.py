@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from docs_drawing import POINTS, Plot, over
 
-from gears3d.laws import contact, cycle, error_function, excitation, orbit, ottewill, plastic
+from gears3d.laws import contact, error_function, excitation, orbit, ottewill
 
 RPM = np.pi / 30.0
 SWING = orbit.Swing(0.148 * 20 * RPM, 6 * np.pi, 0.468489)
@@ -29,10 +29,10 @@ def _riding() -> Plot:
 def _regions() -> Plot:
     size = np.geomspace(1.02, 30.0, 60)
     lanes = np.geomspace(1e-3, 30.0, 120)
-    codes = cycle.regions(size, lanes)
+    codes = orbit.regions(size, lanes)
     lines = {}
     for name in ("single_sided", "double_sided", "unknown"):
-        row, column = np.nonzero(codes == cycle.REGIMES.index(name))
+        row, column = np.nonzero(codes == orbit.REGIMES.index(name))
         lines[name.replace("_", "-")] = (size[row], lanes[column])
     return Plot("excitation Λ", "dimensionless backlash j̄", lines, log="xy", dots=True)
 
@@ -40,7 +40,7 @@ def _regions() -> Plot:
 def _cycle() -> Plot:
     lines = {}
     for give in (0.0, 0.3):
-        found = cycle.cycle(SWING, GAP, lambda flank, speed, e=give: e, stick_velocity=1e-4)
+        found = orbit.cycle(SWING, GAP, lambda flank, speed, e=give: e, stick_velocity=1e-4)
         x, y, begin = [], [], found.flights[0].lost / SWING.omega
         for one in found.flights:
             start = begin + ((one.lost / SWING.omega - begin) % (2 * np.pi / SWING.omega))
@@ -88,7 +88,7 @@ def _damping() -> Plot:
 
 
 def _loss(flank: int) -> Callable[[float], float]:
-    return lambda size: np.degrees(plastic.loss_phases(size)[flank])
+    return lambda size: np.degrees(orbit.loss_phases(size)[flank])
 
 
 def _landing(give: float) -> Callable[[float], float]:
@@ -100,7 +100,7 @@ def _landing(give: float) -> Callable[[float], float]:
 
 
 def _crossing(gap: float) -> float:
-    return plastic.crossing(*SWING, SWING.loss[0], gap)[1]
+    return orbit.crossing(*SWING, SWING.loss[0], gap)[1]
 
 
 CONTACT: dict[str, Callable[[], Plot]] = {
@@ -183,14 +183,14 @@ CONTACT: dict[str, Callable[[], Plot]] = {
 }
 """Curves by ``module.function``."""
 FLIGHTS: dict[str, Callable[[], Plot]] = {
-    "cycle.plastic": lambda: over("impact speed [m/s]", (0, 0.1), "restitution e", {"": lambda v: cycle.plastic(0, v)}),
-    "cycle.cycle": _cycle,
-    "cycle.regions": _regions,
-    "cycle.border": lambda: over(
+    "orbit.plastic": lambda: over("impact speed [m/s]", (0, 0.1), "restitution e", {"": lambda v: orbit.plastic(0, v)}),
+    "orbit.cycle": _cycle,
+    "orbit.regions": _regions,
+    "orbit.border": lambda: over(
         "excitation Λ",
         (1.001, 30),
         "dimensionless backlash j̄",
-        {"": lambda x: cycle.border(np.array([x]))[0]},
+        {"": lambda x: orbit.border(np.array([x]))[0]},
         log="xy",
     ),
     "orbit.drift": lambda: over(
@@ -210,14 +210,14 @@ FLIGHTS: dict[str, Callable[[], Plot]] = {
         {f"launched at {1e3 * v:g} mm/s": _landing(v) for v in (0.0, 5e-3)},
         units=(1e-6, 1e-3),
     ),
-    "plastic.loss_phases": lambda: over(
+    "orbit.loss_phases": lambda: over(
         "excitation Λ",
         (1.0, 30.0),
         "phase ωt of the loss [°]",
         {"active flank": _loss(0), "reverse flank": _loss(1)},
         log="x",
     ),
-    "plastic.crossing": lambda: over(
+    "orbit.crossing": lambda: over(
         "backlash [µm]",
         (1e-6, 600e-6),
         "velocity at the impact [mm/s]",

@@ -15,21 +15,16 @@ from gears3d.identify import identify_rundown, make_track
 from gears3d.recording import Recording
 from gears3d.results import Result
 from gears3d.scenario.model import Motion
-from gears3d.simulation.encoder import encode
-from gears3d.simulation.sensors import observe
+from gears3d.simulation.sensors import encode, observe
 
 if TYPE_CHECKING:
     from gears3d.identify import Identified
     from gears3d.scenario import Scenario
 
-LONGEST = 600.0
-"""After this time a gear that still turns is taken not to stop [s]."""
-STANDING = 1e-3
-"""Part of the starting speed that is as good as standing: viscous drag alone stops nothing."""
-AFTER = 0.02
-"""How long the record goes on when the gear stands, as a part of the run-down."""
-MOST = 400_000
-"""Samples of a record at most."""
+LONGEST = 600.0  # After this time a gear that still turns is taken not to stop [s]
+STANDING = 1e-3  # Part of the starting speed that is as good as standing: viscous drag alone stops nothing
+AFTER = 0.02  # How long the record goes on when the gear stands, as a part of the run-down
+MOST = 400_000  # Samples of a record at most
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from gears3d.bench.threshold import Thresholds
 
 COLOURS = {"phi": ACTIVE, "psi": REVERSE, "backlash": SOFT}
-ROUNDING = 1e-4
-"""Amplitudes and deviations that are rounding [µm]."""
+ROUNDING = 1e-4  # Amplitudes and deviations that are rounding [µm]
 NAMES = {"phi": "active flank, φ", "psi": "reverse flank, ψ", "backlash": "backlash, b"}
 
 

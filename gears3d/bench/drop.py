@@ -16,8 +16,7 @@ from gears3d.scenario.model import Motion
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1)
-"""On arrival unless given [m/s]."""
+SPEEDS = (0.005, 0.01, 0.02, 0.05, 0.1)  # On arrival unless given [m/s]
 FLANKS = ("active", "reverse")
 
 

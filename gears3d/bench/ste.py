@@ -1,4 +1,4 @@
-"""Slow turns both ways in the 3D engine: transmission error of both flanks and the backlash over a turn."""
+"""Static transmission error: the drive turns slowly, the loose gear rests on one flank, then on the other."""
 
 from __future__ import annotations
 
@@ -9,36 +9,42 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.bench.dry import refuse_oil
+from gears3d.effects.rows import Code
 from gears3d.engine import simulate
 from gears3d.engine.motion import there_and_back
 from gears3d.errors import Fault, InputError
 from gears3d.laws import strongest_orders
 from gears3d.results import Result
 from gears3d.scenario.model import Motion, Start
-from gears3d.simulation.encoder import encode
+from gears3d.simulation.models import refuse_unseen
 from gears3d.simulation.recorder import PER_TURN, SLOW
-from gears3d.simulation.refusals import refuse_unseen
-from gears3d.simulation.sensors import observe
+from gears3d.simulation.sensors import encode, observe
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-LEAD = 0.05
-"""Turns driven beyond those asked for at either end, in which the gears change flanks."""
-TURNING = 0.02
-"""Turns in whose time the drive changes its direction."""
-LOST = 0.01
-"""Part of the turns asked for that may go by without contact."""
-FEWEST, MOST = 2, 60
-"""Turns unless given: at least and at most, in whole hunting cycles where there are that many."""
-STEP = 0.2
-"""Longest step of the engine at 1 rpm [s]; tooth pitches and waves of the flanks make it shorter."""
-POINTS = 3600
-"""Points a turn of the curves."""
-ORDERS = 12
-"""Strongest orders that are reported of each curve."""
+
+def refuse_oil(scenario: Scenario, asks: str) -> None:
+    """Refuse oil between the flanks, for a test that has to touch them.
+
+    >>> from gears3d.scenario import load
+    >>> refuse_oil(load("scenarios/rigaud-2020/fig5-20rpm.toml"), "contact of the flanks")
+    """
+    file = "" if scenario.path is None else str(scenario.path)
+    for index, effect in enumerate(scenario.effects):
+        if any(row.code == Code.GAP_FILM for row in effect.rows(scenario.rig())):
+            text = f"{effect.kind!r} keeps the flanks apart; this test asks for {asks}"
+            raise InputError(Fault(f"effect[{index}]", text, "leave the oil out for this test", file))
+
+
+LEAD = 0.05  # Turns driven beyond those asked for at either end, in which the gears change flanks
+TURNING = 0.02  # Turns in whose time the drive changes its direction
+LOST = 0.01  # Part of the turns asked for that may go by without contact
+FEWEST, MOST = 2, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
+STEP = 0.2  # Longest step of the engine at 1 rpm [s]; tooth pitches and waves of the flanks make it shorter
+POINTS = 3600  # Points a turn of the curves
+ORDERS = 12  # Strongest orders that are reported of each curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,9 +153,6 @@ def _over(theta: np.ndarray, made: Recording, part: np.ndarray) -> np.ndarray:
 
 def cycles(scenario: Scenario) -> int:
     """Return the turns of the drive unless they are given: whole hunting cycles, after which teeth meet again.
-
-    Args:
-        scenario: with the tooth counts.
 
     >>> from gears3d.scenario import load
     >>> [cycles(load(f"scenarios/base/{name}.toml")) for name in ("rigaud-2020", "kadmiri-2012")]

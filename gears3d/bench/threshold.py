@@ -9,27 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.bench.dry import refuse_oil
+from gears3d.bench.ste import refuse_oil
 from gears3d.errors import Fault, InputError
 from gears3d.results import Result
-from gears3d.simulation.encoder import encode
 from gears3d.simulation.excitation import assess
-from gears3d.simulation.sweep import sweep
+from gears3d.simulation.recorder import sweep
+from gears3d.simulation.sensors import encode
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-OPENING = 1e-7
-"""A gap that opens wider is a loss of contact [m]."""
-SPAN = (0.9, 1.1)
-"""Of the swing, over that at which contact is expected to be lost, unless given."""
-PERIODS = 80
-"""Of a sweep, half of them rising."""
-PER_PERIOD = 2000.0
-"""Samples a period of the record at most."""
-_WAVES = 60
-"""Periods over which waves of the flanks and the swing are taken to meet in every phase."""
+OPENING = 1e-7  # A gap that opens wider is a loss of contact [m]
+SPAN = (0.9, 1.1)  # Of the swing, over that at which contact is expected to be lost, unless given
+PERIODS = 80  # Of a sweep, half of them rising
+PER_PERIOD = 2000.0  # Samples a period of the record at most
+_WAVES = 60  # Periods over which waves of the flanks and the swing are taken to meet in every phase
 _HALVINGS = 30
 
 

@@ -9,15 +9,13 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from gears3d.comparison.distribution import compare_distributions
-from gears3d.comparison.matching import Table
+from gears3d.comparison.matching import Table, compare_trajectories
 from gears3d.comparison.result import Comparison, Mode
-from gears3d.comparison.trajectory import compare_trajectories
 from gears3d.errors import InputError, UsageError, did_you_mean
 from gears3d.recording import Recording, read, refuse_unexplained
 from gears3d.signals import FLIGHT_HEIGHT_MIN, regime, window
 
-SAME_WITHIN = 1e-9
-"""Relative difference of rig values that is none."""
+SAME_WITHIN = 1e-9  # Relative difference of rig values that is none
 
 
 def compare(
@@ -88,20 +86,12 @@ def _opened(one: Any) -> Recording:
 
 
 def mode_of(reference: Recording) -> Mode:
-    """Return how to compare with a reference, by the sign of its largest Lyapunov exponent.
-
-    Args:
-        reference: with ``meta["lyapunov_1_s"]`` [1/s] when it is known.
-    """
+    """Return how to compare with a reference, by the sign of its largest Lyapunov exponent."""
     return "distribution" if (reference.meta.get("lyapunov_1_s") or 0.0) > 0.0 else "trajectory"
 
 
 def period_of(*recordings: Recording) -> float:
-    """Return the period of the excitation [s]: the first one told, else the mean time between blows on one flank.
-
-    Args:
-        recordings: asked in this order.
-    """
+    """Return the period of the excitation [s]: the first one told, else the mean time between blows on one flank."""
     for one in recordings:
         if one.meta.get("period_s"):
             return float(one.meta["period_s"])
@@ -113,10 +103,6 @@ def period_of(*recordings: Recording) -> float:
 
 def differences(a: Recording, b: Recording) -> tuple[str, ...]:
     """Return in which of the rig's values two recordings differ, a sentence each.
-
-    Args:
-        a: the recording under test.
-        b: the reference.
 
     >>> rest = {"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]}
     >>> differences(Recording(rest, {}, {"period_s": 1.0}), Recording(rest, {}, {"period_s": 2.0}))

@@ -1,4 +1,4 @@
-"""Impacts as samples: for chaotic motion, in which two right simulations part after a few impacts."""
+"""Impacts as samples of one distribution: distances, and resampled blocks that test them."""
 
 from __future__ import annotations
 
@@ -8,27 +8,70 @@ from typing import Any
 import numpy as np
 
 from gears3d.comparison.matching import Table
-from gears3d.comparison.resampling import cut, distance, drawn, permuted
 from gears3d.comparison.result import SampleTest
 
-LEVEL = 0.01
-"""Chance that any of the tests is struck though nothing differs."""
+
+def cut(times: np.ndarray, begin: float, length: float, count: int) -> np.ndarray:
+    """Return the block of each impact, -1 outside of all.
+
+    >>> cut(np.array([0.1, 0.9, 1.1, 7.0]), 0.0, 1.0, 2).tolist()
+    [0, 0, 1, -1]
+    """
+    block = np.floor((times - begin) / length).astype(int)
+    block[(block < 0) | (block >= count)] = -1
+    return block
+
+
+def distance(first: np.ndarray, second: np.ndarray, last: np.ndarray, circular: bool) -> np.ndarray:
+    """Return how far two weighted samples are apart: Kolmogorov-Smirnov, or Kuiper on a circle.
+
+    Source: Kuiper 1960 for the circle.
+
+    >>> both = np.array([[1, 1, 0, 0]]), np.array([[0, 0, 1, 1]])
+    >>> distance(*both, np.ones(4, dtype=bool), circular=False).tolist()
+    [1.0]
+    """
+    apart = (_cumulative(first) - _cumulative(second))[:, last]
+    above, below = np.maximum(apart.max(axis=1), 0.0), np.maximum(-apart.min(axis=1), 0.0)
+    return above + below if circular else np.maximum(above, below)
+
+
+def _cumulative(weights: np.ndarray) -> np.ndarray:
+    summed = np.cumsum(weights, axis=1, dtype=float)
+    return summed / np.maximum(summed[:, -1:], 1.0)
+
+
+def permuted(count: tuple[int, int], times: int, rng: np.random.Generator) -> np.ndarray:
+    """Return which blocks are dealt to the first recording, first as it was, then at random.
+
+    >>> permuted((2, 1), 1, np.random.default_rng(0)).sum(axis=1).tolist()
+    [2, 2]
+    """
+    dealt = np.arange(sum(count)) < count[0]
+    return np.vstack([dealt, rng.permuted(np.tile(dealt, (times, 1)), axis=1)])
+
+
+def drawn(count: int, size: int, times: int, rng: np.random.Generator) -> np.ndarray:
+    """Return how often each block is drawn, with replacement.
+
+    >>> drawn(3, 5, 2, np.random.default_rng(0)).sum(axis=1).tolist()
+    [5, 5]
+    """
+    return rng.multinomial(size, np.full(count, 1.0 / count), size=times)
+
+
+LEVEL = 0.01  # Chance that any of the tests is struck though nothing differs
 PERMUTATIONS = 999
 RESAMPLES = 400
-MEMORY = 5.0
-"""Length of a block in Lyapunov times, after which the motion has forgotten where it was."""
-MEMORY_NEEDED = 2.0
-"""Shorter blocks, in Lyapunov times, are no basis for a test."""
+MEMORY = 5.0  # Length of a block in Lyapunov times, after which the motion has forgotten where it was
+MEMORY_NEEDED = 2.0  # Shorter blocks, in Lyapunov times, are no basis for a test
 BLOCKS_WANTED = 16
 BLOCKS_NEEDED = 8
-FEWEST = 8
-"""Samples smaller than this are not tested."""
+FEWEST = 8  # Samples smaller than this are not tested
+# Relative changes whose discovery is tried out
 LADDER = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
-"""Relative changes whose discovery is tried out."""
-POWER = 0.95
-"""Asked of resamples, so that new records, which vary more, come out at nine in ten."""
-RESOLUTION = 1e-4
-"""Smaller differences, of the speed itself or in cycles of phase, are none."""
+POWER = 0.95  # Asked of resamples, so that new records, which vary more, come out at nine in ten
+RESOLUTION = 1e-4  # Smaller differences, of the speed itself or in cycles of phase, are none
 SEED = 20200701
 
 Window = tuple[float, float]
@@ -41,12 +84,6 @@ def compare_distributions(
 
     Impacts of one motion depend on each other, so the tests permute whole blocks of time, five Lyapunov times long
     or a sixteenth of the record; their level is shared by Holm's rule. All chance comes from a fixed seed.
-
-    Args:
-        tables: the impacts that count, of the recording under test and of the reference.
-        windows: begin and end of both [s].
-        period: of the excitation [s].
-        lyapunov: largest exponent of the reference [1/s]; 0 when not known.
 
     Returns:
         Fields of :class:`gears3d.comparison.Comparison`.

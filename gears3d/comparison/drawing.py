@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 PERIODS_SHOWN = 3.0
 MARKERS = ("o", "s")
+# Units of an error, the first one is taken in which it reaches 1
 UNITS = (("%", 1e2), ("ppm", 1e6), ("ppb", 1e9), ("1e-12", 1e12))
-"""Units of an error, the first one is taken in which it reaches 1."""
 
 
 def picture(comparison: Comparison, a: Recording, b: Recording) -> Figure:

@@ -15,30 +15,15 @@ from gears3d.recording import Recording, columns_of, read
 from gears3d.scenario import Scenario, load
 from gears3d.simulation import simulate
 
-EVEN = 0.2
-"""Part of the sampling period by which steps of time may differ."""
-FEWEST = 100
-"""Samples at least."""
-TABLES = (".csv", ".txt", ".parquet")
-"""Endings of files whose columns may have any names."""
-PARTS = (2, 4)
-"""Parts that a motion is cut into where it is not explained as a whole."""
-OWN = "own"
-"""Model of the recordings that are made here."""
+EVEN = 0.2  # Part of the sampling period by which steps of time may differ
+FEWEST = 100  # Samples at least
+TABLES = (".csv", ".txt", ".parquet")  # Endings of files whose columns may have any names
+PARTS = (2, 4)  # Parts that a motion is cut into where it is not explained as a whole
+OWN = "own"  # Model of the recordings that are made here
 
 
 def from_angles(time: Any, theta_drive: Any, theta_loose: Any, rig: Scenario | str | Path) -> Recording:
-    """Return the recording of a user's model, with the impacts and contacts that its angles show.
-
-    Args:
-        time: evenly spaced [s], (n,).
-        theta_drive: angle of the drive gear [rad], (n,).
-        theta_loose: angle of the loose gear [rad], its datum anywhere, (n,).
-        rig: scenario of the rig, or its file or name: base radii, teeth, period.
-
-    Raises:
-        InputError: times are not even, or columns differ in length or are not finite.
-    """
+    """Return the recording of a user's model, with the impacts and contacts that its angles show."""
     scenario = rig if isinstance(rig, Scenario) else load(rig)
     columns = _columns(time_s=time, theta_drive_rad=theta_drive, theta_loose_rad=theta_loose)
     try:
@@ -52,16 +37,7 @@ def from_angles(time: Any, theta_drive: Any, theta_loose: Any, rig: Scenario | s
 
 
 def from_displacement(time: Any, displacement: Any, rig: Scenario | str | Path) -> Recording:
-    """Return the recording of a user's model that has the displacement as its only degree of freedom.
-
-    Args:
-        time: evenly spaced [s]; the drive moves as the scenario states it at these times, (n,).
-        displacement: Rb2·θ_loose − Rb1·θ_drive [m], 0 on the active and the backlash on the reverse flank, (n,).
-        rig: scenario of the rig, or its file or name.
-
-    Raises:
-        InputError: as for :func:`from_angles`.
-    """
+    """Return the recording of a user's model that has the displacement as its only degree of freedom."""
     scenario = rig if isinstance(rig, Scenario) else load(rig)
     columns = _columns(time_s=time, displacement_m=displacement)
     drive, known = drive_angle(scenario, columns["time_s"]), scenario.rig()
@@ -72,17 +48,7 @@ def from_displacement(time: Any, displacement: Any, rig: Scenario | str | Path) 
 def read_own(
     path: Path, scenario: Scenario, map_file: Path | None = None, names: Mapping[str, str] | None = None
 ) -> Recording:
-    """Read the result of a user's own model: a table of time with both angles or with the displacement.
-
-    Args:
-        path: folder of a recording, or a file of any format that records have.
-        scenario: of the rig.
-        map_file: ``record.toml`` that defines the angles, for other names and units.
-        names: columns of a CSV or Parquet file by the names of the contract.
-
-    Raises:
-        InputError: it cannot be read, or has neither.
-    """
+    """Read the result of a user's own model: a table of time with both angles or with the displacement."""
     columns: Mapping[str, np.ndarray]
     if path.is_dir():
         columns = read(path).signals
@@ -112,15 +78,7 @@ def _renamed(columns: Mapping[str, np.ndarray], names: Mapping[str, str], path: 
 
 
 def reference(scenario: Scenario, time: np.ndarray) -> Recording:
-    """Return the scenario in the rigid model, sampled as often and as long as a user's model.
-
-    Args:
-        scenario: of the rig.
-        time: of the user's model [s], (n,).
-
-    Raises:
-        InputError: the rigid model cannot run the scenario.
-    """
+    """Return the scenario in the rigid model, sampled as often and as long as a user's model."""
     rate = 1.0 / float(np.median(np.diff(time)))
     spanned = scenario.with_(
         {"run.duration": f"{float(time[-1])!r} s", "run.settle": "0 s", "run.output_rate": f"{rate!r} Hz"}
@@ -132,13 +90,6 @@ def explained_part(recording: Recording, scenario: Scenario) -> Recording:
     """Return the longest part of a recording that flights and contact explain: the whole, a half or a quarter.
 
     Many low bounces at once can keep a whole motion from being explained; its laws show in any part.
-
-    Args:
-        recording: of :func:`from_angles`.
-        scenario: of the rig.
-
-    Returns:
-        The recording of the part; the recording itself where no part is explained.
     """
     if "unexplained" not in recording.meta:
         return recording
@@ -156,12 +107,7 @@ def explained_part(recording: Recording, scenario: Scenario) -> Recording:
 
 
 def drive_angle(scenario: Scenario, time: np.ndarray) -> np.ndarray:
-    """Return the angle of the drive gear that a scenario states [rad], (n,).
-
-    Args:
-        scenario: with its motion.
-        time: [s], (n,).
-    """
+    """Return the angle of the drive gear that a scenario states [rad], (n,)."""
     from scipy.interpolate import CubicSpline
 
     made = reference(scenario, time)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Mode = Literal["trajectory", "distribution"]
 
+# The keys of the contract, in its order
 KEYS = (
     "impacts_compared",
     "impacts_matched",
@@ -27,7 +28,6 @@ KEYS = (
     "regime_equal",
     "mode",
 )
-"""The keys of the contract, in its order."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from gears3d.measured.noise import estimate_noise
 from gears3d.scenario.model import Sensor, Sensors
 from gears3d.signals import quantum
 from gears3d.simulation import simulate
-from gears3d.simulation.encoder import encode
+from gears3d.simulation.sensors import encode
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted

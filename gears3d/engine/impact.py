@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.effects.rows import Code, Flank, Row
 from gears3d.engine.compile import inner
-from gears3d.laws.restitution import scatter
+from gears3d.laws.contact import scatter
 
 _OFFSET = int(Code.IMPACT_OFFSET)
 _SLOPE = int(Code.IMPACT_SLOPE)

@@ -165,7 +165,7 @@ class _Campaign:
         )
         dense = self.quantity(table["density"], "density", "oil.density") if "density" in table else Oil((one, two))[1]
         try:
-            from gears3d.laws.oil import kinematic_viscosity
+            from gears3d.laws.film import kinematic_viscosity
 
             kinematic_viscosity((one, two), one[0])
         except ValueError as error:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gears3d.identify.coastdown_fit import Fit
-from gears3d.laws.oil import dynamic_viscosity
+from gears3d.laws.film import dynamic_viscosity
 
 
 class Oil(NamedTuple):

@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-LAMINAR_END = 6000.0
-"""Ω·R·B/ν up to which the first form of the torque coefficient holds."""
-TURBULENT_START = 9000.0
-"""Ω·R·B/ν from which the second form holds; between the two the coefficient is interpolated."""
-GRAVITY = 9.81
-"""m/s²."""
+LAMINAR_END = 6000.0  # Ω·R·B/ν up to which the first form of the torque coefficient holds
+TURBULENT_START = 9000.0  # Ω·R·B/ν from which the second form holds; between the two the coefficient is interpolated
+GRAVITY = 9.81  # m/s²
 
 
 def wetted_surface(radius: float, face_width: float, depth: float, flanks: float = 0.0) -> float:

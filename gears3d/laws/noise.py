@@ -8,12 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-REFERENCE_PRESSURE = 2e-5
-"""Pref [Pa]."""
-REFERENCE_POWER = 1e-12
-"""W."""
-WHINE_30_RPM = 78.0
-"""Measured level of whine at 30 rpm and 0.22 N·m, eq. (22) [dB]."""
+REFERENCE_PRESSURE = 2e-5  # Pref [Pa]
+REFERENCE_POWER = 1e-12  # W
+WHINE_30_RPM = 78.0  # Measured level of whine at 30 rpm and 0.22 N·m, eq. (22) [dB]
 
 
 def pressure_level(pressure: ArrayLike) -> np.ndarray:

@@ -3,7 +3,7 @@
 A gear that rides on its flank remembers nothing: perfect flanks, one harmonic and a constant torque let it go at the
 same phase and speed whatever came before. Two such moments whole periods apart begin the same motion, to rounding.
 
-Source: Rigaud & Perret-Liaudet 2020, eqs (17)-(19), as in :mod:`gears3d.laws.cycle`.
+Source: Rigaud & Perret-Liaudet 2020, eqs (17)-(19), as in :mod:`gears3d.laws.orbit`.
 """
 
 from __future__ import annotations

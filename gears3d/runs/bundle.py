@@ -14,13 +14,11 @@ from gears3d.files import refuse_file, replacing
 from gears3d.inputs import is_folder
 from gears3d.version import __version__
 
+# Files of which a result folder has at least one
 MARKS = ("report.html", "summary.json", "diagnosis.json", "papers.html")
-"""Files of which a result folder has at least one."""
 MANIFEST = "MANIFEST.json"
-REPLAY = ".rrd"
-"""Ending of replays, which are large and follow from the data."""
-EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Time of every file in the archive, so that the same folder gives the same bytes."""
+REPLAY = ".rrd"  # Ending of replays, which are large and follow from the data
+EPOCH = (1980, 1, 1, 0, 0, 0)  # Time of every file in the archive, so that the same folder gives the same bytes
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,23 @@
-"""Writing a run folder: in a hidden temporary folder, moved into place when it is complete."""
+"""Run folders: written complete or not at all, and read again."""
 
 from __future__ import annotations
 
 import json
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import Fault, InputError
 from gears3d.files import exchange, refuse_folder, temporary
+from gears3d.inputs import read_text
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
-MARK = "summary.json"
-"""The file by which a run folder is known as one."""
+
+MARK = "summary.json"  # The file by which a run folder is known as one
 
 
 def default_folder(scenario: Scenario) -> Path:
@@ -110,15 +112,7 @@ class RunFolder:
 
 
 def refuse_foreign(place: Path) -> None:
-    """Refuse a place that holds something else than a run.
-
-    Args:
-        place: where a run folder is to be.
-
-    Raises:
-        InputError: it is a file, the current folder, a link to nothing, or a non-empty folder without
-            ``summary.json``.
-    """
+    """Refuse a place that holds something else than a run."""
     remedy = "name another folder with --out"
     refuse_folder(place)
     whole = place.resolve()
@@ -127,3 +121,54 @@ def refuse_foreign(place: Path) -> None:
         raise InputError(Fault("--out", what, f"name a folder in it, e.g. --out {place / 'run'}"))
     if place.is_dir() and any(place.iterdir()) and not (place / MARK).exists():
         raise InputError(Fault("--out", f"{place} is no run folder and is not empty; it stays as it is", remedy))
+
+
+MOST = 1 << 26  # Bytes of a summary
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder's content.
+
+    Args:
+        path: the folder.
+        scenario: what was simulated.
+        recording: what came out.
+        twin: what the twin said, if it ran.
+        summary: the content of ``summary.json``.
+    """
+
+    path: Path
+    scenario: Scenario
+    recording: Recording
+    twin: Recording | None
+    summary: dict[str, Any]
+
+
+def read_run(path: str | Path) -> Run:
+    """Read a run folder.
+
+    Args:
+        path: the folder that ``gears3d run`` wrote.
+
+    Returns:
+        Its content; ``twin`` is ``None`` when there is none.
+
+    Raises:
+        InputError: it is no run folder, or a file in it cannot be read.
+    """
+    from gears3d.recording import read
+    from gears3d.scenario import load
+
+    folder = Path(path)
+    if not (folder / MARK).is_file():
+        what = "is not there"
+        if folder.exists():
+            what = "is no run folder: it has no summary.json" if folder.is_dir() else "is a file, not a run folder"
+        raise InputError(Fault("", what, "make one with `gears3d run SCENARIO --out DIR`", str(folder)))
+    try:
+        summary = json.loads(read_text(folder / MARK, MOST))
+    except (ValueError, RecursionError) as error:
+        raise InputError(Fault("", f"is not JSON: {error}", "run the scenario again", str(folder / MARK))) from error
+    twin = read(folder / "twin") if (folder / "twin").is_dir() else None
+    return Run(folder, load(folder / "scenario.toml"), read(folder), twin, summary)

@@ -43,11 +43,7 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
 
 
 def outcome_of(recording: Recording) -> dict[str, Any]:
-    """Return regime, motion, impact speeds, energies and durations after the settling time.
-
-    Args:
-        recording: of a model, with ``settle_s`` and ``period_s`` in its ``meta``.
-    """
+    """Return regime, motion, impact speeds, energies and durations after the settling time."""
     return describe(recording)
 
 

@@ -1,95 +1,222 @@
-"""What to expect of a scenario before anything is simulated: mass, drag, Λ, dimensionless backlash, regime."""
+"""What follows from a scenario before anything is simulated: excitation, expected regime, threshold."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from math import inf, isfinite, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.errors import InputError
 from gears3d.laws.contact import drag_force, drive_amplitude, equivalent_mass
-from gears3d.laws.excitation import (
-    dimensionless_backlash,
-    excitation,
-    riding,
-    threshold_amplitude,
-    threshold_omega,
-)
+from gears3d.laws.excitation import dimensionless_backlash, excitation, riding, threshold_amplitude, threshold_omega
+from gears3d.laws.orbit import Cycle, Swing, cycle
 from gears3d.results import Result
-from gears3d.simulation.expectation import Expectation, Sine, expect
-from gears3d.simulation.resistance import mean_resisting, resisting
+from gears3d.signals import FLIGHT_HEIGHT_MIN
+from gears3d.simulation.models import refuse_unseen
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.scenario import Harmonic, Scenario
 
+
+def resisting(row: Row, speed: Any, angle: Any = 0.0, time: Any = np.inf) -> np.ndarray:
+    """Return the torque that a row puts against the loose gear's motion, friction in the mesh excepted.
+
+    >>> from gears3d.effects.rows import torque_linear
+    >>> float(resisting(torque_linear(0.1, shaft_speed=2.0), 5.0).round(9))
+    0.3
+    """
+    from gears3d.effects import Code
+    from gears3d.effects.rows import Variable
+
+    speed, p = np.asarray(speed, dtype=float), row.p
+    if row.code == Code.TORQUE_CONSTANT:
+        return p[0] * np.sign(speed)
+    if row.code == Code.TORQUE_LINEAR:
+        return p[0] * (speed - p[1])
+    if row.code == Code.TORQUE_POWER:
+        return p[0] * np.abs(speed) ** p[1] * np.sign(speed)
+    if row.code == Code.TORQUE_HARMONIC:
+        return p[1] * np.cos(p[0] * np.asarray(angle) + p[2]) + 0.0 * speed
+    if row.code == Code.TORQUE_RELAX:
+        return p[0] * -np.expm1(-np.asarray(time) / p[1]) * np.sign(speed)
+    if row.code == Code.TORQUE_TABLE:
+        at = {Variable.SPEED: speed, Variable.ANGLE: angle, Variable.TIME: time}[Variable(int(p[0]))]
+        points = np.array(row.table)
+        return np.interp(at, points[:, 0], points[:, 1]) + 0.0 * speed
+    return np.zeros_like(speed)
+
+
+def mean_resisting(row: Row, speed: float) -> float:
+    """Return a row's torque at a steady speed, its mean over a turn of the loose gear, in the end [N·m]."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
+    return float(np.mean(resisting(row, np.full_like(turn, speed), turn)))
+
+
+EXACT, APPROXIMATE, NONE = "closed form", "approximate", "none"
+
+
+class Sine(NamedTuple):
+    """One sine of the drive's speed."""
+
+    source: str  # its key
+    amplitude: float  # [rad/s]
+    frequency: float  # [Hz]
+    phase: float  # [rad]
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What is to be expected."""
+
+    regime: str  # ``"contact"``, ``"single_sided"``, ``"double_sided"`` or ``"unknown"``
+    basis: str  # ``"closed form"`` (exact for the rigid model), ``"approximate"`` or ``"none"``
+    why: str = ""  # what stands in the way of a closed form; empty when nothing does
+    periods: int | None = None  # of the drive that a cycle takes; ``None`` when it is not known
+    impacts_per_period: float | None = None  # those after flights higher than 0.05 µm; ``None`` when it is not known
+    flights: tuple[dict[str, Any], ...] = ()  # of the cycle, in order
+
+
+def expect(
+    scenario: Scenario,
+    rig: Rig,
+    sines: list[Sine],
+    wavy: bool,
+    rows: list[tuple[str, Row]],
+    backlash: float,
+    total: float,
+) -> Expectation:
+    """Return what is to be expected of the rigid model.
+
+    Source: Rigaud & Perret-Liaudet 2020, eqs (7), (17)-(19).
+    """
+    from gears3d.effects import Code
+
+    codes = {row.code for _, row in rows}
+    for code, why in (
+        (Code.GAP_FILM, "an oil film carries the gear before the flanks touch"),
+        (Code.FLANK_TOOTH, "single teeth deviate"),
+    ):
+        if code in codes:
+            return Expectation("unknown", NONE, why)
+    try:
+        refuse_unseen(scenario, "plastic")
+    except InputError as unseen:
+        return Expectation("unknown", NONE, "; ".join(f"{fault.key} has no closed form" for fault in unseen.faults))
+    if scenario.motion.record is not None:
+        return Expectation("unknown", NONE, "the drive's motion is a record")
+    soft = "the flanks yield" if Code.GAP_SPRING in codes else ""
+    if total <= 1.0:
+        other = f"the run begins {scenario.start.state}" if scenario.start.state != "active" else ""
+        return Expectation("contact", APPROXIMATE if soft or other else EXACT, soft or other, 1, 0.0)
+    moving = [sine for sine in sines if sine.amplitude != 0.0]
+    for hindered, why in (
+        (bool(soft), soft),
+        (wavy, "contact is lost, and the flanks are wavy"),
+        (len(moving) != 1, f"contact is lost, and {len(moving)} harmonics move the drive, not one"),
+    ):
+        if hindered:
+            return Expectation("unknown", NONE, why)
+    return _in_closed_form(scenario, rig, moving[0], rows, backlash)
+
+
+def _in_closed_form(
+    scenario: Scenario, rig: Rig, sine: Sine, rows: list[tuple[str, Row]], backlash: float
+) -> Expectation:
+    from gears3d.effects import Code, Gate
+
+    torques = [row for _, row in rows if 100 <= row.code < 200 and row.code != Code.TORQUE_FRICTION]
+    speed = rig.mean_speed * rig.base_radius_drive / rig.base_radius_loose
+    free = [row for row in torques if row.gate in (Gate.ALWAYS, Gate.FLIGHT)]
+    drag = rig.drag_torque + sum(mean_resisting(row, speed) for row in free)
+    pull = drag * rig.base_radius_loose / rig.inertia
+    swing = Swing(rig.base_radius_drive * abs(sine.amplitude), 2 * pi * sine.frequency, pull)
+    if drag < 0.0:
+        return Expectation("unknown", NONE, "the torques drive the loose gear")
+    found = cycle(swing, backlash, _restitution(rig, rows), scenario.impact.stick_velocity, FLIGHT_HEIGHT_MIN)
+    if not found.why and swing.pull > 0.0 and rig.base_radius_drive * rig.mean_speed + found.slowest <= 0.0:
+        found = found._replace(regime="unknown", why="the loose gear comes to a stop, where dry drag turns round")
+    if rig.mean_speed <= 0.0:
+        found = found._replace(regime="unknown", why="the drive does not turn forwards")
+    if found.why:
+        return Expectation("unknown", NONE, found.why, flights=_told(found))
+    rough = []
+    if any(row.code != Code.TORQUE_CONSTANT or row.gate != Gate.ALWAYS for row in torques):
+        rough.append("the drag is taken at the mean speed")
+    if any(row.code == Code.IMPACT_SCATTER for _, row in rows):
+        rough.append("the restitution scatters")
+    if scenario.start.state != "active":
+        rough.append(f"the run begins {scenario.start.state}, the cycle on the active flank")
+    counted = sum(flight.height > FLIGHT_HEIGHT_MIN for flight in found.flights)
+    return Expectation(
+        found.regime, APPROXIMATE if rough else EXACT, "; ".join(rough), found.periods,
+        counted / found.periods if found.periods else None, _told(found),
+    )  # fmt: skip
+
+
+def _restitution(rig: Rig, rows: list[tuple[str, Row]]) -> Any:
+    from gears3d.effects import Code
+
+    def total(code: Code) -> float:
+        return sum(row.p[0] for _, row in rows if row.code == code)
+
+    base, slope, asymmetry = (
+        rig.restitution + total(Code.IMPACT_OFFSET), total(Code.IMPACT_SLOPE), total(Code.IMPACT_FLANK)
+    )  # fmt: skip
+    return lambda flank, speed: min(max(base + slope * speed + (0.5 - flank) * asymmetry, 0.0), 1.0)
+
+
+def _told(found: Cycle) -> tuple[dict[str, Any], ...]:
+    names = ("active", "reverse")
+    return tuple(
+        {
+            "left": names[flight.left], "lost_rad": flight.lost, "struck": names[flight.struck], "hit_rad": flight.hit,
+            "duration_s": flight.duration, "velocity_m_s": flight.velocity, "height_m": flight.height,
+        }
+        for flight in found.flights
+    )  # fmt: skip
+
+
+# Of the fastest wave, when the largest deceleration is looked for; it is then off by 0.12 % at most
 SAMPLES_A_CYCLE = 64
-"""Of the fastest wave, when the largest deceleration is looked for; it is then off by 0.12 % at most."""
 MOST_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
 class Wave:
-    """One harmonic of the drive.
+    """One harmonic of the drive."""
 
-    Args:
-        source: its key.
-        frequency_Hz: Hz.
-        amplitude_rad_s: of the drive's speed.
-        phase_rad: of the sine at t = 0.
-        stroke_m: H, amplitude on the line of action.
-        excitation: Λ of this harmonic alone; infinite without drag.
-        backlash_dimensionless: j̄ = j/H.
-        threshold_amplitude_rad_s: amplitude of the speed at which Λ = 1 at this frequency.
-        threshold_frequency_Hz: frequency at which Λ = 1 with this amplitude.
-    """
-
-    source: str
-    frequency_Hz: float
-    amplitude_rad_s: float
-    phase_rad: float
-    stroke_m: float
-    excitation: float
-    backlash_dimensionless: float
-    threshold_amplitude_rad_s: float
-    threshold_frequency_Hz: float
+    source: str  # its key
+    frequency_Hz: float  # Hz
+    amplitude_rad_s: float  # of the drive's speed
+    phase_rad: float  # of the sine at t = 0
+    stroke_m: float  # H, amplitude on the line of action
+    excitation: float  # Λ of this harmonic alone; infinite without drag
+    backlash_dimensionless: float  # j̄ = j/H
+    threshold_amplitude_rad_s: float  # amplitude of the speed at which Λ = 1 at this frequency
+    threshold_frequency_Hz: float  # frequency at which Λ = 1 with this amplitude
 
 
 @dataclass(frozen=True)
 class Assessment(Result):
-    """What a scenario asks of the drag.
+    """What a scenario asks of the drag."""
 
-    Args:
-        mass_kg: m = J/Rb2².
-        drag: the torques one by one at the mean speed: ``source``, ``torque_N_m``, ``acts``.
-        drag_torque_N_m: their sum in contact on the active flank.
-        drag_force_N: F, of that sum.
-        deceleration_rad_s2: Td/J.
-        backlash_m: with what effects change about its mean.
-        backlash_narrowest_m: with the waves of the reverse flanks at their worst.
-        harmonics: of the drive.
-        deceleration_largest_rad_s2: of the loose gear riding on the active flank, over the run.
-        excitation_total: largest ratio of J times that deceleration to the drag at the same moment; above 1 contact
-            of rigid teeth is lost.
-        expected: what is to be expected.
-        notes: a sentence each.
-        title: of the scenario.
-    """
-
-    mass_kg: float
-    drag: tuple[dict[str, Any], ...]
-    drag_torque_N_m: float
-    drag_force_N: float
-    deceleration_rad_s2: float
-    backlash_m: float
-    backlash_narrowest_m: float
-    harmonics: tuple[Wave, ...]
-    deceleration_largest_rad_s2: float
+    mass_kg: float  # m = J/Rb2²
+    drag: tuple[dict[str, Any], ...]  # the torques one by one at the mean speed: ``source``, ``torque_N_m``, ``acts``
+    drag_torque_N_m: float  # their sum in contact on the active flank
+    drag_force_N: float  # F, of that sum
+    deceleration_rad_s2: float  # Td/J
+    backlash_m: float  # with what effects change about its mean
+    backlash_narrowest_m: float  # with the waves of the reverse flanks at their worst
+    harmonics: tuple[Wave, ...]  # of the drive
+    deceleration_largest_rad_s2: float  # of the loose gear riding on the active flank, over the run
+    # largest ratio of J times that deceleration to the drag at the same moment; above 1 contact of rigid teeth is lost
     excitation_total: float
-    expected: Expectation
-    notes: tuple[str, ...] = ()
-    title: str = ""
+    expected: Expectation  # what is to be expected
+    notes: tuple[str, ...] = ()  # a sentence each
+    title: str = ""  # of the scenario
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; what is infinite or unknown is ``None``."""

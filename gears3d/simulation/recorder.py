@@ -1,4 +1,4 @@
-"""Synthetic records: a scenario run as a test on a bench, seen through its encoders."""
+"""Synthetic records of a test rig: one scenario, or a sweep of the drive's speed."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil, gcd, pi
+from tempfile import gettempdir
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
+from gears3d.files import PRIVATE, temporary
 from gears3d.recording import Recording
-from gears3d.simulation.encoder import encode
+from gears3d.simulation.excitation import assess
 from gears3d.simulation.models import simulate
-from gears3d.simulation.sensors import observe
+from gears3d.simulation.sensors import encode, observe
 from gears3d.units import show
 from gears3d.virtual_tests import RENAMED, SYNTHESIZED
 
@@ -20,13 +24,12 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
     from gears3d.scenario.model import Sensors
 
-SLOW = 2.0 * pi / 60.0
-"""Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]."""
+
+SLOW = 2.0 * pi / 60.0  # Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]
+# Samples a turn at most of slow turns: as fine as any order asks for; no whole number, so that counts of encoders do
+# not come again turn by turn
 PER_TURN = 9973.618
-"""Samples a turn at most of slow turns: as fine as any order asks for; no whole number, so that counts of encoders do
-not come again turn by turn."""
-FEWEST, MOST = 10, 60
-"""Turns unless given: at least and at most, in whole hunting cycles where there are that many."""
+FEWEST, MOST = 10, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
 
 
 def synthesize(
@@ -84,8 +87,6 @@ def synthesize(
         coasted = rundown(scenario, speed, progress=progress, turning=turning, drive_drag=DriveDrag(*drive_drag))
         happened = observe(coasted, scenario.effects, scenario.rig())
     elif test == "threshold":
-        from gears3d.simulation.sweep import sweep
-
         _check_rate(scenario)
         happened = sweep(scenario, amplitudes, progress)
     elif test == "transmission-error":
@@ -99,8 +100,7 @@ def synthesize(
     return encode(happened, sensors, scenario.run.seed if seed is None else seed)
 
 
-record = synthesize
-"""Former name of :func:`synthesize`."""
+record = synthesize  # Former name of :func:`synthesize`
 
 
 def _slow(
@@ -118,9 +118,6 @@ def _slow(
 def hunting(scenario: Scenario) -> int:
     """Return the turns of the drive that slow turns take: whole hunting cycles, in which orders of both gears part.
 
-    Args:
-        scenario: with the tooth counts.
-
     >>> from gears3d.scenario import load
     >>> [hunting(load(f"scenarios/base/{name}.toml")) for name in ("rigaud-2020", "kadmiri-2012")]
     [10, 37]
@@ -137,3 +134,71 @@ def _check_rate(scenario: Scenario) -> None:
     if fastest > rate / 2:
         message = f"is {show(rate, 'frequency')}, less than twice the drive's {show(fastest, 'frequency')}"
         raise InputError(Fault("sensors.sample_rate", message, f"give more than {show(2 * fastest, 'frequency')}"))
+
+
+RANGE = (0.5, 1.6)  # Of the swing, over that at which Λ = 1
+FEWEST_PERIODS = 20  # Periods that a sweep must have
+_SAMPLES = 48  # Of the drive's motion, a period of its fastest harmonic
+
+
+def sweep(
+    scenario: Scenario,
+    span: tuple[float, float] | None = None,
+    progress: Callable[[float], None] | None = None,
+    model: str = "rigid",
+) -> Recording:
+    """Return a run in which the first harmonic's amplitude grows from one value to another and falls back.
+
+    Source: Rigaud & Perret-Liaudet 2020, section 4 (sweeps up and down).
+    """
+    motion = scenario.motion
+    if not motion.harmonics or motion.record is not None:
+        raise InputError(Fault("motion.harmonics", "is needed: its first amplitude is swept", "give a harmonic"))
+    low, high = span or _usual(scenario)
+    if not 0.0 <= low < high:
+        what = f"is {show(low, 'speed')} to {show(high, 'speed')}"
+        raise InputError(Fault("--amplitudes", what, "give a smaller and a larger one"))
+    duration, frequency = scenario.run.duration, motion.harmonics[0].frequency
+    if duration * frequency < FEWEST_PERIODS:
+        least, better = show(FEWEST_PERIODS / frequency, "time"), show(3 * FEWEST_PERIODS / frequency, "time")
+        remedy = (
+            f"give {least} or more; {3 * FEWEST_PERIODS} periods and more are better: --set 'run.duration={better}'"
+        )
+        raise InputError(Fault("run.duration", f"holds {duration * frequency:.3g} periods of the swing", remedy))
+    fastest = max(harmonic.frequency for harmonic in motion.harmonics)
+    time = np.linspace(0.0, 1.001 * duration, int(np.ceil(1.001 * duration * fastest * _SAMPLES)) + 1)
+    angle = motion.mean * time + _swept(time, duration, (low, high), 2 * pi * frequency, motion.harmonics[0].phase)
+    for one in motion.harmonics[1:]:
+        turn = 2 * pi * one.frequency
+        angle -= one.amplitude / turn * (np.cos(turn * time + one.phase) - np.cos(one.phase))
+    with temporary(gettempdir(), PRIVATE) as folder:
+        file = folder / "drive.parquet"
+        Recording({"time_s": time, "theta_drive_rad": angle, "theta_loose_rad": angle}).write(file)
+        rate = f"{scenario.sensors.sample_rate!r} Hz"
+        asked = scenario.with_({"motion.record": str(file), "run.output_rate": rate})
+        return simulate(asked, model, progress=progress)
+
+
+def _usual(scenario: Scenario) -> tuple[float, float]:
+    threshold = assess(scenario).harmonics[0].threshold_amplitude_rad_s
+    if not (threshold > 0.0 and np.isfinite(threshold)):
+        raise InputError(Fault("--amplitudes", "is missing: without drag there is no threshold", 'e.g. "1 rpm..4 rpm"'))
+    return RANGE[0] * threshold, RANGE[1] * threshold
+
+
+def _swept(time: np.ndarray, duration: float, span: tuple[float, float], omega: float, phase: float) -> np.ndarray:
+    """Return the integral of A(t)·sin(ω·t + phase), A in straight lines up and down [rad]."""
+    low, high = span
+    slope = 2.0 * (high - low) / duration
+    half = 0.5 * duration
+
+    def whole(t: np.ndarray, level: float, climb: float) -> np.ndarray:
+        """Return the antiderivative of (level + climb·t)·sin(ω·t + phase)."""
+        turn = omega * t + phase
+        return -(level + climb * t) * np.cos(turn) / omega + climb * np.sin(turn) / omega**2
+
+    rising = whole(np.minimum(time, half), low, slope) - whole(np.zeros(1), low, slope)
+    falling = whole(np.maximum(time, half), 2.0 * high - low, -slope) - whole(
+        np.full(1, half), 2.0 * high - low, -slope
+    )
+    return rising + falling

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gears3d.comparison import compare
-from gears3d.comparison.resampling import distance
+from gears3d.comparison.distribution import distance
 from gears3d.recording import Recording
 
 PERIOD = 1 / 3

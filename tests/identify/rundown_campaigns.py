@@ -25,7 +25,7 @@ from gears3d.identify import (
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario, Sensor, Sensors, load
 from gears3d.simulation import encode
-from gears3d.simulation.sweep import sweep
+from gears3d.simulation.recorder import sweep
 from tests.identify import shafts
 
 RIGS = shafts.ENCODERS

@@ -15,7 +15,7 @@ from gears3d.identify.threshold import lifted
 from gears3d.recording import Recording
 from gears3d.scenario import Sensor, Sensors, load
 from gears3d.simulation import encode, record
-from gears3d.simulation.sweep import sweep
+from gears3d.simulation.recorder import sweep
 from tests.identify import shafts
 
 BENCH = "scenarios/rigaud-2020/fig5-5rpm.toml"

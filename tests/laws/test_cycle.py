@@ -17,8 +17,8 @@ from gears3d.laws import (
     threshold_amplitude,
     threshold_omega,
 )
-from gears3d.laws.cycle import cycle
 from gears3d.laws.excitation import excitation
+from gears3d.laws.orbit import cycle
 
 PULL = 0.22 * 0.148 / 0.0695
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gears3d.laws import churning, drag, oil
+from gears3d.laws import churning, drag, film
 
 WHEEL = {"radius": 0.05, "face_width": 0.02, "depth": 0.05, "volume": 2e-3}
 SPEEDS = st.floats(1.0, 70.0)  # churning in its first form: between the two forms its torque may fall
@@ -108,9 +108,9 @@ def test_an_assembly_is_the_sum_of_its_parts(speed):
 
 @given(st.floats(0.0, 120.0), st.floats(0.5, 20.0))
 def test_warm_oil_is_thinner_lighter_and_drags_less(temperature, warmer):
-    cold, warm = (oil.dynamic_viscosity(OIL, 850.0, t) for t in (temperature, temperature + warmer))
+    cold, warm = (film.dynamic_viscosity(OIL, 850.0, t) for t in (temperature, temperature + warmer))
     assert warm < cold
-    assert oil.density(850.0, temperature + warmer) < oil.density(850.0, temperature)
+    assert film.density(850.0, temperature + warmer) < film.density(850.0, temperature)
     for law in (
         lambda mu: drag.couette(mu, 0.02, 0.02, 50e-6, 40.0),
         lambda mu: drag.seetharaman_sides(0.1, 850.0, mu, 40.0),
@@ -130,15 +130,15 @@ def test_exponents_of_churning_and_shear():
 
 
 def test_viscosity_goes_through_its_points_and_between_by_hand():
-    assert oil.kinematic_viscosity(OIL, [40.0, 100.0]) == pytest.approx([34e-6, 7e-6], rel=1e-12)
+    assert film.kinematic_viscosity(OIL, [40.0, 100.0]) == pytest.approx([34e-6, 7e-6], rel=1e-12)
     # loglog(34.7) = 0.1876946, loglog(7.7) = -0.0523855, log T 2.4957526, 2.5718834, at 75 degC 2.5417667
     slope = (-0.0523855 - 0.1876946) / (2.5718834 - 2.4957526)
     height = 0.1876946 + slope * (2.5417667 - 2.4957526)
-    assert oil.kinematic_viscosity(OIL, 75.0) * 1e6 == pytest.approx(10 ** (10**height) - 0.7, rel=1e-4)
-    assert oil.dynamic_viscosity(OIL, 850.0, 75.0) == pytest.approx(0.0097, abs=1e-4)
+    assert film.kinematic_viscosity(OIL, 75.0) * 1e6 == pytest.approx(10 ** (10**height) - 0.7, rel=1e-4)
+    assert film.dynamic_viscosity(OIL, 850.0, 75.0) == pytest.approx(0.0097, abs=1e-4)
 
 
 @pytest.mark.parametrize("points", [((40.0, 34e-6), (40.0, 7e-6)), ((40.0, 34e-6), (100.0, 0.2e-6))])
 def test_points_that_give_no_law_are_refused(points):
     with pytest.raises(ValueError, match="give"):
-        oil.kinematic_viscosity(points, 50.0)
+        film.kinematic_viscosity(points, 50.0)

@@ -6,49 +6,49 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gears3d.laws import contact, restitution
+from gears3d.laws import contact
 
 SHARES = st.floats(0.0, 1.0)
 
 
 def test_restitution_by_hand():
-    found = restitution.restitution(0.6, [-0.03, 0.03], slope=-4.0, asymmetry=0.1, deviation=0.05, normal=[1.0, -2.0])
+    found = contact.restitution(0.6, [-0.03, 0.03], slope=-4.0, asymmetry=0.1, deviation=0.05, normal=[1.0, -2.0])
     assert found == pytest.approx([0.6 - 0.12 + 0.05 + 0.05, 0.6 - 0.12 - 0.05 - 0.1], abs=1e-15)
 
 
 @given(st.floats(-1.0, 2.0), st.floats(-5.0, 5.0), st.floats(-20.0, 20.0), st.floats(-4.0, 4.0))
 def test_restitution_stays_between_nothing_and_everything(base, velocity, slope, normal):
-    assert 0.0 <= restitution.restitution(base, velocity, slope, 0.3, 0.4, normal) <= 1.0
+    assert 0.0 <= contact.restitution(base, velocity, slope, 0.3, 0.4, normal) <= 1.0
 
 
 @given(st.floats(0.0, 0.5), st.floats(0.01, 0.5))
 def test_hard_impacts_give_back_less(slow, more):
-    law = restitution.restitution(0.9, [slow, slow + more], slope=-0.8)
+    law = contact.restitution(0.9, [slow, slow + more], slope=-0.8)
     assert law[1] < law[0]
 
 
 def test_the_scatter_has_the_spread_asked_for():
     normal = np.random.default_rng(1).standard_normal(100_000)
-    found = restitution.restitution(0.5, np.full(100_000, -0.02), deviation=0.05, normal=normal)
+    found = contact.restitution(0.5, np.full(100_000, -0.02), deviation=0.05, normal=normal)
     assert found.mean() == pytest.approx(0.5, abs=6 * 0.05 / np.sqrt(1e5))
     assert found.std() == pytest.approx(0.05, rel=6 / np.sqrt(2e5))
 
 
 @given(st.floats(1e-6, 1.0))
 def test_damping_ratio_and_restitution_undo_each_other(coefficient):
-    assert restitution.restitution_of(restitution.damping_ratio(coefficient)) == pytest.approx(coefficient, rel=1e-7)
+    assert contact.restitution_of(contact.damping_ratio(coefficient)) == pytest.approx(coefficient, rel=1e-7)
 
 
 @given(SHARES, SHARES)
 def test_more_damping_gives_back_less(one, other):
     low, high = sorted((one, other))
-    assert restitution.restitution_of(high) <= restitution.restitution_of(low)
-    assert restitution.damping_ratio(high) <= restitution.damping_ratio(low)
+    assert contact.restitution_of(high) <= contact.restitution_of(low)
+    assert contact.damping_ratio(high) <= contact.damping_ratio(low)
 
 
 @pytest.mark.parametrize("coefficient", [0.1, 0.3, 0.5, 0.9])
 def test_a_spring_and_damper_of_that_ratio_rebound_so(coefficient):
-    ratio = float(restitution.damping_ratio(coefficient))
+    ratio = float(contact.damping_ratio(coefficient))
 
     def out(_, state):
         return state[0]

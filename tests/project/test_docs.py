@@ -130,7 +130,7 @@ def test_every_law_has_a_source_and_a_curve_that_is_told_in_numbers(reference):
             assert told.mean() > 0.9, name
             assert np.ptp(x[told]) > 0, name
         spread = max(np.ptp(np.asarray(y)[np.isfinite(y)]) for _, y in lines.values())
-        assert spread > 0 or name == "cycle.plastic", name
+        assert spread > 0 or name == "orbit.plastic", name
 
 
 def test_every_effect_has_a_source_an_example_and_a_picture(reference):

@@ -56,6 +56,15 @@ def test_old_names_of_packages_load_the_new_ones_and_warn(old, new, name):
     assert found is getattr(importlib.import_module(new), name)
 
 
+def test_old_names_of_laws_load_the_new_modules_and_warn():
+    from gears3d import laws
+
+    with pytest.warns(DeprecationWarning, match=r"gears3d\.laws\.film"):
+        assert laws.oil.dynamic_viscosity is laws.film.dynamic_viscosity
+    with pytest.raises(AttributeError, match="water"):
+        _ = laws.water
+
+
 def test_records_are_taken_from_their_files(tmp_path):
     import gears3d
     from gears3d.errors import InputError

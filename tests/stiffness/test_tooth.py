@@ -18,7 +18,7 @@ from gears3d.stiffness import (
     pair_stiffness,
     tooth_compliance,
 )
-from gears3d.stiffness.foundation import BODY_RATIO, COEFFICIENTS, ROOT_ANGLE
+from gears3d.stiffness.tooth import BODY_RATIO, COEFFICIENTS, ROOT_ANGLE
 
 
 def pair(first=19, second=48, module=3.175e-3, width=16e-3, backlash=1e-9, **rack):

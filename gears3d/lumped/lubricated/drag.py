@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gears3d.laws.drag import couette
-from gears3d.laws.immersion import end_faces, periphery, rolling_bearing
+from gears3d.laws.drag import couette, end_faces, periphery, rolling_bearing
 from gears3d.lumped.lubricated.squeezing import squeezing_torque
 
 if TYPE_CHECKING:

@@ -56,7 +56,7 @@ def _one(rig: Rig, effect: Any) -> str:
 
 
 def _torque(rig: Rig, effect: Any) -> str:
-    from gears3d.simulation.resistance import resisting
+    from gears3d.simulation.excitation import resisting
 
     row = effect.rows(rig)[0]
     if row.code == Code.TORQUE_FRICTION:

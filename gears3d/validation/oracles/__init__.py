@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gears3d.laws.cycle import cycle
+from gears3d.laws.orbit import cycle
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.validation.bench import fig5, swing

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root_scalar
 
-from gears3d.laws.restitution import damping_ratio
+from gears3d.laws.contact import damping_ratio
 from gears3d.validation.oracles.case import Case
 
 State = tuple[float, float, float]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d import palette, signals
-from gears3d.laws.cycle import border, regions
+from gears3d.laws.orbit import border, regions
 from gears3d.palette import FLANKS as COLOURS
 from gears3d.recording import FLANKS, Recording
 from gears3d.recording.told import describe, spectra
