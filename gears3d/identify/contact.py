@@ -12,7 +12,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measured.drive_motion import drive_motion
 from gears3d.signals import noise_of
-from gears3d.signals.edges import quantum
+from gears3d.signals.noise import quantum
 
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted

@@ -9,8 +9,8 @@ from __future__ import annotations
 from math import floor, nan, sqrt
 
 from gears3d.lumped.compile import inner
-from gears3d.signals.pattern import FLIGHT_HEIGHT_MIN
-from gears3d.signals.strobe import EASY, FAR, RECURRING, STRICT, TIME_TOLERANCE, VELOCITY_TOLERANCE
+from gears3d.signals.impacts import FLIGHT_HEIGHT_MIN
+from gears3d.signals.motion import EASY, FAR, RECURRING, STRICT, TIME_TOLERANCE, VELOCITY_TOLERANCE
 
 # numbers of a point; those of the active flank, one more is the reverse flank
 COUNT, MEAN, SPREAD, LARGEST, IMPULSE, CYCLES, LAST = 0, 2, 4, 6, 8, 10, 12

@@ -12,14 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.signals.local import robust_deviation
+from gears3d.signals.noise import robust_deviation
 
 Array = np.ndarray
 GEARS = ("drive", "loose")
-ROUNDS = 3
-"""Fits of which each excludes the outliers of the one before."""
-FINE, PADDED = 8, 8
-"""Bins in a wave of the highest order, and times their number that a transform over them has."""
+ROUNDS = 3  # Fits of which each excludes the outliers of the one before
+FINE, PADDED = 8, 8  # Bins in a wave of the highest order, and times their number that a transform over them has
 
 
 def harmonics(angle: Array, orders: Sequence[float]) -> Array:

@@ -9,12 +9,19 @@ from typing import Any
 import numpy as np
 
 from gears3d.laws import excitation as law
-from gears3d.signals.flights import times_of
+from gears3d.signals.impacts import (
+    FLANKS,
+    FLIGHT_HEIGHT_MIN,
+    contacts,
+    impacts_per_period,
+    mass,
+    powers,
+    regime,
+    strikes,
+    stroke,
+    times_of,
+)
 from gears3d.signals.motion import motion
-from gears3d.signals.pattern import FLANKS, FLIGHT_HEIGHT_MIN, impacts_per_period, regime
-from gears3d.signals.stays import contacts
-from gears3d.signals.strikes import mass, powers, strikes
-from gears3d.signals.stroke import stroke
 
 Table = Mapping[str, np.ndarray]
 
@@ -56,10 +63,10 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
         ``"quasi_periodic"``, ``"chaotic"``, ``"aperiodic"``, ``"too_short"``, ``None`` without impacts); ``impacts``,
         ``impacts_per_period``; for each flank ``active_impacts``, ``active_velocity_mean_m_s``,
         ``active_velocity_std_m_s``, ``active_impulse_dimensionless`` (mean) and what
-        :func:`~gears3d.signals.strikes.powers` gives; ``mass_kg``, ``excitation`` (Λ); ``lyapunov_1_s``,
+        :func:`~gears3d.signals.impacts.powers` gives; ``mass_kg``, ``excitation`` (Λ); ``lyapunov_1_s``,
         ``lyapunov_std_1_s``, ``lyapunov_from`` (``"model"``, ``"recording"``; ``"wiped"``: contact wipes out every
         disturbance, the exponent is minus infinity); and what
-        :func:`~gears3d.signals.flights.times_of` gives, with ``durations_from`` (``"contacts"``: exact; ``"samples"``).
+        :func:`~gears3d.signals.impacts.times_of` gives, with ``durations_from`` (``"contacts"``: exact; ``"samples"``).
 
     >>> hits = {"time_s": np.array([0.5]), "flank": np.array([0]), "velocity_m_s": np.array([-0.02])}
     >>> found = describe({"time_s": np.array([0.0, 1.0])}, hits, {})
@@ -145,11 +152,6 @@ def drive_speed(signals: Table, meta: Mapping[str, Any]) -> float | None:
 
 def excitation(mass: float | None, speed: float | None, meta: Mapping[str, Any]) -> float | None:
     """Return Λ = m·H·ω²/F with the base drag, the swing of the drive at ``period_s`` and nothing else.
-
-    Args:
-        mass: equivalent mass of the loose gear [kg].
-        speed: H·ω [m/s].
-        meta: ``drag_torque_N_m``, ``base_radius_loose_m``, ``period_s``.
 
     Source: Kadmiri et al. 2012, eq. (24); Rigaud & Perret-Liaudet 2020, eq. (8).
 

@@ -23,12 +23,10 @@ class Mode(NamedTuple):
     weight: float
 
 
+# A small steel box, chosen for the ear: no measured structure
 MODES = (Mode(1150.0, 0.012, 1.0), Mode(2480.0, 0.007, 0.6), Mode(4370.0, 0.004, 0.35))
-"""A small steel box, chosen for the ear: no measured structure."""
-PEAK = 0.9
-"""Loudest sample of a normalised sound, of full scale."""
-LONGEST_S = 600.0
-"""Longest sound that is made [s]."""
+PEAK = 0.9  # Loudest sample of a normalised sound, of full scale
+LONGEST_S = 600.0  # Longest sound that is made [s]
 
 
 def ring(

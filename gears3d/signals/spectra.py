@@ -9,10 +9,8 @@ import numpy as np
 
 from gears3d.errors import UsageError
 
-FEWEST = 16
-"""Samples, and samples per revolution, below which there is no spectrum."""
-MOST_POINTS = 1 << 14
-"""Points per revolution of a resampled signal at most."""
+FEWEST = 16  # Samples, and samples per revolution, below which there is no spectrum
+MOST_POINTS = 1 << 14  # Points per revolution of a resampled signal at most
 
 
 class Spectrum(NamedTuple):

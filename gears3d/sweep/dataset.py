@@ -14,7 +14,7 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.extras import require
 from gears3d.files import replacing
-from gears3d.signals.pattern import REGIMES
+from gears3d.signals.impacts import REGIMES
 from gears3d.sweep.block import STATUS
 from gears3d.sweep.measures import MISSING, Variable, variables
 from gears3d.sweep.plan import DIRECTIONS, FORMAT, Plan

@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d import palette
 from gears3d.files import write_picture
-from gears3d.signals.pattern import REGIMES
+from gears3d.signals.impacts import REGIMES
 from gears3d.sweep.dataset import open_dataset
 from gears3d.sweep.thresholds import thresholds
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.lumped import tally as at
-from gears3d.signals.pattern import REGIMES, SHARE
+from gears3d.signals.impacts import REGIMES, SHARE
 
 Array = np.ndarray
 

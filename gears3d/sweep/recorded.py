@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.lumped import tally
 from gears3d.lumped.batch import room
-from gears3d.signals.strobe import stroboscope
+from gears3d.signals.motion import stroboscope
 from gears3d.simulation import simulate
 from gears3d.sweep.block import Raw, fill, one_by_one
 from gears3d.sweep.plan import Plan

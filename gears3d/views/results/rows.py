@@ -285,7 +285,7 @@ def goodness_rows(goodness: dict[str, Any], place: str = "") -> list[tuple[str, 
 
 def sweep_answer(done: Done) -> tuple[str, str, list[Key]]:
     """Return title, answer and key numbers of a sweep: regimes, and the range of the impact speeds."""
-    from gears3d.signals.pattern import REGIMES
+    from gears3d.signals.impacts import REGIMES
     from gears3d.sweep.dataset import open_dataset
     from gears3d.sweep.drawing import axes_of
 
