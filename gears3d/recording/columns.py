@@ -1,18 +1,22 @@
-"""The columns of a recording: names, units, and what makes a table of them valid."""
+"""Tables of a recording: columns with units, columns computed on request, metadata as JSON, columns of pyarrow."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gears3d.errors import Fault, InputError, did_you_mean
 
+if TYPE_CHECKING:
+    import pyarrow
+
 ACTIVE = 0
 REVERSE = 1
-FLANKS = ("active", "reverse")
-"""Names of the flanks, in the order of their codes."""
+FLANKS = ("active", "reverse")  # Names of the flanks, in the order of their codes
 
 SIGNAL_UNITS: dict[str, str] = {
     "time_s": "s",
@@ -75,15 +79,8 @@ def unit_of(column: str) -> str:
 def signal_table(columns: Mapping[str, Any], file: str = "") -> Table:
     """Check the signals and return them as read-only float arrays.
 
-    Args:
-        columns: values by name, each of shape (n,); those of the contract must be finite, others may hold NaN.
-        file: named in the faults.
-
     Returns:
         The columns as float64, those of the contract first.
-
-    Raises:
-        InputError: a column is missing, has another length or type, is not finite, or time does not increase.
 
     >>> list(signal_table({"theta_drive_rad": [0, 1], "theta_loose_rad": [0, 1], "time_s": [0, 1]}))
     ['time_s', 'theta_drive_rad', 'theta_loose_rad']
@@ -100,16 +97,8 @@ def signal_table(columns: Mapping[str, Any], file: str = "") -> Table:
 def impact_table(columns: Mapping[str, Any], file: str = "") -> Table:
     """Check the impacts and return them as read-only arrays.
 
-    Args:
-        columns: values by name, each of shape (k,); ``flank`` as 0 and 1 or as text. Columns of the contract that
-            are not known may be left out: they become NaN, teeth 0. Nothing at all is a table of no impacts.
-        file: named in the faults.
-
     Returns:
         The columns, those of the contract first and all there; ``flank`` int8, teeth int32, the rest float64.
-
-    Raises:
-        InputError: a column is missing, has another length or type, or holds what cannot be; times do not ascend.
 
     >>> table = impact_table({"time_s": [0.5], "flank": ["reverse"], "velocity_m_s": [0.03]})
     >>> table["flank"].tolist(), table["rebound_m_s"].tolist()
@@ -129,13 +118,6 @@ def impact_table(columns: Mapping[str, Any], file: str = "") -> Table:
 
 def flank_codes(values: Any, file: str = "") -> np.ndarray:
     """Return flanks given as text or as codes as int8 codes.
-
-    Args:
-        values: ``"active"`` and ``"reverse"``, or 0 and 1, shape (k,).
-        file: named in the fault.
-
-    Raises:
-        InputError: a value is neither.
 
     >>> flank_codes(["active", "reverse"]).tolist()
     [0, 1]
@@ -215,3 +197,152 @@ def _refuse_disorder(time: np.ndarray, strictly: bool, table: str, file: str) ->
         row = int(bad[0]) + 1
         what = f"is {float(time[row])!r} s after {float(time[row - 1])!r} s"
         raise InputError(Fault(f"{table}.time_s[{row}]", what, "time must increase from row to row", file))
+
+
+Columns = Mapping[str, np.ndarray]
+
+
+class Derived(Mapping[str, np.ndarray]):
+    """A table of which some columns are there and the others follow from them.
+
+    Args:
+        stored: columns that are there, each (n,), ``time_s`` among them.
+        made: by name what gives a column at some rows; it goes before one that is stored.
+        order: names of all columns in order.
+
+    >>> made = {"twice": lambda rows: 2.0 * np.arange(4.0)[rows]}
+    >>> table = Derived({"time_s": np.arange(4.0)}, made, ["time_s", "twice"])
+    >>> table["twice"].tolist(), table.part("twice", slice(None, None, 3)).tolist(), len(table)
+    ([0.0, 2.0, 4.0, 6.0], [0.0, 6.0], 2)
+    """
+
+    def __init__(self, stored: Columns, made: Mapping[str, Callable[[slice], np.ndarray]], order: list[str]) -> None:
+        self._stored, self._made, self._order = dict(stored), dict(made), list(order)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.part(name, slice(None))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._order)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._order
+
+    def __len__(self) -> int:
+        return len(self._order)
+
+    def part(self, name: str, rows: slice) -> np.ndarray:
+        """Return a column at some rows, read-only.
+
+        Args:
+            name: of the column.
+            rows: which.
+
+        Raises:
+            KeyError: there is no such column.
+        """
+        if name not in self._made:
+            return self._stored[name][rows]
+        values = self._made[name](rows)
+        values.flags.writeable = False
+        return values
+
+
+def part_of(table: Columns, name: str, rows: slice) -> np.ndarray:
+    """Return a column of any table at some rows."""
+    return table.part(name, rows) if isinstance(table, Derived) else table[name][rows]
+
+
+_TAG = "$float"
+
+
+def plain(value: Any, key: str = "meta") -> Any:
+    """Return a value as JSON would give it back: numpy scalars and arrays, tuples and keys made plain.
+
+    >>> plain({"b": np.float64(1.5), "c": (1, 2)})
+    {'b': 1.5, 'c': [1, 2]}
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, dict):
+        return {str(k): plain(v, f"{key}.{k}") for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(v, f"{key}[{i}]") for i, v in enumerate(value)]
+    raise TypeError(f"{key} is a {type(value).__name__}: JSON cannot hold it")
+
+
+def to_json(meta: dict[str, Any]) -> str:
+    """Return JSON that every reader takes: infinities and NaN are written ``{"$float": "-inf"}``.
+
+    >>> to_json({"lyapunov_1_s": -math.inf})
+    '{"lyapunov_1_s": {"$float": "-inf"}}'
+    """
+    return json.dumps(_tagged(meta), allow_nan=False, ensure_ascii=False)
+
+
+def from_json(text: str | bytes) -> dict[str, Any]:
+    """Return what :func:`to_json` wrote.
+
+    >>> from_json('{"lyapunov_1_s": {"$float": "-inf"}}')
+    {'lyapunov_1_s': -inf}
+    """
+    try:
+        meta = json.loads(text, object_hook=lambda d: float(d[_TAG]) if d.keys() == {_TAG} else d)
+    except (TypeError, RecursionError) as error:
+        raise ValueError(f"is not metadata of gears3d: {error}") from error
+    if not isinstance(meta, dict):
+        raise ValueError("is no JSON object")
+    return meta
+
+
+def _tagged(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return {_TAG: repr(value)}
+    if isinstance(value, dict):
+        return {k: _tagged(v) for k, v in value.items()}
+    return [_tagged(v) for v in value] if isinstance(value, list) else value
+
+
+def column_of(values: np.ndarray) -> pyarrow.Array:
+    """Return an array of numbers as a column; nothing is copied, and NaN stays NaN.
+
+    >>> column_of(np.arange(6.0)[::2]).to_pylist(), str(column_of(np.zeros(2, np.int8)).type)
+    ([0.0, 2.0, 4.0], 'int8')
+    """
+    import pyarrow as pa
+
+    values = np.ascontiguousarray(values)
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [None, pa.py_buffer(values)])
+
+
+def named_of(codes: np.ndarray, names: Sequence[str]) -> pyarrow.Array:
+    """Return codes as a column of names.
+
+    >>> named_of(np.array([1, 0, 1], np.int8), ("active", "reverse")).to_pylist()
+    ['reverse', 'active', 'reverse']
+    """
+    import pyarrow as pa
+
+    begin = np.cumsum([0, *map(len, names)], dtype=np.int32)
+    told = pa.StringArray.from_buffers(len(names), pa.py_buffer(begin), pa.py_buffer("".join(names).encode()))
+    return pa.DictionaryArray.from_arrays(column_of(codes), told)
+
+
+def floats_of(column: pyarrow.Array) -> np.ndarray:
+    """Return a column of float64 as an array, missing values NaN; where none is missing nothing is copied.
+
+    >>> import pyarrow as pa
+    >>> floats_of(pa.array([1.0, None, 3.0])).tolist(), floats_of(pa.array([1.0, 2.0, None, 4.0])[1:]).tolist()
+    ([1.0, nan, 3.0], [2.0, nan, 4.0])
+    """
+    count, begin = len(column), column.offset
+    known, numbers = column.buffers()
+    if numbers is None or not count:
+        return np.zeros(count)
+    values = np.frombuffer(numbers, np.float64, count, 8 * begin)
+    if not column.null_count or known is None:
+        return values
+    bits = np.unpackbits(np.frombuffer(known, np.uint8), bitorder="little", count=begin + count)
+    return np.where(bits[begin:] == 1, values, np.nan)

@@ -1,4 +1,4 @@
-"""How a text file writes its table: encoding, separator, decimal point, where names end and numbers begin."""
+"""Dialect of a text file, found from its head: encoding, delimiter, decimal mark, header, units, time stamps."""
 
 from __future__ import annotations
 
@@ -6,19 +6,162 @@ import codecs
 import csv
 import re
 from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta, timezone
 from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.recording.stamps import epoch_unit, form_of, form_of_column
+_CLOCK = (
+    r"(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2})(?:[.,](?P<part>\d+))?(?:\s*(?P<half>[AaPp])\.?[Mm]\.?)?"
+)
+_ZONE = r"\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?"
+_FORMS = {
+    "iso": re.compile(rf"(?P<year>\d{{4}})[-/.](?P<month>\d{{1,2}})[-/.](?P<day>\d{{1,2}})(?:T|\s+){_CLOCK}{_ZONE}"),
+    "dmy": re.compile(rf"(?P<day>\d{{1,2}})[-/.](?P<month>\d{{1,2}})[-/.](?P<year>\d{{4}}),?\s+{_CLOCK}{_ZONE}"),
+    "mdy": re.compile(rf"(?P<month>\d{{1,2}})/(?P<day>\d{{1,2}})/(?P<year>\d{{4}}),?\s+{_CLOCK}{_ZONE}"),
+    "clock": re.compile(_CLOCK),
+}
+DAY = 86_400 * 10**9  # Nanoseconds of a day
+NEVER = np.iinfo(np.int64).min  # A cell without a time, as numpy has NaT
+EPOCHS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+FIRST, LAST = 1.0e9, 2.2e9  # Seconds since 1970 of September 2001 and of 2039: numbers between them may be epochs
+LONGEST = 10.0  # Interval between two readings [s] beyond which a number is no epoch but a counter
 
-HEAD = 1 << 18
-"""Bytes from which the dialect is told."""
-LINES = 400
-"""Lines from which it is told; a longer header hides the numbers."""
+
+def form_of(cell: str) -> str:
+    """Return the form of a date or clock time, empty where a cell is none.
+
+    >>> form_of("2026-03-12T10:00:00.25Z"), form_of("12.03.2026 10:00:00,25"), form_of("10:00:00"), form_of("1.5")
+    ('iso', 'dmy', 'clock', '')
+    """
+    if ":" not in cell:
+        return ""
+    return next((name for name, form in _FORMS.items() if form.fullmatch(cell)), "")
+
+
+def form_of_column(cells: Sequence[str]) -> str:
+    """Return the form of most cells of a column, empty where most are no times; 13/01 and 01/13 decide day and month.
+
+    >>> form_of_column(["1/12/2026 10:00:00", "1/13/2026 10:00:00"]), form_of_column(["1", "2", "10:00:00"])
+    ('mdy', '')
+    """
+    forms = [form_of(cell) for cell in cells if cell]
+    known = [form for form in forms if form]
+    if not known or 2 * len(known) < len(forms):
+        return ""
+    form = max(set(known), key=known.count)
+    if form == "dmy" and all(_FORMS["mdy"].fullmatch(cell) for cell in cells if form_of(cell) == "dmy"):
+        months = [int(re.split(r"[-/.]", cell)[1]) for cell in cells if form_of(cell) == "dmy"]
+        return "mdy" if max(months) > 12 or "M" in "".join(cells).upper() else "dmy"
+    return form
+
+
+def epoch_unit(first: float, step: float) -> str:
+    """Return the unit in which a number counts time since 1970, empty where it does not.
+
+    >>> epoch_unit(1.7e9, 0.001), epoch_unit(1.7e12, 1.0), epoch_unit(1.2e9, 200.0)
+    ('s', 'ms', '')
+    """
+    fits = (unit for unit, size in EPOCHS.items() if FIRST < first / size < LAST and 0.0 <= step / size < LONGEST)
+    return next(fits, "")
+
+
+class Stamps:
+    """Turns the cells of one column, block after block, into seconds since the first time.
+
+    >>> Stamps("clock").seconds(["23:59:59.5", "", "00:00:00.25"]).tolist()
+    [0.0, nan, 0.75]
+    """
+
+    def __init__(self, form: str) -> None:
+        self._form = form
+        self._first: int | None = None
+        self._last = 0
+        self._days = 0
+
+    def seconds(self, cells: Sequence[str]) -> np.ndarray:
+        """Return the next times [s], (n,), NaN where a cell holds none."""
+        stamps = _nanoseconds(cells, self._form)
+        known = stamps != NEVER
+        if not known.any():
+            return np.full(len(stamps), np.nan)
+        times = stamps[known]
+        if self._form == "clock":
+            last = self._last if self._first is not None else int(times[0])
+            turns = np.diff(times, prepend=last) < -DAY // 2
+            back = np.diff(times, prepend=last) > DAY // 2
+            self._last = int(times[-1])
+            days = self._days + np.cumsum(turns.astype(np.int64) - back)
+            self._days = int(days[-1])
+            times = times + DAY * days
+        if self._first is None:
+            self._first = int(times[0])
+        found = np.full(len(stamps), np.nan)
+        found[known] = (times - self._first) / 1e9
+        return found
+
+
+class Exact:
+    """Turns long numbers, scaled to whole ones, into their distance from the first one.
+
+    >>> Exact(6).since_first(np.array([1_700_000_000_000_001, 1_700_000_000_000_003])).tolist()
+    [0.0, 2e-06]
+    """
+
+    def __init__(self, digits: int) -> None:
+        self._first: int | None = None
+        self._scale = 10.0**digits
+
+    def since_first(self, whole: np.ndarray) -> np.ndarray:
+        """Return the next distances, (n,), NaN where there is no number."""
+        known = whole != NEVER
+        if self._first is None and known.any():
+            self._first = int(whole[known][0])
+        return np.where(known, (whole - np.int64(self._first or 0)) / self._scale, np.nan)
+
+
+def _nanoseconds(cells: Sequence[str], form: str) -> np.ndarray:
+    """Return times as whole nanoseconds, (n,)."""
+    if form == "iso" and not any(set(cell[11:]) & set("+-UGMmAaPp") or len(cell) < 16 for cell in cells):
+        plain = np.char.replace(np.char.replace(np.asarray(cells, dtype=str), ",", "."), "/", "-")
+        try:
+            stamps = np.char.rstrip(plain, "Z").astype("datetime64[ns]")
+            return stamps.astype(np.int64)
+        except ValueError:
+            pass
+    return np.array([_one(cell, form) for cell in cells], dtype=np.int64)
+
+
+def _one(cell: str, form: str) -> int:
+    match = _FORMS[form].fullmatch(cell)
+    if match is None:
+        return NEVER
+    told = match.groupdict()
+    hour, minute, second = (int(told[name]) for name in ("hour", "minute", "second"))
+    if told["half"]:
+        hour = hour % 12 + 12 * (told["half"] in "Pp")
+    part = int((told["part"] or "")[:9].ljust(9, "0"))
+    own = ((hour * 60 + minute) * 60 + second) * 10**9 + part
+    if form == "clock":
+        return own
+    zone = UTC
+    if (text := told["zone"] or "")[:1] in ("+", "-"):
+        hours, minutes = int(text[1:3]), int(text[-2:])
+        zone = timezone((-1 if text[0] == "-" else 1) * timedelta(hours=min(hours, 23), minutes=min(minutes, 59)))
+    try:
+        day = datetime(int(told["year"]), int(told["month"]), int(told["day"]), tzinfo=zone)
+    except ValueError:
+        return NEVER
+    total = int(day.timestamp()) * 10**9 + own
+    return total if abs(total) < np.iinfo(np.int64).max else NEVER
+
+
+HEAD = 1 << 18  # Bytes from which the dialect is told
+LINES = 400  # Lines from which it is told; a longer header hides the numbers
+# What lines that are no rows begin with
 COMMENTS = ("#", "%", "//", "!")
-"""What lines that are no rows begin with."""
 DELIMITERS = (";", "\t", ",", "|", " ")
+# Cells of numbers that are not there
 MISSING = (
     "",
     "nan",
@@ -37,65 +180,47 @@ MISSING = (
     "--",
     "---",
 )
-"""Cells of numbers that are not there."""
 _UNITS = (
     "s ms us µs μs ns min h sec msec Sek rad mrad deg ° grad Grad degrees radians rev U Umdr turn turns rpm 1/min min-1"
     " min^-1 r/min U/min rev/min rad/s deg/s"
     " °/s rev/s 1/s Hz kHz MHz V mV A mA N kN Nm N·m mNm m mm um µm μm nm g m/s mm/s m/s^2 m/s² m/s2 rad/s^2 rad/s²"
     " °C degC K Pa kPa bar count counts cts inc incr ticks pulses samples - -- % 1"
 )
-UNITS = frozenset([*_UNITS.split(), "", "N m"])
-"""Spellings by which a row of units is known."""
+UNITS = frozenset([*_UNITS.split(), "", "N m"])  # Spellings by which a row of units is known
 _NUMBER = {
     ".": re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
     ",": re.compile(r"\s*[+-]?(\d+(,\d+)?|,\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
 }
+# Numbers whose thousands are separated
 _GROUPED = {
     mark: re.compile(rf"\s*[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+(?:[{'.' if mark != '.' else ','}]\d+)?\s*")
     for mark in (",", ".", "'", "\u2019", "\xa0", "\u202f")
 }
-"""Numbers whose thousands are separated."""
 _PLAIN = re.compile(r"[\s\d.,+-]*(?:\d[eE][+-]?\d+)?")
 _LONG = re.compile(r"\s*\+?(\d{10,19})(?:[.,](\d+))?\s*")
-LARGEST = 4e18
-"""Whole numbers that int64 holds, and as much again."""
-END_OF_HEADER = "***End_of_Header***"
-"""Line of LabVIEW measurement files: names and rows stand below the last one."""
+LARGEST = 4e18  # Whole numbers that int64 holds, and as much again
+END_OF_HEADER = "***End_of_Header***"  # Line of LabVIEW measurement files: names and rows stand below the last one
+# Names of a last column that most rows leave out
 COMMENTED = ("comment", "comments", "kommentar", "remark", "remarks", "bemerkung", "")
-"""Names of a last column that most rows leave out."""
 _WORD = re.compile(r"[^\s\[(]\S*(?:\s*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]|\([^()]*\)")
 
 
 class Dialect(NamedTuple):
-    """How a text file writes its table.
+    """How a text file writes its table."""
 
-    Args:
-        encoding: name of the codec.
-        delimiter: between cells; a space stands for any white space.
-        decimal: ``"."`` or ``","``.
-        newline: what ends a line.
-        skip: lines above the first row of numbers.
-        names: of the columns, as written; ``column 1`` and so on where the file has none.
-        units: a row of them below the names, empty where there is none.
-        numeric: whether a column holds numbers or times.
-        header: the lines above the names.
-        forms: of its times by column, ``exact N`` for numbers with N decimals that are counted from the first one.
-        thousands: mark between groups of three digits, empty where there is none.
-        most: cells of the longest rows; those beyond the names are comments.
-    """
-
-    encoding: str
-    delimiter: str
-    decimal: str
-    newline: str
-    skip: int
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    numeric: tuple[bool, ...]
-    header: tuple[str, ...]
+    encoding: str  # name of the codec
+    delimiter: str  # between cells; a space stands for any white space
+    decimal: str  # ``"."`` or ``","``
+    newline: str  # what ends a line
+    skip: int  # lines above the first row of numbers
+    names: tuple[str, ...]  # of the columns, as written; ``column 1`` and so on where the file has none
+    units: tuple[str, ...]  # a row of them below the names, empty where there is none
+    numeric: tuple[bool, ...]  # whether a column holds numbers or times
+    header: tuple[str, ...]  # the lines above the names
+    # of its times by column, ``exact N`` for numbers with N decimals that are counted from the first one
     forms: tuple[str, ...] = ()
-    thousands: str = ""
-    most: int = 0
+    thousands: str = ""  # mark between groups of three digits, empty where there is none
+    most: int = 0  # cells of the longest rows; those beyond the names are comments
 
 
 class _Reading(NamedTuple):
@@ -116,16 +241,6 @@ class _Reading(NamedTuple):
 
 def sniff(head: bytes, whole: bool = True) -> Dialect:
     r"""Return the dialect of a text file.
-
-    Args:
-        head: its first bytes.
-        whole: whether they are all; else the last line is left out, which may be cut.
-
-    Returns:
-        The dialect in which most lines are rows of numbers.
-
-    Raises:
-        ValueError: it is no text, or holds no row with a number; says which.
 
     >>> found = sniff("Prüfstand 3\nZeit;Winkel\n[s];[deg]\n0,0;1,5\n0,1;2,5\n".encode("latin-1"))
     >>> found.encoding, found.delimiter, found.decimal, found.skip, found.names, found.units
@@ -175,10 +290,6 @@ def sniff(head: bytes, whole: bool = True) -> Dialect:
 
 def ungrouped(text: str, mark: str) -> str:
     """Return text without the marks between groups of three digits.
-
-    Args:
-        text: rows.
-        mark: that is taken out.
 
     >>> ungrouped("1,234.5;12,345,678;1,2", ",")
     '1234.5;12345678;1,2'
@@ -258,10 +369,6 @@ def _epoch(cells: Sequence[str], decimal: str) -> tuple[str, str] | None:
 def split(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line.
 
-    Args:
-        line: without its end.
-        delimiter: a space stands for any white space.
-
     >>> split('"1,5",2', ","), split("  1   2", " ")
     (['1,5', '2'], ['1', '2'])
     """
@@ -276,22 +383,12 @@ def split(line: str, delimiter: str) -> list[str]:
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Return whether a cell is a number or one that is missing on purpose.
-
-    Args:
-        cell: its text; an empty one is no number.
-        decimal: the decimal mark.
-    """
+    """Return whether a cell is a number or one that is missing on purpose."""
     return _NUMBER[decimal].fullmatch(cell) is not None or (cell != "" and cell in MISSING)
 
 
 def is_value(cell: str, decimal: str) -> bool:
-    """Return whether a cell is a number or a time.
-
-    Args:
-        cell: its text; an empty one is no value.
-        decimal: the decimal mark.
-    """
+    """Return whether a cell is a number or a time."""
     return is_number(cell, decimal) or form_of(cell) != ""
 
 

@@ -12,58 +12,46 @@ import numpy as np
 from gears3d.errors import Fault, InputError, UsageError
 from gears3d.files import replacing
 from gears3d.inputs import is_file, is_folder, is_there, refuse_beyond, refuse_special
-from gears3d.recording.arrow import column_of, named_of
-from gears3d.recording.columns import FLANKS, impact_table, signal_table, unit_of
-from gears3d.recording.derived import part_of
-from gears3d.recording.meta import from_json, to_json
-from gears3d.recording.record import Recording
+from gears3d.recording.columns import (
+    FLANKS,
+    Table,
+    column_of,
+    from_json,
+    impact_table,
+    named_of,
+    part_of,
+    signal_table,
+    to_json,
+    unit_of,
+)
 from gears3d.recording.text import read_csv, refuse_twins
 
 if TYPE_CHECKING:
     import pyarrow
 
-KEY = b"gears3d"
-"""Key of the metadata in the Parquet schema."""
-ROWS = 1 << 18
-"""Rows of a group."""
+
+KEY = b"gears3d"  # Key of the metadata in the Parquet schema
+ROWS = 1 << 18  # Rows of a group
 SIGNALS, IMPACTS = "signals.parquet", "impacts.parquet"
 
 
-def write(recording: Recording, path: Path) -> Path:
-    """Write a recording into a folder, or one without impacts into a file.
-
-    Args:
-        recording: what to write.
-        path: a folder, or a file that ends in ``.parquet`` or ``.csv``.
-
-    Returns:
-        The path.
-
-    Raises:
-        InputError: it cannot be written.
-        UsageError: a single file is asked for a recording that has impacts.
-    """
+def write(path: Path, signals: Mapping[str, np.ndarray], impacts: Table, meta: dict[str, Any]) -> Path:
+    """Write a recording into a folder, or one without impacts into a ``.parquet`` or ``.csv`` file; return the path."""
     if path.suffix in (".parquet", ".csv"):
-        if len(recording.impacts["time_s"]):
+        if len(impacts["time_s"]):
             raise UsageError(f"{path}: one file has no room for the impacts: name a folder")
         put = write_csv if path.suffix == ".csv" else write_parquet
         with replacing(path) as unfinished:
-            put(recording.signals, recording.meta, unfinished)
+            put(signals, meta, unfinished)
         return path
-    for name, table in ((SIGNALS, recording.signals), (IMPACTS, recording.impacts)):
+    for name, table in ((SIGNALS, signals), (IMPACTS, impacts)):
         with replacing(path / name) as unfinished:
-            write_parquet(table, recording.meta, unfinished)
+            write_parquet(table, meta, unfinished)
     return path
 
 
 def write_parquet(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: Path) -> None:
-    """Write one table, so many rows at a time; floats keep every bit, each field carries its unit.
-
-    Args:
-        table: columns of equal length.
-        meta: written as JSON into the schema.
-        path: the file.
-    """
+    """Write one table, so many rows at a time; floats keep every bit, each field carries its unit."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -88,13 +76,7 @@ def write_parquet(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: P
 
 
 def write_csv(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: Path) -> None:
-    """Write one table as CSV; the metadata stays behind.
-
-    Args:
-        table: columns of equal length.
-        meta: not written.
-        path: the file.
-    """
+    """Write one table as CSV; the metadata stays behind."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -102,18 +84,8 @@ def write_csv(table: Mapping[str, np.ndarray], meta: dict[str, Any], path: Path)
         csv.write_csv(pa.table(dict(table)), sink)
 
 
-def read(path: Path) -> Recording:
-    """Read a folder or file of a recording.
-
-    Args:
-        path: a folder with ``signals.parquet``, or a Parquet or CSV file.
-
-    Returns:
-        The recording, with the table of impacts that lies beside ``signals.parquet``.
-
-    Raises:
-        InputError: it is not there or cannot be used.
-    """
+def tables_of(path: Path) -> tuple[Table, Table, dict[str, Any]]:
+    """Read signals, impacts and metadata of a recording: a folder with both tables, or a Parquet or CSV file."""
     if is_folder(path):
         if not is_file(path / SIGNALS):
             remedy = "a folder of a recording has signals.parquet and impacts.parquet"
@@ -123,27 +95,17 @@ def read(path: Path) -> Recording:
     if not is_there(path):
         raise InputError(Fault("", "is not there", "name a run folder, a .parquet or a .csv file", str(path)))
     if path.suffix.lower() in (".csv", ".txt"):
-        return Recording(signal_table(read_csv(path), str(path)))
+        return signal_table(read_csv(path), str(path)), {}, {}
     signals, meta = read_parquet(path)
     impacts: dict[str, Any] = {}
     beside = path.with_name(IMPACTS)
     if path.name == SIGNALS and beside.is_file():
         impacts = impact_table(read_parquet(beside)[0], str(beside))
-    return Recording(signal_table(signals, str(path)), impacts, meta or _of_summary(path.parent))
+    return signal_table(signals, str(path)), impacts, meta or _of_summary(path.parent)
 
 
 def read_parquet(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Read one table.
-
-    Args:
-        path: a Parquet file.
-
-    Returns:
-        The columns as numpy arrays, missing values NaN, and the metadata, empty when there is none.
-
-    Raises:
-        InputError: it is no Parquet file, or cannot be read.
-    """
+    """Read one table."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

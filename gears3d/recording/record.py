@@ -1,4 +1,4 @@
-"""The recording itself: one type for what was measured, what a lumped model said, and what the 3D engine did."""
+"""The recording: signals, impacts and metadata of a measurement, a lumped model or the 3D engine; its key numbers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gears3d.errors import UsageError
-from gears3d.recording.columns import FLANKS, Table, impact_table, signal_table
-from gears3d.recording.derived import Derived
-from gears3d.recording.meta import plain
+from gears3d import signals
+from gears3d.errors import Fault, InputError, UsageError
+from gears3d.extras import require
+from gears3d.recording.columns import FLANKS, Derived, Table, impact_table, plain, signal_table, unit_of
 from gears3d.results import Result
 
 if TYPE_CHECKING:
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import xarray
 
 
+# Package that segments the angles of a user's own model; loaded by name, as it stands above recordings
 OWN_MODELS = "gears3d.comparison.own_model"
-"""Package that segments the angles of a user's own model; loaded by name, as it stands above recordings."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -116,7 +116,6 @@ class Recording(Result):
 
     def _repr_html_(self) -> str:
         from gears3d import notebook
-        from gears3d.recording.told import described
 
         rows = [("model", str(self.meta.get("model") or "")), ("samples", f"{len(self.time)}")]
         if len(self.time):
@@ -177,9 +176,9 @@ class Recording(Result):
             InputError: it cannot be written.
             UsageError: a single file is asked for a recording that has impacts.
         """
-        from gears3d.recording import files
+        from gears3d.recording.files import write
 
-        return files.write(self, Path(path))
+        return write(Path(path), self.signals, self.impacts, self.meta)
 
     def to_pandas(self) -> tuple[pandas.DataFrame, pandas.DataFrame]:
         """Return signals and impacts as pandas tables; ``flank`` is categorical text, units are in ``attrs``.
@@ -187,9 +186,17 @@ class Recording(Result):
         Raises:
             UsageError: pandas is not installed.
         """
-        from gears3d.recording import frames
+        pandas = require("pandas", "a recording as tables", "tables")
 
-        return frames.to_pandas(self)
+        def frame(table: Mapping[str, np.ndarray]) -> Any:
+            columns: dict[str, Any] = dict(table)
+            if "flank" in columns:
+                columns["flank"] = pandas.Categorical.from_codes(columns["flank"], categories=list(FLANKS))
+            made = pandas.DataFrame(columns)
+            made.attrs = {"units": {name: unit_of(name) for name in table}, "meta": self.meta}
+            return made
+
+        return frame(self.signals), frame(self.impacts)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return one dataset: signals over ``time_s``, impacts over ``impact`` with names that begin ``impact_``.
@@ -197,9 +204,17 @@ class Recording(Result):
         Raises:
             UsageError: xarray is not installed.
         """
-        from gears3d.recording import frames
-
-        return frames.to_xarray(self)
+        xarray = require("xarray", "a recording as a dataset", "tables")
+        variables: dict[str, Any] = {
+            name: ("time_s", values, {"units": unit_of(name)})
+            for name, values in self.signals.items()
+            if name != "time_s"
+        }
+        for name, values in self.impacts.items():
+            shown = np.array(FLANKS)[values] if name == "flank" else values
+            variables[f"impact_{name}"] = ("impact", shown, {"units": unit_of(name)})
+        time = ("time_s", self.time, {"units": "s"})
+        return xarray.Dataset(variables, coords={"time_s": time}, attrs=self.meta)
 
 
 def _same(one: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]) -> bool:
@@ -221,6 +236,101 @@ def read(path: str | Path) -> Recording:
     Raises:
         InputError: it is not there, or not a recording; names file, column and row.
     """
-    from gears3d.recording import files
+    from gears3d.recording.files import tables_of
 
-    return files.read(Path(path))
+    return Recording(*tables_of(Path(path)))
+
+
+def describe(recording: Recording) -> dict[str, Any]:
+    """Return regime, motion, speeds, energies and durations of a recording of any source, after its settling time.
+
+    Args:
+        recording: of a model, or measured, with impacts. The more its ``meta`` says (``period_s``, ``settle_s``,
+            ``contacts``, ``inertia_kg_m2`` ...), the more numbers there are.
+
+    Returns:
+        What :func:`gears3d.signals.describe` returns: plain values by name, ``None`` for what is not known.
+
+    Raises:
+        InputError: flights and contact do not explain the motion of the measured record.
+
+    >>> hits = {"time_s": [0.5], "flank": ["active"], "velocity_m_s": [-0.02]}
+    >>> angles = {"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]}
+    >>> describe(Recording(angles, hits))["regime"]
+    'single_sided'
+    """
+    refuse_unexplained(recording)
+    return signals.describe(recording.signals, recording.impacts, recording.meta)
+
+
+def refuse_unexplained(recording: Recording, file: str = "") -> None:
+    """Refuse a measured record whose motion flights and contact do not explain: it has no impacts to speak of.
+
+    Args:
+        recording: of any source.
+        file: named in the fault.
+
+    Raises:
+        InputError: the record is such a one.
+    """
+    if reason := recording.meta.get("unexplained"):
+        raise InputError(Fault("", f"has no impacts: the loose gear {reason}", "see `gears3d segment`", file))
+
+
+def described(recording: Recording) -> list[tuple[str, str]]:
+    """Return the numbers that a reader asks for first, name and value; nothing without impacts."""
+    if not len(recording.impacts["time_s"]):
+        return []
+    found = describe(recording)
+
+    def scaled(key: str, factor: float, unit: str) -> str:
+        return "" if found.get(key) is None else f"{factor * found[key]:.4g} {unit}".strip()
+
+    return [
+        ("regime", " ".join(str(found[key]).replace("_", " ") for key in ("regime", "motion") if found.get(key))),
+        ("impacts a period", scaled("impacts_per_period", 1.0, "")),
+        ("mean speed, active flank", scaled("active_velocity_mean_m_s", 1e3, "mm/s")),
+        ("mean speed, reverse flank", scaled("reverse_velocity_mean_m_s", 1e3, "mm/s")),
+        ("longest flight", scaled("flight_longest_s", 1e3, "ms")),
+    ]
+
+
+def settled(recording: Recording) -> Recording:
+    """Return the part of a recording after its settling time, cut to whole periods of the excitation if it has one.
+
+    Args:
+        recording: with ``settle_s`` and ``period_s`` in its ``meta`` as far as known.
+    """
+    start, end = signals.window(recording.signals, recording.meta)
+    period = recording.meta.get("period_s")
+    count = int((end - start) / period + 1e-9) if period else 0
+    if count >= 1 and len(recording.time) > 1:
+        start = end - count * float(period or 0.0) + 0.5 * float(recording.time[1] - recording.time[0])
+    return recording.between(start, end)
+
+
+def spectra(recording: Recording) -> dict[str, signals.Spectrum | None]:
+    """Return the amplitude spectra of the displacement after settling, over frequency and over both gears' orders.
+
+    Args:
+        recording: with a displacement.
+
+    Returns:
+        By ``"frequency"``, ``"order_drive"``, ``"order_loose"``; ``None`` where there are too few samples or
+        revolutions, or a gear turns back.
+    """
+    part = settled(recording)
+    if "displacement_m" not in part.signals:
+        return dict.fromkeys(("frequency", "order_drive", "order_loose"))
+    place = part.signals["displacement_m"]
+    found: dict[str, signals.Spectrum | None] = {}
+    for name in ("frequency", "order_drive", "order_loose"):
+        try:
+            if name == "frequency":
+                found[name] = signals.frequency_spectrum(part.time, place)
+            else:
+                angle = part.signals[name.replace("order", "theta") + "_rad"]
+                found[name] = signals.order_spectrum(angle, place)
+        except UsageError:
+            found[name] = None
+    return found

@@ -13,14 +13,13 @@ from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.files import write_bytes
 from gears3d.laws import noise
 from gears3d.recording.columns import FLANKS
-from gears3d.recording.record import Recording
-from gears3d.recording.told import describe, refuse_unexplained
+from gears3d.recording.record import Recording, describe, refuse_unexplained
 from gears3d.signals.impacts import strikes
 from gears3d.signals.outcome import drive_speed, equivalent_mass
 from gears3d.signals.sound import MODES, Mode, normalised, ring
 
+# What the strength of a burst is proportional to, and its unit; with energy it is the root of it
 SCALINGS = {"impulse": "N s", "energy": "J^0.5", "velocity": "m/s"}
-"""What the strength of a burst is proportional to, and its unit; with energy it is the root of it."""
 RATES = (44_100, 48_000)
 
 

@@ -14,17 +14,13 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.files import temporary
-from gears3d.recording.arrow import column_of, named_of
-from gears3d.recording.columns import FLANKS, INTEGERS, unit_of
+from gears3d.recording.columns import FLANKS, INTEGERS, column_of, from_json, named_of, plain, to_json, unit_of
 from gears3d.recording.files import IMPACTS, KEY, SIGNALS, read_parquet
-from gears3d.recording.meta import from_json, plain, to_json
 from gears3d.recording.record import Recording
 
 CONTACTS = "contacts.parquet"
-THIN = 1024
-"""Samples of an excerpt."""
-ROOM = 8 << 20
-"""Bytes that a table holds back on the disk, to be ended properly when the disk is full."""
+THIN = 1024  # Samples of an excerpt
+ROOM = 8 << 20  # Bytes that a table holds back on the disk, to be ended properly when the disk is full
 
 
 def _opened(path: Path) -> Any:
@@ -72,15 +68,7 @@ class _Sink(io.RawIOBase):
 
 
 class TableStream:
-    """One Parquet table, written a group of rows at a time under a temporary name.
-
-    Args:
-        path: where the table is to be; folders on the way are made.
-        names: of its columns, in order.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """One Parquet table, written a group of rows at a time under a temporary name."""
 
     def __init__(self, path: Path, names: tuple[str, ...]) -> None:
         import pyarrow as pa
@@ -110,14 +98,7 @@ class TableStream:
         )
 
     def write(self, columns: Mapping[str, np.ndarray]) -> None:
-        """Write a group of rows.
-
-        Args:
-            columns: by name, of equal length.
-
-        Raises:
-            InputError: the disk is full; the group is written all the same, but no other may follow.
-        """
+        """Write a group of rows."""
         import pyarrow as pa
 
         arrays = []
@@ -135,14 +116,8 @@ class TableStream:
     def end(self, meta: dict[str, Any]) -> Path:
         """Put the table into its place.
 
-        Args:
-            meta: what is known about it.
-
         Returns:
             The place.
-
-        Raises:
-            InputError: it cannot be written.
         """
         try:
             self._writer.add_key_value_metadata({KEY: to_json(plain(meta)).encode()})

@@ -15,7 +15,7 @@ from gears3d.effects import base, catalogue
 from gears3d.extras import missing, pip_line
 from gears3d.measured.readers import plugged
 from gears3d.plugins import PluginWarning
-from gears3d.recording.files import read
+from gears3d.recording import read
 from gears3d.scenario import load
 from gears3d.simulation import record
 
@@ -49,7 +49,7 @@ def gears3d(site, *arguments, cwd=ROOT):
 def written(site, source, target):
     """The record of a file in the format of the example package."""
     code = (
-        "import sys, gears3d_riglog\nfrom pathlib import Path\nfrom gears3d.recording.files import read\n"
+        "import sys, gears3d_riglog\nfrom pathlib import Path\nfrom gears3d.recording import read\n"
         "gears3d_riglog.write(sys.argv[2], dict(read(Path(sys.argv[1])).signals))\n"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(site), str(ROOT)))}

@@ -12,7 +12,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import reading
 from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, seconds
 from gears3d.measured.readers.structures import clock_of
-from gears3d.recording.arrow import floats_of
+from gears3d.recording.columns import floats_of
 
 ROWS = 1 << 16
 """Rows of a batch."""
@@ -32,8 +32,8 @@ def open_parquet(path: Path) -> Source:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    from gears3d.recording.columns import from_json
     from gears3d.recording.files import KEY
-    from gears3d.recording.meta import from_json
     from gears3d.recording.text import refuse_twins
 
     with reading(path, "Parquet"), pq.ParquetFile(path) as file:

@@ -34,8 +34,7 @@ def source_of(path: Path, form: str, data: bytes | None = None) -> Source:
     Raises:
         InputError: it is no text, or has no rows of numbers.
     """
-    from gears3d.recording.rows import Torn
-    from gears3d.recording.text import open_text
+    from gears3d.recording.text import Torn, open_text
 
     table = open_text(path, data)
     dialect = table.dialect

@@ -22,7 +22,7 @@ from gears3d.measured.segmentation.tables import Measurement, Segments
 from gears3d.measured.segmentation.touching import place_slack
 from gears3d.measured.segmentation.zones import clearance
 from gears3d.recording import FLANKS, SIGNAL_UNITS, Recording, describe
-from gears3d.recording.derived import Derived, part_of
+from gears3d.recording.columns import Derived, part_of
 from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
 from gears3d.signals.orders import deviations, phasors_of

@@ -11,7 +11,7 @@ from gears3d import palette, signals
 from gears3d.laws.orbit import border, regions
 from gears3d.palette import FLANKS as COLOURS
 from gears3d.recording import FLANKS, Recording
-from gears3d.recording.told import describe, spectra
+from gears3d.recording.record import describe, spectra
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

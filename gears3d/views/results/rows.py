@@ -69,7 +69,7 @@ def _percent(value: float, sign: str = "") -> str:
 
 def spectra_of(recording: Recording, count: int = 5) -> dict[str, Any]:
     """Return the strongest lines of the spectra of a recording, as JSON can hold them."""
-    from gears3d.recording.told import spectra
+    from gears3d.recording.record import spectra
     from gears3d.signals import lines
 
     out: dict[str, Any] = {}
