@@ -116,8 +116,7 @@ def _bar(points: int) -> Any:
 
 
 def _tell_estimate(plan: Plan, workers: int | None, limit: float, as_json: bool) -> None:
-    from gears3d.sweep.estimate import estimate
-    from gears3d.sweep.run import cores
+    from gears3d.sweep.run import cores, estimate
 
     found = estimate(plan, workers or cores(), limit)
     if as_json:
@@ -147,7 +146,7 @@ def _report(done: Done, drawn: list[Path], as_json: bool) -> None:
             "files": [str(path) for path in files],
         })  # fmt: skip
         return
-    from gears3d.sweep.estimate import duration
+    from gears3d.sweep.run import duration
 
     grid = " x ".join(f"{size} {name}" for name, size in done.plan.dims)
     typer.echo(f"{done.plan.size} points ({grid}) in {duration(done.seconds)}, {done.plan.periods} periods each")

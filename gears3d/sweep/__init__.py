@@ -11,25 +11,24 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gears3d.sweep.axes import Axis, parse_axis
-    from gears3d.sweep.block import compute, scenario_of
+    from gears3d.sweep.block import scenario_of
     from gears3d.sweep.dataset import open_dataset
     from gears3d.sweep.drawing import draw
-    from gears3d.sweep.estimate import Estimate, block_size, refuse_endless
-    from gears3d.sweep.plan import Plan
-    from gears3d.sweep.run import Done, make_plan, sweep
+    from gears3d.sweep.models import compute
+    from gears3d.sweep.plan import Axis, Plan, parse_axis
+    from gears3d.sweep.run import Done, Estimate, block_size, make_plan, refuse_endless, sweep
     from gears3d.sweep.store import open_plan
 
 _HOME = {
-    "compute": "block",
+    "compute": "models",
     "scenario_of": "block",
     "open_plan": "store",
-    "Estimate": "estimate",
-    "block_size": "estimate",
-    "refuse_endless": "estimate",
+    "Estimate": "run",
+    "block_size": "run",
+    "refuse_endless": "run",
     "draw": "drawing",
-    "Axis": "axes",
-    "parse_axis": "axes",
+    "Axis": "plan",
+    "parse_axis": "plan",
     "Plan": "plan",
     "Done": "run",
     "make_plan": "run",

@@ -1,56 +1,115 @@
-"""One block of points, computed in one process."""
+"""One block of points: room for its numbers, watch over its time, points run one by one."""
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from math import inf
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gears3d.errors import GearsError
 from gears3d.lumped import tally
 from gears3d.lumped.batch import count_impacts
-from gears3d.sweep.measures import Setting, reduce
+from gears3d.sweep.measures import Setting
 from gears3d.sweep.plan import Plan
-from gears3d.sweep.watch import TooLongError, Watch
+
+if TYPE_CHECKING:
+    from gears3d.lumped.batch import Batch
+
+
+class TooLongError(Exception):
+    """A point ran for longer than it may."""
+
+
+class Watch:
+    """Times points and tells how far a block has come."""
+
+    def __init__(
+        self,
+        limit: float = inf,
+        tell: Callable[[int, int], None] | None = None,
+        stopped: Callable[[], bool] | None = None,
+    ) -> None:
+        self.limit, self._tell, self._stopped = limit, tell, stopped
+        self._begin = time.monotonic()
+        self._point = self._done = 0
+        self._interrupted = False
+
+    def start(self, point: int, done: int) -> None:
+        """Note that a point begins."""
+        self._begin, self._point, self._done = time.monotonic(), point, done
+        self.check()
+
+    def check(self, _: float = 0.0) -> None:
+        """Look at the clock; models call it with the simulated time that they have reached."""
+        if self._tell is not None:
+            self._tell(self._point, self._done)
+        if self._stopped is not None and self._stopped():
+            raise KeyboardInterrupt
+        if time.monotonic() - self._begin > self.limit:
+            raise TooLongError
+
+    @contextmanager
+    def over(self, batch: Batch, points: Sequence[int]) -> Iterator[None]:
+        """Watch a batch from a thread of its own while the block runs.
+
+        Yields:
+            Nothing.
+        """
+        over = threading.Event()
+        thread = threading.Thread(target=self._look, args=(batch, points, over), daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            over.set()
+            thread.join()
+        if self._interrupted or (self._stopped is not None and self._stopped()):
+            raise KeyboardInterrupt
+
+    def _look(self, batch: Batch, points: Sequence[int], over: threading.Event) -> None:
+        from gears3d.lumped.batch import ALL
+
+        place, begin = -1, time.monotonic()
+        while not over.wait(min(0.05, 0.2 * self.limit)):
+            now = int(batch.cursor[0])
+            if now != place:
+                place, begin = now, time.monotonic()
+            try:
+                if self._tell is not None:
+                    self._tell(int(points[min(now, len(points) - 1)]), int(batch.cursor[1]))
+            except KeyboardInterrupt:  # belongs to the thread that waits for the batch
+                self._interrupted = True
+            if self._interrupted or (self._stopped is not None and self._stopped()):
+                batch.stop[0] = ALL
+            elif time.monotonic() - begin > self.limit:
+                batch.stop[0] = now
+
 
 DONE, FAILED, TIME_LIMIT, LOST = 0, 1, 2, 3
-STATUS = ("done", "failed", "time_limit", "lost")
-"""How a point ended, by its ``status``."""
+STATUS = ("done", "failed", "time_limit", "lost")  # How a point ended, by its ``status``
 
 
 @dataclass
 class Raw:
-    """Counts and sections of the points of a block before anything is made of them.
+    """Counts and sections of the points of a block before anything is made of them."""
 
-    Args:
-        points: their numbers, (n,).
-        numbers: as :mod:`gears3d.lumped.tally` has them, (n, NUMBERS).
-        sections: once a period, (n, keep, SECTIONS).
-        setting: a row a point: what :class:`~gears3d.sweep.measures.Setting` has, (n, 7).
-        status: how each point ended, (n,).
-        why: of the points that were not done.
-    """
-
-    points: np.ndarray
-    numbers: np.ndarray
-    sections: np.ndarray
-    setting: np.ndarray
-    status: np.ndarray
-    why: dict[int, str] = field(default_factory=dict)
+    points: np.ndarray  # their numbers, (n,)
+    numbers: np.ndarray  # as :mod:`gears3d.lumped.tally` has them, (n, NUMBERS)
+    sections: np.ndarray  # once a period, (n, keep, SECTIONS)
+    setting: np.ndarray  # a row a point: what :class:`~gears3d.sweep.measures.Setting` has, (n, 7)
+    status: np.ndarray  # how each point ended, (n,)
+    why: dict[int, str] = field(default_factory=dict)  # of the points that were not done
 
     @classmethod
     def empty(cls, plan: Plan, begin: int, end: int) -> Raw:
-        """Return room for points.
-
-        Args:
-            plan: of the sweep.
-            begin: first point.
-            end: one after the last.
-        """
+        """Return room for points."""
         n = end - begin
         return cls(
             np.arange(begin, end),
@@ -61,13 +120,7 @@ class Raw:
         )
 
     def fail(self, row: int, why: str, status: int = FAILED) -> None:
-        """Note why a point has no numbers.
-
-        Args:
-            row: of the point.
-            why: one sentence.
-            status: FAILED, TIME_LIMIT or LOST.
-        """
+        """Note why a point has no numbers."""
         self.status[row] = status
         self.numbers[row], self.sections[row] = np.nan, np.nan
         self.why[int(self.points[row])] = why
@@ -75,23 +128,14 @@ class Raw:
 
 @dataclass(frozen=True)
 class Block:
-    """What a block of points gave.
+    """What a block of points gave."""
 
-    Args:
-        begin: first point.
-        end: one after the last.
-        values: variable by name, (n,) or (n, keep); ``status`` and ``seed`` are among them.
-        why: of the points that were not done, by number.
-        seconds: that it took.
-        work: processor's time of the process meanwhile [s].
-    """
-
-    begin: int
-    end: int
-    values: dict[str, np.ndarray]
-    why: dict[int, str]
-    seconds: float = 0.0
-    work: float = 0.0
+    begin: int  # first point
+    end: int  # one after the last
+    values: dict[str, np.ndarray]  # variable by name, (n,) or (n, keep); ``status`` and ``seed`` are among them
+    why: dict[int, str]  # of the points that were not done, by number
+    seconds: float = 0.0  # that it took
+    work: float = 0.0  # processor's time of the process meanwhile [s]
 
 
 @lru_cache(maxsize=4)
@@ -105,11 +149,7 @@ def scenario_of(plan: Plan) -> Any:
 
 
 def setting_row(scenario: Any) -> tuple[float, ...]:
-    """Return what the numbers of one point are held against, in the order of Setting.
-
-    Args:
-        scenario: of the point.
-    """
+    """Return what the numbers of one point are held against, in the order of Setting."""
     rig = scenario.rig()
     first = scenario.motion.harmonics[0].amplitude if scenario.motion.harmonics else 0.0
     return (
@@ -123,71 +163,10 @@ def setting_row(scenario: Any) -> tuple[float, ...]:
     )
 
 
-def runner(model: str) -> Callable[[Plan, Raw, Watch, Mapping[int, str]], None]:
-    """Return the function that runs the points of a model.
-
-    Args:
-        model: of the sweep.
-    """
-    if model == "rigid":
-        from gears3d.sweep.rigid import run_points
-    elif model == "lubricated":
-        from gears3d.sweep.lubricated import run_points
-    else:
-        from gears3d.sweep.recorded import run_points
-    return run_points
-
-
-def compute(
-    plan: Plan, begin: int, end: int, watch: Watch | None = None, skip: Mapping[int, str] | None = None
-) -> Block:
-    """Run the points of a block.
-
-    Args:
-        plan: of the sweep.
-        begin: first point.
-        end: one after the last.
-        watch: keeps the time.
-        skip: points that are not run, and why.
-
-    Returns:
-        The variables of the points; those that could not be run are NaN, with the reason.
-    """
-    clock, work = time.perf_counter(), time.process_time()
-    raw = Raw.empty(plan, begin, end)
-    runner(plan.model)(plan, raw, watch or Watch(), skip or {})
-    for point, why in (skip or {}).items():
-        if begin <= point < end:
-            raw.fail(point - begin, why, LOST if "died" in why else TIME_LIMIT)
-    setting = Setting(*raw.setting.T)
-    values = reduce(plan.measures, raw.numbers, raw.sections, setting, plan.periods - plan.settle)
-    values |= {"status": raw.status, "seed": plan.seeds(raw.points)}
-    return Block(begin, end, values, raw.why, time.perf_counter() - clock, time.process_time() - work)
-
-
-@lru_cache(maxsize=4)
-def warm(plan: Plan) -> None:
-    """Load or compile the kernels of a model, so that no point pays for it with its time; once a process.
-
-    Args:
-        plan: of the sweep; its first point is run for two periods.
-    """
-    if plan.model in ("rigid", "lubricated"):
-        compute(replace(plan, periods=2, settle=1, keep=1, follow=False), 0, 1)
-
-
 def one_by_one(
     plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str], run: Callable[[int, Any, bool], None]
 ) -> None:
-    """Run points each with a scenario of its own, and note why one could not be run.
-
-    Args:
-        plan: of the sweep.
-        raw: filled.
-        watch: keeps the time.
-        skip: points that are not run.
-        run: takes the row, the point's scenario, and whether it goes on from the row before.
-    """
+    """Run points each with a scenario of its own, and note why one could not be run."""
     for row, point in enumerate(raw.points):
         fresh = not plan.follow or point % plan.chain == 0
         if int(point) in skip:
@@ -207,26 +186,12 @@ def one_by_one(
 
 
 def fill(plan: Plan, raw: Raw, row: int, impacts: np.ndarray, period: float, mass: float, kept: np.ndarray) -> None:
-    """Count the impacts of one run.
-
-    Args:
-        plan: of the sweep.
-        raw: filled.
-        row: of the point.
-        impacts: in order of time, (n, 7).
-        period: of the excitation [s].
-        mass: of the loose gear on the line of action [kg].
-        kept: room, (2, m, 2).
-    """
+    """Count the impacts of one run."""
     span = plan.settle * period, plan.periods * period
     first = plan.periods - plan.settle - plan.keep
     count_impacts(impacts, *span, period, first, raw.numbers[row], raw.sections[row], kept, mass)
 
 
 def too_long(limit: float) -> str:
-    """Return the sentence of a point that ran too long.
-
-    Args:
-        limit: of its time [s].
-    """
+    """Return the sentence of a point that ran too long."""
     return f"ran for longer than {limit:g} s"

@@ -10,33 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 from gears3d.errors import EngineError, Fault, InputError
 from gears3d.extras import require
-from gears3d.sweep.block import Block, compute, warm
+from gears3d.sweep.block import Block, Watch
+from gears3d.sweep.models import compute, warm
 from gears3d.sweep.plan import Plan
-from gears3d.sweep.watch import Watch
 
 if TYPE_CHECKING:
     from distributed import Client
 
-ANSWER_S = 10.0
-"""A scheduler that does not answer within this time is taken for none [s]."""
-AHEAD = 3
-"""Blocks that are handed out for each thread of the cluster, so that memory stays bounded."""
+ANSWER_S = 10.0  # A scheduler that does not answer within this time is taken for none [s]
+AHEAD = 3  # Blocks that are handed out for each thread of the cluster, so that memory stays bounded
 REMEDY = "finished blocks are kept: give the same command again when the scheduler is back"
 
 
 def compute_there(plan: Plan, key: str, begin: int, end: int, limit: float) -> Block:
-    """Run a block on a worker of the cluster.
-
-    Args:
-        plan: of the sweep.
-        key: of the plan where it was made.
-        begin: first point.
-        end: one after the last.
-        limit: of a point [s].
-
-    Raises:
-        InputError: the worker has another version of gears3d, whose numbers would be others.
-    """
+    """Run a block on a worker of the cluster."""
     if plan.key != key:
         why = "a worker has another version of gears3d than this machine"
         raise InputError(Fault("--scheduler", why, "install the same version on all machines"))
@@ -46,17 +33,7 @@ def compute_there(plan: Plan, key: str, begin: int, end: int, limit: float) -> B
 
 
 class Cluster:
-    """A dask cluster that runs the blocks of a sweep.
-
-    Args:
-        plan: of the sweep.
-        address: of the scheduler, e.g. ``tcp://127.0.0.1:8786``.
-        limit: of a point [s].
-
-    Raises:
-        InputError: no scheduler answers.
-        MissingExtraError: distributed is not installed.
-    """
+    """A dask cluster that runs the blocks of a sweep."""
 
     def __init__(self, plan: Plan, address: str, limit: float = inf) -> None:
         client = require("distributed", "a sweep on a cluster (--scheduler)", "sweep").Client
@@ -96,15 +73,8 @@ class Cluster:
     def blocks(self, spans: Sequence[tuple[int, int]], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
         """Run blocks and give them as they are finished, in any order.
 
-        Args:
-            spans: first point and one after the last of each.
-            tick: called now and then with 0; may raise.
-
         Yields:
             The blocks.
-
-        Raises:
-            EngineError: the scheduler is gone, has no workers, or a block killed several of them.
         """
         waiting = list(reversed(spans))
         running: dict[Any, tuple[int, int]] = {}

@@ -1,4 +1,4 @@
-"""One labelled dataset of all blocks, written a few blocks at a time so that memory stays bounded."""
+"""The labelled dataset of a sweep, and the thresholds in it."""
 
 from __future__ import annotations
 
@@ -24,41 +24,25 @@ from gears3d.version import __version__
 if TYPE_CHECKING:
     import xarray
 
+
 _OWN = (
     Variable("status", "1", "how the point ended: " + ", ".join(f"{i} {word}" for i, word in enumerate(STATUS)), True),
     Variable("seed", "1", "run.seed of the point"),
 )
 
 
-AT_ONCE = 1 << 25
-"""Bytes of blocks that are written together."""
-FLAGS = {"status": STATUS, "regime": REGIMES}
-"""Words of the numbers of a variable, in order."""
+AT_ONCE = 1 << 25  # Bytes of blocks that are written together
+FLAGS = {"status": STATUS, "regime": REGIMES}  # Words of the numbers of a variable, in order
 
 
 def refuse_lacking() -> None:
-    """Refuse to begin where the dataset could not be written.
-
-    Raises:
-        MissingExtraError: xarray or h5netcdf are not installed.
-    """
+    """Refuse to begin where the dataset could not be written."""
     for name in ("xarray", "h5netcdf", "h5py"):
         require(name, "the dataset of a sweep", "sweep")
 
 
 def assemble(store: Store, about: dict[str, Any]) -> dict[str, int]:
-    """Write ``sweep.nc`` and, where points failed, ``failed.csv``.
-
-    Args:
-        store: all of whose blocks are finished.
-        about: attributes of the dataset.
-
-    Returns:
-        How many points ended in which way.
-
-    Raises:
-        InputError: it cannot be written.
-    """
+    """Write ``sweep.nc`` and, where points failed, ``failed.csv``."""
     import h5netcdf
 
     plan, failed = store.plan, []
@@ -192,11 +176,7 @@ def _write_failed(store: Store, failed: list[tuple[int, str]]) -> None:
 
 
 def counted(place: Path) -> dict[str, int]:
-    """Return how many points of a dataset ended in which way.
-
-    Args:
-        place: the folder of the sweep.
-    """
+    """Return how many points of a dataset ended in which way."""
     import h5netcdf
 
     with h5netcdf.File(place / DATA, "r") as file:
@@ -227,3 +207,50 @@ def open_dataset(place: str | Path) -> xarray.Dataset:
             Fault("", "there is no such dataset", "a sweep that was broken off goes on when it is run again", str(path))
         )
     return xarray.open_dataset(path, engine="h5netcdf")
+
+
+def thresholds(data: xarray.Dataset) -> xarray.Dataset:
+    """Return the values of the followed axis, and Λ, at which rattle begins or ends on the way up and on the way down.
+
+    On a way that begins in contact it is the first place that rattles, on one that begins with rattle the place from
+    which on contact holds. It lies between two values of the grid: given are their middle and, as ``within``, half
+    their distance. NaN where contact holds all the way, or rattle is there at both ends.
+
+    Source: Rigaud & Perret-Liaudet 2020, section 4: the rise and the collapse of rattle.
+    """
+    import xarray
+
+    if "direction" not in data.dims or "regime" not in data or "excitation" not in data:
+        raise InputError(Fault("sweep", "has no thresholds", "give --follow KEY, and --measure regime,threshold"))
+    along = [str(name) for name in data["status"].dims][-1]
+    others = tuple(name for name in data["regime"].dims if name not in ("direction", along))
+    found = {}
+    for way in ("up", "down"):
+        order = slice(None) if way == "up" else slice(None, None, -1)
+        part = data.sel(direction=way).transpose(*others, along, ...).isel({along: order})
+        before, crossed = _crossing(part["regime"].values > 0)
+        values, push = (
+            np.broadcast_to(part[along].values, (*crossed.shape, part.sizes[along])),
+            part["excitation"].values,
+        )
+        ends = [[_pick(table, before + step) for step in (0, 1)] for table in (values, push)]
+        middle, within = 0.5 * (ends[0][0] + ends[0][1]), 0.5 * np.abs(ends[0][1] - ends[0][0])
+        told = (middle, within, 0.5 * (ends[1][0] + ends[1][1]))
+        names = (way, f"within_{way}", f"excitation_{way}")
+        found |= {name: np.where(crossed, value, np.nan) for name, value in zip(names, told, strict=True)}
+    coordinates = {name: data[name] for name in others}
+    return xarray.Dataset({name: (others, value) for name, value in found.items()}, coordinates, {"along": along})
+
+
+def _crossing(lively: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the place before which a way crosses the threshold, and whether it does; the way is the last axis."""
+    size = lively.shape[-1]
+    first, last = np.argmax(lively, axis=-1), size - 1 - np.argmax(lively[..., ::-1], axis=-1)
+    begins, ends = lively[..., 0], lively[..., -1]
+    rises, falls = lively.any(axis=-1) & ~begins, begins & ~ends
+    before = np.where(rises, first - 1, np.where(falls, last, 0))
+    return np.clip(before, 0, max(size - 2, 0)), (rises | falls) & (size > 1)
+
+
+def _pick(table: np.ndarray, place: np.ndarray) -> np.ndarray:
+    return np.take_along_axis(table, np.minimum(place, table.shape[-1] - 1)[..., None], axis=-1)[..., 0]

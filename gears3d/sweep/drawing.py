@@ -12,8 +12,7 @@ import numpy as np
 from gears3d import palette
 from gears3d.files import write_picture
 from gears3d.signals.impacts import REGIMES
-from gears3d.sweep.dataset import open_dataset
-from gears3d.sweep.thresholds import thresholds
+from gears3d.sweep.dataset import open_dataset, thresholds
 
 if TYPE_CHECKING:
     import xarray
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
 
 COLOURS: dict[str, str] = dict(zip(("active", "reverse", "up", "down"), 2 * palette.FLANKS, strict=True))
 MARKS = {"up": 4.0, "down": 1.5}
-MOST_LINES = 8
-"""Lines of a picture at most."""
+MOST_LINES = 8  # Lines of a picture at most
 
 
 def draw(place: str | Path) -> list[Path]:
@@ -43,11 +41,7 @@ def draw(place: str | Path) -> list[Path]:
 
 
 def all_pictures(place: str | Path) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the pictures that the dataset of a folder has the variables for, by name.
-
-    Args:
-        place: folder of a sweep.
-    """
+    """Return what draws the pictures that the dataset of a folder has the variables for, by name."""
 
     def drawn(picture: Callable[[Any], Figure]) -> Figure:
         with open_dataset(Path(place)) as data:
@@ -59,21 +53,12 @@ def all_pictures(place: str | Path) -> dict[str, Callable[[], Figure]]:
 
 
 def axes_of(data: xarray.Dataset) -> list[str]:
-    """Return the names of the varied dimensions that are numbers.
-
-    Args:
-        data: of a sweep.
-    """
+    """Return the names of the varied dimensions that are numbers."""
     return [str(name) for name in data["status"].dims if name != "direction" and data[name].dtype.kind in "fiu"]
 
 
 def label(data: xarray.Dataset, name: str) -> str:
-    """Return what an axis of a picture is called.
-
-    Args:
-        data: of a sweep.
-        name: of a variable.
-    """
+    """Return what an axis of a picture is called."""
     attrs = data[name].attrs
     unit = attrs.get("units", "1")
     return f"{attrs.get('long_name', name)}" + (f" [{unit}]" if unit != "1" else "")
@@ -96,11 +81,7 @@ def _is_log(data: xarray.Dataset, name: str) -> bool:
 
 
 def bifurcation_picture(data: xarray.Dataset) -> Figure:
-    """Draw speeds of impacts, and the displacement once a period, over the only numerical axis, up and down.
-
-    Args:
-        data: of a sweep along one axis.
-    """
+    """Draw speeds of impacts, and the displacement once a period, over the only numerical axis, up and down."""
     figure = _figure(8.5, 8.0)
     (name,) = axes_of(data)
     parts = figure.subplots(3, 1, sharex=True)
@@ -123,11 +104,7 @@ def bifurcation_picture(data: xarray.Dataset) -> Figure:
 
 
 def map_picture(data: xarray.Dataset) -> Figure:
-    """Draw regime and mean speed of the active impacts over the two numerical axes.
-
-    Args:
-        data: of a sweep over two axes.
-    """
+    """Draw regime and mean speed of the active impacts over the two numerical axes."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     figure = _figure(11.0, 4.6)
@@ -159,11 +136,7 @@ def map_picture(data: xarray.Dataset) -> Figure:
 
 
 def impulse_picture(data: xarray.Dataset) -> Figure:
-    """Draw mean impulses of both flanks over Λ; Kadmiri et al. 2012, fig. 12.
-
-    Args:
-        data: with ``excitation`` and impulses.
-    """
+    """Draw mean impulses of both flanks over Λ; Kadmiri et al. 2012, fig. 12."""
     figure = _figure()
     axis = figure.subplots()
     for flank in ("active", "reverse"):
@@ -175,11 +148,7 @@ def impulse_picture(data: xarray.Dataset) -> Figure:
 
 
 def level_picture(data: xarray.Dataset) -> Figure:
-    """Draw the energy level of the impacts over ω²·ΔΩ; Rigaud & Perret-Liaudet 2020, eq. (25) and fig. 13.
-
-    Args:
-        data: with energies.
-    """
+    """Draw the energy level of the impacts over ω²·ΔΩ; Rigaud & Perret-Liaudet 2020, eq. (25) and fig. 13."""
     figure = _figure()
     axis = figure.subplots()
     drive, level = (data[name].values.ravel() for name in ("rattle_drive_level_dB", "energy_level_dB"))
@@ -195,11 +164,7 @@ def level_picture(data: xarray.Dataset) -> Figure:
 
 
 def index_picture(data: xarray.Dataset) -> Figure:
-    """Draw the rattle index and its sensitivity over the only numerical axis.
-
-    Args:
-        data: of the lubricated model, along one axis.
-    """
+    """Draw the rattle index and its sensitivity over the only numerical axis."""
     figure = _figure(8.0, 6.0)
     (name,) = axes_of(data)
     top, low = figure.subplots(2, 1, sharex=True)
@@ -218,11 +183,7 @@ def index_picture(data: xarray.Dataset) -> Figure:
 
 
 def threshold_picture(data: xarray.Dataset) -> Figure:
-    """Draw Λ where contact is lost on the way up and regained on the way down; Rigaud & Perret-Liaudet 2020, figs 3, 4.
-
-    Args:
-        data: followed along one axis.
-    """
+    """Draw Λ of contact loss on the way up and of regained contact on the way down; Rigaud 2020, figs 3, 4."""
     figure = _figure()
     axis = figure.subplots()
     found = thresholds(data)
@@ -255,6 +216,7 @@ def _flat(data: xarray.Dataset, variable: str, count: int) -> bool:
     return variable in data and len(axes_of(data)) == count and not more
 
 
+# Pictures by name: whether a dataset has what one takes, and what draws it
 PICTURES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Figure]]] = {
     "bifurcation": (lambda data: _flat(data, "section_displacement_m", 1), bifurcation_picture),
     "threshold": (
@@ -266,4 +228,3 @@ PICTURES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Figure]]] = {
     "level": (lambda data: "energy_level_dB" in data, level_picture),
     "rattle_index": (lambda data: _flat(data, "rattle_index", 1), index_picture),
 }
-"""Pictures by name: whether a dataset has what one takes, and what draws it."""

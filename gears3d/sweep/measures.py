@@ -17,47 +17,28 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the dataset.
+    """One variable of the dataset."""
 
-    Args:
-        name: as the dataset names it.
-        unit: SI.
-        about: what it is.
-        whole: whether it is a small whole number, with a place for ``missing``.
-        sections: whether there is one value a kept period.
-    """
-
-    name: str
-    unit: str
-    about: str
-    whole: bool = False
-    sections: bool = False
+    name: str  # as the dataset names it
+    unit: str  # SI
+    about: str  # what it is
+    whole: bool = False  # whether it is a small whole number, with a place for ``missing``
+    sections: bool = False  # whether there is one value a kept period
 
 
 class Setting(NamedTuple):
-    """What the numbers of points are held against; (n,) each.
+    """What the numbers of points are held against; (n,) each."""
 
-    Args:
-        period: of the excitation [s].
-        mass: of the loose gear on the line of action [kg].
-        swing: amplitude of the drive's speed in the first harmonic [rad/s].
-        radius: base radius of the drive gear [m].
-        force: base drag on the line of action [N].
-        inertia: of the loose gear [kg·m²].
-        tilt: cosine of the base helix angle.
-    """
-
-    period: Array
-    mass: Array
-    swing: Array
-    radius: Array
-    force: Array
-    inertia: Array
-    tilt: Array
+    period: Array  # of the excitation [s]
+    mass: Array  # of the loose gear on the line of action [kg]
+    swing: Array  # amplitude of the drive's speed in the first harmonic [rad/s]
+    radius: Array  # base radius of the drive gear [m]
+    force: Array  # base drag on the line of action [N]
+    inertia: Array  # of the loose gear [kg·m²]
+    tilt: Array  # cosine of the base helix angle
 
 
-MISSING = -9
-"""A whole number that is not known."""
+MISSING = -9  # A whole number that is not known
 _FLANKS = ("active", "reverse")
 
 
@@ -65,6 +46,7 @@ def _both(name: str, unit: str, about: str, **more: bool) -> tuple[Variable, ...
     return tuple(Variable(f"{flank}_{name}", unit, f"{about} {flank} flank", **more) for flank in _FLANKS)
 
 
+# Variables by the word that ``--measure`` takes
 GROUPS: dict[str, tuple[Variable, ...]] = {
     "threshold": (
         Variable("excitation", "1", "Λ of the first harmonic and the base drag"),
@@ -97,20 +79,11 @@ GROUPS: dict[str, tuple[Variable, ...]] = {
         Variable("rattle_drive_level_dB", "dB", "the same re 1 rad³/s³"),
     ),
 }  # fmt: skip
-"""Variables by the word that ``--measure`` takes."""
-ONLY = {"ri": ("lubricated",)}
-"""Groups that not every model has."""
+ONLY = {"ri": ("lubricated",)}  # Groups that not every model has
 
 
 def chosen(words: tuple[str, ...], model: str) -> tuple[str, ...]:
     """Return groups in the order of the catalogue; all that the model has when none is named.
-
-    Args:
-        words: as asked for.
-        model: of the sweep.
-
-    Raises:
-        InputError: an unknown word, or one that the model has not.
 
     >>> chosen(("velocities", "regime"), "rigid")
     ('regime', 'velocities')
@@ -128,26 +101,14 @@ def chosen(words: tuple[str, ...], model: str) -> tuple[str, ...]:
 
 
 def variables(groups: tuple[str, ...]) -> list[Variable]:
-    """Return the variables of some groups.
-
-    Args:
-        groups: their words.
-    """
+    """Return the variables of some groups."""
     return [variable for group in groups for variable in GROUPS[group]]
 
 
 def reduce(
     groups: tuple[str, ...], numbers: Array, sections: Array, setting: Setting, periods: int
 ) -> dict[str, Array]:
-    """Return the variables of points.
-
-    Args:
-        groups: that are asked for.
-        numbers: as :mod:`gears3d.lumped.tally` has them, rows of NaN for points that failed; (n, NUMBERS).
-        sections: once a period, (n, keep, SECTIONS).
-        setting: of the points.
-        periods: that the numbers are taken over.
-    """
+    """Return the variables of points."""
     made = {
         "threshold": _threshold,
         "regime": _regime,

@@ -13,37 +13,26 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from gears3d.errors import EngineError, GearsError, InputError
-from gears3d.sweep.block import Block, compute, warm
+from gears3d.sweep.block import Block, Watch
+from gears3d.sweep.models import compute, warm
 from gears3d.sweep.plan import Plan
-from gears3d.sweep.watch import Watch
 
-GRACE = 5.0
-"""A process that does not stop a point by itself is killed so much later than the point's time is up [s]."""
-DEATHS = 3
-"""So many processes may die at one point before it is given up."""
-_LOOK = 0.2
-"""Time between two looks at the processes [s]."""
+GRACE = 5.0  # A process that does not stop a point by itself is killed so much later than the point's time is up [s]
+DEATHS = 3  # So many processes may die at one point before it is given up
+_LOOK = 0.2  # Time between two looks at the processes [s]
 
+# What a block may raise; anything else ends its process
 MISTAKES = (
     GearsError, ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError, OSError, RuntimeError,
     TypeError, ValueError,
 )  # fmt: skip
-"""What a block may raise; anything else ends its process."""
 
 Compute = Callable[..., Block]
 Span = tuple[int, int]
 
 
 def work(pipe: Connection, place: Any, plan: Plan, limit: float, run: Compute) -> None:
-    """Run blocks until told to stop: what a process of the pool does.
-
-    Args:
-        pipe: to the parent.
-        place: shared with the parent: the point that runs, and how many of the block are done.
-        plan: of the sweep.
-        limit: of a point [s].
-        run: computes a block.
-    """
+    """Run blocks until told to stop: what a process of the pool does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     parent = multiprocessing.parent_process()
 
@@ -87,20 +76,13 @@ class _Worker:
 
 
 class Pool:
-    """Processes that run the blocks of a sweep.
-
-    Args:
-        plan: of the sweep.
-        workers: how many.
-        limit: of a point [s].
-        run: computes a block.
-    """
+    """Processes that run the blocks of a sweep."""
 
     def __init__(self, plan: Plan, workers: int, limit: float = inf, run: Compute = compute) -> None:
         self.plan, self.workers, self.limit, self._run = plan, workers, limit, run
         self._context: Any = multiprocessing.get_context("forkserver" if hasattr(os, "fork") else "spawn")
         if hasattr(os, "fork"):
-            self._context.set_forkserver_preload(["gears3d.sweep.rigid", "gears3d.sweep.lubricated"])
+            self._context.set_forkserver_preload(["gears3d.sweep.models"])
         self._busy: list[_Worker] = []
         self._idle: list[tuple[Any, Connection, Any]] = []
         self._deaths: dict[int, int] = {}
@@ -108,16 +90,8 @@ class Pool:
     def blocks(self, spans: Sequence[Span], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
         """Run blocks and give them as they are finished, in any order.
 
-        Args:
-            spans: first point and one after the last of each.
-            tick: called now and then with the number of points that are done in the blocks that run; may raise.
-
-
         Yields:
             The blocks.
-
-        Raises:
-            EngineError: no process can be started.
         """
         waiting: list[tuple[Span, dict[int, str]]] = [(span, {}) for span in reversed(spans)]
         try:

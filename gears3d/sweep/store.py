@@ -23,12 +23,7 @@ PLAN, DATA, PARTS, FAILED = "sweep.json", "sweep.nc", "parts", "failed.csv"
 
 
 class Store:
-    """The folder of a sweep.
-
-    Args:
-        place: where it is or will be.
-        plan: of the sweep.
-    """
+    """The folder of a sweep."""
 
     def __init__(self, place: Path, plan: Plan) -> None:
         self.place, self.plan = place, plan
@@ -40,9 +35,6 @@ class Store:
 
         Yields:
             The store.
-
-        Raises:
-            InputError: the folder holds something else, another sweep, or another process works in it.
         """
         self._check()
         new = not self.place.exists()
@@ -97,12 +89,7 @@ class Store:
         return False
 
     def write_plan(self, block: int, about: dict[str, Any]) -> None:
-        """Write the plan, with the size of its blocks.
-
-        Args:
-            block: points of a block.
-            about: command and machine.
-        """
+        """Write the plan, with the size of its blocks."""
         self.block = block
         table = {"key": self.plan.key, "version": __version__, "block": block, **about, "plan": self.plan.table()}
         write_text(self.place / PLAN, json.dumps(table, indent=1, allow_nan=False) + "\n")
@@ -122,12 +109,7 @@ class Store:
             yield begin, min(begin + self.block, self.plan.size)
 
     def has(self, begin: int, end: int) -> bool:
-        """Whether a block is finished and whole.
-
-        Args:
-            begin: first point.
-            end: one after the last.
-        """
+        """Whether a block is finished and whole."""
         try:
             with self._part(begin, end).open("rb") as file, np.load(file) as part:
                 return len(part["status"]) == end - begin
@@ -135,25 +117,13 @@ class Store:
             return False
 
     def write(self, block: Block) -> None:
-        """Keep a finished block.
-
-        Args:
-            block: its variables.
-
-        Raises:
-            InputError: it cannot be written, as on a full disk.
-        """
+        """Keep a finished block."""
         why = np.array([f"{point}\t{text}" for point, text in sorted(block.why.items())], dtype=np.str_)
         with replacing(self._part(block.begin, block.end)) as unfinished, unfinished.open("wb") as file:
             np.savez(file, why=why, **block.values)  # type: ignore[arg-type]
 
     def read(self, begin: int, end: int) -> tuple[dict[str, np.ndarray], dict[int, str]]:
-        """Return the variables of a finished block, and why points failed.
-
-        Args:
-            begin: first point.
-            end: one after the last.
-        """
+        """Return the variables of a finished block, and why points failed."""
         with np.load(self._part(begin, end)) as part:
             values = {name: part[name] for name in part.files}
         pairs = (line.split("\t", 1) for line in values.pop("why").tolist())
@@ -184,11 +154,6 @@ def open_plan(place: Path) -> Plan:
 
 def slabs(shape: tuple[int, ...], begin: int, end: int) -> Iterator[tuple[tuple[slice, ...], int, int]]:
     """Cut a run of points in C order into boxes of a grid.
-
-    Args:
-        shape: of the grid.
-        begin: first point.
-        end: one after the last.
 
     Yields:
         A slice for each dimension, and the points that fill it: first and one after the last.

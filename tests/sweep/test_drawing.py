@@ -6,8 +6,8 @@ import pytest
 from gears3d.errors import InputError
 from gears3d.scenario import load
 from gears3d.sweep import draw, make_plan, open_dataset, sweep
+from gears3d.sweep.dataset import thresholds
 from gears3d.sweep.drawing import bifurcation_picture, impulse_picture, level_picture, map_picture
-from gears3d.sweep.thresholds import thresholds
 
 RIG = load("scenarios/rigaud-2020/fig5-20rpm.toml")
 AMPLITUDE, FREQUENCY = "motion.harmonics[0].amplitude", "motion.harmonics[0].frequency"

@@ -16,8 +16,8 @@ from gears3d.errors import EngineError, InputError
 from gears3d.scenario import load
 from gears3d.sweep import Estimate, block_size, compute, make_plan, open_dataset, refuse_endless, sweep
 from gears3d.sweep import pool as pool_module
+from gears3d.sweep.block import Watch
 from gears3d.sweep.pool import Pool
-from gears3d.sweep.watch import Watch
 from tests.sweep import faulty
 
 RIG = load("scenarios/rigaud-2020/fig5-20rpm.toml")

@@ -12,9 +12,9 @@ from gears3d.recording import describe
 from gears3d.scenario import load
 from gears3d.simulation import simulate
 from gears3d.sweep import compute, make_plan, open_dataset, open_plan, scenario_of, sweep
-from gears3d.sweep.rigid import flat, is_plain, quantities
+from gears3d.sweep.dataset import thresholds
+from gears3d.sweep.models import flat, is_plain, quantities
 from gears3d.sweep.store import slabs
-from gears3d.sweep.thresholds import thresholds
 
 RIG = load("scenarios/rigaud-2020/fig5-20rpm.toml")
 AMPLITUDE, FREQUENCY = "motion.harmonics[0].amplitude", "motion.harmonics[0].frequency"
@@ -61,7 +61,7 @@ def test_points_packed_at_once_are_those_of_their_scenarios(grid):
         raw = compute(one, 0, one.size).values
         assert set(raw["status"]) == {0}
         from gears3d.sweep.block import Raw
-        from gears3d.sweep.rigid import _packed
+        from gears3d.sweep.models import _packed
 
         room = Raw.empty(one, 0, one.size)
         table = _packed(one, room)

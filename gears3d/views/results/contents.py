@@ -462,7 +462,7 @@ def strip(result: Strip) -> Contents:
 def swept(result: Done) -> Contents:
     """Return the content of a sweep; its dataset stays in its folder."""
     from gears3d.sweep.drawing import all_pictures
-    from gears3d.sweep.estimate import duration
+    from gears3d.sweep.run import duration
     from gears3d.views.results.rows import sweep_answer
 
     plan, counts = result.plan, result.counts

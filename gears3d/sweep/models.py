@@ -1,10 +1,11 @@
-"""Points of the rigid model: packed one by one or, where only numbers of rig and motion change, all at once."""
+"""Points of a block in every model, computed in one process."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -12,21 +13,41 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 from gears3d.lumped import layout as at
-from gears3d.lumped.batch import BROKEN, STANDSTILL, TOO_LONG, Batch, pack_points
+from gears3d.lumped import tally
+from gears3d.lumped.batch import BROKEN, STANDSTILL, TOO_LONG, Batch, pack_points, room
 from gears3d.lumped.flanks import perfect
+from gears3d.lumped.lubricated.model import pack
+from gears3d.lumped.lubricated.recorded import flown
 from gears3d.lumped.model import model
 from gears3d.lumped.rigid import packed
+from gears3d.lumped.run import run
 from gears3d.lumped.start import STATES
 from gears3d.scenario.key_paths import written_value
-from gears3d.sweep.block import DONE, FAILED, TIME_LIMIT, Raw, one_by_one, scenario_of, setting_row, too_long
+from gears3d.signals.motion import stroboscope
+from gears3d.simulation import simulate
+from gears3d.sweep.block import (
+    DONE,
+    FAILED,
+    LOST,
+    TIME_LIMIT,
+    Block,
+    Raw,
+    Watch,
+    fill,
+    one_by_one,
+    scenario_of,
+    too_long,
+)
+from gears3d.sweep.measures import Setting, reduce
 from gears3d.sweep.plan import Plan
-from gears3d.sweep.watch import Watch
 from gears3d.units import parse_any
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+
 _AMPLITUDE, _FREQUENCY = "motion.harmonics[0].amplitude", "motion.harmonics[0].frequency"
+# Keys that change numbers of the packed model and nothing else of it
 PLAIN = {
     "motion.mean": "mean",
     _AMPLITUDE: "amplitude",
@@ -39,22 +60,14 @@ PLAIN = {
     "gears.loose.inertia": "inertia",
     "run.seed": "seed",
 }
-"""Keys that change numbers of the packed model and nothing else of it."""
 WHY = {
     BROKEN: "the motion is no longer finite",
     STANDSTILL: "time stands still; give a larger impact.stick_velocity",
 }
 
 
-def run_points(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:
-    """Run points in the rigid model.
-
-    Args:
-        plan: of the sweep.
-        raw: filled.
-        watch: keeps the time.
-        skip: points that are not run.
-    """
+def _run_rigid(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:
+    """Run points in the rigid model."""
     if is_plain(plan):
         table = _packed(plan, raw)
         rows = np.array([row for row, point in enumerate(raw.points) if int(point) not in skip], dtype=int)
@@ -69,11 +82,7 @@ def run_points(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> N
 
 
 def is_plain(plan: Plan) -> bool:
-    """Whether all points can be packed at once: one harmonic, perfect flanks, no effects, nothing but numbers varied.
-
-    Args:
-        plan: of the sweep.
-    """
+    """Whether all points can be packed at once: one harmonic, perfect flanks, no effects, only numbers varied."""
     scenario = scenario_of(plan)
     return (
         all(axis.key in PLAIN for axis in plan.axes)
@@ -87,12 +96,7 @@ def is_plain(plan: Plan) -> bool:
 
 
 def quantities(plan: Plan, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what points of a plain sweep are packed from, as :func:`gears3d.lumped.batch.pack_points` takes it.
-
-    Args:
-        plan: of the sweep.
-        points: their numbers, (n,).
-    """
+    """Return what points of a plain sweep are packed from, as :func:`gears3d.lumped.batch.pack_points` takes it."""
     scenario = scenario_of(plan)
     rig, harmonic = scenario.rig(), scenario.motion.harmonics[0]
     size, family = parse_any(written_value(scenario, _AMPLITUDE), ("speed", "angle", "acceleration"))
@@ -161,14 +165,7 @@ def _packed_one_by_one(
 
 
 def flat(scenario: Scenario) -> np.ndarray:
-    """Return the packed rigid model of a scenario, flat.
-
-    Args:
-        scenario: to be run.
-
-    Raises:
-        InputError: the rigid model cannot do it.
-    """
+    """Return the packed rigid model of a scenario, flat."""
     m = packed(scenario)
     if m.backlash <= 0.0 and m.stiffness == 0.0:
         raise InputError(Fault("mount.backlash", "leaves no gap", "give more"))
@@ -191,4 +188,104 @@ def _run(plan: Plan, raw: Raw, watch: Watch, table: np.ndarray, rows: np.ndarray
             raw.fail(int(rows[place]), WHY[code])
 
 
-__all__ = ["flat", "is_plain", "quantities", "run_points", "setting_row"]
+FINEST = 100  # Sections are taken at a multiple of this part of a period
+
+
+def _run_lubricated(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:
+    """Run points in the lubricated model."""
+    jerk = "ri" in plan.measures
+    kept = room(plan.periods - plan.settle)
+    last: list[np.ndarray] = []
+
+    def one(row: int, scenario: Scenario, goes_on: bool) -> None:
+        m = pack(scenario)
+        begun = _going_on(last[-1], m.radius_loose) if plan.follow and goes_on and last else None
+        last.clear()
+        period = scenario.period
+        end = plan.periods * period
+        spacing = period if plan.strobe == 0.0 else period / FINEST
+        m = m._replace(settle=plan.settle * period if jerk else -1.0)
+        put = None if begun is None else partial(np.copyto, src=begun)
+        outcome = flown(run(m, end, spacing, scenario.start.state, watch.check, chunk=period, put=put), m)
+        if outcome.interrupted:
+            raise KeyboardInterrupt
+        last.append(outcome.state)
+        mass = m.inertia / m.radius_loose**2
+        fill(plan, raw, row, outcome.impacts[np.argsort(outcome.impacts[:, 0], kind="stable")], period, mass, kept)
+        each = 1 if plan.strobe == 0.0 else FINEST
+        first = (plan.periods - plan.keep) * each + round(plan.strobe * each)
+        taken = outcome.samples[first::each][: plan.keep]
+        raw.sections[row, : len(taken), : tally.FIRST] = taken[:, 5:7]
+        if jerk:
+            raw.numbers[row, tally.JERK] = outcome.jerk
+
+    one_by_one(plan, raw, watch, skip, one)
+
+
+def _going_on(state: np.ndarray, radius_loose: float) -> np.ndarray:
+    """Return a state at the end of whole periods as one at time 0."""
+    begun = state.copy()
+    for since in (at.ENTRY, at.CONTACT_SINCE, at.LAST_IMPACT):
+        begun[since] -= state[at.TIME]
+    begun[at.ANGLE] = begun[at.DISPLACEMENT] / radius_loose
+    begun[at.TIME] = begun[at.MARK] = begun[at.JERK] = begun[at.RISING] = 0.0
+    begun[at.WORKS : at.WORKS + at.N_WORKS] = 0.0
+    return begun
+
+
+def _run_recorded(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:
+    """Run points in the plastic model or in the engine."""
+    kept = room(plan.periods - plan.settle)
+
+    def one(row: int, scenario: Scenario, _: bool) -> None:
+        recording = simulate(scenario, plan.model, progress=watch.check)
+        if recording.meta.get("interrupted"):
+            raise KeyboardInterrupt
+        hits, period = recording.impacts, scenario.period
+        unknown = np.full(len(hits["time_s"]), np.nan)
+        names = ("time_s", "flank", "velocity_m_s", "rebound_m_s", "impulse_N_s", "displacement_m", "flight_height_m")
+        impacts = np.column_stack([np.asarray(hits.get(name, unknown), dtype=float) for name in names])
+        fill(plan, raw, row, impacts.reshape(-1, len(names)), period, float(raw.setting[row, 1]), kept)
+        begin = (plan.periods - plan.keep) * period
+        taken = stroboscope(recording.signals, hits, period, plan.strobe, begin * (1 - 1e-12), plan.periods * period)
+        taken = taken[: plan.keep]
+        raw.sections[row, : len(taken), : tally.FIRST] = taken
+
+    one_by_one(plan, raw, watch, skip, one)
+
+
+_RUN = {"rigid": _run_rigid, "lubricated": _run_lubricated}  # all others through a recording of each point
+
+
+def compute(
+    plan: Plan, begin: int, end: int, watch: Watch | None = None, skip: Mapping[int, str] | None = None
+) -> Block:
+    """Run the points of a block.
+
+    Args:
+        plan: of the sweep.
+        begin: first point.
+        end: one after the last.
+        watch: keeps the time.
+        skip: points that are not run, and why.
+
+    Returns:
+        The variables of the points; those that could not be run are NaN, with the reason.
+    """
+    clock, work = time.perf_counter(), time.process_time()
+    raw = Raw.empty(plan, begin, end)
+    _RUN.get(plan.model, _run_recorded)(plan, raw, watch or Watch(), skip or {})
+    for point, why in (skip or {}).items():
+        if begin <= point < end:
+            raw.fail(point - begin, why, LOST if "died" in why else TIME_LIMIT)
+    setting = Setting(*raw.setting.T)
+    values = reduce(plan.measures, raw.numbers, raw.sections, setting, plan.periods - plan.settle)
+    values |= {"status": raw.status, "seed": plan.seeds(raw.points)}
+    return Block(begin, end, values, raw.why, time.perf_counter() - clock, time.process_time() - work)
+
+
+@lru_cache(maxsize=4)
+def warm(plan: Plan) -> None:
+    """Load or compile the kernels of a model, so that no point pays for it with its time; once a process."""
+    if plan.model in ("rigid", "lubricated"):
+        compute(replace(plan, periods=2, settle=1, keep=1, follow=False), 0, 1)
