@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.gears import HarmonicDeviation, ToothDeviation, piece_budget
-from gears3d.gears.arrays import TIP_ROLL
 from gears3d.gears.edge import Edged
-from gears3d.gears.flank import roll_of
+from gears3d.gears.flank import TIP_ROLL, roll_of
 from gears3d.gears.surface import Surfaces, compile_surfaces, lowest, section_gap
 from gears3d.kernels import inner, njit
 from gears3d.records import Floats2, Floats3, Record

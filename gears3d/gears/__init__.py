@@ -9,15 +9,20 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from gears3d.gears.deviation import HarmonicDeviation, HelixSlope, ProfileSlope, ProfileWave, ToothDeviation
-from gears3d.gears.gear import Gear
-from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
+from gears3d.gears.deviation import (
+    Eccentricity,
+    HarmonicDeviation,
+    HelixSlope,
+    Misalignment,
+    ProfileSlope,
+    ProfileWave,
+    ToothDeviation,
+    Wobble,
+)
+from gears3d.gears.gear import Gear, Relief
 from gears3d.gears.pair import Pair
-from gears3d.gears.relief import Relief
 
 if TYPE_CHECKING:
-    from gears3d.gears.chords import default_chord, triangles_at
-    from gears3d.gears.clearance import mounted_band
     from gears3d.gears.contact import (
         ContactLines,
         contact_lines,
@@ -40,10 +45,10 @@ if TYPE_CHECKING:
         nearest_gap,
         roll_at_radius,
     )
+    from gears3d.gears.gear import inv, inverse_inv
     from gears3d.gears.hulls import piece_budget, pieces
-    from gears3d.gears.involute import inv, inverse_inv
-    from gears3d.gears.limits import steepest
-    from gears3d.gears.outline import profile
+    from gears3d.gears.limits import mounted_band, steepest
+    from gears3d.gears.outline import default_chord, profile, triangles_at
     from gears3d.gears.rolling import QuasiStatic, hunting_period, quasi_static, rolled
     from gears3d.gears.sheet import data_sheet, path_points, radial_backlash
     from gears3d.gears.solids import mass_properties, solid, solid_arrays
@@ -63,8 +68,8 @@ _HOME = {
     "REVERSE": "flank",
     "flank_points": "flank",
     "roll_at_radius": "flank",
-    "inv": "involute",
-    "inverse_inv": "involute",
+    "inv": "gear",
+    "inverse_inv": "gear",
     "edged": "edge",
     "edged_gap": "edge",
     "data_sheet": "sheet",
@@ -77,9 +82,9 @@ _HOME = {
     "mates": "surface",
     "lead_turn": "surface",
     "flanks_at": "surface",
-    "mounted_band": "clearance",
+    "mounted_band": "limits",
     "steepest": "limits",
-    "triangles_at": "chords",
+    "triangles_at": "outline",
     "ContactLines": "contact",
     "contact_lines": "contact",
     "curvature_radii": "contact",
@@ -102,7 +107,7 @@ _HOME = {
     "section_gap": "surface",
     "surface_gap": "surface",
     "surface_point": "surface",
-    "default_chord": "chords",
+    "default_chord": "outline",
     "mass_properties": "solids",
     "solid": "solids",
     "solid_arrays": "solids",

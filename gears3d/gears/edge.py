@@ -17,8 +17,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.gears.arrays import BASE, FLOOR, ROOT_RELIEF, START, TIP_RELIEF, TIP_ROLL
-from gears3d.gears.flank import Flanks, flank_point, perfect_points, roll_of, solve_roll, support
+from gears3d.gears.flank import (
+    BASE,
+    FLOOR,
+    ROOT_RELIEF,
+    START,
+    TIP_RELIEF,
+    TIP_ROLL,
+    Flanks,
+    flank_point,
+    perfect_points,
+    roll_of,
+    solve_roll,
+    support,
+)
 from gears3d.kernels import inner, njit
 from gears3d.records import Floats1, Floats4, Record
 
@@ -26,35 +38,23 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 _DISTANCE, _DIRECTION = 2, 3
-_SEARCH = 0.7
-"""How far from the line of action's normal a common normal is looked for [rad]."""
-_OVERLAP = -1e-8
-"""Gaps below it may have several maxima worth telling apart [m]."""
-_DEEP = 1e3
-"""Radii of curvature of two flanks that are more overlaps leave one maximum, or several alike."""
-_CLOSE = 1e-12
-"""Directions that differ by less are the same [rad]."""
-_NEWTON = 8
-"""So many steps a search may take before it halves its bracket every other time."""
-_BESIDE = 1e-12
-"""Roll angle by which a place beside a corner differs from it [rad]."""
+_SEARCH = 0.7  # How far from the line of action's normal a common normal is looked for [rad]
+_OVERLAP = -1e-8  # Gaps below it may have several maxima worth telling apart [m]
+_DEEP = 1e3  # Radii of curvature of two flanks that are more overlaps leave one maximum, or several alike
+_CLOSE = 1e-12  # Directions that differ by less are the same [rad]
+_NEWTON = 8  # So many steps a search may take before it halves its bracket every other time
+_BESIDE = 1e-12  # Roll angle by which a place beside a corner differs from it [rad]
 
 
 class Edged(Record):
-    """The flanks of a pair with the edges they end in.
+    """The flanks of a pair with the edges they end in."""
 
-    Args:
-        flanks: the arrays of the pair.
-        tips: roll angle of the normal at each flank's end [rad], the edge's position in the gear's own frame [m], and
-            roll angles of the normals beside corners, root relief's start before and after, tip relief's, and the
-            lowest regular point of a profile that deviates, 0 where there is none [rad], for each gear, flank and
-            tooth (2, 2, teeth, 8).
-        cuts: where the search for several maxima puts the ends of its parts, (16,).
-    """
-
-    flanks: Flanks
+    flanks: Flanks  # the arrays of the pair
+    # roll angle of the normal at each flank's end [rad], the edge's position in the gear's own frame [m], and roll
+    # angles of the normals beside corners, root relief's start before and after, tip relief's, and the lowest regular
+    # point of a profile that deviates, 0 where there is none [rad], for each gear, flank and tooth (2, 2, teeth, 8)
     tips: Floats4
-    cuts: Floats1
+    cuts: Floats1  # where the search for several maxima puts the ends of its parts, (16,)
 
 
 def edged(pair: Pair) -> Edged:
@@ -70,12 +70,7 @@ def edged(pair: Pair) -> Edged:
 
 
 def edges_of(pair: Pair, flanks: Flanks) -> Edged:
-    """Return transverse sections of flanks with their edges at the tip circle.
-
-    Args:
-        pair: the pair, deviations included.
-        flanks: its flanks.
-    """
+    """Return transverse sections of flanks with their edges at the tip circle."""
     gears = (pair.drive, pair.loose)
     shape = Edged(flanks, np.zeros((2, 2, max(gear.teeth for gear in gears), 8)), np.zeros(16))
     for number, gear in enumerate(gears):
@@ -93,14 +88,7 @@ def edges_of(pair: Pair, flanks: Flanks) -> Edged:
 
 @njit(cache=True)
 def trace_edge(shape, gear, flank, tooth):
-    """Find the edge and the corners of one flank: a row of :class:`Edged`'s tips.
-
-    Args:
-        shape: flanks and edges of a pair; the row is filled in.
-        gear: 0 drive, 1 loose.
-        flank: 0 active, 1 reverse.
-        tooth: number of the tooth.
-    """
+    """Find the edge and the corners of one flank: a row of :class:`Edged`'s tips."""
     flanks = shape.flanks
     found, profiled = shape.tips[gear, flank, tooth - 1], flanks.slopes.shape[2] > 0
     radius = flanks.gears[gear, BASE] * np.sqrt(1.0 + flanks.gears[gear, TIP_ROLL] ** 2)
@@ -127,19 +115,7 @@ def _normal_roll(flanks, gear, flank, tooth, roll):
 
 @inner
 def edged_support(shape, gear, flank, tooth, u):
-    """Return the support function of a flank that ends in an edge at its tip, and its first two derivatives.
-
-    Args:
-        shape: flanks and edges of a pair.
-        gear: 0 drive, 1 loose.
-        flank: 0 active, 1 reverse.
-        tooth: number of the tooth.
-        u: direction of the outward normal in the gear's own frame [rad].
-
-    Returns:
-        h [m], h' [m/rad], h'' [m/rad²], and where the point lies: -1 inside the base circle, 0 on the flank, 1 on the
-        edge.
-    """
+    """Return the support function of a flank that ends in an edge at its tip, and its first two derivatives."""
     roll = roll_of(shape.flanks, gear, flank, tooth, u)
     if roll > shape.tips[gear, flank, tooth - 1, 0]:
         x, y = shape.tips[gear, flank, tooth - 1, 1], shape.tips[gear, flank, tooth - 1, 2]
@@ -171,94 +147,74 @@ def edged_gap(shape, theta_drive, theta_loose, tooth_drive, tooth_loose, flank):
         gap [m], > 0 open, infinite where tips have no common normal near the line of action; d gap/d theta_drive; d
         gap/d theta_loose [m/rad]; whether the contact lies on both flanks, off the edges.
     """
-    distance = shape.flanks.mount[_DISTANCE]
-    psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
-    bottom, top = psi - _SEARCH, psi + _SEARCH
-    low, high = bottom, top
-    h1, s1, h2, s2, bend, at1, at2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0
-    for turn in range(100):  # as in edged_gap_at, without a call in between, which would cost a fifth
-        h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - theta_drive)
-        h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + theta_loose)
-        rise = -distance * sin(psi) - s1 - s2
-        bend = distance * cos(psi) + c1 + c2
-        if (rise > 0.0 and psi >= top) or (rise < 0.0 and psi <= bottom):
-            break
-        low, high = (psi, high) if rise > 0.0 else (low, psi)
-        new = psi + rise / bend if bend > 0.0 else 0.5 * (low + high)
-        if abs(new - psi) < _CLOSE or high - low < _CLOSE:
-            break
-        if not low < new < high or (turn > _NEWTON and turn % 2):
-            new = 0.5 * (low + high) if turn > 2 or bend <= 0.0 else min(max(new, low), high)
-        psi = new
-    gap = distance * cos(psi) - h1 - h2
-    if gap < _OVERLAP and (at1 != 0 or at2 != 0 or bend < -_DEEP * gap):
-        turned = pi - theta_loose
-        psi = _greatest(shape, (distance, 0.0), (theta_drive, turned), (tooth_drive, tooth_loose), flank, psi)
-        h1, s1, _, at1 = edged_support(shape, 0, flank, tooth_drive, psi - theta_drive)
-        h2, s2, _, at2 = edged_support(shape, 1, flank, tooth_loose, psi + theta_loose)
-    if at1 + at2 == 2 and not bottom < psi < top:
-        return inf, 0.0, 0.0, False
-    return distance * cos(psi) - h1 - h2, s1, -s2, at1 == 0 and at2 == 0
+    centre, rotations = (shape.flanks.mount[_DISTANCE], 0.0), (theta_drive, -theta_loose)
+    gap, by_drive, by_loose, _, _, _, _, inside = _gap(shape, centre, rotations, 0.0, (tooth_drive, tooth_loose), flank)
+    return gap, by_drive, -by_loose, inside
 
 
 @njit(cache=True)
 def edged_gap_at(shape, centre, rotation_drive, rotation_loose, tooth_drive, tooth_loose, flank):
     """Return the gap of two flanks with their tip edges for any pose of both gears in the plane.
 
-    Args:
-        shape: flanks and edges of a pair.
-        centre: position x, y of the loose gear's axis relative to the drive gear's [m].
-        rotation_drive: angle about +z of the drive gear's own frame [rad].
-        rotation_loose: angle about +z of the loose gear's own frame [rad].
-        tooth_drive: number of the drive gear's tooth.
-        tooth_loose: number of the loose gear's tooth.
-        flank: 0 active, 1 reverse.
+    ``centre`` is the position x, y of the loose gear's axis relative to the drive gear's [m], the rotations are angles
+    about +z of the gears' own frames [rad]. Returned are the gap [m], its derivatives by both rotations [m/rad], the
+    point midway between the flanks x, y [m], the common normal from drive to loose, and whether the contact lies on
+    both flanks, off the edges.
+    """
+    return _gap(shape, centre, (rotation_drive, rotation_loose), pi, (tooth_drive, tooth_loose), flank)
 
-    Returns:
-        gap [m], > 0 open, infinite where tips have no common normal near the line of action; its derivatives by the
-        rotations of drive and loose gear [m/rad]; the point midway between the flanks x, y [m]; the common normal from
-        drive to loose nx, ny; whether the contact lies on both flanks, off the edges.
+
+@inner
+def _gap(shape, centre, rotations, half, teeth, flank):
+    """Return what :func:`edged_gap_at` does.
+
+    Normals of the loose gear point to the drive: they differ from the common normal by ``half`` a turn, π, or by 0
+    where the rotation of the loose gear has it already.
     """
     psi = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
     bottom, top = psi - _SEARCH, psi + _SEARCH
-    rotations, teeth = (rotation_drive, rotation_loose), (tooth_drive, tooth_loose)
-    psi = _crest(shape, centre, rotations, teeth, flank, (bottom, psi, top))
+    span = (bottom, psi, top)
+    psi, nx, ny, h1, s1, h2, s2, bend, at1, at2 = _crest(shape, centre, rotations, half, teeth, flank, span)
     x, y = centre
-    h1, s1, c1, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
-    h2, s2, c2, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
-    gap = x * cos(psi) + y * sin(psi) - h1 - h2
-    if gap < _OVERLAP and (at1 != 0 or at2 != 0 or gap + h1 + h2 + c1 + c2 < -_DEEP * gap):
-        psi = _greatest(shape, centre, rotations, teeth, flank, psi)
-        h1, s1, _, at1 = edged_support(shape, 0, flank, tooth_drive, psi - rotation_drive)
-        h2, s2, _, at2 = edged_support(shape, 1, flank, tooth_loose, psi + pi - rotation_loose)
-    nx, ny = cos(psi), sin(psi)
+    gap = x * nx + y * ny - h1 - h2
+    if gap < _OVERLAP and (at1 != 0 or at2 != 0 or bend < -_DEEP * gap):
+        psi = _greatest(shape, centre, rotations, half, teeth, flank, psi)
+        h1, s1, _, at1 = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
+        h2, s2, _, at2 = edged_support(shape, 1, flank, teeth[1], psi + half - rotations[1])
+        nx, ny = cos(psi), sin(psi)
+        gap = x * nx + y * ny - h1 - h2
     along = 0.5 * (h1 + x * nx + y * ny - h2)
     across = 0.5 * (s1 + y * nx - x * ny - s2)
     px, py = along * nx - across * ny, along * ny + across * nx
     if at1 + at2 == 2 and not bottom < psi < top:
         return inf, 0.0, 0.0, px, py, nx, ny, False
-    return x * nx + y * ny - h1 - h2, s1, s2, px, py, nx, ny, at1 == 0 and at2 == 0
+    return gap, s1, s2, px, py, nx, ny, at1 == 0 and at2 == 0
 
 
 @inner
-def _apart(shape, centre, rotations, teeth, flank, psi):
+def _apart(shape, centre, rotations, half, teeth, flank, psi):
     """Distance of the tangents with normal ``psi`` [m] and its derivative [m/rad]."""
     x, y, nx, ny = centre[0], centre[1], cos(psi), sin(psi)
     h1, s1, _, _ = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
-    h2, s2, _, _ = edged_support(shape, 1, flank, teeth[1], psi + pi - rotations[1])
+    h2, s2, _, _ = edged_support(shape, 1, flank, teeth[1], psi + half - rotations[1])
     return x * nx + y * ny - h1 - h2, y * nx - x * ny - s1 - s2
 
 
 @inner
-def _crest(shape, centre, rotations, teeth, flank, span):
-    """Find the direction at which the distance of tangents has a maximum, from the middle of (bottom, start, top)."""
+def _crest(shape, centre, rotations, half, teeth, flank, span):
+    """Find the direction at which the distance of tangents has a maximum, from the middle of (bottom, start, top).
+
+    Returned are the direction [rad], its unit vector, support and its slope of drive and loose gear there, the second
+    derivative of the distance with its sign changed [m/rad²], and where both points lie.
+    """
     bottom, psi, top = span
     low, high = bottom, top
     x, y = centre
+    nx, ny, h1, s1, h2, s2, bend, at1, at2 = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0
     for turn in range(100):
         nx, ny = cos(psi), sin(psi)
-        _, s1, c1, _ = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
-        _, s2, c2, _ = edged_support(shape, 1, flank, teeth[1], psi + pi - rotations[1])
+        h1, s1, c1, at1 = edged_support(shape, 0, flank, teeth[0], psi - rotations[0])
+        h2, s2, c2, at2 = edged_support(shape, 1, flank, teeth[1], psi + half - rotations[1])
         rise, bend = y * nx - x * ny - s1 - s2, x * nx + y * ny + c1 + c2
         if (rise > 0.0 and psi >= top) or (rise < 0.0 and psi <= bottom):
             break
@@ -269,14 +225,14 @@ def _crest(shape, centre, rotations, teeth, flank, span):
         if not low < new < high or (turn > _NEWTON and turn % 2):
             new = 0.5 * (low + high) if turn > 2 or bend <= 0.0 else min(max(new, low), high)
         psi = new
-    return psi
+    return psi, nx, ny, h1, s1, h2, s2, bend, at1, at2
 
 
 @inner
-def _greatest(shape, centre, rotations, teeth, flank, found):
+def _greatest(shape, centre, rotations, half, teeth, flank, found):
     """Find the direction of the greatest of all maxima, one of which is found.
 
-    Between corners the slope rises or falls throughout, so its signs there tell where there are others.
+    Between corners the slope rises or falls throughout, so its signs there show where there are others.
     """
     middle = (1.0 - 2.0 * flank) * shape.flanks.mount[_DIRECTION]
     bottom, top = middle - _SEARCH, middle + _SEARCH
@@ -284,7 +240,7 @@ def _greatest(shape, centre, rotations, teeth, flank, found):
     cuts[0], cuts[1] = bottom, top
     count = 2
     for gear in range(2):
-        u = middle - rotations[0] if gear == 0 else middle + pi - rotations[1]
+        u = middle - rotations[0] if gear == 0 else middle + half - rotations[1]
         roll = roll_of(shape.flanks, gear, flank, teeth[gear], u)
         for i in (-1, 0, 3, 4, 5, 6, 7):
             corner = shape.tips[gear, flank, teeth[gear] - 1, i] if i >= 0 else 0.0
@@ -298,15 +254,15 @@ def _greatest(shape, centre, rotations, teeth, flank, found):
             cuts[k] = cuts[k - 1]
             k -= 1
         cuts[k] = here
-    best, most, before = found, _apart(shape, centre, rotations, teeth, flank, found)[0], 0.0
+    best, most, before = found, _apart(shape, centre, rotations, half, teeth, flank, found)[0], 0.0
     for i in range(count):
-        gap, rise = _apart(shape, centre, rotations, teeth, flank, cuts[i])
+        gap, rise = _apart(shape, centre, rotations, half, teeth, flank, cuts[i])
         if gap > most:
             best, most = cuts[i], gap
         if before > 0.0 and rise < 0.0 and not cuts[i - 1] <= found <= cuts[i]:
             span = (cuts[i - 1], 0.5 * (cuts[i - 1] + cuts[i]), cuts[i])
-            psi = _crest(shape, centre, rotations, teeth, flank, span)
-            gap = _apart(shape, centre, rotations, teeth, flank, psi)[0]
+            psi = _crest(shape, centre, rotations, half, teeth, flank, span)[0]
+            gap = _apart(shape, centre, rotations, half, teeth, flank, psi)[0]
             if gap > most:
                 best, most = psi, gap
         before = rise

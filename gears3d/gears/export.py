@@ -13,9 +13,8 @@ import numpy as np
 
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.files import write_bytes
-from gears3d.gears.chords import MOST_TRIANGLES, triangles_at
-from gears3d.gears.deviation import GEARS, Deviation
-from gears3d.gears.mounting import Mounting
+from gears3d.gears.deviation import GEARS, Deviation, Mounting
+from gears3d.gears.outline import MOST_TRIANGLES, triangles_at
 from gears3d.gears.pair import Pair
 from gears3d.gears.solids import mass_properties, solid, solid_arrays
 from gears3d.gears.step import require_kernel, step_file
@@ -26,12 +25,10 @@ if TYPE_CHECKING:
 
 FORMATS = ("stl", "obj", "glb", "step")
 UNITS = {"stl": "mm", "obj": "mm", "glb": "m", "step": "mm"}
+# Base colours of the GLB materials, red green blue alpha
 COLOURS = {"drive": (0.62, 0.70, 0.79, 1.0), "loose": (0.80, 0.75, 0.66, 1.0)}
-"""Base colours of the GLB materials, red green blue alpha."""
-_QUICK = 5e5
-"""Triangles that are written within a second or two."""
-_GRID = 1e-9
-"""Vertices are rounded to this before they are hashed, m: the last bits differ between machines."""
+_QUICK = 5e5  # Triangles that are written within a second or two
+_GRID = 1e-9  # Vertices are rounded to this before they are hashed, m: the last bits differ between machines
 
 
 def write_meshes(
@@ -92,18 +89,7 @@ def write_meshes(
 
 
 def card(pair: Pair, which: str, body: Trimesh, chord: float, density: float) -> dict[str, Any]:
-    """Return what there is to say about a solid.
-
-    Args:
-        pair: the pair it belongs to.
-        which: ``"drive"`` or ``"loose"``.
-        body: its solid [m].
-        chord: that it was made with [m].
-        density: [kg/m³].
-
-    Returns:
-        The gear's data, how it stands in its pair, mass properties, and the hash of the geometry.
-    """
+    """Return what there is to say about a solid."""
     found = mass_properties(body, density)
     x, y, _ = pair.centre(which)
     return {

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.body import lift
 from gears3d.gears.deviation import GEARS, index_of
 from gears3d.gears.flank import (
     ACTIVE,
@@ -23,16 +22,15 @@ from gears3d.gears.flank import (
 )
 from gears3d.gears.limits import refuse_crossed
 from gears3d.gears.pair import Pair
+from gears3d.gears.solids import lift
 from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 
-_HULL_STEPS = 10216
-"""Steps into which Bullet quantises the extent of a convex hull's vertices."""
+_HULL_STEPS = 10216  # Steps into which Bullet quantises the extent of a convex hull's vertices
 
-_LEAST_ROLL = 0.02
-"""Roll angle below which an involute that starts at the base circle has no useful length."""
+_LEAST_ROLL = 0.02  # Roll angle below which an involute that starts at the base circle has no useful length
+# Points at which the radius of a flank is compared with that of its start; a 200th of a flank is below the 3 % by
+# which hulls begin early
 _LOOKED_AT = 200
-"""Points at which the radius of a flank is compared with that of its start; a 200th of a flank is below the 3 % by
-which hulls begin early."""
 
 
 def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) -> list[NDArray[np.float64]]:
@@ -182,13 +180,6 @@ def _first_roll(flanks: Flanks, gear: int, flank: int, tooth: int, extent: tuple
     A deviation that changes with the angle turns the normals by its slope, as another base circle would. Where that
     circle is larger than the radius of the start, no point of the flank has this radius: the flank then begins at the
     lowest roll angle above which its radius grows all the way to the tip.
-
-    Args:
-        flanks: the arrays of a pair.
-        gear: 0 drive, 1 loose.
-        flank: 0 active, 1 reverse.
-        tooth: number of the tooth.
-        extent: roll angles of the lowest point and of the start on a perfect flank, and of the tip [rad].
     """
     lowest, start, last = extent
     radius = flanks.gears[gear, 0] * (1.0 + start**2) ** 0.5

@@ -1,4 +1,4 @@
-"""The outline of a gear in its transverse section: roots, fillets, flanks and tips as a closed polygon."""
+"""Transverse outline of a gear: roots, fillets, flanks and tips as a polygon; chords, and the size of a solid."""
 
 from __future__ import annotations
 
@@ -9,39 +9,38 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.arrays import PROFILE_REACH, steepness
 from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
-from gears3d.gears.flank import ACTIVE, REVERSE, Flanks, flank_points, relief_starts, roll_at_radius
-from gears3d.gears.gear import Gear
+from gears3d.gears.flank import (
+    ACTIVE,
+    PROFILE_REACH,
+    REVERSE,
+    Flanks,
+    flank_points,
+    relief_starts,
+    roll_at_radius,
+    steepness,
+)
+from gears3d.gears.gear import Gear, fillet, fillet_points, form, relief_bend
 from gears3d.gears.pair import Pair
-from gears3d.gears.rack import fillet, fillet_points, form
-from gears3d.gears.relief import relief_bend
-from gears3d.gears.surface import flanks_at
+from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 
 Array = NDArray[np.float64]
 
+# Roll angle at which drawing begins on an involute that starts at the base circle: 13 ppm of its radius higher
 LEAST_ROLL = 5e-3
-"""Roll angle at which drawing begins on an involute that starts at the base circle: 13 ppm of its radius higher."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """A gear's transverse section as a polygon, counter-clockwise in the gear's own frame.
+    """A gear's transverse section as a polygon, counter-clockwise in the gear's own frame."""
 
-    Args:
-        points: for each tooth from the middle of the space before it, over its reverse side, tip and active side,
-            to the next space [m], (teeth, n, 2).
-        root: segments from the middle of a space to the fillet.
-        fillet: segments of a fillet.
-        flank: segments of a flank.
-        tip: segments of the tip arc.
-    """
-
+    # for each tooth from the middle of the space before it, over reverse side, tip and active side, to the middle
+    # of the next space, in m, (teeth, n, 2)
     points: Array
-    root: int
-    fillet: int
-    flank: int
-    tip: int
+    root: int  # segments from the middle of a space to the fillet
+    fillet: int  # segments of a fillet
+    flank: int  # segments of a flank
+    tip: int  # segments of the tip arc
 
     @property
     def area(self) -> float:
@@ -97,17 +96,7 @@ def outline(
 
 
 def segments_at(pair: Pair, which: str, chord: float, root_chord: float | None = None) -> tuple[int, int, int, int]:
-    """Return how many segments a tooth's outline has, without making it.
-
-    Args:
-        pair: the pair.
-        which: ``"drive"`` or ``"loose"``.
-        chord: largest distance of the polygon from the flanks [m].
-        root_chord: the same for tip, fillet and root [m]; ``chord`` when not given.
-
-    Returns:
-        Segments of half a root, of a fillet, of a flank and of the tip, as in :class:`Outline`.
-    """
+    """Return how many segments a tooth's outline has, without making it."""
     gear, half, coarse = pair.gear(which), pair.half_angle(which), root_chord or chord
     lowest, first = form(gear, half)
     measure = fillet_measure(gear, half, first)[1]
@@ -221,3 +210,79 @@ def _tooth(gear: Gear, sides: list[Array], curve: Array, counts: tuple[int, int]
         gear.root_radius * np.c_[np.cos(back), np.sin(back)],
     ]
     return np.vstack(parts)
+
+
+def inner_radius(gear: Gear) -> float:
+    """Return where the toothed end face ends inwards [m]: at the rim, at the bore, or 0 for a full face."""
+    return gear.pocket[1] if gear.pocket else 0.5 * (gear.bore or 0.0)
+
+
+MOST_TRIANGLES = 2e7  # Of a solid: about 3 GB while it is made and written
+# Default chord [m] of large gears, and of small ones in tip radii: what chords take off a gear's volume and inertia
+# goes with their distance from the surface over its size
+FINEST, SHARE = 0.2e-6, 1.6e-6
+
+
+def default_chord(pair: Pair, which: str) -> float:
+    """Return the chord with which volume and inertia of a solid are within 1e-5 of those of the exact gear [m].
+
+    Args:
+        pair: the pair.
+        which: ``"drive"`` or ``"loose"``.
+
+    >>> from gears3d.gears import Gear
+    >>> gear = Gear(module=2e-3, teeth=20, face_width=5e-3)
+    >>> round(default_chord(Pair.from_backlash(gear, gear, 1e-4), "drive") * 1e9)
+    35
+    """
+    return min(FINEST, SHARE * pair.gear(which).tip_radius)
+
+
+def triangles_at(pair: Pair, which: str, chord: float, root_chord: float | None = None) -> int:
+    """Return about how many triangles a solid has, without making it.
+
+    Args:
+        pair: the pair, deviations included.
+        which: ``"drive"`` or ``"loose"``.
+        chord: largest distance of the facets from the flanks [m].
+        root_chord: the same elsewhere [m]; ``chord`` when not given.
+    """
+    _check_chords(chord, root_chord)
+    coarse, gear = root_chord or chord, pair.gear(which)
+    root, fillet, flank, tip = segments_at(pair, which, chord, root_chord)
+    ring = gear.teeth * (2 * (root + fillet + flank) + tip)
+    inner = gear.teeth * 2 * root + 2.0 * pi * sqrt(inner_radius(gear) / (8.0 * coarse)) if inner_radius(gear) else 0.0
+    return round(2.0 * (ring + inner) * (layers_at(pair, which, coarse) + 1))
+
+
+def _check_chords(chord: float, root_chord: float | None) -> None:
+    for each in (chord, root_chord):
+        if each is not None and not each > 0.0:
+            raise InputError(Fault("chord", f"is {each:g} m", "give a positive length"))
+
+
+def check_size(pair: Pair, which: str, chord: float, root_chord: float | None = None) -> None:
+    """Refuse a chord whose triangles fit into no memory."""
+    count = triangles_at(pair, which, chord, root_chord)
+    if count <= MOST_TRIANGLES:
+        return
+    ratio = (root_chord or chord) / chord
+    low, high = chord, pair.gear(which).tip_radius
+    for _ in range(50):
+        middle = sqrt(low * high)
+        fits = triangles_at(pair, which, middle, ratio * middle) <= MOST_TRIANGLES
+        low, high = (low, middle) if fits else (middle, high)
+    words = f"is {chord * 1e6:.3g} um: the {which} gear would have {count:.2g} triangles, {MOST_TRIANGLES:.0e} are "
+    words += "the most that fit into memory"
+    raise InputError(Fault("chord", words, f"give at least {high * 1.05e6:.2g} um"))
+
+
+def layers_at(pair: Pair, which: str, chord: float) -> int:
+    """Return how many slices keep edges of helical tips and crowned flanks within the chord between their ends."""
+    gear = pair.gear(which)
+    lead = lead_turn(gear, 1.0 if which == "drive" else -1.0)
+    most = abs(lead) + float(np.max(np.abs(flank_leads(pair)[GEARS.index(which)]), initial=0.0))
+    count = max(1, ceil(most * gear.face_width * sqrt(gear.tip_radius / (8.0 * chord))))
+    if gear.lead_crowning != 0.0:
+        count = 2 * ceil(0.5 * max(count, sqrt(abs(gear.lead_crowning) / chord)))
+    return count

@@ -1,37 +1,25 @@
-"""Two gears in mesh: centre distance, backlash, and where the teeth stand.
-
-Placement: the drive gear turns about the origin, counter-clockwise seen from +z when its angle grows; the loose gear
-turns about (centre_distance, 0, 0), clockwise when its angle grows. Each gear has a frame of its own in which the
-active flank of tooth 1 crosses the +x axis at the working pitch radius. :meth:`Pair.rotation` turns that frame into
-the world's: by θ for the drive, by π − θ for the loose gear. So at θ_drive = θ_loose = 0 both teeth 1 touch on their
-active flanks in the pitch point, and the reverse flanks stand ``backlash`` apart along the line of action.
-"""
+"""Pairs of gears that mesh: made from backlash or centre distance, and checked."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
-from math import acos, cos, degrees, hypot, pi, sin, tan
+from math import cos, degrees, hypot
 from typing import TYPE_CHECKING
 
 from gears3d.errors import Fault, InputError
-from gears3d.gears.clearance import check_mounting
-from gears3d.gears.deviation import GEARS, Deviation, HelixSlope, index_of
-from gears3d.gears.gear import Gear
-from gears3d.gears.interference import interference_faults
-from gears3d.gears.involute import inv, inverse_inv
-from gears3d.gears.limits import check_deviations, clearance
-from gears3d.gears.mounting import Mounting
+from gears3d.gears.deviation import GEARS, Deviation, HelixSlope, Mounting
+from gears3d.gears.gear import Gear, inverse_inv
+from gears3d.gears.limits import check_deviations, check_mounting, clearance, interference_faults
+from gears3d.gears.meshing import Meshing, backlash_of, base_thickness
 
 if TYPE_CHECKING:
     from gears3d.gears.flank import Flanks
 
-_ROUNDING = 1e-12
-"""Slack for lengths that should agree, m."""
+_ROUNDING = 1e-12  # Slack for lengths that should agree, m
 
 
 @dataclass(frozen=True)
-class Pair:
+class Pair(Meshing):
     """A meshing pair of external involute gears.
 
     Make one with :meth:`from_backlash`, :meth:`from_centre_distance` or :meth:`from_both`.
@@ -52,13 +40,6 @@ class Pair:
     >>> round(pair.centre_distance * 1e3, 4), round(pair.contact_ratio, 3)
     (315.3639, 1.738)
     """
-
-    drive: Gear
-    loose: Gear
-    centre_distance: float
-    thinning: float = 0.0
-    deviations: tuple[Deviation, ...] = ()
-    mounting: tuple[Mounting, ...] = ()
 
     def __post_init__(self) -> None:
         _check_same_rack(self.drive, self.loose)
@@ -89,7 +70,7 @@ class Pair:
         if not backlash >= 0.0:
             raise InputError(Fault("backlash", f"is {backlash * 1e6:g} um: the gears would jam", "give 0 um or more"))
         base_sum = drive.base_radius + loose.base_radius
-        taken = _base_thickness(drive) + _base_thickness(loose) + backlash - drive.base_pitch
+        taken = base_thickness(drive) + base_thickness(loose) + backlash - drive.base_pitch
         return cls(drive, loose, base_sum / cos(inverse_inv(taken / (2.0 * base_sum))))
 
     @classmethod
@@ -126,7 +107,7 @@ class Pair:
             InputError: teeth of full thickness already leave more backlash, or the gears do not mesh there.
         """
         _check_same_rack(drive, loose)
-        least = _backlash(drive, loose, centre_distance, 0.0)
+        least = backlash_of(drive, loose, centre_distance, 0.0)
         if backlash < least - _ROUNDING:
             raise InputError(
                 Fault(
@@ -167,73 +148,6 @@ class Pair:
         """
         return replace(self, mounting=self.mounting + mounting)
 
-    def gear(self, which: str) -> Gear:
-        """Return the gear named ``"drive"`` or ``"loose"``."""
-        return (self.drive, self.loose)[index_of(which, GEARS, "which")]
-
-    @cached_property
-    def working_pressure_angle(self) -> float:
-        """Transverse pressure angle at the working pitch circles [rad]."""
-        return acos((self.drive.base_radius + self.loose.base_radius) / self.centre_distance)
-
-    @cached_property
-    def backlash(self) -> float:
-        """Width of the dead band of perfect flanks along the transverse line of action [m]."""
-        return _backlash(self.drive, self.loose, self.centre_distance, self.thinning)
-
-    @property
-    def normal_backlash(self) -> float:
-        """Normal backlash j_bn [m], between the flanks along their common normal in space (ISO 21771)."""
-        return self.backlash * cos(self.drive.base_helix_angle)
-
-    @property
-    def circumferential_backlash(self) -> float:
-        """Circumferential backlash j_wt [m], along the working pitch circle (ISO 21771)."""
-        return self.backlash / cos(self.working_pressure_angle)
-
-    @cached_property
-    def path_length(self) -> float:
-        """Distance of the points where the line of action touches the base circles [m]."""
-        return self.centre_distance * sin(self.working_pressure_angle)
-
-    @cached_property
-    def contact_ratio(self) -> float:
-        """Transverse contact ratio ε_α."""
-        reach = sum(gear.base_radius * gear.tip_roll for gear in (self.drive, self.loose))
-        return (reach - self.path_length) / self.drive.base_pitch
-
-    @property
-    def overlap_ratio(self) -> float:
-        """Overlap ratio ε_β of helical teeth, 0 for spur gears."""
-        width = min(self.drive.face_width, self.loose.face_width)
-        return width * abs(tan(self.drive.base_helix_angle)) / self.drive.base_pitch
-
-    def half_angle(self, which: str) -> float:
-        """Half the angle that a perfect tooth spans at the base circle [rad], thinning included."""
-        gear = self.gear(which)
-        return gear.base_half_angle - 0.5 * self.thinning / gear.base_radius
-
-    def start_roll(self, which: str) -> float:
-        """Roll angle where the mate's tip meets the flank, the lower end of its working part [rad]."""
-        gear, mate = (self.drive, self.loose) if which == "drive" else (self.loose, self.drive)
-        return (self.path_length - mate.base_radius * mate.tip_roll) / gear.base_radius
-
-    def rotation(self, which: str, theta: float) -> float:
-        """Return the angle about +z that turns the gear's own frame into the world's.
-
-        Args:
-            which: ``"drive"`` or ``"loose"``.
-            theta: the gear's angle, positive in its own sense of rotation [rad].
-
-        Returns:
-            θ for the drive gear, π − θ for the loose gear [rad].
-        """
-        return theta if index_of(which, GEARS, "which") == 0 else pi - theta
-
-    def centre(self, which: str) -> tuple[float, float, float]:
-        """Return the point of the gear's axis in its middle plane [m]."""
-        return (0.0, 0.0, 0.0) if index_of(which, GEARS, "which") == 0 else (self.centre_distance, 0.0, 0.0)
-
     def compiled(self) -> Flanks:
         """Return the flanks as arrays for the compiled functions of :mod:`gears3d.gears.flank`.
 
@@ -263,24 +177,6 @@ def _check_planar(pair: Pair) -> None:
         raise InputError(Fault("mounting", f"has {kind}: contact is located on ideal axes only", "leave it out"))
 
 
-def _base_thickness(gear: Gear) -> float:
-    return 2.0 * gear.base_radius * gear.base_half_angle
-
-
-def _backlash(drive: Gear, loose: Gear, centre_distance: float, thinning: float) -> float:
-    base_sum = drive.base_radius + loose.base_radius
-    if not centre_distance > base_sum:
-        raise InputError(
-            Fault(
-                "centre_distance",
-                f"is {centre_distance * 1e3:.6g} mm, less than the base radii together ({base_sum * 1e3:.6g} mm)",
-                f"the reference radii together are {(drive.reference_radius + loose.reference_radius) * 1e3:.6g} mm",
-            )
-        )
-    taken = _base_thickness(drive) + _base_thickness(loose) - 2.0 * thinning
-    return drive.base_pitch - taken + 2.0 * base_sum * inv(acos(base_sum / centre_distance))
-
-
 def _check_same_rack(drive: Gear, loose: Gear) -> None:
     faults = []
     for key, scale, unit in (
@@ -305,7 +201,7 @@ def _longest_reach(pair: Pair) -> str:
     reach = sum(gear.base_radius * gear.tip_roll for gear in (pair.drive, pair.loose)) - needed
     base_sum = pair.drive.base_radius + pair.loose.base_radius
     most = hypot(base_sum, reach) if reach > 0.0 else 0.0
-    backlash = _backlash(pair.drive, pair.loose, most, pair.thinning) if most > base_sum else -1.0
+    backlash = backlash_of(pair.drive, pair.loose, most, pair.thinning) if most > base_sum else -1.0
     if backlash < 0.0:
         return "give longer teeth: these lose contact at any backlash"
     return (

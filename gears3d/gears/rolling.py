@@ -17,15 +17,11 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 Array = NDArray[np.float64]
-_SETTLED = 1e-14
-"""A step by which a place counts as found [m]."""
+_SETTLED = 1e-14  # A step by which a place counts as found [m]
 _ROUNDING = 2.3e-16
-_OFF = 1e-12
-"""Gap that may be left at a place [m]."""
-_STRIDE = 0.25
-"""Longest step, in base pitches."""
-_NEWTON = 20
-"""So many steps Newton may take before the bracket is halved every other time."""
+_OFF = 1e-12  # Gap that may be left at a place [m]
+_STRIDE = 0.25  # Longest step, in base pitches
+_NEWTON = 20  # So many steps Newton may take before the bracket is halved every other time
 
 
 class QuasiStatic(NamedTuple):
@@ -129,12 +125,6 @@ def roll(surfaces, angles, flank, start):
     """Find the displacement at which the smallest gap vanishes, by Newton within brackets from that before.
 
     The smallest gap of all pairs of teeth rises with the displacement on active flanks and falls on reverse ones.
-
-    Args:
-        surfaces: of the pair, compiled.
-        angles: of the drive gear [rad], (n,).
-        flank: 0 active, 1 reverse.
-        start: displacement near that at the first angle [m].
 
     Returns:
         Displacements [m], NaN where no flanks are in mesh, infinite where the gap does not vanish where it changes its

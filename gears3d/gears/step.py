@@ -17,32 +17,27 @@ from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError
 from gears3d.extras import require
-from gears3d.gears.arrays import ACTIVE, REVERSE
-from gears3d.gears.body import inner_radius, inside_contour
 from gears3d.gears.deviation import GEARS, HarmonicDeviation, index_of
-from gears3d.gears.flank import flank_points, relief_starts, roll_at_radius
+from gears3d.gears.flank import ACTIVE, REVERSE, flank_points, relief_starts, roll_at_radius
+from gears3d.gears.gear import fillet_points, form
 from gears3d.gears.limits import refuse_crossed
-from gears3d.gears.outline import LEAST_ROLL, fillet_measure
+from gears3d.gears.outline import LEAST_ROLL, fillet_measure, inner_radius
 from gears3d.gears.pair import Pair
-from gears3d.gears.rack import fillet_points, form
+from gears3d.gears.solids import inside_contour
 from gears3d.gears.surface import flank_leads, flanks_at, lead_turn
 from gears3d.version import __version__
 
 Array = NDArray[np.float64]
 
-MM = 1e3
-"""mm per m; STEP files are in mm."""
+MM = 1e3  # mm per m; STEP files are in mm
+# How near a surface comes to the gear [m], unless it takes more than :data:`MOST_POINTS` along its profile
 CLOSE = 1e-9
-"""How near a surface comes to the gear [m], unless it takes more than :data:`MOST_POINTS` along its profile."""
-MOST_POINTS = 161
-"""Of a profile, or of heights; the deviation that they leave is reported."""
-_FIRST = 6
-"""Points of a profile to begin with."""
+MOST_POINTS = 161  # Of a profile, or of heights; the deviation that they leave is reported
+_FIRST = 6  # Points of a profile to begin with
 _DEGREE = 5
-_SEWN = 1e-6
-"""Largest distance of edges that are made one [mm]."""
+_SEWN = 1e-6  # Largest distance of edges that are made one [mm]
+# Relative error to which the kernel integrates the volume; without one its fixed rule is off by up to 3e-6
 _INTEGRATED = 1e-6
-"""Relative error to which the kernel integrates the volume; without one its fixed rule is off by up to 3e-6."""
 
 
 class _Kernel:
@@ -61,33 +56,17 @@ occ = _Kernel()
 
 
 class StepFile(NamedTuple):
-    """A gear as a STEP file, and what the kernel and a comparison say about it.
+    """A gear as a STEP file, and what the kernel and a comparison say about it."""
 
-    Args:
-        data: the file (AP214, mm).
-        flank_deviation: largest distance of the B-spline flanks from the flanks, between the points that they
-            interpolate [m].
-        volume: of the solid, as Open CASCADE integrates it [m³].
-        faces: of the solid.
-    """
-
-    data: bytes
+    data: bytes  # the file (AP214, mm)
+    # largest distance of the B-spline flanks from the flanks, between the points that they interpolate [m]
     flank_deviation: float
-    volume: float
-    faces: int
+    volume: float  # of the solid, as Open CASCADE integrates it [m³]
+    faces: int  # of the solid
 
 
 def step_file(pair: Pair, which: str) -> StepFile:
-    """Return a gear as a STEP file in its own frame.
-
-    Args:
-        pair: the pair, deviations included.
-        which: ``"drive"`` or ``"loose"``.
-
-    Raises:
-        InputError: an unknown gear, or teeth without a tip.
-        MissingExtraError: Open CASCADE is not installed.
-    """
+    """Return a gear as a STEP file in its own frame."""
     require_kernel()
     refuse_crossed(pair)
     surfaces, deviation = _fitted(_Teeth(pair, which))
@@ -96,11 +75,7 @@ def step_file(pair: Pair, which: str) -> StepFile:
 
 
 def require_kernel() -> None:
-    """Load Open CASCADE.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
+    """Load Open CASCADE."""
     require("OCP", "a STEP file", "cad")
 
 
@@ -137,16 +112,7 @@ class _Teeth:
         self.roles = ["root"] * rooted + ["fillet", *flanks, "tip", *flanks, "fillet"]
 
     def points(self, place: int, shares: dict[str, Array], heights: Array) -> list[Array]:
-        """Return points of a tooth's patches.
-
-        Args:
-            place: of the tooth, counted counter-clockwise from that with the number 1.
-            shares: of the way along each role's patches, from 0 to 1.
-            heights: above the middle of the face [m].
-
-        Returns:
-            For each of ``roles`` (shares, heights, 3) [m].
-        """
+        """Return points of a tooth's patches."""
         sections = [self._section(place, shares, height) for height in heights]
         return [np.stack(patch, axis=1) for patch in zip(*sections, strict=True)]
 

@@ -17,11 +17,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gears3d.gears.arrays import DISTANCE, Flanks
-from gears3d.gears.deviation import FLANKS, GEARS, HelixSlope
+from gears3d.gears.deviation import FLANKS, GEARS, Eccentricity, HelixSlope, Misalignment, Wobble
 from gears3d.gears.edge import Edged, edged_gap_at, edges_of, trace_edge
-from gears3d.gears.flank import compile_pair, flank_point
-from gears3d.gears.mounting import Eccentricity, Misalignment, Wobble
+from gears3d.gears.flank import DISTANCE, Flanks, compile_pair, flank_point
 from gears3d.kernels import inner, njit
 from gears3d.records import Floats2, Floats3, Record
 
@@ -30,15 +28,11 @@ if TYPE_CHECKING:
     from gears3d.gears.pair import Pair
 
 _TURN, _LEAN, _HALF, _OFF_X, _OFF_Y, _TILT_X, _TILT_Y, _AXIS = 0, 1, 2, 3, 4, 5, 6, 7
-_SECTIONS = 16
-"""Intervals of the face in each of which the gap has at most one minimum."""
-_LEVEL = 1e-13
-"""Gaps of neighbouring sections that differ by less need no search between them [m]."""
-_STEP = 1e-6
-"""Over which a deviating section's change with the height is differenced [m]."""
+_SECTIONS = 16  # Intervals of the face in each of which the gap has at most one minimum
+_LEVEL = 1e-13  # Gaps of neighbouring sections that differ by less need no search between them [m]
+_STEP = 1e-6  # Over which a deviating section's change with the height is differenced [m]
 _GOLDEN = 0.6180339887498949
-_WITHIN = 1e-12
-"""How near the height of the smallest gap is found [m]."""
+_WITHIN = 1e-12  # How near the height of the smallest gap is found [m]
 
 
 class Surfaces(Record):
@@ -73,14 +67,7 @@ def lead_turn(gear: Gear, sense: float) -> float:
 
 
 def flank_leads(pair: Pair) -> NDArray[np.float64]:
-    """Return by how much sections of single flanks turn about +z with the height by their helix slope [rad/m].
-
-    Args:
-        pair: the pair, deviations included.
-
-    Returns:
-        For each gear, flank and tooth, (2, 2, teeth); without teeth where no helix slope deviates.
-    """
+    """Return by how much sections of single flanks turn about +z with the height by their helix slope [rad/m]."""
     found = [each for each in pair.deviations if isinstance(each, HelixSlope)]
     leads = np.zeros((2, 2, max(pair.drive.teeth, pair.loose.teeth) if found else 0))
     for each in found:
@@ -286,14 +273,6 @@ def surface_gap(surfaces, theta_drive, theta_loose, tooth_drive, tooth_loose, fl
 @njit(cache=True)
 def lowest(surfaces, thetas, teeth, flank, span, within):
     """Find the smallest gap between two heights by golden sections.
-
-    Args:
-        surfaces: the arrays of a pair.
-        thetas: angles of drive and loose gear [rad].
-        teeth: of drive and loose gear.
-        flank: 0 active, 1 reverse.
-        span: both heights [m].
-        within: how near the height is found [m].
 
     Returns:
         Height and gap [m].

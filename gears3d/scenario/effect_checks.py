@@ -110,8 +110,7 @@ def _least_gap(pair: Pair, rows: list[Row]) -> float:
     Oil takes its smallest thickness on either flank.
     """
     from gears3d.gears import HarmonicDeviation
-    from gears3d.gears.clearance import mounted_band
-    from gears3d.gears.limits import clearance
+    from gears3d.gears.limits import clearance, mounted_band
 
     taken = pair.backlash - mounted_band(pair)[0] if pair.mounting else 0.0
     taken += 2.0 * sum(row.p[4] for row in rows if row.code == Code.GAP_FILM)

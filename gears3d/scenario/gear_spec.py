@@ -7,10 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gears3d.gears.deviation import Deviation
-    from gears3d.gears.gear import Gear
-    from gears3d.gears.mounting import Misalignment, Mounting
-    from gears3d.gears.relief import Relief
+    from gears3d.gears.deviation import Deviation, Misalignment, Mounting
+    from gears3d.gears.gear import Gear, Relief
 
 
 @dataclass(frozen=True)

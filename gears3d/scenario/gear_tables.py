@@ -9,9 +9,8 @@ from gears3d.scenario import keys
 from gears3d.scenario.reader import Reader
 
 if TYPE_CHECKING:
-    from gears3d.gears.deviation import Deviation
-    from gears3d.gears.mounting import Misalignment, Mounting
-    from gears3d.gears.relief import Relief
+    from gears3d.gears.deviation import Deviation, Misalignment, Mounting
+    from gears3d.gears.gear import Relief
 
 
 def relief(reader: Reader, written: Any, place: str) -> Relief | None:
@@ -22,7 +21,7 @@ def relief(reader: Reader, written: Any, place: str) -> Relief | None:
         written: the table.
         place: its key path.
     """
-    from gears3d.gears.relief import STARTS, Relief
+    from gears3d.gears.gear import STARTS, Relief
 
     table = reader.table(written, place)
     if not isinstance(written, Mapping):
@@ -86,7 +85,7 @@ def mounting(which: Any, values: Tables) -> tuple[Mounting, ...]:
         which: ``"drive"`` or ``"loose"``.
         values: as read, by name.
     """
-    from gears3d.gears.mounting import Eccentricity, Wobble
+    from gears3d.gears.deviation import Eccentricity, Wobble
 
     kinds = {"eccentricity": Eccentricity, "wobble": Wobble}
     return tuple(kinds[name](which, **table) for name, table in values.items())
@@ -99,7 +98,7 @@ def misalignment(reader: Reader, section: Mapping[str, Any]) -> Misalignment | N
         reader: takes the faults.
         section: the table of the mount.
     """
-    from gears3d.gears.mounting import Misalignment
+    from gears3d.gears.deviation import Misalignment
 
     found = tables(reader, section, "mount", {"misalignment": keys.MISALIGNMENT})
     return Misalignment(**found["misalignment"]) if found else None

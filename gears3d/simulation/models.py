@@ -66,7 +66,7 @@ def _of_lubricated(scenario: Scenario) -> None:
 
 def _off_axis(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """Yield what needs more than one transverse section."""
-    from gears3d.gears.mounting import Wobble
+    from gears3d.gears.deviation import Wobble
 
     for which in GEARS:
         if any(isinstance(item, Wobble) for item in getattr(scenario.gears, which).mounting):
@@ -77,8 +77,7 @@ def _off_axis(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 def _beyond_perfect(scenario: Scenario) -> Iterator[tuple[str, str]]:
     """Yield what moves the flanks of a model that takes them as perfect but for the scenario's effects."""
-    from gears3d.gears.deviation import ProfileSlope
-    from gears3d.gears.mounting import Eccentricity
+    from gears3d.gears.deviation import Eccentricity, ProfileSlope
 
     for which in GEARS:
         gear = getattr(scenario.gears, which)
@@ -101,7 +100,7 @@ def _beyond_perfect(scenario: Scenario) -> Iterator[tuple[str, str]]:
 
 def _touching(pair: Pair) -> bool:
     """Whether some flanks always touch where no relief takes anything off them."""
-    from gears3d.gears.sheet_flanks import touching_ratio
+    from gears3d.gears.sheet import touching_ratio
 
     return touching_ratio(pair, 1e-9) + pair.overlap_ratio >= 1.0
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gears3d.gears.rack import fillet_points, form
+from gears3d.gears.gear import fillet_points, form
 
 if TYPE_CHECKING:
     from gears3d.gears.gear import Gear

@@ -31,7 +31,7 @@ from gears3d.gears import (
     solid,
     surface_point,
 )
-from gears3d.gears.rack import form
+from gears3d.gears.gear import form
 from tests.gears.test_solids import exact_volume
 
 BASE = Gear(2e-3, 24, face_width=6e-3, bore=0.012)

@@ -9,8 +9,8 @@ from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
 from gears3d.gears import Gear, Pair, inv, lead_turn, mass_properties, solid
+from gears3d.gears.gear import fillet, form
 from gears3d.gears.outline import outline
-from gears3d.gears.rack import fillet, form
 from gears3d.scenario import load, solid_inertia
 from tests.gears.test_solids import exact_area
 

@@ -27,9 +27,8 @@ from gears3d.gears import (
     solid_arrays,
     triangles_at,
 )
-from gears3d.gears.chords import MOST_TRIANGLES
-from gears3d.gears.outline import outline
-from gears3d.gears.rack import fillet, form
+from gears3d.gears.gear import fillet, form
+from gears3d.gears.outline import MOST_TRIANGLES, outline
 
 RIG = Gear(module=3.5e-3, teeth=90, face_width=7.5e-3)
 PAIR = Pair.from_backlash(RIG, RIG, 250e-6)

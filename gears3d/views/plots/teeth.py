@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.gears.involute import inv
+from gears3d.gears.gear import inv
 
 if TYPE_CHECKING:
     from gears3d.gears import Pair

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gears3d.gears.involute import inv
+from gears3d.gears.gear import inv
 from gears3d.gears.solids import solid_arrays
 from gears3d.views.plots import colours
 from gears3d.views.replay.write import marks, rr, trail, turn
