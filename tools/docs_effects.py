@@ -19,7 +19,7 @@ from gears3d.engine.torques import FREE, ON_ACTIVE, friction, resisting, torque_
 from gears3d.gears import quasi_static
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario
-from gears3d.scenario.flanks import eccentricities, flank_deviations
+from gears3d.scenario.models import eccentricities, flank_deviations
 from gears3d.simulation import simulate
 from gears3d.units import FAMILIES, show
 

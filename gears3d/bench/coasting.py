@@ -14,7 +14,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.identify import identify_rundown, make_track
 from gears3d.recording import Recording
 from gears3d.results import Result
-from gears3d.scenario.model import Motion
+from gears3d.scenario.models import Motion
 from gears3d.simulation.sensors import encode, observe
 
 if TYPE_CHECKING:

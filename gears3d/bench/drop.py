@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.engine import Bench
 from gears3d.results import Result
-from gears3d.scenario.model import Motion
+from gears3d.scenario.models import Motion
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario

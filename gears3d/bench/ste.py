@@ -15,7 +15,7 @@ from gears3d.engine.motion import there_and_back
 from gears3d.errors import Fault, InputError
 from gears3d.laws import strongest_orders
 from gears3d.results import Result
-from gears3d.scenario.model import Motion, Start
+from gears3d.scenario.models import Motion, Start
 from gears3d.simulation.models import refuse_unseen
 from gears3d.simulation.recorder import PER_TURN, SLOW
 from gears3d.simulation.sensors import encode, observe

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from gears3d.scenario.model import Sensor, Sensors
+    from gears3d.scenario.models import Sensor, Sensors
 
 
 def delay(effects: list[dict[str, Any]], gear: str) -> float:
@@ -51,7 +51,7 @@ def zeros(sensors: Sensors, records: int, random: np.random.Generator) -> tuple[
         records: how many.
         random: numbers.
 
-    >>> from gears3d.scenario.model import Sensor, Sensors
+    >>> from gears3d.scenario.models import Sensor, Sensors
     >>> drawn = zeros(Sensors(1e3, Sensor(4), Sensor(4)), 2, np.random.default_rng(1))
     >>> [[round(2.0 * angle / pi, 6) for angle in pair] for pair in drawn]
     [[0.0, 2.0], [-1.0, 2.0]]
@@ -101,7 +101,7 @@ def read(angle: np.ndarray, sensor: Sensor, noise: float, random: np.random.Gene
         noise: besides that of the sensor, rad.
         random: of the noise and of where within a count it begins.
 
-    >>> from gears3d.scenario.model import Sensor
+    >>> from gears3d.scenario.models import Sensor
     >>> counted = read(np.linspace(0.0, 2 * pi, 9), Sensor(4), 0.0, np.random.default_rng(1))
     >>> np.unique(np.diff(counted).round(6)).tolist()
     [0.0, 1.570796]

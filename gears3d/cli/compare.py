@@ -68,7 +68,7 @@ def compare(
 
 
 def _is_scenario(path: Path) -> bool:
-    from gears3d.scenario.shipped import find
+    from gears3d.scenario.document import find
 
     return str(path) == "-" or path.suffix == ".toml" or (not path.exists() and find(path).suffix == ".toml")
 

@@ -126,6 +126,6 @@ def _pair(loaded: Scenario) -> Pair:
     rows = tuple(row for row in loaded.rows() if row.code in flank_codes)
     if not rows:
         return loaded.pair()
-    from gears3d.scenario.flanks import flank_deviations
+    from gears3d.scenario.models import flank_deviations
 
     return loaded.pair().with_deviations(*flank_deviations(rows))

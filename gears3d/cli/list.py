@@ -61,7 +61,7 @@ def effects() -> Rows:
 def scenarios() -> Rows:
     """Return the shipped scenarios by name."""
     from gears3d.scenario import load
-    from gears3d.scenario.shipped import names
+    from gears3d.scenario.document import names
 
     loaded = {name: load(name) for name in names()}
     return [{"name": name, "about": one.title, "source": one.source} for name, one in loaded.items()]

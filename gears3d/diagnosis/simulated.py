@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.measured.noise import estimate_noise
-from gears3d.scenario.model import Sensor, Sensors
+from gears3d.scenario.models import Sensor, Sensors
 from gears3d.signals import quantum
 from gears3d.simulation import simulate
 from gears3d.simulation.sensors import encode

@@ -32,7 +32,7 @@ from gears3d.engine.world import KEPT, Body, World, lent_world
 from gears3d.errors import EngineError, Fault, GearsError, InputError, UsageError, did_you_mean
 from gears3d.gears import HarmonicDeviation, Pair, pieces
 from gears3d.recording import Recording
-from gears3d.scenario.flanks import eccentricities, flank_deviations
+from gears3d.scenario.models import eccentricities, flank_deviations
 from gears3d.units import show
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from gears3d.lumped.run import Outcome, run
 from gears3d.lumped.tables import Table, quintic
 from gears3d.recording import Recording
 from gears3d.scenario.drive_record import drive_record
-from gears3d.scenario.flanks import eccentricities, flank_deviations
+from gears3d.scenario.models import eccentricities, flank_deviations
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig, Row

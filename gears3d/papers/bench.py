@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from gears3d.scenario.shipped import shipped
+from gears3d.scenario.document import shipped
 
 if TYPE_CHECKING:
     from gears3d.recording import Recording

@@ -6,15 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gears3d.scenario.flanks import eccentricities as eccentricities
-from gears3d.scenario.flanks import flank_deviations as flank_deviations
-from gears3d.scenario.meshing import solid_inertia as solid_inertia
-from gears3d.scenario.model import GearSpec as GearSpec
-from gears3d.scenario.model import Harmonic as Harmonic
-from gears3d.scenario.model import Scenario as Scenario
-from gears3d.scenario.model import Sensor as Sensor
-from gears3d.scenario.model import Sensors as Sensors
-from gears3d.scenario.overrides import Overrides
+from gears3d.scenario.build import Scenario as Scenario
+from gears3d.scenario.build import build
+from gears3d.scenario.document import Overrides, apply, read
+from gears3d.scenario.models import GearSpec as GearSpec
+from gears3d.scenario.models import Harmonic as Harmonic
+from gears3d.scenario.models import Sensor as Sensor
+from gears3d.scenario.models import Sensors as Sensors
+from gears3d.scenario.models import eccentricities as eccentricities
+from gears3d.scenario.models import flank_deviations as flank_deviations
+from gears3d.scenario.models import solid_inertia as solid_inertia
 from gears3d.scenario.starting import STARTERS as STARTERS
 
 
@@ -36,10 +37,6 @@ def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()
     >>> load("base/rigaud-2020", ["drag.torque=0.46 N m"]).drag
     Drag(torque=0.46)
     """
-    from gears3d.scenario.build import build
-    from gears3d.scenario.document import read
-    from gears3d.scenario.overrides import apply
-
     document = read(path_or_text)
     apply(document, overrides)
     return build(document)
@@ -47,6 +44,6 @@ def load(path_or_text: str | Path | Mapping[str, Any], overrides: Overrides = ()
 
 def schema() -> dict[str, Any]:
     """Return the JSON Schema of format 1, effect kinds and their parameters included."""
-    from gears3d.scenario.json_schema import schema as make
+    from gears3d.scenario.keys import schema as make
 
     return make()

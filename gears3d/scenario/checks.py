@@ -1,32 +1,137 @@
-"""What no single key can tell: whether the values fit together. Static, before anything is simulated."""
+"""Whether values fit together: gears, motion, run, effects. Static, before anything is simulated."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import replace
+from math import sin
+from typing import TYPE_CHECKING, Any
 
+from gears3d.effects import Code, Gate, Rig, Row
 from gears3d.errors import InputError
 from gears3d.inputs import is_file, refuse_special
-from gears3d.scenario import keys
 from gears3d.scenario.document import near_files
-from gears3d.scenario.effect_checks import check_effects
-from gears3d.scenario.meshing import mesh
-from gears3d.scenario.model import Gears, Mount, Scenario
+from gears3d.scenario.models import (
+    DEVIATIONS,
+    Gears,
+    GearSpec,
+    Mount,
+    Setup,
+    eccentricities,
+    flank_deviations,
+    keys_of,
+    mesh,
+)
 from gears3d.scenario.reader import Reader
 from gears3d.units import show
 
-MOST_SAMPLES = 1e8
-"""Samples of a run, seven columns of eight bytes each: 5.6 GB."""
+if TYPE_CHECKING:
+    from gears3d.gears import Pair
 
 
-def check(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
-    """Note a fault for everything that does not fit together.
+# Where a fault leaves nothing to hold the effects against
+_NEEDED = ("gears", "mount", "motion", "drag", "impact", "run", "effect")
 
-    Args:
-        reader: takes the faults.
-        scenario: as far as it could be read; faulty values are ``None``.
-        sections: as written.
+
+def check_effects(reader: Reader, scenario: Setup) -> None:
+    """Note a fault for every effect that does not fit."""
+    if not scenario.effects or any(fault.key.startswith(_NEEDED) for fault in reader.faults):
+        return
+    loose = scenario.gears.loose
+    weighed = replace(loose, inertia=loose.inertia or 1.0)  # a solid's own is found later and bears on no fault
+    rig = replace(scenario, gears=replace(scenario.gears, loose=weighed)).rig()
+    lowered: list[list[Row]] = []
+    for index, effect in enumerate(scenario.effects):
+        try:
+            lowered.append(list(effect.rows(rig)))
+        except InputError as why:
+            lowered.append([])
+            for fault in why.faults:
+                reader.fault(f"effect[{index}].{fault.key}".rstrip("."), fault.message, fault.remedy)
+    _check_driven(reader, scenario, lowered)
+    _check_drag(reader, scenario, lowered, rig)
+    _check_gap(reader, scenario, lowered)
+
+
+def _leading(effect: Any) -> str:
+    """Return the name of an effect's first parameter."""
+    return next(iter(effect.params), "kind")
+
+
+def _check_driven(reader: Reader, scenario: Setup, lowered: list[list[Row]]) -> None:
+    rate = scenario.run.output_rate
+    for index, (effect, rows) in enumerate(zip(scenario.effects, lowered, strict=True)):
+        fastest = max((row.p[1] for row in rows if row.code == Code.MOTION_HARMONIC), default=0.0)
+        if fastest > rate / 2:
+            name = "order" if getattr(effect, "order", 0.0) else "frequency"
+            reader.fault(
+                f"effect[{index}].{name}",
+                f"is {show(fastest, 'frequency')}, above half of run.output_rate ({show(rate, 'frequency')}): "
+                "the recording could not show it",
+                f"give an output_rate above {show(2 * fastest, 'frequency')}",
+            )
+
+
+def _check_drag(reader: Reader, scenario: Setup, lowered: list[list[Row]], rig: Rig) -> None:
+    """Check whether all dry drag together resists, in flight and on either flank; drifts count with their end."""
+    for gates in ((Gate.FLIGHT,), (Gate.CONTACT, Gate.ACTIVE), (Gate.CONTACT, Gate.REVERSE)):
+        total = rig.drag_torque
+        for index, rows in enumerate(lowered):
+            dry = [row.p[0] for row in rows if row.gate in (Gate.ALWAYS, *gates) and _is_dry(row)]
+            total += sum(dry)
+            if sum(dry) < 0.0 and total < -1e-12 * rig.drag_torque:
+                reader.fault(
+                    f"effect[{index}].{_leading(scenario.effects[index])}",
+                    f"leaves {show(total, 'torque')} of dry drag: it would drive the gear",
+                    f"drag.torque and the effects before give {show(total - sum(dry), 'torque')} to take from",
+                )
+                return
+
+
+def _is_dry(row: Row) -> bool:
+    return row.code == Code.TORQUE_CONSTANT or (row.code == Code.TORQUE_RELAX and row.p[0] < 0.0)
+
+
+def _check_gap(reader: Reader, scenario: Setup, lowered: list[list[Row]]) -> None:
+    """Check whether the flanks leave a gap at every angle; the effect with which it closes is told."""
+    pair, rows = scenario.pair(), [row for own in lowered for row in own]
+    if not any(row.code // 100 == 2 or row.code == Code.GAP_FILM for row in rows) or _least_gap(pair, rows) > 0.0:
+        return
+    for index in range(len(lowered)):
+        rows = [row for own in lowered[: index + 1] for row in own]
+        left = _least_gap(pair, rows)
+        if left <= 0.0:
+            oil = any(row.code == Code.GAP_FILM for row in lowered[index])
+            name = "minimum_thickness" if oil else _leading(scenario.effects[index])
+            reader.fault(
+                f"effect[{index}].{name}",
+                f"uses up the backlash: of {show(pair.backlash, 'length')} {show(left, 'length')} is left where the "
+                "gap is narrowest",
+                f"give a larger mount.backlash or a smaller {name}",
+            )
+            return
+
+
+def _least_gap(pair: Pair, rows: list[Row]) -> float:
+    """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once a turn.
+
+    Oil takes its smallest thickness on either flank.
     """
+    from gears3d.gears import HarmonicDeviation
+    from gears3d.gears.limits import clearance, mounted_band
+
+    taken = pair.backlash - mounted_band(pair)[0] if pair.mounting else 0.0
+    taken += 2.0 * sum(row.p[4] for row in rows if row.code == Code.GAP_FILM)
+    more = 2.0 * sin(pair.working_pressure_angle)
+    waves = [HarmonicDeviation(e.gear, "reverse", 1, more * e.offset, e.phase) for e in eccentricities(rows)]
+    return clearance(pair, (*flank_deviations(rows), *waves)) - taken
+
+
+MOST_SAMPLES = 1e8  # Samples of a run, seven columns of eight bytes each: 5.6 GB
+
+
+def check(reader: Reader, scenario: Setup, sections: Mapping[str, Mapping[str, Any]]) -> None:
+    """Note a fault for everything that does not fit together."""
     _check_gears(reader, scenario, sections)
     _check_motion(reader, scenario)
     _check_run(reader, scenario)
@@ -37,11 +142,13 @@ def _complete(part: object, *names: str) -> bool:
     return all(getattr(part, name) is not None for name in names)
 
 
-_SHAPE = [name for name, key in keys.GEAR.items() if key.default is not None or name in ("module", "face_width")]
-"""Keys without which there is no gear."""
+# Keys without which there is no gear
+_SHAPE = [
+    name for name, key in keys_of(GearSpec).items() if key.default is not None or name in ("module", "face_width")
+]
 
 
-def _check_gears(reader: Reader, scenario: Scenario, sections: Mapping[str, Mapping[str, Any]]) -> None:
+def _check_gears(reader: Reader, scenario: Setup, sections: Mapping[str, Mapping[str, Any]]) -> None:
     gears, mount = scenario.gears, scenario.mount
     mounted = "backlash" in sections["mount"] or "centre_distance" in sections["mount"]
     if not mounted:
@@ -59,7 +166,7 @@ def _check_same_rack(reader: Reader, gears: Gears, section: Mapping[str, Any]) -
             continue
         same = False
         which = "loose" if _written(section, "loose", name) and name in section.get("loose", {}) else "drive"
-        family = keys.GEAR[name].family
+        family = keys_of(GearSpec)[name].family
         reader.fault(
             f"gears.{which}.{name}",
             f"drive has {show(drive, family)} and loose {show(loose, family)}: the gears do not mesh",
@@ -112,7 +219,7 @@ def _check_mesh(reader: Reader, gears: Gears, mount: Mount, sections: Mapping[st
                 reader.fault(f"mount.{written}", _told(fault.key, written, fault.message), fault.remedy)
             else:
                 which, _, name = fault.key.partition(".")
-                common = name in keys.DEVIATIONS and name not in sections["gears"].get(which, {})
+                common = name in DEVIATIONS and name not in sections["gears"].get(which, {})
                 reader.fault(f"gears.{name if common else fault.key}", fault.message, fault.remedy)
 
 
@@ -120,7 +227,7 @@ def _told(key: str, written: str, message: str) -> str:
     return message if key == written else f"leads to a {key.replace('_', ' ')} that {message}"
 
 
-def _check_motion(reader: Reader, scenario: Scenario) -> None:
+def _check_motion(reader: Reader, scenario: Setup) -> None:
     motion, rate = scenario.motion, scenario.run.output_rate
     if motion.record is not None and not is_file(motion.record):
         try:
@@ -141,7 +248,7 @@ def _check_motion(reader: Reader, scenario: Scenario) -> None:
             )
 
 
-def _check_run(reader: Reader, scenario: Scenario) -> None:
+def _check_run(reader: Reader, scenario: Setup) -> None:
     run = scenario.run
     if run.duration is None or run.settle is None or run.output_rate is None:
         return

@@ -1,41 +1,76 @@
-"""TOML in and out: the file, what it extends, and the values set over it."""
+"""From a file, a name, text or a mapping to a merged TOML document, with values set over it."""
 
 from __future__ import annotations
 
+import datetime
 import glob
 import os
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from functools import cache
+from itertools import pairwise
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import ParseError, TOMLKitError
+from tomlkit.items import AoT
 
 from gears3d.errors import Fault, InputError, UsageError
-from gears3d.inputs import MOST_TEXT, is_folder, is_there, stdin_bytes
+from gears3d.inputs import MOST_TEXT, is_file, is_folder, is_there, stdin_bytes
 from gears3d.inputs import read_text as text_of
-from gears3d.scenario.shipped import find, names
 
-DEEPEST = 30
-"""Files that extend one another."""
+
+@cache
+def shipped() -> Path:
+    """Return the folder of the shipped scenarios: in the installed package, or in the repository next to the package.
+
+    >>> (shipped() / "base").is_dir()
+    True
+    """
+    here = Path(__file__).resolve()
+    places = (here.parents[1] / "papers" / "scenarios", here.parents[2] / "scenarios")
+    for place in places:
+        if (place / "base").is_dir():
+            return place
+    raise InputError(f"the shipped scenarios are missing: neither {places[0]} nor {places[1]} exists")
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return the names of the shipped scenarios: their paths below :func:`shipped`, without ``.toml``.
+
+    >>> "rigaud-2020/fig5-20rpm" in names()
+    True
+    """
+    files = sorted(shipped().rglob("*.toml"))
+    return tuple(file.relative_to(shipped()).as_posix().removesuffix(".toml") for file in files)
+
+
+def find(place: str | Path, folder: Path = Path()) -> Path:
+    """Return the scenario file that a path or the name of a shipped scenario denotes; an existing file wins.
+
+    >>> find("rigaud-2020/fig5-20rpm").name, find("mine.toml").name
+    ('fig5-20rpm.toml', 'mine.toml')
+    """
+    file, name = folder / place, Path(place).as_posix()
+    return shipped() / f"{name}.toml" if not is_file(file) and name in names() else file
+
+
+DEEPEST = 30  # Files that extend one another
 
 
 @dataclass
 class Document:
-    """A scenario as written, with everything it extends merged in.
+    """A scenario as written, with everything it extends merged in."""
 
-    Args:
-        toml: the document, comments kept.
-        path: the file; ``None`` when it came as text.
-        origin: key path -> the file it was taken from, where that is not ``path``.
-    """
-
-    toml: tomlkit.TOMLDocument
-    path: Path | None
+    toml: tomlkit.TOMLDocument  # the document, comments kept
+    path: Path | None  # the file; ``None`` when it came as text
+    # key path -> the file it was taken from, where that is not ``path``
     origin: dict[str, str] = field(default_factory=dict)
 
     def file_of(self, key: str) -> str:
@@ -149,11 +184,7 @@ def _near(path: Path) -> str:
 
 
 def near_files(path: Path) -> str:
-    """Return a remedy that names the files nearest to a missing one.
-
-    Args:
-        path: the missing file.
-    """
+    """Return a remedy that names the files nearest to a missing one."""
     if near := _near_files(path):
         return _meant(near)
     folder, pattern, names = _neighbours(path)
@@ -236,3 +267,124 @@ def _merge(own: Any, base: Any, place: str, below: Document, document: Document)
             document.origin.update({k: v for k, v in below.origin.items() if k.startswith(here)})
         elif isinstance(own[key], Mapping) and isinstance(item, Mapping) and "value" not in own[key]:
             _merge(own[key], item, here, below, document)
+
+
+Override = str | tuple[str, Any]
+Overrides = Iterable[Override] | Mapping[str, Any]
+
+_STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
+
+
+def apply(document: Document, overrides: Overrides) -> None:
+    """Set values over a document.
+
+    Args:
+        document: changed in place.
+        overrides: mapping or pairs of key path and value, or ``"KEY=VALUE"`` texts. Key paths are dotted with [i];
+            ``[-1]`` is the last of a list and ``[+]`` appends to it.
+
+    Raises:
+        UsageError: no overrides at all, a text without ``=`` or a malformed key path.
+        InputError: a key path that leads nowhere.
+    """
+    if isinstance(overrides, str) or not isinstance(overrides, Iterable):
+        raise UsageError(f"{overrides!r} are no overrides: give a mapping, e.g. {{'motion.mean': '90 rpm'}}, or a list")
+    listed: Any = overrides.items() if isinstance(overrides, Mapping) else overrides
+    pairs = [_pair(each) for each in listed]
+    faults = []
+    for key, value in pairs:
+        try:
+            _set(document.toml, key, value)
+        except (LookupError, TypeError, AttributeError, ValueError) as why:
+            reason = why.args[0] if isinstance(why, LookupError) else "leads through a value that is no table"
+            faults.append(Fault(key, f"cannot be set: {reason}", file="--set"))
+        document.origin[key] = "--set"
+    if faults:
+        raise InputError(faults)
+
+
+def _pair(override: Override) -> tuple[str, Any]:
+    if not isinstance(override, str):
+        return override
+    key, equals, text = override.partition("=")
+    if not equals:
+        raise UsageError(f"--set {override!r}: write KEY=VALUE, e.g. --set run.duration='1 s'")
+    return key.strip(), literal(text.strip())
+
+
+def literal(text: str) -> Any:
+    """Return the value of a TOML literal; bare text is a string.
+
+    >>> literal("0.3"), literal("30 rpm"), literal('"0.3"'), literal("{ value = 1 }")
+    (0.3, '30 rpm', '0.3', {'value': 1})
+    """
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    value = table["value"]
+    dated = isinstance(value, datetime.date | datetime.time)
+    return value if len(table) == 1 and not dated else text
+
+
+def _steps(key: str) -> list[str | int]:
+    """Split a key path; ``[+]`` becomes the text ``"+"``."""
+    steps: list[str | int] = []
+    end = 0
+    for match in _STEP.finditer(key):
+        if match.start() != end:
+            break
+        end = match.end()
+        index = match[2]
+        steps.append(match[1] if index is None else index if index == "+" else int(index))
+    if not steps or end != len(key):
+        raise UsageError(f"{key!r} is no key path: write it dotted with [i], e.g. motion.harmonics[0].amplitude")
+    return steps
+
+
+def _set(toml: Any, key: str, value: Any) -> None:
+    steps = _steps(key)
+    if steps[0] == "extends":
+        raise LookupError("extends is read before anything is set; write it in the file")
+    place = toml
+    for step, following in pairwise(steps):
+        place = _enter(place, step, isinstance(following, int) or following == "+")
+    last = steps[-1]
+    if last == "+":
+        place.append(_item(place, value))
+    elif isinstance(last, int):
+        _check(place, last)
+        place[last] = _item(place, value)
+    else:
+        place[last] = value
+
+
+def _item(place: Any, value: Any) -> Any:
+    """Return a value as an element of a list; an array of tables takes tables alone."""
+    if isinstance(place, AoT):
+        if not isinstance(value, Mapping):
+            raise LookupError(f"{value!r} is no table")
+        table = tomlkit.table()
+        table.update(value)
+        return table
+    return value
+
+
+def _enter(place: Any, step: str | int, list_follows: bool) -> Any:
+    """Go one step down; tables and lists that are missing are made."""
+    if step == "+":
+        place.append(_item(place, {}))
+        return place[-1]
+    if isinstance(step, int):
+        _check(place, step)
+        return place[step]
+    if step not in place:
+        place[step] = (tomlkit.aot() if step == "effect" else tomlkit.array()) if list_follows else tomlkit.table()
+    return place[step]
+
+
+def _check(place: Any, index: int) -> None:
+    if not isinstance(place, list):
+        raise LookupError(f"[{index}] of what is no list")
+    if not -len(place) <= index < len(place):
+        raise LookupError(f"[{index}] of a list of {len(place)}; [+] appends")

@@ -12,32 +12,22 @@ from gears3d.errors import Fault, InputError
 from gears3d.signals import content
 
 if TYPE_CHECKING:
-    from gears3d.scenario.model import Scenario
+    from gears3d.scenario.build import Scenario
 
 Array = NDArray[np.float64]
 COLUMNS = ("time_s", "theta_drive_rad")
-LEAST = 12
-"""So few samples make no motion."""
-ORDER = 4
-"""Of the Butterworth low-pass, which runs forwards and backwards."""
-STEADY = 0.01
-"""Difference of the times between samples, part of one, up to which they are taken for equal."""
-BEYOND = 4.0
-"""Bandwidth over the highest frequency that stands out of the noise: the low-pass takes 1.5e-5 of it."""
+LEAST = 12  # So few samples make no motion
+ORDER = 4  # Of the Butterworth low-pass, which runs forwards and backwards
+STEADY = 0.01  # Difference of the times between samples, part of one, up to which they are taken for equal
+BEYOND = 4.0  # Bandwidth over the highest frequency that stands out of the noise: the low-pass takes 1.5e-5 of it
 
 
 class DriveRecord(NamedTuple):
-    """Angle of the drive gear over time, both from 0.
+    """Angle of the drive gear over time, both from 0."""
 
-    Args:
-        time: equally spaced when smoothed [s], (n,).
-        theta: angle [rad], (n,).
-        bandwidth: up to which it is smoothed [Hz]; ``None``: it is as it was recorded.
-    """
-
-    time: Array
-    theta: Array
-    bandwidth: float | None
+    time: Array  # equally spaced when smoothed [s], (n,)
+    theta: Array  # angle [rad], (n,)
+    bandwidth: float | None  # up to which it is smoothed [Hz]; ``None``: it is as it was recorded
 
 
 def drive_record(scenario: Scenario) -> DriveRecord:
@@ -45,16 +35,6 @@ def drive_record(scenario: Scenario) -> DriveRecord:
 
     Where none is given, a motion whose noise would show in its acceleration is smoothed up to four times the highest
     frequency that stands out of the noise, if its samples are equally spaced.
-
-    Args:
-        scenario: with ``motion.record``.
-
-    Returns:
-        The record over the run, or longer.
-
-    Raises:
-        InputError: no record, columns missing, times that do not rise, values that are not finite, a record shorter
-            than the run, or a bandwidth beyond half its sample rate.
 
     Source: Butterworth low-pass of order 4 run both ways, -6 dB at the bandwidth.
     """

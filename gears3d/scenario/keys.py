@@ -1,202 +1,188 @@
-"""Format 1 as data: every section and key with its unit family, default and bounds."""
+"""What format 1 has: its JSON Schema, made from the models, and every key of a scenario by its path."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, pi
+import re
+from collections.abc import Mapping
+from math import inf
 from typing import Any
 
-REQUIRED = object()
-"""The default of a key that must be given."""
-
-
-@dataclass(frozen=True)
-class Key:
-    """One key of the format.
-
-    Args:
-        family: its unit family, ``"choice"`` or ``"text"``.
-        doc: what it is, for the JSON Schema.
-        default: what it is when it is not given, as it would be written; ``None``: nothing.
-        low: smallest value, SI.
-        high: largest value, SI.
-        above: whether ``low`` itself is refused.
-        choices: the words allowed when ``family`` is ``"choice"``.
-        also: further families that are allowed.
-        why: why the bounds are there.
-    """
-
-    family: str
-    doc: str
-    default: Any = REQUIRED
-    low: float = -inf
-    high: float = inf
-    above: bool = False
-    choices: tuple[str, ...] = ()
-    also: tuple[str, ...] = ()
-    why: str = ""
-
-
-def _positive(family: str, doc: str, default: Any = REQUIRED, why: str = "") -> Key:
-    return Key(family, doc, default, low=0.0, above=True, why=why)
-
-
-REGIMES = ("contact", "single_sided", "double_sided")
-
-COMMON = {
-    "module": _positive("length", "normal module", None),
-    "pressure_angle": Key("angle", "normal pressure angle", "20 deg", 5 * pi / 180, 45 * pi / 180),
-    "helix_angle": Key("angle", "helix angle; the two gears have opposite hands", "0 deg", -pi / 3, pi / 3),
-    "face_width": _positive("length", "face width; 10 modules when not given", None),
-    "profile_shift": Key("ratio", "profile shift coefficient", 0, -2.0, 2.0),
-    "addendum": Key("ratio", "addendum, in modules", 1, 0.1, 2.0),
-    "dedendum": Key("ratio", "dedendum, in modules", 1.25, 0.1, 3.0),
-    "fillet_radius": Key("ratio", "tip radius of the cutting rack, in modules", 0.25, 0.0, 1.0),
-    "tip_shortening": Key("ratio", "how much lower the tip lies than the addendum puts it, in modules", 0, -0.5, 1.0),
-    "tip_diameter": _positive("length", "diameter of the tip circle, in place of addendum and tip_shortening", None),
-    "lead_crowning": Key("length", "taken off both ends of the face, by a parabola", "0 um"),
-    "helix_slope": Key("length", "material added to the active flanks from the end at -z to that at +z", "0 um"),
-    "bore": _positive("length", "diameter of the hole along the axis", None),
-    "rim": _positive("length", "thickness of the rim below the root circle; needs web", None),
-    "web": _positive("length", "thickness of the web between rim and hub; needs rim", None),
-    "hub": _positive("length", "diameter of the hub, as wide as the face; none: the web goes down to the bore", None),
-    "inertia": _positive(
-        "inertia", "moment of inertia about the gear's axis; that of the solid when not given", None, "a body has mass"
-    ),
-    "density": _positive("density", "density of the solid", "7850 kg/m^3"),
-}
-TEETH = Key(
-    "count",
-    "number of teeth",
-    low=5,
-    high=1000,
-    why="with fewer than 5 involute teeth a pair lets go before the next pair takes over",
+from gears3d.effects import catalogue
+from gears3d.scenario.build import Scenario, key_of
+from gears3d.scenario.document import read_text
+from gears3d.scenario.models import (
+    DEVIATIONS,
+    MOUNTINGS,
+    RELIEFS,
+    REQUIRED,
+    SECTIONS,
+    GearSpec,
+    Harmonic,
+    Heading,
+    Key,
+    MisalignmentTable,
+    ReliefTable,
+    Sensor,
+    keys_of,
 )
-GEAR = {"teeth": TEETH, **COMMON}
-RELIEF = {
-    "amount": Key("length", "taken off each flank at the end, along the involute's normal", low=0.0),
-    "start_roll": Key("angle", "roll angle at which it starts", None, low=0.0),
-    "start_diameter": _positive("length", "diameter at which it starts, in place of start_roll", None),
-    "length": _positive("length", "length of roll from start to end, in place of start_roll", None),
-    "shape": Key("choice", "over the roll angle", "linear", choices=("linear", "parabolic")),
-}
-RELIEFS = {
-    "tip_relief": "material taken off the flanks towards the tip",
-    "root_relief": "material taken off the flanks towards the root form circle",
-}
-"""Tables of RELIEF keys that a gear holds, or both gears in common."""
-_FLANK = Key("choice", "which flanks have it", "both", choices=("both", "active", "reverse"))
-_TILT = 0.02
-_SMALL = "sections are taken across the ideal axes"
-DEVIATIONS = {
-    "profile_slope": {
-        "amount": Key("length", "profile slope deviation f_Hα: material at the tip less that at the root"),
-        "flank": _FLANK,
-    },
-    "profile_wave": {
-        "amplitude": Key("length", "half the profile form deviation f_fα"),
-        "waves": Key("ratio", "from the start of the active profile to the tip", low=0.0, high=100.0, above=True),
-        "phase": Key("angle", "at the start of the active profile", "0 deg"),
-        "flank": _FLANK,
-    },
-}
-"""Tables of a gear, or of both in common, by name."""
-MOUNTINGS = {
-    "eccentricity": {
-        "offset": Key("length", "of the teeth's axis from that of rotation", low=0.0),
-        "phase": Key("angle", "direction of the offset when the gear's angle is 0, from the mate's axis", "0 deg"),
-    },
-    "wobble": {
-        "angle": Key("angle", "between the teeth's axis and that of rotation", low=0.0, high=_TILT, why=_SMALL),
-        "phase": Key("angle", "where the end at +z leans when the gear's angle is 0, from the mate's axis", "0 deg"),
-    },
-}
-"""Tables of one gear, by name."""
-MISALIGNMENT = {
-    "in_plane": Key("angle", "the axes part towards +z, in their plane", "0 deg", -_TILT, _TILT, why=_SMALL),
-    "out_of_plane": Key(
-        "angle", "the loose axis leans along the drive's motion at the pitch point", "0 deg", -_TILT, _TILT, why=_SMALL
-    ),
-}
-MOUNT = {
-    "backlash": _positive(
-        "length", "width of the dead band along the transverse line of action", None, "gears jammed: there is no gap"
-    ),
-    "centre_distance": _positive("length", "distance of the axes; with a backlash too, the teeth are thinned", None),
-}
-MOTION = {
-    "mean": Key("speed", "mean rotational speed of the drive gear", None),
-    "record": Key("text", "file with the measured motion of the drive, in place of mean and harmonics", None),
-    "bandwidth": _positive("frequency", "up to where a recorded motion is smoothed", None),
-}
-HARMONIC = {
-    "amplitude": Key("speed", "as a speed, an angle or an angular acceleration", also=("angle", "acceleration")),
-    "frequency": _positive("frequency", "of the sine", None),
-    "order": _positive("ratio", "cycles per mean revolution of the drive, in place of frequency", None),
-    "phase": Key("angle", "of the sine at t = 0", "0 deg"),
-}
-DRAG = {"torque": Key("torque", "Coulomb torque on the loose gear", "0 N m", low=0.0, why="drag resists")}
-IMPACT = {
-    "restitution": Key("ratio", "Newton's coefficient", 0, 0.0, 1.0, why="an impact gives no energy"),
-    "stick_velocity": Key("velocity", "below this rebound the contact is permanent", "0.1 mm/s", low=0.0),
-}
-START = {"state": Key("choice", "where the loose gear is at t = 0", "active", choices=("active", "reverse", "free"))}
-RUN = {
-    "duration": _positive("time", "simulated time, or 'N periods'", "20 periods"),
-    "settle": Key("time", "left out of regime and comparison, or 'N periods'", "2 periods", low=0.0),
-    "output_rate": _positive("frequency", "samples of the signals", "20 kHz"),
-    "seed": Key("count", "of all random numbers", 0, low=0),
-}
-SENSOR = {
-    "counts_per_revolution": Key("count", "edges, 4 x lines; none: exact", None, low=1),
-    "noise": Key("angle", "standard deviation of the reading", "0 deg", low=0.0),
-}
-SENSORS = {"sample_rate": _positive("frequency", "of both encoders", "50 kHz"), **SENSOR}
-LUBRICATED = {
-    "damping_ratio": Key("ratio", "damping of the teeth, over the critical one", 0.1, 0.0, 2.0),
-    "harmonics": Key("count", "of the mesh frequency that the stiffness of the teeth has", 8, low=0, high=100),
-    "friction": Key(
-        "choice", "mean over the lines of contact, of one place as published, or none", "lines",
-        choices=("lines", "published", "none"),
-    ),
-    "average_friction": Key("ratio", "coefficient of friction far from the pitch point", 0.05, 0.0, 1.0),
-    "regularisation": _positive("per_length", "how fast friction turns round at the pitch point", "50 1/mm"),
-    "sheared_oil": Key("choice", "whether it rubs, where there is friction", "rubs", choices=("rubs", "slips")),
-    "dead_zone": Key(
-        "choice", "oil at every gap, or teeth in its place from published_gap on", "continuous",
-        choices=("continuous", "published"),
-    ),
-    "published_gap": _positive("length", "where the published dead zone ends, along the normal", "5 um"),
-    "ramp": Key("length", "depth over which damping comes in, along the normal; the smallest film when not given", None,
-                low=0.0),
-    "tolerance": Key("ratio", "relative, of a step", 1e-6, 1e-13, 1e-2),
-}  # fmt: skip
-EXPECT = {
-    "regime": Key("choice", "regime after settling", None, choices=REGIMES),
-    "impacts_per_period": Key("ratio", "mean number of impacts in a period of the excitation", None, low=0.0),
-}
-SECTIONS: dict[str, dict[str, Key]] = {
-    "gears": COMMON,
-    "mount": MOUNT,
-    "motion": MOTION,
-    "drag": DRAG,
-    "impact": IMPACT,
-    "start": START,
-    "run": RUN,
-    "lubricated": LUBRICATED,
-    "sensors": SENSORS,
-    "expect": EXPECT,
-}
-"""Sections that are tables of keys; gears, motion and sensors hold further tables of their own."""
+from gears3d.units import FAMILIES, show
 
-TOP = {
-    "title": Key("text", "one line for people", ""),
-    "source": Key("text", "where the numbers are from", ""),
-}
-EXTRA = {
-    "gears": ("drive", "loose", *RELIEFS, *DEVIATIONS),
-    "mount": ("misalignment",),
-    "motion": ("harmonics",),
-    "sensors": ("drive", "loose"),
-}
-"""What the sections hold besides keys."""
+_NUMBER = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
+_LAST = re.compile(r"\[-(\d+)\]")
+
+
+def schema() -> dict[str, Any]:
+    """Return the JSON Schema (2020-12) of format 1; unit families are in the descriptions, as no pattern has them."""
+    properties: dict[str, Any] = {
+        "format": {"const": 1},
+        "extends": {
+            "type": "string",
+            "description": "file, relative to this one, or shipped scenario to start from",
+        },
+        "versions": {"type": "object", "description": "what made this file"},
+    }
+    properties |= {name: _key(key) for name, key in keys_of(Heading).items()}
+    properties |= {name: _table(keys_of(table)) for name, table in SECTIONS.items()}
+    reliefs = {name: {**_table(keys_of(ReliefTable)), "description": about} for name, about in RELIEFS.items()}
+    profiles = {name: _table(keys_of(table)) for name, table in DEVIATIONS.items()}
+    gear = _table(keys_of(GearSpec))
+    gear["properties"] |= reliefs | profiles | {name: _table(keys_of(table)) for name, table in MOUNTINGS.items()}
+    properties["gears"]["properties"] |= {**reliefs, **profiles, "drive": gear, "loose": gear}
+    properties["mount"]["properties"]["misalignment"] = _table(keys_of(MisalignmentTable))
+    sensor = _table(keys_of(Sensor))
+    properties["sensors"]["properties"] |= {"drive": sensor, "loose": sensor}
+    properties["motion"]["properties"]["harmonics"] = {"type": "array", "items": _table(keys_of(Harmonic))}
+    properties["effect"] = {"type": "array", "items": {"oneOf": [_effect(kind) for kind in catalogue().values()]}}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "gears3d scenario, format 1",
+        "type": "object",
+        "required": ["format"],
+        "additionalProperties": False,
+        "properties": properties,
+    }
+
+
+def _table(known: Mapping[str, Key]) -> dict[str, Any]:
+    """Return the schema of a table; nothing is required, because ``extends`` may give it."""
+    properties = {name: _key(key) for name, key in known.items()}
+    return {"type": "object", "additionalProperties": False, "properties": properties}
+
+
+def _effect(kind: Any) -> dict[str, Any]:
+    table = _table({name: key_of(param) for name, param in kind.params.items()})
+    table["properties"] = {"kind": {"const": kind.kind}, **table["properties"]}
+    table["required"] = ["kind", *(name for name, param in kind.params.items() if param.default is None)]
+    table["description"] = (kind.__doc__ or "").strip().split("\n")[0]
+    return table
+
+
+def _key(key: Key) -> dict[str, Any]:
+    """Return the schema of a value, bare or with an uncertainty."""
+    bare = _bare(key)
+    about = {"description": _about(key)} if _about(key) else {}
+    if key.default is not REQUIRED and key.default is not None:
+        about["default"] = key.default
+    if key.family == "text":
+        return {**bare, **about}
+    uncertain = {
+        "type": "object",
+        "additionalProperties": False,
+        "required": ["value"],
+        "properties": {"value": bare, "uncertainty": {"type": ["string", "number"]}},
+    }
+    return {"anyOf": [bare, uncertain], **about}
+
+
+def _bare(key: Key) -> dict[str, Any]:
+    if key.family == "text":
+        return {"type": "string"}
+    if key.family == "choice":
+        return {"enum": list(key.choices)}
+    family = FAMILIES[key.family]
+    if family.si:
+        return {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*\S", "examples": [family.example]}
+    number: dict[str, Any] = {"type": "integer" if key.family == "count" else "number"}
+    if key.low > -inf:
+        number["exclusiveMinimum" if key.above else "minimum"] = key.low
+    if key.high < inf:
+        number["maximum"] = key.high
+    return number if key.family == "count" else {"anyOf": [number, {"type": "string", "pattern": rf"^\s*{_NUMBER}"}]}
+
+
+def _about(key: Key) -> str:
+    """Return what a key is, its family and its bounds."""
+    words = [key.doc] if key.doc else []
+    if key.family in FAMILIES and FAMILIES[key.family].si:
+        kinds = " or ".join(FAMILIES[family].words for family in (key.family, *key.also))
+        words += [kinds] if kinds not in words else []
+        if key.low > -inf:
+            words.append(f"{'more than' if key.above else 'at least'} {show(key.low, key.family)}")
+        if key.high < inf:
+            words.append(f"at most {show(key.high, key.family)}")
+    return "; ".join(words)
+
+
+def key_paths(scenario: Scenario) -> dict[str, Key]:
+    """Return the keys of a scenario with their families and bounds, by path; it has its own harmonics and effects.
+
+    >>> from gears3d.scenario import load
+    >>> key_paths(load("scenarios/rigaud-2020/fig5-20rpm.toml"))["motion.harmonics[0].amplitude"].also
+    ('angle', 'acceleration')
+    """
+    written = _written(scenario)
+    found = _paths("", SECTIONS)
+    for gear in ("drive", "loose"):
+        found |= _paths("gears.", {gear: GearSpec}) | _paths("sensors.", {gear: Sensor})
+        found |= _paths(f"gears.{gear}.", MOUNTINGS)
+    for place in ("gears.", "gears.drive.", "gears.loose."):
+        found |= _paths(place, dict.fromkeys(RELIEFS, ReliefTable) | DEVIATIONS)
+    found |= _paths("mount.", {"misalignment": MisalignmentTable})
+    for index, _ in enumerate(written.get("motion", {}).get("harmonics", ())):
+        found |= _paths("motion.", {f"harmonics[{index}]": Harmonic})
+    for index, effect in enumerate(written.get("effect", ())):
+        params = catalogue()[effect["kind"]].params
+        found |= {f"effect[{index}].{name}": key_of(param) for name, param in params.items()}
+    return found
+
+
+def whole_path(scenario: Scenario, path: str) -> str:
+    """Return a path with its places counted from the front: [-1] is the last of a list, [-2] the one before.
+
+    >>> from gears3d.scenario import load
+    >>> whole_path(load("scenarios/rigaud-2020/fig5-20rpm.toml"), "motion.harmonics[-1].phase")
+    'motion.harmonics[0].phase'
+    """
+    written = _written(scenario)
+    sizes = {
+        "motion.harmonics": len(written.get("motion", {}).get("harmonics", ())),
+        "effect": len(written.get("effect", ())),
+    }
+    match = _LAST.search(path)
+    if match is None or path[: match.start()] not in sizes:
+        return path
+    return f"{path[: match.start()]}[{sizes[path[: match.start()]] - int(match[1])}]{path[match.end() :]}"
+
+
+def written_value(scenario: Scenario, path: str) -> Any:
+    """Return what stands at a key path, without its uncertainty; ``None`` when nothing does.
+
+    >>> from gears3d.scenario import load
+    >>> written_value(load("scenarios/rigaud-2020/fig5-20rpm.toml"), "motion.harmonics[0].amplitude")
+    '20 rpm'
+    """
+    place: Any = _written(scenario)
+    for step in re.findall(r"[^.\[\]]+", path):
+        try:
+            place = place[int(step) if isinstance(place, list) else step]
+        except (KeyError, IndexError, ValueError, TypeError):
+            return None
+    return place["value"] if isinstance(place, Mapping) and "value" in place else place
+
+
+def _written(scenario: Scenario) -> dict[str, Any]:
+    return read_text(scenario.document, scenario.path).toml.unwrap()
+
+
+def _paths(place: str, tables: Mapping[str, type]) -> dict[str, Key]:
+    return {f"{place}{table}.{name}": key for table, known in tables.items() for name, key in keys_of(known).items()}

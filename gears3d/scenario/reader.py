@@ -1,41 +1,38 @@
-"""Turns what was written into SI values, key by key, and collects every fault on the way."""
+"""Reads tables of a document as their models, and notes every fault with its key path, in the order of the file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from math import inf
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
 
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.scenario.document import Document
-from gears3d.scenario.keys import REQUIRED, Key
-from gears3d.units import FAMILIES, parse, parse_any, show
+from gears3d.scenario.models import Key, keys_of
+from gears3d.units import FAMILIES, parse
 
-MOST_HINTS = 100
-"""Faults with a guess of what was meant."""
+MOST_HINTS = 100  # faults with a guess of what was meant: each takes a while
+FAULTY = object()  # in place of a value that has a fault: it is read as None
 
 
 class Reader:
-    """Reads values of a document; afterwards ``faults`` and ``uncertainty`` are complete.
-
-    Args:
-        document: the merged document.
-    """
+    """Reads tables of a document; afterwards ``faults`` and ``uncertainty`` are complete."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.faults: list[Fault] = []
+        self.faults: dict[Fault, None] = {}  # each once, in the order in which they are found
         self.uncertainty: dict[str, float] = {}
-        self.families: dict[str, str] = {}
-        """The family of each value that may be of several."""
+        self.families: dict[str, str] = {}  # of each value that may be of several
 
     def fault(self, key: str, message: str, remedy: str = "") -> None:
         """Note a fault at a key path."""
-        self.faults.append(Fault(key, message, remedy, self.document.file_of(key)))
+        self.faults[Fault(key, message, remedy, self.document.file_of(key))] = None
 
     def meant(self, word: str, known: Sequence[str]) -> str:
-        """Return what a word was probably meant to be; nothing beyond some faults, as a guess takes a while."""
+        """Return what a word was probably meant to be."""
         return did_you_mean(word, known) if len(self.faults) < MOST_HINTS else ""
 
     def in_order(self) -> list[Fault]:
@@ -65,75 +62,75 @@ class Reader:
         self.fault(place, f"{value!r} is no table", f"write [{place}] and its keys below")
         return {}
 
-    def keys(
-        self, table: Mapping[str, Any], place: str, known: Mapping[str, Key], more: Iterable[str] = ()
-    ) -> dict[str, Any]:
-        """Read all keys of a table.
-
-        Args:
-            table: as written.
-            place: its key path.
-            known: what it may hold.
-            more: names that others read.
-
-        Returns:
-            SI value of every known key; ``None`` for what is missing or faulty.
-        """
-        self.unknown(table, place, [*known, *more])
-        return {name: self.value(table, place, name, key) for name, key in known.items()}
-
-    def unknown(self, table: Mapping[str, Any], place: str, known: list[str]) -> None:
+    def unknown(self, table: Mapping[str, Any], place: str, known: Sequence[str]) -> None:
         """Note every key that is not known."""
         for name in table:
             if name not in known:
-                here = f"{place}.{name}" if place else name
-                self.fault(here, "is not a known key", self.meant(name, known))
+                self.fault(below(place, name), "is not a known key", self.meant(name, known))
 
-    def value(self, table: Mapping[str, Any], place: str, name: str, key: Key) -> Any:
-        """Read one key; a missing required one is a fault."""
-        here = f"{place}.{name}" if place else name
-        written = table.get(name)
-        if written is None:
-            if key.default is REQUIRED:
-                about = f" ({key.doc})" if key.doc else ""
-                self.fault(here, f"is missing{about}", _example(name, key))
-                return None
-            if key.default is None:
-                return None
-            written = key.default
+    def read(self, table: type, written: Any, place: str, others: Iterable[str] = (), **given: Any) -> Any:
+        """Return a table as its model, ``None`` for what is missing or faulty; ``given`` values are SI already.
+
+        ``others`` are names that are read elsewhere.
+        """
+        written, keys = self.table(written, place), keys_of(table)
+        self.unknown(written, place, [*keys, *others])
+        own = {name: value for name, value in written.items() if name in keys}
+        while True:
+            try:
+                return _adapter(table).validate_python({**given, **own}, context=_Place(self, place, given.keys()))
+            except ValidationError as error:
+                for each in error.errors(include_url=False):
+                    name = str(each["loc"][0])
+                    if each["type"] == "missing":
+                        about = f" ({keys[name].doc})" if keys[name].doc else ""
+                        self.fault(below(place, name), f"is missing{about}", _example(name, keys[name]))
+                    else:
+                        told = each.get("ctx", {})
+                        self.fault(below(place, name), told["message"], told["remedy"])
+                    own[name] = FAULTY
+
+    def value(self, key: Key, written: Any, here: str) -> Any:
+        """Return the SI value of what is written at a key path, with its uncertainty noted."""
         uncertainty = None
         if isinstance(written, Mapping) and key.family != "text":
             self.unknown(written, here, ["value", "uncertainty"])
             if "value" not in written:
-                self.fault(here, "a table here needs a value", 'e.g. { value = "0.22 N m", uncertainty = "5 %" }')
-                return None
+                remedy = 'e.g. { value = "0.22 N m", uncertainty = "5 %" }'
+                raise InputError(Fault("", "a table here needs a value", remedy))
             written, uncertainty = written["value"], written.get("uncertainty")
-        try:
-            value = self._convert(written, here, key)
-            if uncertainty is not None:
-                self.uncertainty[here] = _uncertainty(uncertainty, value, self.families.get(here, key.family))
-        except InputError as why:
-            for fault in why.faults:
-                self.fault(here, fault.message, fault.remedy)
-            return None
+        value, family = key.value(written)
+        if key.also:
+            self.families[here] = family
+        if uncertainty is not None:
+            self.uncertainty[here] = _uncertainty(uncertainty, value, family)
         return value
 
-    def _convert(self, written: Any, here: str, key: Key) -> Any:
-        if key.family == "text":
-            if isinstance(written, str):
-                return str(written)
-            raise InputError(Fault("", f"{written!r} is no text", "put it in quotes"))
-        if key.family == "choice":
-            if isinstance(written, str) and written in key.choices:
-                return str(written)
-            raise InputError(Fault("", f"{written!r} is not allowed", did_you_mean(str(written), key.choices)))
-        if key.also:
-            value, self.families[here] = parse_any(written, (key.family, *key.also))
-            key = replace(key, family=self.families[here])
-        else:
-            value = parse(written, key.family)
-        check_bounds(written, value, key)
-        return int(value) if key.family == "count" else value
+
+@dataclass
+class _Place:
+    """Where a table stands: what its model asks for the SI values of its keys."""
+
+    reader: Reader
+    place: str
+    given: Iterable[str]
+
+    def value(self, key: Key, written: Any, name: str) -> Any:
+        if written is FAULTY:
+            return None
+        if name in self.given:
+            return written
+        return self.reader.value(key, written, below(self.place, name))
+
+
+@cache
+def _adapter(table: type) -> TypeAdapter[Any]:
+    return TypeAdapter(table)
+
+
+def below(place: str, name: str) -> str:
+    """Return the path of a key in a table."""
+    return f"{place}.{name}" if place else name
 
 
 def _parent(place: str) -> str:
@@ -143,7 +140,7 @@ def _parent(place: str) -> str:
 def _places(item: Any, place: str) -> Iterator[str]:
     """Yield every key path of a document, in order."""
     if isinstance(item, Mapping):
-        inner = [(f"{place}.{name}" if place else name, value) for name, value in item.items()]
+        inner = [(below(place, name), value) for name, value in item.items()]
     elif isinstance(item, list):
         inner = [(f"{place}[{index}]", value) for index, value in enumerate(item)]
     else:
@@ -151,29 +148,6 @@ def _places(item: Any, place: str) -> Iterator[str]:
     for here, value in inner:
         yield here
         yield from _places(value, here)
-
-
-def check_bounds(written: Any, value: float, key: Key) -> None:
-    """Raise an ``InputError`` with one fault when a value is out of a key's bounds.
-
-    Args:
-        written: the value as written, for the message.
-        value: SI.
-        key: with the bounds.
-
-    Raises:
-        InputError: it is.
-    """
-    low = value <= key.low if key.above else value < key.low
-    if not low and value <= key.high:
-        return
-    least = f"more than {show(key.low, key.family)}" if key.above else f"at least {show(key.low, key.family)}"
-    if key.low == -inf:
-        allowed = f"at most {show(key.high, key.family)}"
-    else:
-        allowed = least if key.high == inf else f"{least} and at most {show(key.high, key.family)}"
-    shown = repr(str(written)) if isinstance(written, str) else f"{written}"
-    raise InputError(Fault("", f"is {shown}; must be {allowed}", key.why))
 
 
 def _uncertainty(written: Any, value: Any, family: str) -> float:

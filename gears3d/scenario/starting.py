@@ -6,24 +6,19 @@ from importlib.resources import files
 from pathlib import Path
 
 from gears3d.errors import UsageError, did_you_mean
+from gears3d.scenario.build import build
+from gears3d.scenario.document import read
 
+# What each is
 STARTERS = {
     "rattle": "a loose spur gear that rattles",
     "helical": "a helical pair with tip relief and an eccentric gear",
     "bench": "the rig of a test bench, for measured records",
 }
-"""What each is."""
 
 
 def starter(kind: str, name: str) -> str:
     """Return the text of a scenario to start from.
-
-    Args:
-        kind: one of :data:`STARTERS`.
-        name: of the scenario; its title, and the name of the file in the commands of its comments.
-
-    Raises:
-        UsageError: the kind is unknown.
 
     >>> starter("rattle", "mine").splitlines()[0][:50]
     '# mine: a loose gear that rattles on its drive gea'
@@ -42,20 +37,10 @@ def copy(source: str | Path, title: str) -> str:
 
     The copy is a question of its own: it has its own title, names its original as source, and has no ``[expect]``.
 
-    Args:
-        source: a shipped scenario by its name, or a file.
-        title: of the copy; the name of its file, without ``.toml``, in the commands of its comments.
-
-    Raises:
-        InputError: there is no such scenario, or it has faults.
-
     >>> text = copy("rigaud-2020/fig6-10Hz", "mine")
     >>> "extends" in text, text.splitlines()[2:4]
     (False, ['title  = "mine"', 'source = "copy of rigaud-2020/fig6-10Hz"'])
     """
-    from gears3d.scenario.build import build
-    from gears3d.scenario.document import read
-
     document = read(source)
     build(document)
     document.toml["title"] = title

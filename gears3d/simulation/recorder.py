@@ -22,7 +22,7 @@ from gears3d.virtual_tests import RENAMED, SYNTHESIZED
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
-    from gears3d.scenario.model import Sensors
+    from gears3d.scenario.models import Sensors
 
 
 SLOW = 2.0 * pi / 60.0  # Speed of slow turns unless given: 1 rpm, as Rigaud & Perret-Liaudet 2020 turn [rad/s]

@@ -13,7 +13,7 @@ from gears3d.recording import Recording
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig
-    from gears3d.scenario.model import Sensor, Sensors
+    from gears3d.scenario.models import Sensor, Sensors
 
 
 GEARS = ("drive", "loose")
@@ -30,7 +30,7 @@ def encode(recording: Recording, sensors: Sensors, seed: int) -> Recording:
     Returns:
         ``time_s``, ``theta_drive_rad`` and ``theta_loose_rad``; its ``meta`` tells of the encoders only.
 
-    >>> from gears3d.scenario.model import Sensor, Sensors
+    >>> from gears3d.scenario.models import Sensor, Sensors
     >>> turn = np.linspace(0.0, 2 * pi, 9)
     >>> bare = Recording({"time_s": turn, "theta_drive_rad": turn, "theta_loose_rad": turn})
     >>> read = encode(bare, Sensors(1.0, Sensor(4), Sensor()), seed=1).signals

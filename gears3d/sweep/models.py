@@ -22,7 +22,7 @@ from gears3d.lumped.model import model
 from gears3d.lumped.rigid import packed
 from gears3d.lumped.run import run
 from gears3d.lumped.start import STATES
-from gears3d.scenario.key_paths import written_value
+from gears3d.scenario.keys import written_value
 from gears3d.signals.motion import stroboscope
 from gears3d.simulation import simulate
 from gears3d.sweep.block import (

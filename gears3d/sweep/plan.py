@@ -16,14 +16,13 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.inputs import read_text, refuse_beyond
-from gears3d.scenario.key_paths import key_paths, whole_path
-from gears3d.scenario.reader import check_bounds
+from gears3d.scenario.keys import key_paths, whole_path
 from gears3d.units import FAMILIES, parse, parse_any
 from gears3d.version import __version__
 
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
-    from gears3d.scenario.keys import Key
+    from gears3d.scenario.models import Key
 
 
 HOW = 'write "KEY=A..B UNIT lin N", "KEY=A..B UNIT log N", "KEY=a,b,c UNIT" or "KEY=@file.csv UNIT"'
@@ -116,7 +115,7 @@ def _axis(path: str, key: Key, what: str, text: str) -> Axis:
     values, families = [], []
     for one in written:
         value, family = parse_any(one, (key.family, *key.also)) if key.also else (parse(one, key.family), key.family)
-        check_bounds(one, value, key if family == key.family else _unbound(key, family))
+        (key if family == key.family else _unbound(key, family)).check_bounds(one, value)
         values.append(value)
         families.append(family)
     if not values:
@@ -347,7 +346,7 @@ class Plan:
             InputError: the values of the point do not go together.
         """
         from gears3d.scenario.build import build
-        from gears3d.scenario.overrides import apply
+        from gears3d.scenario.document import apply
 
         document = pickle.loads(_read(self.document, self.path))
         if point is not None:

@@ -221,7 +221,7 @@ def _last(axes: list[Axis], follow: str, scenario: Scenario) -> list[Axis]:
     """Return the axes with the one that is followed at the end."""
     if not follow:
         return axes
-    from gears3d.scenario.key_paths import whole_path
+    from gears3d.scenario.keys import whole_path
 
     names = [axis.key for axis in axes]
     key = whole_path(scenario, follow)

@@ -16,7 +16,7 @@ from scipy.stats import ttest_ind
 from gears3d.comparison import compare
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario, load
-from gears3d.scenario.shipped import shipped
+from gears3d.scenario.document import shipped
 from gears3d.signals import window
 from gears3d.simulation import simulate
 from gears3d.validation.claim import Claim

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from gears3d.comparison import Comparison, compare
 from gears3d.scenario import Scenario, load
-from gears3d.scenario.shipped import shipped
+from gears3d.scenario.document import shipped
 from gears3d.simulation import simulate
 from gears3d.simulation.excitation import assess
 from gears3d.validation.chaotic import chaotic_claims

@@ -13,7 +13,7 @@ import numpy as np
 from gears3d.bench import StaticError, static_error
 from gears3d.gears import quasi_static
 from gears3d.scenario import Scenario
-from gears3d.scenario.flanks import flank_deviations
+from gears3d.scenario.models import flank_deviations
 from gears3d.validation.bench import fig5
 from gears3d.validation.claim import Claim
 

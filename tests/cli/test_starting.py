@@ -12,7 +12,7 @@ from gears3d.cli import doctor as doctor_room
 from gears3d.cli import main
 from gears3d.effects import catalogue
 from gears3d.scenario import STARTERS, load
-from gears3d.scenario.shipped import names
+from gears3d.scenario.document import names
 from gears3d.simulation import ABOUT, MODELS, simulate
 
 NAME = "rigaud-2020/fig5-20rpm"

@@ -91,7 +91,7 @@ def failures(wheel, lines, folder):
 
 
 def test_the_wheel_is_what_runs(wheel, tmp_path):
-    line = 'python -c "import gears3d, gears3d.scenario.shipped as s; print(gears3d.__file__, s.shipped())"'
+    line = 'python -c "import gears3d, gears3d.scenario.document as s; print(gears3d.__file__, s.shipped())"'
     package, scenarios = wheel.run(line, tmp_path).stdout.split()
     assert Path(package).parent.parent.samefile(wheel.packages)
     assert Path(scenarios).samefile(wheel.packages / "gears3d" / "papers" / "scenarios")

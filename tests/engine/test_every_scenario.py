@@ -6,7 +6,7 @@ from gears3d import simulate
 from gears3d.comparison import compare
 from gears3d.effects import Code
 from gears3d.scenario import load
-from gears3d.scenario.shipped import shipped
+from gears3d.scenario.document import shipped
 
 FILES = sorted(shipped().rglob("*.toml"))
 

@@ -15,9 +15,7 @@ import tomlkit
 from gears3d.effects import catalogue
 from gears3d.errors import GearsError
 from gears3d.scenario import STARTERS, Scenario, load
-from gears3d.scenario.document import read
-from gears3d.scenario.overrides import literal
-from gears3d.scenario.shipped import names
+from gears3d.scenario.document import literal, names, read
 from gears3d.scenario.starting import starter
 from gears3d.simulation import MODELS, refusals
 from gears3d.units import FAMILIES, parse

@@ -82,7 +82,7 @@ def one(request, installed):
 
 
 def shipped(installed):
-    code = "from gears3d.scenario.shipped import shipped; print(shipped() / 'rigaud-2020' / 'fig5-20rpm.toml')"
+    code = "from gears3d.scenario.document import shipped; print(shipped() / 'rigaud-2020' / 'fig5-20rpm.toml')"
     return said(installed.python, "-c", code, cwd=installed.home).stdout.strip()
 
 

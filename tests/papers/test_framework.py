@@ -178,7 +178,7 @@ def test_a_command_of_the_page_sets_what_the_bench_set():
     import shlex
 
     from gears3d.scenario import load
-    from gears3d.scenario.shipped import shipped
+    from gears3d.scenario.document import shipped
 
     overrides = {"motion.harmonics": [{"amplitude": "4 rpm", "order": 20}], "impact.restitution": 0.5}
     bench = Bench()

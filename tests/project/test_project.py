@@ -4,7 +4,6 @@ import ast
 import importlib
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -123,33 +122,10 @@ def test_files_and_functions_stay_within_their_limits(path):
             assert length <= MOST_LINES_OF_FUNCTION, f"{node.name} has {length} lines"
 
 
-CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
-KNOWN_CYCLES = next(one["ignore_imports"] for one in CONTRACTS if one["type"] == "acyclic_siblings")
-
-
-@pytest.fixture(scope="module")
-def imports():
-    graph = pytest.importorskip("grimp").build_graph("gears3d", include_external_packages=False)
-    for line in KNOWN_CYCLES:
-        importer, imported = line.split(" -> ")
-        assert imported in graph.find_modules_directly_imported_by(importer), f"{line} is gone: delete it from the list"
-        graph.remove_import(importer=importer, imported=imported)
-    return graph
-
-
-def test_no_import_closes_a_cycle_but_the_known_ones(imports):
+def test_no_import_closes_a_cycle():
+    imports = pytest.importorskip("grimp").build_graph("gears3d", include_external_packages=False)
     for package in sorted(imports.modules):
         assert not imports.find_children(package) or imports.nominate_cycle_breakers(package) == set(), package
-
-
-@pytest.mark.parametrize("line", KNOWN_CYCLES)
-def test_every_known_cycle_is_still_one(imports, line):
-    importer, imported = line.split(" -> ")
-    imports.add_import(importer=importer, imported=imported)
-    try:
-        assert imports.nominate_cycle_breakers(importer.rpartition(".")[0]), f"{line} closes no cycle: delete it"
-    finally:
-        imports.remove_import(importer=importer, imported=imported)
 
 
 def test_exceptions_are_caught_by_name_and_broad_handlers_raise_again():

@@ -6,7 +6,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.scenario import load
-from gears3d.scenario.shipped import find, names, shipped
+from gears3d.scenario.document import find, names, shipped
 
 NAME = "rigaud-2020/fig5-20rpm"
 

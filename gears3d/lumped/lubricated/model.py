@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig
     from gears3d.gears import Pair
     from gears3d.scenario import Scenario
-    from gears3d.scenario.lubricated import Lubricated
+    from gears3d.scenario.models import Lubricated
 
 POINTS, SHARP = 64, 256
 """Of the table over one pitch of the drive; as many as SHARP where friction turns round at one place."""
