@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 LONGEST = 600.0  # After this time a gear that still turns is taken not to stop [s]
 STANDING = 1e-3  # Part of the starting speed that is as good as standing: viscous drag alone stops nothing
-AFTER = 0.02  # How long the record goes on when the gear stands, as a part of the run-down
+AFTER = 0.02  # How long the record continues when the gear stands, as a part of the coast-down
 MOST = 400_000  # Samples of a record at most
 
 

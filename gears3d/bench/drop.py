@@ -1,4 +1,4 @@
-"""Drops across the gap in the 3D engine: what each flank gives back at several speeds."""
+"""Drops across the gap in the 3D engine: coefficient of restitution of each flank at several speeds."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def drops(
 ) -> Drops:
     """Let the loose gear come upon each flank at several speeds, the drive turning steadily, and see what comes back.
 
-    Drag pulls the loose gear from the reverse to the active flank: there it falls, to the reverse one it is thrown.
+    Drag pulls the loose gear from the reverse to the active flank: there it falls, towards the reverse one it starts
+    with a speed.
 
     Args:
         scenario: pair, inertia, drag, impact law and effects; of its motion the mean speed counts.
@@ -82,7 +83,7 @@ def drops(
         for speed in speeds:
             for side in (0, 1):
                 for _ in range(repeat):
-                    # golden steps spread the places over the mesh whatever their number
+                    # golden steps spread any number of places over the mesh
                     time = min(pitch, 1.0) * ((len(rows) * 0.6180339887498949) % 1.0)
                     hit = bench.drop(time, side, speed)
                     rows.append((*hit, speed))

@@ -1,4 +1,4 @@
-"""Sweeps of the drive's swing up and down in the 3D engine: where contact is lost, and where it comes back."""
+"""Sweeps of the drive's speed fluctuation up and down in the 3D engine: where contact is lost and regained."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 OPENING = 1e-7  # A gap that opens wider is a loss of contact [m]
-SPAN = (0.9, 1.1)  # Of the swing, over that at which contact is expected to be lost, unless given
+SPAN = (0.9, 1.1)  # Of the speed fluctuation, over that at which contact loss is expected, unless given
 PERIODS = 80  # Of a sweep, half of them rising
 PER_PERIOD = 2000.0  # Samples a period of the record at most
-_WAVES = 60  # Periods over which waves of the flanks and the swing are taken to meet in every phase
+_WAVES = 60  # Periods over which waves of the flanks and the speed fluctuation meet in every phase
 _HALVINGS = 30
 
 
@@ -33,10 +33,10 @@ class Sweep:
     """One sweep.
 
     Args:
-        frequency: of the swing [Hz].
+        frequency: of the speed fluctuation [Hz].
         amplitude: of the drive's speed at which Λ = 1 [rad/s].
         predicted: Λ at which contact on the active flank asks for a pull, waves of the flanks included.
-        up: Λ at the first loss of contact while the swing grows; not a number where there was none, or at once.
+        up: Λ at the first loss of contact while the fluctuation grows; not a number where there was none, or at once.
         down: Λ at the last loss while it falls; not a number where there was none, or it went on to the end.
         losses: time [s], Λ, and opening [m] of every flight wider than 0.1 µm, (n, 3).
         record: what encoders would have recorded.
@@ -81,7 +81,7 @@ class Thresholds(Result):
 
     @property
     def slope(self) -> float:
-        """Slope of log ω over log(ΔΩ/Td) at the losses of growing swings: -1 on the master curve."""
+        """Slope of log ω over log(ΔΩ/Td) at the losses of growing fluctuations: -1 on the master curve."""
         seen = [one for one in self.sweeps if not np.isnan(one.up)]
         if len({one.frequency for one in seen}) < 2:
             return float("nan")
@@ -103,12 +103,12 @@ def thresholds(
     seed: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Thresholds:
-    """Let the drive's swing grow and fall in the 3D engine and see when the gap opens by more than 0.1 µm.
+    """Let the drive's speed fluctuation grow and fall in the 3D engine and see when the gap opens by more than 0.1 µm.
 
     Args:
-        scenario: rig with one swing at least; its first is swept, the others go on.
+        scenario: rig with one harmonic at least; its first is swept, the others continue.
         frequencies: of the sweeps [Hz]; that of the first harmonic unless given.
-        span: smallest and largest swing over that at which contact is expected to be lost.
+        span: smallest and largest amplitude over that at which contact loss is expected.
         periods: of each sweep, half of them rising, 20 at least.
         seed: of the encoders' noise; that of the scenario unless given.
         progress: called now and then with the simulated time done, of all sweeps together [s].
@@ -117,7 +117,7 @@ def thresholds(
         Λ of loss and return for each frequency, and the records.
 
     Raises:
-        InputError: no swing, no drag, oil between the flanks, or what the engine cannot do.
+        InputError: no harmonic, no drag, oil between the flanks, or what the engine cannot do.
         KeyboardInterrupt: it was interrupted.
 
     Source: Rigaud & Perret-Liaudet 2020, section 4, eqs (2)-(10), figs 3, 4.
@@ -176,7 +176,7 @@ def predicted(scenario: Scenario) -> float:
     """Return Λ of the first harmonic at which riding on the active flank asks for a pull, waves included.
 
     Args:
-        scenario: with a swing and drag.
+        scenario: with a harmonic and drag.
 
     Returns:
         Λ; 1 for perfect flanks and nothing else that moves the drive.
@@ -200,7 +200,7 @@ def predicted(scenario: Scenario) -> float:
     low, high = 0.0, 1.1
     if not held(1e-6):
         remedy = "take effects out, slow the drive down or give more drag"
-        raise InputError(Fault("effect", "parts the flanks without any swing", remedy))
+        raise InputError(Fault("effect", "separates the flanks without any speed fluctuation", remedy))
     while held(high) and high < 100.0:
         low, high = high, 2.0 * high
     for _ in range(_HALVINGS):

@@ -1,4 +1,4 @@
-"""Two recordings, or where they lie, held against each other."""
+"""Two recordings, or their places, compared with each other."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from gears3d.errors import InputError, UsageError, did_you_mean
 from gears3d.recording import Recording, read, refuse_unexplained
 from gears3d.signals import FLIGHT_HEIGHT_MIN, regime, window
 
-SAME_WITHIN = 1e-9  # Relative difference of rig values that is none
+SAME_WITHIN = 1e-9  # Relative difference of rig values that is rounding
 
 
 def compare(
@@ -91,7 +91,7 @@ def mode_of(reference: Recording) -> Mode:
 
 
 def period_of(*recordings: Recording) -> float:
-    """Return the period of the excitation [s]: the first one told, else the mean time between blows on one flank."""
+    """Return the period of the excitation [s]: the first known one, else the mean time between impacts on a flank."""
     for one in recordings:
         if one.meta.get("period_s"):
             return float(one.meta["period_s"])

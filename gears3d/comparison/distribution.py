@@ -60,7 +60,7 @@ def drawn(count: int, size: int, times: int, rng: np.random.Generator) -> np.nda
     return rng.multinomial(size, np.full(count, 1.0 / count), size=times)
 
 
-LEVEL = 0.01  # Chance that any of the tests is struck though nothing differs
+LEVEL = 0.01  # Probability that any of the tests rejects though nothing differs
 PERMUTATIONS = 999
 RESAMPLES = 400
 MEMORY = 5.0  # Length of a block in Lyapunov times, after which the motion has forgotten where it was
@@ -70,8 +70,8 @@ BLOCKS_NEEDED = 8
 FEWEST = 8  # Samples smaller than this are not tested
 # Relative changes whose discovery is tried out
 LADDER = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
-POWER = 0.95  # Asked of resamples, so that new records, which vary more, come out at nine in ten
-RESOLUTION = 1e-4  # Smaller differences, of the speed itself or in cycles of phase, are none
+POWER = 0.95  # Required of resamples, so that new records, which vary more, are accepted in 90 % of the cases
+RESOLUTION = 1e-4  # Smaller differences, of the speed itself or in cycles of phase, are rounding
 SEED = 20200701
 
 Window = tuple[float, float]
@@ -83,7 +83,7 @@ def compare_distributions(
     """Hold the speeds and phases of the impacts on each flank, and their rate, against the reference's.
 
     Impacts of one motion depend on each other, so the tests permute whole blocks of time, five Lyapunov times long
-    or a sixteenth of the record; their level is shared by Holm's rule. All chance comes from a fixed seed.
+    or 1/16 of the record; their level is shared by Holm's rule. All chance comes from a fixed seed.
 
     Returns:
         Fields of :class:`gears3d.comparison.Comparison`.
@@ -193,7 +193,7 @@ def _detectable(
 
 
 def _holm(tests: list[SampleTest]) -> tuple[SampleTest, ...]:
-    """Mark the tests that are struck at the level of all together (Holm 1979)."""
+    """Mark the tests that reject at the level of all together (Holm 1979)."""
     ranked = sorted(range(len(tests)), key=lambda i: tests[i].p_value)
     struck = set()
     for rank, i in enumerate(ranked):

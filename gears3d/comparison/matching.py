@@ -149,7 +149,7 @@ def _counting(table: Table, least_height: float) -> np.ndarray:
 
 
 def _single(table: Table, paired: np.ndarray, period: float, begin: float, end: float) -> np.ndarray:
-    """Return which impacts have no partner though the records go on long enough to show it."""
+    """Return which impacts have no partner though the records are long enough to show it."""
     time = table["time_s"]
     far = np.full(len(time), REACH * period)
     for flank in (0, 1):

@@ -87,7 +87,7 @@ def reference(scenario: Scenario, time: np.ndarray) -> Recording:
 
 
 def explained_part(recording: Recording, scenario: Scenario) -> Recording:
-    """Return the longest part of a recording that flights and contact explain: the whole, a half or a quarter.
+    """Return the longest part of a recording that flights and contact explain: the whole, a half or 25 % of it.
 
     Many low bounces at once can keep a whole motion from being explained; its laws show in any part.
     """

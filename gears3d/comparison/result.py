@@ -32,7 +32,7 @@ KEYS = (
 
 @dataclass(frozen=True)
 class SampleTest:
-    """Two samples held against each other.
+    """Two samples compared with each other.
 
     Args:
         quantity: ``"active.speed"``, ``"active.phase"``, ``"reverse.speed"``, ``"reverse.phase"``.
@@ -52,7 +52,7 @@ class SampleTest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Result):
-    """One recording held against a reference.
+    """One recording compared with a reference.
 
     ``trajectory`` pairs impacts one to one. ``distribution`` is for a chaotic reference, whose impacts nobody can
     follow: nothing is paired (``None``), and errors are those of median, 95th percentile and mean of the speeds and
@@ -65,7 +65,7 @@ class Comparison(Result):
         impacts_invented: counting impacts of the tested recording without any counterpart.
         velocity_error_median: median relative error of the impact speed; ``None`` without impacts.
         velocity_error_p95: its 95th percentile.
-        velocity_bias: mean relative error with its sign, above 0 when the tested recording hits harder.
+        velocity_bias: mean relative error with its sign, above 0 when the tested recording has faster impacts.
         phase_error_median_cycles: median distance in phase [cycles of the excitation].
         flight_height_min_m: impacts count after flights higher than this [m].
         regime_equal: whether both move in the same regime.

@@ -352,7 +352,7 @@ def _beyond(tested: Recording, scenario: Scenario) -> Finding:
 
 
 def _causes(findings: Sequence[Finding], shifted: bool, backlash: float) -> list[str]:
-    """Return what differs; a cause that spoils what others are measured by stands alone."""
+    """Return what differs; a cause that spoils the measurement of the others stands alone."""
     off = {one.quantity: one for one in findings if one.deviates}
     if "drive angle, deviation over fluctuation" in off:
         return ["time" if shifted else "drive"]

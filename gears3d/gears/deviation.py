@@ -88,7 +88,7 @@ class ToothDeviation:
 class ProfileSlope:
     """Material that grows in proportion to the roll angle from the start of the active profile to the tip.
 
-    It is measured along the normal of the involute and is 0 in the middle of that range, below which it goes on
+    It is measured along the normal of the involute and is 0 in the middle of that range, below which it continues
     straight to the root form circle. A positive slope is a smaller pressure angle of the flank.
 
     Args:
@@ -120,7 +120,7 @@ class ProfileWave:
     """Material amplitude·cos(2π·waves·x + phase), x from 0 at the start of the active profile to 1 at the tip.
 
     x is the share of the roll angle, the material is measured along the normal of the involute; below the start the
-    flank goes on straight.
+    flank continues straight.
 
     Args:
         gear: ``"drive"`` or ``"loose"``.
@@ -224,7 +224,7 @@ class Wobble:
             own sense of rotation [rad].
 
     Raises:
-        InputError: unknown gear, or a tilt that is no small angle.
+        InputError: unknown gear, or a tilt that is not a small angle.
     """
 
     gear: Literal["drive", "loose"]
@@ -245,7 +245,7 @@ class Misalignment:
         out_of_plane: it leans along the drive's motion at the pitch point towards +z, across that plane [rad].
 
     Raises:
-        InputError: a tilt that is no small angle.
+        InputError: a tilt that is not a small angle.
 
     Source: ISO/TR 10064-3:1996, parallelism of axes, f_Σδ and f_Σβ over the face width.
     """

@@ -1,7 +1,7 @@
 """The gap of two flanks that end at their tips: before and after the path of contact a tip's edge meets the flank.
 
-A flank's support function goes on past its tip as that of the edge, n·p with the edge's position p, so the gap has no
-jump where a pair of teeth enters or leaves the path of contact. Below its base circle a flank goes on as an edge there.
+A flank's support function continues past its tip as that of the edge, n·p with the edge's position p, so the gap has no
+jump where a pair of teeth enters or leaves the path of contact. Below its base circle a flank continues as an edge.
 
 The gap is the greatest distance of parallel tangents over all directions of their normal. Both support functions are
 convex, so while it is open there is one maximum, and the slope tells on which side it lies. Where flanks overlap,
@@ -39,11 +39,11 @@ if TYPE_CHECKING:
 
 _DISTANCE, _DIRECTION = 2, 3
 _SEARCH = 0.7  # How far from the line of action's normal a common normal is looked for [rad]
-_OVERLAP = -1e-8  # Gaps below it may have several maxima worth telling apart [m]
-_DEEP = 1e3  # Radii of curvature of two flanks that are more overlaps leave one maximum, or several alike
+_OVERLAP = -1e-8  # Gaps below it may have several maxima that matter [m]
+_DEEP = 1e3  # Radii of curvature of two flanks that are more overlaps leave one maximum, or several of the same size
 _CLOSE = 1e-12  # Directions that differ by less are the same [rad]
 _NEWTON = 8  # So many steps a search may take before it halves its bracket every other time
-_BESIDE = 1e-12  # Roll angle by which a place beside a corner differs from it [rad]
+_BESIDE = 1e-12  # Roll angle by which a place next to a corner differs from it [rad]
 
 
 class Edged(Record):
@@ -51,7 +51,7 @@ class Edged(Record):
 
     flanks: Flanks  # the arrays of the pair
     # roll angle of the normal at each flank's end [rad], the edge's position in the gear's own frame [m], and roll
-    # angles of the normals beside corners, root relief's start before and after, tip relief's, and the lowest regular
+    # angles of the normals next to corners, root relief's start before and after, tip relief's, and the lowest regular
     # point of a profile that deviates, 0 where there is none [rad], for each gear, flank and tooth (2, 2, teeth, 8)
     tips: Floats4
     cuts: Floats1  # where the search for several maxima puts the ends of its parts, (16,)

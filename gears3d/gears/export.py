@@ -42,13 +42,13 @@ def write_meshes(
     command: str = "",
     progress: Callable[[str], None] | None = None,
 ) -> dict[str, dict[str, Any]]:
-    """Write gears of a pair as files, each under a temporary name that is renamed, with a JSON card beside them.
+    """Write gears of a pair as files, each under a temporary name that is renamed, with a metadata sidecar in JSON.
 
     Args:
         pair: the pair, deviations included.
         folder: made if it is not there; files of the same names are replaced.
         formats: of ``"stl"`` (binary, mm), ``"obj"`` (mm, 9 decimals), ``"glb"`` (m, with normals), ``"step"`` (mm,
-            B-spline surfaces, whatever the chord).
+            B-spline surfaces, independent of the chord).
         chord: largest distance of the facets from the surface [m].
         which: the gears.
         densities: of drive and loose gear [kg/m³].

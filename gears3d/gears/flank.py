@@ -283,7 +283,7 @@ def _relieved_support(flanks, gear, flank, tooth, at):
 
 @inner
 def _profiled_support(flanks, gear, flank, tooth, at):
-    """As :func:`_relieved_support`, with deviations of the profile: between the edges of reliefs, down to the floor."""
+    """As :func:`_relieved_support`, with deviations of the profile: between edges of reliefs, above FLOOR."""
     u, wanted = at
     side, base = 1.0 - 2.0 * flank, flanks.gears[gear, BASE]
     low, high = flanks.gears[gear, FLOOR + flank], inf

@@ -395,7 +395,7 @@ class Gear:
 
     @property
     def pocket(self) -> tuple[float, float] | None:
-        """Radii of hub and rim between which the web stands back from the faces [m]; ``None`` for a full body."""
+        """Radii of hub and rim between which the web is narrower than the face [m]; ``None`` for a full body."""
         if self.rim is None:
             return None
         inner = self.hub if self.hub is not None else self.bore
@@ -441,7 +441,7 @@ def _simple_faults(gear: Gear):
         value = getattr(gear, key)
         if gear.module > 0.0 and not abs(value) <= 0.05 * gear.module:
             most = 0.05e6 * gear.module
-            yield Fault(key, f"is {value * 1e6:g} um", f"give -{most:g} to {most:g} um (a twentieth of the module)")
+            yield Fault(key, f"is {value * 1e6:g} um", f"give -{most:g} to {most:g} um (1/20 of the module)")
     if gear.teeth != int(gear.teeth):
         yield Fault("teeth", f"is {gear.teeth:g}", "give a whole number")
 
@@ -461,7 +461,7 @@ def _shape_faults(gear: Gear):
     if gear.fillet_radius > min(widest, gear.dedendum / (1.0 - sin(slope))):
         yield Fault(
             "fillet_radius",
-            f"is {gear.fillet_radius:g} modules, more than the tip of the rack has room for",
+            f"is {gear.fillet_radius:g} modules, more than fits into the tip of the rack",
             f"give 0 to {max(widest, 0.0):.4g} modules",
         )
     yield from _body_faults(gear)
@@ -469,7 +469,9 @@ def _shape_faults(gear: Gear):
 
 def _tip_faults(gear: Gear):
     if gear.tip_diameter is not None and gear.tip_shortening != 0.0:
-        yield Fault("tip_diameter", f"is {gear.tip_diameter * 1e3:g} mm beside a tip_shortening", "keep one of the two")
+        yield Fault(
+            "tip_diameter", f"is {gear.tip_diameter * 1e3:g} mm in addition to a tip_shortening", "keep one of the two"
+        )
         return
     key = "addendum" if gear.tip_diameter is None else "tip_diameter"
     lowest, highest = max(gear.base_radius, gear.root_radius), _pointed_radius(gear)

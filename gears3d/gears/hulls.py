@@ -38,7 +38,7 @@ def pieces(pair: Pair, which: str, points: int = 24, slices: int | None = None) 
 
     A piece is the hull of both flanks from the start of their working part to the tip, at both ends of the face or of
     a slice of it. Chords cut into the flanks, and between the ends of a slice helical tips run straight, so a hull
-    stands back by at most the errors of :func:`piece_budget`.
+    lies within the perfect one by at most the errors of :func:`piece_budget`.
 
     Args:
         pair: the pair, deviations included.
@@ -139,7 +139,7 @@ def _slice_error(pair: Pair, which: str, slices: int | None) -> float:
 
     There a hull's support function is the mean of those of its ends. Along an involute, whose support function is
     linear, that of a turned section is the same; next to the tip it falls short by up to that of the edge, the
-    distance of the tip's tangent from the axis, times the square of the turn over 8. Crowning falls short by a quarter
+    distance of the tip's tangent from the axis, times the square of the turn over 8. Crowning falls short by 25 %
     of the change of its slope over the slice.
     """
     gear, levels = pair.gear(which), _levels(pair, which, slices)

@@ -195,7 +195,7 @@ SAMPLES = 40  # In a radian of the highest order, over which the bending of a fl
 def steepest(pair: Meshing, which: str) -> float:
     """Return the largest sum of |amplitude|·order² that the flanks of a gear can carry [m].
 
-    The flank must stay convex with a radius of curvature of at least a twentieth of the perfect one's at the lower
+    The flank must stay convex with a radius of curvature of at least 1/20 of the perfect one's at the lower
     end of its working part, and touch its mate in one point for every angle.
 
     Args:
@@ -332,7 +332,7 @@ def _size(deviation: Deviation) -> float:
 def _stays_convex(pair: Meshing, which: str, flank: str) -> bool:
     """Return whether harmonics that add up to too much never do so where a tooth's working flank would be bent too far.
 
-    The same that :func:`steepest` asks of any phases, asked of these.
+    The condition of :func:`steepest`, for these phases instead of any.
     """
     from gears3d.gears.flank import (
         ACTIVE_START,

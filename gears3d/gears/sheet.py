@@ -155,7 +155,7 @@ class Quantity:
     name: str  # as ISO 21771 calls it
     symbol: str  # as ISO 21771 writes it, subscripts after ``_``
     family: str  # its unit family
-    # in the family's SI unit; one of the pair, or those of drive and loose gear; ``None`` where there is none
+    # in the family's SI unit; one of the pair, or those of drive and loose gear; ``None`` where it has no value
     values: tuple[float | None, ...]
     source: str = ""  # where it is defined; ``(n)`` counts the equations of ISO 21771:2007
 

@@ -313,7 +313,7 @@ def _falling(section: Outline, levels: Array) -> NDArray[np.bool_]:
     """Over which segments of a tooth the diagonals between levels fall, (n,): those that lie close to the surface.
 
     A flank is straight along its generators, along which its normal does not turn, and so is a tip; where the outline
-    turns with the helix one comes back along it from level to level. In the hollow of a fillet one goes on.
+    turns with the helix one comes back along it from level to level. In the hollow of a fillet the walk continues.
     """
     n, root, fillet = section.points.shape[1], section.root, section.fillet
     place = np.arange(n)

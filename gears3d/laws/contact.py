@@ -104,7 +104,7 @@ def impulse(mass: float, velocity: ArrayLike, coefficient: ArrayLike) -> np.ndar
 
 
 def dimensionless_impulse(impulses: ArrayLike, mass: float, amplitude: ArrayLike, omega: ArrayLike) -> np.ndarray:
-    """Return Ī = I/(m·H·ω), the impulse in units of the drive's own swing.
+    """Return Ī = I/(m·H·ω), the impulse in units of the drive's own speed fluctuation.
 
     Source: Kadmiri et al. 2012, eq. (29).
 
@@ -134,14 +134,14 @@ def restitution(
 ) -> np.ndarray:
     """Return e = clip(e0 + slope·|v| ± asymmetry/2 + deviation·z, 0, 1), + on the active flank, − on the reverse one.
 
-    Constant with ``base`` alone. The active flank is hit with a negative velocity, the reverse one with a positive.
+    Constant with ``base`` alone. Impacts on the active flank have a negative velocity, the reverse one with a positive.
     Source: Kadmiri et al. 2012, eqs (3), (19), (20) and fig. 7: linear in the speed, with a normal scatter.
 
     Args:
         base: e0.
         velocity: approach velocity ṡ⁻ [m/s].
         slope: [s/m].
-        asymmetry: how much more the active flank gives back than the reverse one.
+        asymmetry: how much larger the restitution of the active flank is than that of the reverse one.
         deviation: standard deviation of the scatter.
         normal: z, standard normal numbers.
 
@@ -157,7 +157,7 @@ def restitution(
 
 
 def damping_ratio(coefficient: ArrayLike) -> np.ndarray:
-    """Return the damping ratio of a linear spring and damper that gives back e, ζ = −ln e/√(π² + ln² e).
+    """Return the damping ratio of a linear spring and damper with restitution e, ζ = −ln e/√(π² + ln² e).
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (20), with the square that the print leaves out.
 
@@ -197,7 +197,7 @@ def restitution_of(ratio: ArrayLike) -> np.ndarray:
 def scatter(seed: int, index: int) -> float:
     """Return the standard normal number that belongs to an impact: seed and index alone make it.
 
-    Every model that asks for the same impact draws the same number, so that scattered runs can be held against each
+    Every model that asks for the same impact draws the same number, so that scattered runs can be compared with each
     other impact by impact.
 
     Args:

@@ -235,7 +235,7 @@ def mesh_film_force(
     push the same way; here the force is odd in (xn, ẋn) and has no jump at xn = 0.
 
     Args:
-        displacement: along the normal from amid the backlash towards the active flank, xn [m].
+        displacement: along the normal from the middle of the backlash towards the active flank, xn [m].
         velocity: ẋn [m/s].
         half_backlash: cb [m].
         speed: that draws oil in, u [m/s].

@@ -119,7 +119,7 @@ def landing(
         longest: where the search ends [s].
 
     Returns:
-        The first touch; ``None`` when there is none until ``longest``.
+        The first touch; ``None`` without one until ``longest``.
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (18), (19), and the condition that the flight does not fall back.
 
@@ -248,9 +248,9 @@ def crossing(speed: float, omega: float, pull: float, phase: float, gap: float) 
 
 Restitution = Callable[[int, float], float]
 MOST = 400  # So many flights, and no lasting contact on the active flank, are no cycle
-LONGEST = 50  # A flight of so many periods is no flight
+LONGEST = 50  # A flight of so many periods is a separation for good
 SENSITIVE = 1e-7  # A change of the backlash by this share must leave the order of the impacts as it is
-LEAST = 1e-13  # Rebound speed that is none [m/s]
+LEAST = 1e-13  # Rebound speed that counts as 0 [m/s]
 REGIMES = ("contact", "single_sided", "double_sided", "unknown")
 
 
@@ -297,7 +297,7 @@ class Cycle(NamedTuple):
 
 
 def plastic(flank: int, speed: float) -> float:
-    """Return the restitution 0 whatever hits.
+    """Return the restitution 0 for every impact.
 
     Args:
         flank: 0 active, 1 reverse.

@@ -1,4 +1,4 @@
-"""What was recorded, of whatever source: signals on a time axis, a table of impacts, and what is known about both."""
+"""Recordings of any source: signals on a time axis, a table of impacts, and metadata."""
 
 from gears3d.recording.columns import ACTIVE as ACTIVE
 from gears3d.recording.columns import FLANKS as FLANKS

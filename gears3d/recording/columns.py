@@ -186,7 +186,7 @@ def _refuse_holes(columns: Table, names: Any, table: str, file: str) -> None:
         if bad.size:
             more = f", and {len(bad) - 1} more rows" if len(bad) > 1 else ""
             value = columns[name][bad[0]]
-            faults.append(Fault(f"{table}.{name}[{bad[0]}]", f"is {value}{more}", "cut or mend the rows", file))
+            faults.append(Fault(f"{table}.{name}[{bad[0]}]", f"is {value}{more}", "cut or correct the rows", file))
     if faults:
         raise InputError(faults)
 
@@ -293,7 +293,7 @@ def from_json(text: str | bytes) -> dict[str, Any]:
     except (TypeError, RecursionError) as error:
         raise ValueError(f"is not metadata of gears3d: {error}") from error
     if not isinstance(meta, dict):
-        raise ValueError("is no JSON object")
+        raise ValueError("is not a JSON object")
     return meta
 
 

@@ -25,7 +25,7 @@ DAY = 86_400 * 10**9  # Nanoseconds of a day
 NEVER = np.iinfo(np.int64).min  # A cell without a time, as numpy has NaT
 EPOCHS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 FIRST, LAST = 1.0e9, 2.2e9  # Seconds since 1970 of September 2001 and of 2039: numbers between them may be epochs
-LONGEST = 10.0  # Interval between two readings [s] beyond which a number is no epoch but a counter
+LONGEST = 10.0  # Interval between two readings [s] beyond which a number is a counter and not an epoch
 
 
 def form_of(cell: str) -> str:
@@ -156,8 +156,8 @@ def _one(cell: str, form: str) -> int:
     return total if abs(total) < np.iinfo(np.int64).max else NEVER
 
 
-HEAD = 1 << 18  # Bytes from which the dialect is told
-LINES = 400  # Lines from which it is told; a longer header hides the numbers
+HEAD = 1 << 18  # Bytes from which the dialect is found
+LINES = 400  # Lines from which it is found; a longer header hides the numbers
 # What lines that are no rows begin with
 COMMENTS = ("#", "%", "//", "!")
 DELIMITERS = (";", "\t", ",", "|", " ")
@@ -405,7 +405,7 @@ def _encoding(head: bytes) -> str:
         sides = head[0:4096:2].count(0), head[1:4096:2].count(0)
         if max(sides) > 0.4 * len(head[:4096]) / 2 and min(sides) <= 0.1 * max(sides):
             return "utf-16-be" if sides[0] > sides[1] else "utf-16-le"
-        raise ValueError("is no text")
+        raise ValueError("is not a text")
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:

@@ -147,7 +147,7 @@ def _values(column: pyarrow.ChunkedArray) -> np.ndarray:
 
 
 def _of_summary(folder: Path) -> dict[str, Any]:
-    """Return what ``summary.json`` tells of tables that carry no metadata of their own."""
+    """Return metadata from ``summary.json`` for tables that have none of their own."""
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         return {key: summary[key] for key in ("title", "source", "model", "version", "period_s") if key in summary}

@@ -254,9 +254,9 @@ def describe(recording: Recording) -> dict[str, Any]:
     Raises:
         InputError: flights and contact do not explain the motion of the measured record.
 
-    >>> hits = {"time_s": [0.5], "flank": ["active"], "velocity_m_s": [-0.02]}
+    >>> impacts = {"time_s": [0.5], "flank": ["active"], "velocity_m_s": [-0.02]}
     >>> angles = {"time_s": [0, 1], "theta_drive_rad": [0, 3], "theta_loose_rad": [0, 3]}
-    >>> describe(Recording(angles, hits))["regime"]
+    >>> describe(Recording(angles, impacts))["regime"]
     'single_sided'
     """
     refuse_unexplained(recording)
@@ -264,7 +264,7 @@ def describe(recording: Recording) -> dict[str, Any]:
 
 
 def refuse_unexplained(recording: Recording, file: str = "") -> None:
-    """Refuse a measured record whose motion flights and contact do not explain: it has no impacts to speak of.
+    """Refuse a measured record whose motion flights and contact do not explain: its impacts mean nothing.
 
     Args:
         recording: of any source.

@@ -20,7 +20,7 @@ from gears3d.recording.record import Recording
 
 CONTACTS = "contacts.parquet"
 THIN = 1024  # Samples of an excerpt
-ROOM = 8 << 20  # Bytes that a table holds back on the disk, to be ended properly when the disk is full
+ROOM = 8 << 20  # Bytes that a table reserves on the disk, to be ended properly when the disk is full
 
 
 def _opened(path: Path) -> Any:
@@ -28,7 +28,7 @@ def _opened(path: Path) -> Any:
 
 
 class _Sink(io.RawIOBase):
-    """A file that gives back the room it holds when the disk is full, and says so."""
+    """A file that releases its reserved bytes when the disk is full, and reports it."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.spare = path, path.with_name(f"{path.name}.room")

@@ -1,4 +1,4 @@
-"""Rows of a text file as columns of numbers, in blocks; what is no number is located by its line."""
+"""Rows of a text file as columns of numbers, in blocks; what is not a number is located by its line."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class Columns:
             elif width <= len(cells) <= most or (len(cells) > width and not any(cells[width:])):
                 rows.append(cells)
                 numbers.append(number)
-            elif not rows and not done:  # a logger that was joined amid a row
+            elif not rows and not done:  # a logger that was joined within a row
                 torn.rows.append(number)
                 left += 1
             else:
@@ -273,7 +273,7 @@ def read_csv(path: Path) -> dict[str, np.ndarray]:
         The columns as float64, empty cells NaN.
 
     Raises:
-        InputError: it cannot be read, or a cell is no number; names column and row.
+        InputError: it cannot be read, or a cell is not a number; names column and row.
     """
     table = open_text(path)
     refuse_twins(list(table.dialect.names), path)
@@ -392,7 +392,9 @@ def _located(table: TextTable, places: Sequence[int], error: Exception) -> Input
                 row += 1
                 cells = split(line.rstrip("\r"), dialect.delimiter)
                 if len(cells) != width and (len(cells) < width or len(cells) > max(dialect.most, width)):
-                    remedy = "each row has as many cells as there are columns; a file that was cut off ends amid a row"
+                    remedy = (
+                        "each row has as many cells as there are columns; a file that was cut off ends within a row"
+                    )
                     return InputError(Fault(f"row {row}", f"has {len(cells)} cells, not {width}", remedy, file))
                 for place in places:
                     if dialect.forms and dialect.forms[place] and form_of(cells[place]):

@@ -1,4 +1,4 @@
-"""The run folder of the contract: written beside its place and renamed, so that it is never half there."""
+"""The run folder of the contract: written under a temporary name and renamed, so that it is never incomplete."""
 
 from gears3d.runs.bundle import Bundle as Bundle
 from gears3d.runs.bundle import bundle as bundle

@@ -120,7 +120,7 @@ def refuse_foreign(place: Path) -> None:
         what = f"{place} is the current folder or one above it, which cannot be replaced"
         raise InputError(Fault("--out", what, f"name a folder in it, e.g. --out {place / 'run'}"))
     if place.is_dir() and any(place.iterdir()) and not (place / MARK).exists():
-        raise InputError(Fault("--out", f"{place} is no run folder and is not empty; it stays as it is", remedy))
+        raise InputError(Fault("--out", f"{place} is not a run folder and is not empty; it stays as it is", remedy))
 
 
 MOST = 1 << 26  # Bytes of a summary
@@ -155,7 +155,7 @@ def read_run(path: str | Path) -> Run:
         Its content; ``twin`` is ``None`` when there is none.
 
     Raises:
-        InputError: it is no run folder, or a file in it cannot be read.
+        InputError: it is not a run folder, or a file in it cannot be read.
     """
     from gears3d.recording import read
     from gears3d.scenario import load
@@ -164,7 +164,7 @@ def read_run(path: str | Path) -> Run:
     if not (folder / MARK).is_file():
         what = "is not there"
         if folder.exists():
-            what = "is no run folder: it has no summary.json" if folder.is_dir() else "is a file, not a run folder"
+            what = "is not a run folder: it has no summary.json" if folder.is_dir() else "is a file, not a run folder"
         raise InputError(Fault("", what, "make one with `gears3d run SCENARIO --out DIR`", str(folder)))
     try:
         summary = json.loads(read_text(folder / MARK, MOST))

@@ -195,7 +195,7 @@ def _gears(reader: Reader, section: dict[str, Any]) -> Gears:
             if gear.helix_angle and "face_width" not in (*section, *table):
                 angle = show(gear.helix_angle, "angle")
                 reader.fault(
-                    f"{place}.face_width", f"is missing beside a helix_angle of {angle}", 'e.g. face_width = "20 mm"'
+                    f"{place}.face_width", f"is missing with a helix_angle of {angle}", 'e.g. face_width = "20 mm"'
                 )
             gear = replace(gear, face_width=10 * gear.module)
         gears.append(gear)
@@ -254,7 +254,7 @@ def _motion(reader: Reader, section: dict[str, Any]) -> Motion:
         reader.fault("motion.record", "is empty", "name a file, or leave it out")
     written = section.get("harmonics", [])
     if not isinstance(written, list):
-        reader.fault("motion.harmonics", f"{written!r} is no list", "write harmonics = [ { amplitude = ..., } ]")
+        reader.fault("motion.harmonics", f"{written!r} is not a list", "write harmonics = [ { amplitude = ..., } ]")
         written = []
     harmonics = [_harmonic(reader, item, f"motion.harmonics[{i}]", motion.mean) for i, item in enumerate(written)]
     return replace(
@@ -270,7 +270,7 @@ def _harmonic(reader: Reader, written: Any, place: str, mean: float | None) -> H
     frequency = read.frequency
     given = {name for name in ("frequency", "order") if isinstance(written, Mapping) and name in written}
     if len(given) == 2:
-        reader.fault(f"{place}.order", "stands beside frequency", "keep one of the two")
+        reader.fault(f"{place}.order", "is given in addition to frequency", "keep one of the two")
     elif not given:
         reader.fault(f"{place}.frequency", "is missing", 'e.g. frequency = "3 Hz", or order = 2')
     elif read.order is not None and mean == 0:
@@ -314,7 +314,7 @@ def _counts_periods(written: str) -> bool:
 
 
 def _periods(reader: Reader, written: str, name: str, period: float) -> str:
-    """Return a number of periods as a time; nothing, with a fault, where it is no number or out of bounds."""
+    """Return a number of periods as a time; nothing, with a fault, where it is not a number or out of bounds."""
     number, _, unit = written.strip().partition(" ")
     try:
         if unit.strip() not in ("period", "periods"):
@@ -356,7 +356,7 @@ def _effect_table(kind: Any) -> type:
 def _effects(reader: Reader, written: Any) -> tuple[Any, ...]:
     """Return the effects of a scenario in order, without the faulty ones."""
     if not isinstance(written, list):
-        reader.fault("effect", "is no list", "write [[effect]] with double brackets")
+        reader.fault("effect", "is not a list", "write [[effect]] with double brackets")
         return ()
     effects = [_effect(reader, item, f"effect[{index}]") for index, item in enumerate(written)]
     return tuple(effect for effect in effects if effect is not None)
@@ -370,7 +370,7 @@ def _effect(reader: Reader, written: Any, place: str) -> Any:
         reader.fault(f"{place}.kind", "is missing", "known: " + ", ".join(kinds))
         return None
     if not isinstance(kind, str) or kind not in kinds:
-        reader.fault(f"{place}.kind", f"{kind!r} is no known effect", reader.meant(str(kind), list(kinds)))
+        reader.fault(f"{place}.kind", f"{kind!r} is not a known effect", reader.meant(str(kind), list(kinds)))
         return None
     params: Mapping[str, Param] = kinds[kind].params
     before = len(reader.faults)

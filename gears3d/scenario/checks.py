@@ -93,7 +93,7 @@ def _is_dry(row: Row) -> bool:
 
 
 def _check_gap(reader: Reader, scenario: Setup, lowered: list[list[Row]]) -> None:
-    """Check whether the flanks leave a gap at every angle; the effect with which it closes is told."""
+    """Check whether the flanks leave a gap at every angle; the effect that closes it is reported."""
     pair, rows = scenario.pair(), [row for own in lowered for row in own]
     if not any(row.code // 100 == 2 or row.code == Code.GAP_FILM for row in rows) or _least_gap(pair, rows) > 0.0:
         return
@@ -113,7 +113,7 @@ def _check_gap(reader: Reader, scenario: Setup, lowered: list[list[Row]]) -> Non
 
 
 def _least_gap(pair: Pair, rows: list[Row]) -> float:
-    """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once a turn.
+    """Return the least backlash over all angles [m]; an eccentricity e changes it by 2·e·sin αw, once per revolution.
 
     Oil takes its smallest thickness on either flank.
     """
@@ -142,7 +142,7 @@ def _complete(part: object, *names: str) -> bool:
     return all(getattr(part, name) is not None for name in names)
 
 
-# Keys without which there is no gear
+# Keys that a gear requires
 _SHAPE = [
     name for name, key in keys_of(GearSpec).items() if key.default is not None or name in ("module", "face_width")
 ]
@@ -158,7 +158,7 @@ def _check_gears(reader: Reader, scenario: Setup, sections: Mapping[str, Mapping
 
 
 def _check_same_rack(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> bool:
-    """Check whether both gears are cut alike."""
+    """Check whether both gears have the same rack."""
     same = True
     for name in ("module", "pressure_angle", "helix_angle"):
         drive, loose = getattr(gears.drive, name), getattr(gears.loose, name)
@@ -182,7 +182,7 @@ def _written(section: Mapping[str, Any], which: str, name: str) -> bool:
 
 
 def _check_shapes(reader: Reader, gears: Gears, section: Mapping[str, Any]) -> bool:
-    """Check each gear by itself; a fault of a common key is told once."""
+    """Check each gear by itself; a fault of a common key is reported once."""
     sound = True
     told: set[tuple[str, str]] = set()
     for which, gear in (("drive", gears.drive), ("loose", gears.loose)):
@@ -255,7 +255,7 @@ def _check_run(reader: Reader, scenario: Setup) -> None:
     if run.settle >= run.duration:
         reader.fault(
             "run.settle",
-            f"is {show(run.settle, 'time')}, not less than run.duration ({show(run.duration, 'time')}): none is left",
+            f"is {show(run.settle, 'time')}, not less than run.duration ({show(run.duration, 'time')})",
             "give a longer duration or a shorter settle",
         )
     if run.duration * run.output_rate > MOST_SAMPLES:

@@ -296,7 +296,7 @@ def apply(document: Document, overrides: Overrides) -> None:
         try:
             _set(document.toml, key, value)
         except (LookupError, TypeError, AttributeError, ValueError) as why:
-            reason = why.args[0] if isinstance(why, LookupError) else "leads through a value that is no table"
+            reason = why.args[0] if isinstance(why, LookupError) else "leads through a value that is not a table"
             faults.append(Fault(key, f"cannot be set: {reason}", file="--set"))
         document.origin[key] = "--set"
     if faults:
@@ -338,7 +338,7 @@ def _steps(key: str) -> list[str | int]:
         index = match[2]
         steps.append(match[1] if index is None else index if index == "+" else int(index))
     if not steps or end != len(key):
-        raise UsageError(f"{key!r} is no key path: write it dotted with [i], e.g. motion.harmonics[0].amplitude")
+        raise UsageError(f"{key!r} is not a key path: write it dotted with [i], e.g. motion.harmonics[0].amplitude")
     return steps
 
 
@@ -363,7 +363,7 @@ def _item(place: Any, value: Any) -> Any:
     """Return a value as an element of a list; an array of tables takes tables alone."""
     if isinstance(place, AoT):
         if not isinstance(value, Mapping):
-            raise LookupError(f"{value!r} is no table")
+            raise LookupError(f"{value!r} is not a table")
         table = tomlkit.table()
         table.update(value)
         return table
@@ -385,6 +385,6 @@ def _enter(place: Any, step: str | int, list_follows: bool) -> Any:
 
 def _check(place: Any, index: int) -> None:
     if not isinstance(place, list):
-        raise LookupError(f"[{index}] of what is no list")
+        raise LookupError(f"[{index}] of what is not a list")
     if not -len(place) <= index < len(place):
         raise LookupError(f"[{index}] of a list of {len(place)}; [+] appends")

@@ -19,7 +19,7 @@ COLUMNS = ("time_s", "theta_drive_rad")
 LEAST = 12  # So few samples make no motion
 ORDER = 4  # Of the Butterworth low-pass, which runs forwards and backwards
 STEADY = 0.01  # Difference of the times between samples, part of one, up to which they are taken for equal
-BEYOND = 4.0  # Bandwidth over the highest frequency that stands out of the noise: the low-pass takes 1.5e-5 of it
+BEYOND = 4.0  # Bandwidth over the highest frequency above the noise: the low-pass takes 1.5e-5 of it
 
 
 class DriveRecord(NamedTuple):
@@ -33,8 +33,8 @@ class DriveRecord(NamedTuple):
 def drive_record(scenario: Scenario) -> DriveRecord:
     """Return the measured drive motion of a scenario, smoothed up to ``motion.bandwidth`` without a shift in phase.
 
-    Where none is given, a motion whose noise would show in its acceleration is smoothed up to four times the highest
-    frequency that stands out of the noise, if its samples are equally spaced.
+    Without it, a motion whose noise would show in its acceleration is smoothed up to four times the highest
+    frequency above the noise, if its samples are equally spaced.
 
     Source: Butterworth low-pass of order 4 run both ways, -6 dB at the bandwidth.
     """

@@ -50,7 +50,7 @@ class Key:
         if self.family == "text":
             if isinstance(written, str):
                 return str(written), "text"
-            raise InputError(Fault("", f"{written!r} is no text", "put it in quotes"))
+            raise InputError(Fault("", f"{written!r} is not a text", "put it in quotes"))
         if self.family == "choice":
             if isinstance(written, str) and written in self.choices:
                 return str(written), "choice"
@@ -340,7 +340,7 @@ class Sensor(Table):
 
 @dataclass(frozen=True, config=CONFIG)
 class Sensors(Table):
-    """Both encoders and their sample rate, Hz; ``stated``: whether it was given, and is no default."""
+    """Both encoders and their sample rate, Hz; ``stated``: whether it was given, and is not the default."""
 
     sample_rate: float = _positive("frequency", "of both encoders", "50 kHz")
     drive: Sensor = field(default_factory=Sensor)

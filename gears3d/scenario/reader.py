@@ -59,7 +59,7 @@ class Reader:
         """Return a table, or an empty one with a fault."""
         if isinstance(value, Mapping):
             return dict(value)
-        self.fault(place, f"{value!r} is no table", f"write [{place}] and its keys below")
+        self.fault(place, f"{value!r} is not a table", f"write [{place}] and its keys below")
         return {}
 
     def unknown(self, table: Mapping[str, Any], place: str, known: Sequence[str]) -> None:

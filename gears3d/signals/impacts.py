@@ -13,13 +13,13 @@ FLANKS = ("active", "reverse")  # Names of the flanks, in the order of their cod
 REGIMES = ("contact", "single_sided", "double_sided")
 # Impacts after flights no higher than this, m, are not counted: they are the last trembling of a bounce
 FLIGHT_HEIGHT_MIN = 0.05e-6
-SHARE = 0.1  # A flank counts as struck when it is struck in more than this part of the periods
+SHARE = 0.1  # A flank has impacts when they occur in more than this part of the periods
 
 
 def regime(times: np.ndarray, flanks: np.ndarray, period: float, start: float, end: float) -> str:
-    """Return which flanks are struck again and again.
+    """Return which flanks have impacts in the steady motion.
 
-    A flank that is struck in no more than a tenth of the periods counts as not struck: a transient that outlasted
+    A flank with impacts in 10 % of the periods or fewer counts as one without: a transient that outlasted
     the settling time does not name the regime.
 
     Args:
@@ -30,7 +30,7 @@ def regime(times: np.ndarray, flanks: np.ndarray, period: float, start: float, e
         end: of what is looked at [s].
 
     Returns:
-        ``"contact"`` (no flank is struck), ``"single_sided"`` or ``"double_sided"``.
+        ``"contact"`` (no impacts), ``"single_sided"`` or ``"double_sided"``.
 
     Source: the three regimes of Comparin & Singh 1989 (no impact, single-sided and double-sided impacts).
 
@@ -109,8 +109,8 @@ def strikes(
 
     Source: Kadmiri et al. 2012, eqs (3), (27) to (29).
 
-    >>> hits = {"time_s": np.array([0.5]), "velocity_m_s": np.array([-0.02]), "rebound_m_s": np.array([0.01])}
-    >>> found = strikes(hits, mass=3.0, speed=0.05)
+    >>> impacts = {"time_s": np.array([0.5]), "velocity_m_s": np.array([-0.02]), "rebound_m_s": np.array([0.01])}
+    >>> found = strikes(impacts, mass=3.0, speed=0.05)
     >>> {name: values.round(9).tolist() for name, values in found.items() if name != "interval_s"}
     {'restitution': [0.5], 'impulse_N_s': [0.09], 'impulse_dimensionless': [0.6], 'energy_J': [0.00045]}
     """
@@ -199,7 +199,7 @@ def flights(
         times: of all impacts, the trembling ones too [s], (k,).
         flanks: 0 active, 1 reverse, (k,).
         contacts: permanent contacts as [flank, start s, end s], (c, 3).
-        slack: what is no longer than this is no flight [s].
+        slack: what is not longer than this is not a flight [s].
 
     Returns:
         The flights, as exact as times and contacts are.
@@ -263,12 +263,12 @@ def times_of(
     Returns:
         ``flights``, ``flight_mean_s``, ``flight_longest_s``, ``flight_height_max_m``; for each flank
         ``active_crossings`` (flights from the other flank that end on it), ``active_crossing_mean_s``,
-        ``active_crossing_velocity_mean_m_s`` (of the blows that end them, bounces left out),
+        ``active_crossing_velocity_mean_m_s`` (of the impacts that end them, without bounces),
         ``active_contacts`` (permanent ones that ended), ``active_contact_mean_s``; and the shares of :func:`shares`.
         ``None`` where there is nothing to count.
 
-    >>> hits = {"time_s": np.array([0.3, 0.9]), "flank": np.array([1, 0])}
-    >>> found = times_of(hits, [[0, 0.0, 0.1], [1, 0.3, 0.8]], 0.0, 1.0)
+    >>> impacts = {"time_s": np.array([0.3, 0.9]), "flank": np.array([1, 0])}
+    >>> found = times_of(impacts, [[0, 0.0, 0.1], [1, 0.3, 0.8]], 0.0, 1.0)
     >>> found["flights"], round(found["reverse_crossing_mean_s"], 9), round(found["reverse_contact_mean_s"], 9)
     (2, 0.2, 0.5)
     """
@@ -337,7 +337,7 @@ def durations(time: np.ndarray, state: np.ndarray) -> dict[int, np.ndarray]:
     """Return how long each stay in a state lasts; the first and the last, which are cut off, are left out.
 
     The gear leaves a flank slowly: a stay that ends in a flight looks longer than it was, by the time that it took to
-    get out of the tolerance (:func:`contacts` mends that).
+    get out of the tolerance (:func:`contacts` corrects that).
 
     Args:
         time: of the samples, rising [s], (n,).
@@ -431,7 +431,7 @@ ENOUGH = 20_000  # Samples of the fit at most
 
 
 def stroke(time: np.ndarray, angle: np.ndarray, period: float) -> float | None:
-    """Return the amplitude of the drive angle's swing at one frequency.
+    """Return the amplitude of the drive angle's fluctuation at one frequency.
 
     Args:
         time: of the samples, rising [s], (n,).
@@ -439,8 +439,8 @@ def stroke(time: np.ndarray, angle: np.ndarray, period: float) -> float | None:
         period: of the fluctuation [s].
 
     Returns:
-        Amplitude of the angle [rad], by least squares beside a steady rotation; times the base radius it is H.
-        ``None`` for less than one period, fewer than 16 samples, or a swing below a millionth of the rotation.
+        Amplitude of the angle [rad], by least squares in addition to a steady rotation; times the base radius it is H.
+        ``None`` for less than one period, fewer than 16 samples, or an amplitude below 1e-6 of the rotation.
 
     Source: Kadmiri et al. 2012, eqs (18), (26), y = H·cos(ωt − ϕ).
 

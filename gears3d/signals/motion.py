@@ -19,7 +19,7 @@ def on_closed_curve(states: np.ndarray) -> bool | None:
     """Return whether the states follow each other as points of a rotation do.
 
     A rotation comes back to any arc after one of at most three numbers of steps, the largest of them the sum of the
-    other two. A neighbourhood of a state on a closed curve is such an arc, whatever the curve's shape and however many
+    other two. A neighbourhood of a state on a closed curve is such an arc for any shape of the curve and however many
     loops it has; in chaos and noise the numbers of steps are of all sizes, in a periodic motion there is one.
 
     Args:
@@ -93,7 +93,7 @@ def exponent(states: np.ndarray, per: int = 1, apart: int = 10, longest: int = 2
     steps until it has risen by six tenths towards that of states taken at random. The first step, in which a small
     distance turns into the growing direction, is left out where there are enough others. The deviation is that between
     stretches of the series, with the change that a fit over fewer steps would bring. With few steps to fit the estimate
-    reads low by up to a fifth, and noise looks like chaos to it.
+    reads low by up to 20 %, and noise looks like chaos to it.
 
     Args:
         states: equally long steps apart, (n, d); each column is scaled by its own spread.
@@ -367,7 +367,7 @@ def widest_phase(
     end: float,
     tried: int = 12,
 ) -> float:
-    """Return the phase at which the stroboscopic section is widest: not where a contact holds every state alike.
+    """Return the phase at which the stroboscopic section is widest: not where contact holds all states together.
 
     Args:
         signals: as for :func:`stroboscope`.
@@ -389,7 +389,7 @@ def widest_phase(
 
 
 def return_map(values: np.ndarray, lag: int = 1) -> np.ndarray:
-    """Return each value beside the one that follows it.
+    """Return each value with the one that follows it.
 
     Args:
         values: e.g. impact speeds or phases, or one column of a section, (k,).
@@ -435,7 +435,7 @@ class Motion(NamedTuple):
 def chaotic(exponent: float, span: float, period: float) -> bool:
     """Return whether a largest Lyapunov exponent of the model, over a finite time, says chaos.
 
-    In regular motion a disturbance may still grow in proportion to time, so that ln(number of periods) is no sign of
+    In regular motion a disturbance may still grow in proportion to time, so that ln(number of periods) is not a sign of
     chaos; what counts is growth well beyond that.
 
     >>> chaotic(2.0, 5.0, 1 / 3), chaotic(0.1, 5.0, 1 / 3), chaotic(float("-inf"), 5.0, 1.0)
@@ -447,7 +447,7 @@ def chaotic(exponent: float, span: float, period: float) -> bool:
 def motion(signals: Table, impacts: Table, period: float, start: float, end: float, known: float | None) -> Motion:
     """Return how the motion repeats.
 
-    A model's exponent says chaos where it is clearly positive. Then the impacts are asked whether they repeat, the
+    A model's exponent says chaos where it is clearly positive. Then it is tested whether the impacts repeat, the
     stroboscopic section whether it is a closed curve, and neighbours in it whether they part.
 
     Args:
@@ -461,10 +461,10 @@ def motion(signals: Table, impacts: Table, period: float, start: float, end: flo
     Returns:
         Its name and what is known of its exponent.
 
-    >>> hits = {"time_s": np.arange(30.0), "flank": np.zeros(30), "velocity_m_s": np.full(30, -0.02)}
-    >>> motion({"time_s": np.arange(31.0)}, hits, 1.0, 0.0, 30.0, None).name
+    >>> impacts = {"time_s": np.arange(30.0), "flank": np.zeros(30), "velocity_m_s": np.full(30, -0.02)}
+    >>> motion({"time_s": np.arange(31.0)}, impacts, 1.0, 0.0, 30.0, None).name
     '1T'
-    >>> few = {name: values[:2] for name, values in hits.items()}
+    >>> few = {name: values[:2] for name, values in impacts.items()}
     >>> motion({"time_s": np.arange(3.0)}, few, 1.0, 0.0, 2.0, None).name
     'too_short'
     """

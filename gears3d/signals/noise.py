@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 _TRIES = 400_000  # Readings from which a noise floor is taken
 _AT_ONCE = 1 << 18  # Values that are looked at at a time: of a long record nothing as long as itself is made on the way
-_SOME = 200_000  # Steps that tell what is typical
+_SOME = 200_000  # Steps from which the typical one is taken
 
 
 def changes(values: np.ndarray, at_once: int = _AT_ONCE) -> Iterator[tuple[int, np.ndarray]]:
@@ -28,7 +28,7 @@ def changes(values: np.ndarray, at_once: int = _AT_ONCE) -> Iterator[tuple[int, 
 
 
 def some_steps(time: np.ndarray) -> np.ndarray:
-    """Return some of the steps from time to time, spread evenly, to tell what is typical.
+    """Return some of the steps from time to time, spread evenly, from which the typical one is taken.
 
     Args:
         time: (n,).
@@ -75,7 +75,7 @@ def robust_deviation(values: np.ndarray) -> float:
 def noise_of(time: np.ndarray, values: np.ndarray, sigma: np.ndarray | float = 1.0, clip: float | None = None) -> float:
     """Return the noise of a series that is smooth but for it, in units of ``sigma``.
 
-    Every value is held against the parabola through one neighbour before and two after it; the median of what is left
+    Every value is compared with the parabola through one neighbour before and two after it; the median of the residuals
     tells the noise and does not see impacts, which are few.
 
     Args:
@@ -232,14 +232,14 @@ QUIET = 0.01  # Noise in the second derivative that needs no smoothing, part of 
 
 
 def content(values: NDArray[np.float64], step: float) -> float | None:
-    """Return the highest frequency at which the spectrum of a signal stands out of a white noise.
+    """Return the highest frequency at which the spectrum of a signal exceeds a white noise.
 
     Args:
         values: equally spaced in time, (n,); a trend is taken out.
         step: between samples [s].
 
     Returns:
-        Frequency [Hz]; ``None`` where noise is no matter even in the second derivative, or nothing stands out.
+        Frequency [Hz]; ``None`` where noise is negligible even in the second derivative, or nothing exceeds it.
 
     >>> time = np.arange(20_000) * 1e-3
     >>> noise = 0.01 * np.random.default_rng(1).standard_normal(len(time))

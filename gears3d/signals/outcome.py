@@ -68,8 +68,8 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
         disturbance, the exponent is minus infinity); and what
         :func:`~gears3d.signals.impacts.times_of` gives, with ``durations_from`` (``"contacts"``: exact; ``"samples"``).
 
-    >>> hits = {"time_s": np.array([0.5]), "flank": np.array([0]), "velocity_m_s": np.array([-0.02])}
-    >>> found = describe({"time_s": np.array([0.0, 1.0])}, hits, {})
+    >>> impacts = {"time_s": np.array([0.5]), "flank": np.array([0]), "velocity_m_s": np.array([-0.02])}
+    >>> found = describe({"time_s": np.array([0.0, 1.0])}, impacts, {})
     >>> found["regime"], found["active_velocity_mean_m_s"], found["reverse_velocity_mean_m_s"]
     ('single_sided', -0.02, None)
     """
@@ -111,8 +111,8 @@ def counted(impacts: Table, start: float, end: float) -> dict[str, np.ndarray]:
         start: [s].
         end: [s].
 
-    >>> hits = {"time_s": np.array([0.1, 0.5]), "flight_height_m": np.array([1e-4, 1e-9])}
-    >>> counted(hits, 0.0, 1.0)["time_s"].tolist()
+    >>> impacts = {"time_s": np.array([0.1, 0.5]), "flight_height_m": np.array([1e-4, 1e-9])}
+    >>> counted(impacts, 0.0, 1.0)["time_s"].tolist()
     [0.1]
     """
     height = impacts.get("flight_height_m", np.full(len(impacts["time_s"]), np.nan))
@@ -151,7 +151,7 @@ def drive_speed(signals: Table, meta: Mapping[str, Any]) -> float | None:
 
 
 def excitation(mass: float | None, speed: float | None, meta: Mapping[str, Any]) -> float | None:
-    """Return Λ = m·H·ω²/F with the base drag, the swing of the drive at ``period_s`` and nothing else.
+    """Return Λ = m·H·ω²/F with the base drag, the fluctuation of the drive at ``period_s`` and nothing else.
 
     Source: Kadmiri et al. 2012, eq. (24); Rigaud & Perret-Liaudet 2020, eq. (8).
 
@@ -167,7 +167,7 @@ def excitation(mass: float | None, speed: float | None, meta: Mapping[str, Any])
 
 
 def contacts_of(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> tuple[np.ndarray | None, str | None]:
-    """Return the permanent contacts, [flank, start s, end s], and whether ``"contacts"`` or ``"samples"`` tell them.
+    """Return the permanent contacts, [flank, start s, end s], and whether ``"contacts"`` or ``"samples"`` give them.
 
     Args:
         signals: with ``displacement_m`` where contacts were not written down.

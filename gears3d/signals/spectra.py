@@ -19,7 +19,7 @@ class Spectrum(NamedTuple):
     Args:
         at: frequency [Hz] or order [1], from 0, (n,).
         amplitude: of the sine there, in the unit of the signal, (n,); at 0 the mean.
-        resolution: distance of two lines that can be told apart, in the unit of ``at``.
+        resolution: distance of two lines that can be separated, in the unit of ``at``.
     """
 
     at: np.ndarray
@@ -78,7 +78,7 @@ def frequency_spectrum(time: np.ndarray, values: np.ndarray, window: str = "hann
 def order_spectrum(
     angle: np.ndarray, values: np.ndarray, window: str = "boxcar", points: int | None = None
 ) -> Spectrum:
-    """Return the amplitude spectrum over the order of a gear, whatever its speed; a sine of amplitude A reads A.
+    """Return the amplitude spectrum over the order of a gear at any speed; a sine of amplitude A reads A.
 
     The signal is resampled over the gear's angle and cut to whole revolutions, so that whole orders need no window.
 

@@ -153,7 +153,7 @@ ABOUT = {
     "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
     "rigid": "the twin: one degree of freedom, every impact found",
     "plastic": "closed form for one harmonic, constant drag and impacts without rebound",
-    "lubricated": "oil films on teeth that give way, with mesh stiffness and friction",
+    "lubricated": "oil films on compliant teeth, with mesh stiffness and friction",
 }
 CONTACTS = ("located", "native")  # The contacts of the bullet model, the default first
 
@@ -173,7 +173,7 @@ def simulate(
         scenario: a scenario, or the path of its file.
         model: ``"bullet"`` (rigid bodies in PyBullet), ``"rigid"`` (the one-degree-of-freedom twin), ``"plastic"`` (its
             closed form for one harmonic, constant drag and no rebounds) or ``"lubricated"`` (oil films and teeth that
-            give way, with an effect ``oil_film``).
+            compliant, with an effect ``oil_film``).
         contact: of the bullet model: ``"located"`` (default) or ``"native"``.
         pair: of the bullet model: gears that take the place of the scenario's, e.g. with a fault that nobody told.
         progress: called now and then with the simulated time done [s].
@@ -185,8 +185,8 @@ def simulate(
 
     Raises:
         InputError: the scenario is bad.
-        UsageError: the model or the contact is not known, or what is of the bullet model is asked of another.
-        EngineError: the simulation cannot go on or cannot be trusted; its ``partial`` is the recording until then,
+        UsageError: the model or the contact is not known, or an option of the bullet model is used with another.
+        EngineError: the simulation cannot continue or cannot be trusted; its ``partial`` is the recording until then,
             where there is one.
 
     >>> simulate("scenarios/rigaud-2020/fig5-20rpm.toml", model="rigyd")
@@ -284,7 +284,7 @@ def stream(
     Raises:
         InputError: the scenario is bad, has sensor effects, which act on whole recordings, or the disk is full.
         UsageError: the contact is not known.
-        EngineError: the simulation cannot go on; the tables are kept up to that instant and say so.
+        EngineError: the simulation cannot continue; the tables are kept up to that instant and report it.
     """
     from gears3d import engine
     from gears3d.effects import SensorEffect

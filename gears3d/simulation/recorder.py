@@ -136,7 +136,7 @@ def _check_rate(scenario: Scenario) -> None:
         raise InputError(Fault("sensors.sample_rate", message, f"give more than {show(2 * fastest, 'frequency')}"))
 
 
-RANGE = (0.5, 1.6)  # Of the swing, over that at which Λ = 1
+RANGE = (0.5, 1.6)  # Of the speed fluctuation, over that at which Λ = 1
 FEWEST_PERIODS = 20  # Periods that a sweep must have
 _SAMPLES = 48  # Of the drive's motion, a period of its fastest harmonic
 
@@ -164,7 +164,9 @@ def sweep(
         remedy = (
             f"give {least} or more; {3 * FEWEST_PERIODS} periods and more are better: --set 'run.duration={better}'"
         )
-        raise InputError(Fault("run.duration", f"holds {duration * frequency:.3g} periods of the swing", remedy))
+        raise InputError(
+            Fault("run.duration", f"holds {duration * frequency:.3g} periods of the speed fluctuation", remedy)
+        )
     fastest = max(harmonic.frequency for harmonic in motion.harmonics)
     time = np.linspace(0.0, 1.001 * duration, int(np.ceil(1.001 * duration * fastest * _SAMPLES)) + 1)
     angle = motion.mean * time + _swept(time, duration, (low, high), 2 * pi * frequency, motion.harmonics[0].phase)

@@ -28,7 +28,7 @@ def encode(recording: Recording, sensors: Sensors, seed: int) -> Recording:
         seed: of the noise, and of where within a count each encoder begins.
 
     Returns:
-        ``time_s``, ``theta_drive_rad`` and ``theta_loose_rad``; its ``meta`` tells of the encoders only.
+        ``time_s``, ``theta_drive_rad`` and ``theta_loose_rad``; its ``meta`` has the encoders only.
 
     >>> from gears3d.scenario.models import Sensor, Sensors
     >>> turn = np.linspace(0.0, 2 * pi, 9)

@@ -1,4 +1,4 @@
-"""How teeth give way: potential energy of tooth, body and contact, slices over the face, pairs in contact, harmonics.
+"""Compliance of teeth: potential energy of tooth, body and contact, slices over the face, pairs in contact, harmonics.
 
 Knows gears, no scenario and no effect. Everything is linear: a stiffness is that of teeth which already touch all along
 their line of contact, as they do under a nominal load.

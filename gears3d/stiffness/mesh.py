@@ -73,7 +73,7 @@ def mesh_stiffness(
 ) -> Array:
     """Return the stiffness of all pairs of teeth in contact, along the transverse line of action.
 
-    Slices across the face give way by themselves; without a number there are infinitely many. Along the normal of a
+    Slices across the face deflect independently; without a number there are infinitely many. Along the normal of a
     helical tooth the stiffness is that over cos² of the base helix angle.
 
     Args:

@@ -165,7 +165,7 @@ STATIONS = 300  # Of a fillet, and of a flank
 
 
 class Compliance(NamedTuple):
-    """By how much one tooth gives way in the direction of a force, for a unit of length along the tooth [m²/N].
+    """Compliance of one tooth in the direction of a force, for a unit of length along the tooth [m²/N].
 
     Args:
         bending: of the tooth as a cantilever.
@@ -186,7 +186,7 @@ class Compliance(NamedTuple):
 
 
 def tooth_compliance(pair: Pair, which: str, roll: ArrayLike, material: Material = STEEL) -> Compliance:
-    """Return how a tooth gives way normal to its flank.
+    """Return the compliance of a tooth normal to its flank.
 
     A helical tooth bends across its own direction: its section is the transverse one with all that lies across the
     middle of the tooth, thickness and tangent of the force's angle, times cos β. Deviations and reliefs do not enter.

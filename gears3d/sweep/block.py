@@ -1,4 +1,4 @@
-"""One block of points: room for its numbers, watch over its time, points run one by one."""
+"""One block of points: arrays for its numbers, a watch over its time, points run one by one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TooLongError(Exception):
 
 
 class Watch:
-    """Times points and tells how far a block has come."""
+    """Times points and reports how far a block has come."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class Raw:
 
     @classmethod
     def empty(cls, plan: Plan, begin: int, end: int) -> Raw:
-        """Return room for points."""
+        """Return arrays for points, not filled."""
         n = end - begin
         return cls(
             np.arange(begin, end),
@@ -149,7 +149,7 @@ def scenario_of(plan: Plan) -> Any:
 
 
 def setting_row(scenario: Any) -> tuple[float, ...]:
-    """Return what the numbers of one point are held against, in the order of Setting."""
+    """Return the reference values of one point, in the order of Setting."""
     rig = scenario.rig()
     first = scenario.motion.harmonics[0].amplitude if scenario.motion.harmonics else 0.0
     return (

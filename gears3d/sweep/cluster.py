@@ -45,7 +45,7 @@ class Cluster:
             remedy = "start one with `dask scheduler`, or leave --scheduler out to use this machine"
             why = f"{address} does not answer within {ANSWER_S:g} s"
             if isinstance(error, ValueError | TypeError):
-                why, remedy = f"{address!r} is no address", "write tcp://HOST:PORT, e.g. tcp://127.0.0.1:8786"
+                why, remedy = f"{address!r} is not an address", "write tcp://HOST:PORT, e.g. tcp://127.0.0.1:8786"
                 if address.startswith("tls:"):
                     why = f"{address} cannot be reached with TLS: {str(error).splitlines()[0]}"
                     remedy = "name the certificates in dask's configuration, distributed.comm.tls"

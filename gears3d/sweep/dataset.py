@@ -204,7 +204,9 @@ def open_dataset(place: str | Path) -> xarray.Dataset:
     path = path / DATA if path.is_dir() else path
     if not path.is_file():
         raise InputError(
-            Fault("", "there is no such dataset", "a sweep that was broken off goes on when it is run again", str(path))
+            Fault(
+                "", "there is no such dataset", "a sweep that was interrupted continues when it is run again", str(path)
+            )
         )
     return xarray.open_dataset(path, engine="h5netcdf")
 

@@ -30,7 +30,7 @@ def draw(place: str | Path) -> list[Path]:
         place: folder of a sweep.
 
     Returns:
-        The files, beside the dataset.
+        The files, next to the dataset.
     """
     folder, made = Path(place), []
     with open_dataset(folder) as data:

@@ -27,7 +27,7 @@ class Variable:
 
 
 class Setting(NamedTuple):
-    """What the numbers of points are held against; (n,) each."""
+    """Reference values of points; (n,) each."""
 
     period: Array  # of the excitation [s]
     mass: Array  # of the loose gear on the line of action [kg]
@@ -53,7 +53,7 @@ GROUPS: dict[str, tuple[Variable, ...]] = {
         Variable("opening_m", "m", "highest flight after settling; 0: contact holds"),
     ),
     "regime": (
-        Variable("regime", "1", "flanks that are struck: 0 contact, 1 single_sided, 2 double_sided", whole=True),
+        Variable("regime", "1", "flanks that have impacts: 0 contact, 1 single_sided, 2 double_sided", whole=True),
         Variable("repetition", "1", "periods after which impacts repeat; 0 no impacts, -1 beyond 8", whole=True),
         Variable("impacts_per_period", "1", "mean number of impacts in a period"),
     ),
@@ -83,7 +83,7 @@ ONLY = {"ri": ("lubricated",)}  # Groups that not every model has
 
 
 def chosen(words: tuple[str, ...], model: str) -> tuple[str, ...]:
-    """Return groups in the order of the catalogue; all that the model has when none is named.
+    """Return groups in the order of the catalogue; all that the model has when no group is named.
 
     >>> chosen(("velocities", "regime"), "rigid")
     ('regime', 'velocities')

@@ -160,12 +160,12 @@ def _unbound(key: Key, family: str) -> Key:
 def _range(what: str, key: Key) -> list[str]:
     match = _RANGE.fullmatch(" ".join(what.split())) if len(what) <= LONGEST else None
     if match is None:
-        raise InputError(Fault("", f"{what!r} is no range", HOW))
+        raise InputError(Fault("", f"{what!r} is not a range", HOW))
     first, last, spacing, number = match.groups()
     if spacing not in SPACINGS:
-        raise InputError(Fault("", f"{what!r} is no range: {spacing!r} is neither lin nor log", HOW))
+        raise InputError(Fault("", f"{what!r} is not a range: {spacing!r} is neither lin nor log", HOW))
     if not number.isdecimal() or len(number) > DIGITS or int(number) < 1:
-        raise InputError(Fault("", f"{number!r} is no number of values: the grid would be empty", "give 1 or more"))
+        raise InputError(Fault("", f"{number!r} is not a number of values: the grid would be empty", "give 1 or more"))
     count = int(number)
     refuse_beyond(VALUE * count, "", f"the {count} values of an axis", "give fewer")
     low, unit = _split(first)
@@ -191,7 +191,7 @@ def _si(first: str, last: str, key: Key) -> tuple[float, float]:
 def _split(text: str) -> tuple[float, str]:
     match = re.fullmatch(rf"({_NUMBER})\s*(.*)", text.strip()) if len(text) <= LONGEST else None
     if match is None:
-        raise InputError(Fault("", f"{text!r} is no quantity", HOW))
+        raise InputError(Fault("", f"{text!r} is not a quantity", HOW))
     return float(match[1]), match[2]
 
 
@@ -208,7 +208,7 @@ def _from_file(what: str) -> list[str]:
     try:
         lines = read_text(Path(name), MOST).splitlines()
     except (OSError, UnicodeDecodeError) as why:
-        reason = getattr(why, "strerror", None) or "is no text"
+        reason = getattr(why, "strerror", None) or "is not a text"
         raise InputError(Fault("", f"cannot be read: {reason}", "name a file with one value a line", name)) from why
     cells = [line.split(",")[0].strip() for line in lines]
     cells = [cell for cell in cells if cell and not cell.startswith("#")]

@@ -196,7 +196,7 @@ def make_plan(
     total = periods if periods is not None else max(1, ceil(scenario.run.duration / scenario.period - 1e-9))
     out = settle if settle is not None else ceil(scenario.run.settle / scenario.period - 1e-9)
     if not 0 <= out < total:
-        raise UsageError(f"of {total} periods {out} are left out, and none is left: give more --periods")
+        raise UsageError(f"of {total} periods {out} are excluded, and nothing remains: give more --periods")
     if not 0.0 <= strobe < 1.0 or (model == "lubricated" and abs(100 * strobe - round(100 * strobe)) > 1e-9):
         raise UsageError(f"--strobe {strobe:g}: give 0 or more and less than 1 cycles, in hundredths")
     kept = min(KEPT if keep is None else keep, total - out)
@@ -245,7 +245,7 @@ def sweep(
     tell: Callable[[str], None] | None = None,
     track: Callable[[int], None] | None = None,
 ) -> Done:
-    """Run a sweep, or what is left of it, and write its dataset.
+    """Run a sweep, or its remaining points, and write its dataset.
 
     Args:
         plan: from :func:`make_plan`.
@@ -255,7 +255,7 @@ def sweep(
         limit: of a point [s].
         longest: that the sweep is allowed to take [s].
         block: points of a block; as many as take some seconds unless given.
-        about: attributes of the dataset beside its own.
+        about: attributes of the dataset in addition to its own.
         tell: takes a sentence now and then.
         track: takes the number of points that are done now and then; may raise.
 

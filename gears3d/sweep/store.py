@@ -72,7 +72,7 @@ class Store:
             table = json.loads((here / PLAN).read_text(encoding="utf-8"))
             found, known = table["key"], table["plan"]
         except (OSError, ValueError, KeyError, TypeError):
-            why = f"{here} is no folder of a sweep and is not empty; it stays as it is"
+            why = f"{here} is not a folder of a sweep and is not empty; it stays as it is"
             raise InputError(Fault("--out", why, other)) from None
         if found != self.plan.key:
             differs = _differences(self.plan.table(), known, table.get("version"))

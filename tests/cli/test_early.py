@@ -113,7 +113,7 @@ def test_an_ending_that_is_not_known(place, capsys, verb):
         (("run", FILE, "--twin", "lubricated"), 3, "--twin none"),
         (("run", FILE, "--out", "."), 3, "is the current folder or one above it"),
         (("run", FILE, "--out", ".."), 3, "is the current folder or one above it"),
-        (("run", FILE, "--out", "foreign"), 3, "is no run folder and is not empty"),
+        (("run", FILE, "--out", "foreign"), 3, "is not a run folder and is not empty"),
         (("camera", "run", "--video", "film.avi"), 2, "ends in .mp4"),
         (("diagnose", "record.parquet"), 2, "--rig"),
     ],

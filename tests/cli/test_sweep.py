@@ -43,7 +43,7 @@ def test_a_sweep_tells_what_became_of_it_and_what_it_wrote(tmp_path, capsys):
         (["--longest", "0 s"], 3, "give a time above 0 s"),
         (["--block", "0"], 2, "--block 0"),
         (["--follow", "impact.restitution"], 3, "is not varied"),
-        (["--scheduler", "127.0.0.1"], 3, "is no address"),
+        (["--scheduler", "127.0.0.1"], 3, "is not an address"),
         (["--scheduler", "tcp://127.0.0.1:9"], 3, "does not answer within 0.3 s"),
     ],
 )

@@ -95,7 +95,7 @@ def test_placement():
         ({"tip_shortening": 2.0}, r"tip_shortening: is 2 modules \(give -0.5 to 1 modules\)"),
         ({"tip_diameter": 0.34}, r"tip_diameter: is 340 mm: makes pointed teeth \(give more than 306.25 and less than"),
         ({"tip_diameter": 0.3}, r"tip_diameter: is 300 mm: puts the tip .* inside the root circle \(153.1 mm\)"),
-        ({"tip_diameter": 0.32, "tip_shortening": 0.1}, r"tip_diameter: is 320 mm beside a tip_shortening"),
+        ({"tip_diameter": 0.32, "tip_shortening": 0.1}, r"tip_diameter: is 320 mm in addition to a tip_shortening"),
         ({"helix_slope": 1e-3}, r"helix_slope: is 1000 um \(give -175 to 175 um"),
         ({"rim": 5e-3}, r"rim: is 5 mm without a web \(give web too\)"),
         ({"hub": 0.05}, r"hub: is 50 mm without a rim \(give rim too\)"),

@@ -33,7 +33,7 @@ def test_an_earlier_run_stays_until_the_new_one_is_whole(tmp_path):
 
 def test_a_foreign_folder_is_refused_and_untouched(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(InputError, match="no run folder"), RunFolder(tmp_path):
+    with pytest.raises(InputError, match="not a run folder"), RunFolder(tmp_path):
         pass
     assert (tmp_path / "thesis.tex").read_text() == "years of work"
 

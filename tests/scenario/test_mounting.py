@@ -66,7 +66,7 @@ def test_uncertainties_of_offsets_are_read():
     ("change", "key", "message", "remedy"),
     [
         ({"gears.drive.eccentricity": {}}, "gears.drive.eccentricity.offset", "is missing", "e.g."),
-        ({"gears.drive.eccentricity": "20 um"}, "gears.drive.eccentricity", "is no table", "write"),
+        ({"gears.drive.eccentricity": "20 um"}, "gears.drive.eccentricity", "is not a table", "write"),
         ({"gears.eccentricity": {"offset": "1 um"}}, "gears.eccentricity", "is not a known key", ""),
         (
             {"gears.drive.eccentricity": {"ofset": "1 um", "offset": "1 um"}},
@@ -79,7 +79,7 @@ def test_uncertainties_of_offsets_are_read():
         ({"gears.drive.wobble": {"angle": "2 deg"}}, "gears.drive.wobble.angle", "at most", "sections"),
         ({"mount.misalignment": {"in_plane": "2 deg"}}, "mount.misalignment.in_plane", "at most", "sections"),
         ({"mount.misalignment": {"inplane": "0 deg"}}, "mount.misalignment.inplane", "not a known", "in_plane"),
-        ({"mount.misalignment": 3}, "mount.misalignment", "is no table", ""),
+        ({"mount.misalignment": 3}, "mount.misalignment", "is not a table", ""),
         ({"gears.profile_wave": {"amplitude": "1 um"}}, "gears.profile_wave.waves", "is missing", ""),
         ({"gears.profile_wave": {"amplitude": "1 um", "waves": 0}}, "gears.profile_wave.waves", "more than 0", ""),
         (

@@ -85,7 +85,7 @@ def test_inertia_of_a_gear_with_a_web_is_its_solids():
         ),
         ({"gears.tip_relief": {"amount": "-1 um", "length": "2 mm"}}, "gears.tip_relief.amount", "at least 0 m", ""),
         ({"gears.tip_relief": {"length": "2 mm"}}, "gears.tip_relief.amount", "is missing", "e.g."),
-        ({"gears.tip_relief": "20 um"}, "gears.tip_relief", "is no table", "write"),
+        ({"gears.tip_relief": "20 um"}, "gears.tip_relief", "is not a table", "write"),
         ({"gears.tip_relief": {"amont": "1 um", "length": "1 mm"}}, "gears.tip_relief.amont", "not a known", "amount"),
         (
             {"gears.loose.tip_relief": {"amount": "20 um", "length": "30 mm"}},
@@ -112,7 +112,7 @@ def test_bad_teeth_are_told_by_their_key(overrides, key, message, remedy):
 
 def test_helical_teeth_need_a_width():
     text = HEAD.replace('face_width = "7.5 mm"\n', "")
-    with pytest.raises(InputError, match=r"gears.drive.face_width: is missing beside a helix_angle of 20 deg"):
+    with pytest.raises(InputError, match=r"gears.drive.face_width: is missing with a helix_angle of 20 deg"):
         load(text, {"gears.helix_angle": "20 deg"})
     assert load(text).gears.drive.face_width == pytest.approx(0.035)
 

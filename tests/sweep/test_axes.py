@@ -81,7 +81,7 @@ def test_all_faults_are_told_at_once():
 def test_a_plan_needs_something_to_vary_and_periods_to_keep():
     with pytest.raises(UsageError, match="nothing is varied"):
         make_plan(RIG, [])
-    with pytest.raises(UsageError, match="none is left"):
+    with pytest.raises(UsageError, match="nothing remains"):
         make_plan(RIG, ["drag.torque=1,2 N m"], periods=2, settle=2)
     with pytest.raises(UsageError, match="did you mean 'rigid'"):
         make_plan(RIG, ["drag.torque=1,2 N m"], "rigyd")
@@ -132,10 +132,10 @@ def test_seeds_go_by_the_values_of_a_point_alone():
     ("text", "why"),
     [
         ("drag.torque=0.1..1 N m lin 1000000000000", "of memory"),
-        ("drag.torque=0.1..1 N m lin " + "9" * 400, "is no number of values"),
+        ("drag.torque=0.1..1 N m lin " + "9" * 400, "is not a number of values"),
         ("drag.torque=" + " " * 100_000 + "0.1..", "is no"),
-        ("drag.torque=0.1.." + "1 " * 50_000, "is no range"),
-        ("drag.torque=1" + " " * 100_000 + "N m, 2 N m", "is no quantity"),
+        ("drag.torque=0.1.." + "1 " * 50_000, "is not a range"),
+        ("drag.torque=1" + " " * 100_000 + "N m, 2 N m", "is not a quantity"),
         ("drag.torque=@/dev/zero N m", "is a device"),
         ("drag.torque=@nowhere.csv N m", "No such file"),
     ],

@@ -50,7 +50,7 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch):
     monkeypatch.setattr(cluster_module, "ANSWER_S", 0.5)
     with pytest.raises(InputError, match=r"tcp://127.0.0.1:9 does not answer within 0.5 s"):
         Cluster(plan(), "tcp://127.0.0.1:9")
-    with pytest.raises(InputError, match="is no address"):
+    with pytest.raises(InputError, match="is not an address"):
         Cluster(plan(), "nowhere://127.0.0.1:9")
 
 

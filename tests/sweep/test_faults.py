@@ -167,7 +167,7 @@ def test_what_a_kill_before_the_first_block_leaves_is_gone_on_with(plan, tmp_pat
 
 def test_a_sweep_that_does_not_begin_leaves_nothing(plan, tmp_path):
     place = tmp_path / "a"
-    with pytest.raises(InputError, match=r"does not answer|is no address"):
+    with pytest.raises(InputError, match=r"does not answer|is not an address"):
         sweep(plan, place, scheduler="nowhere://127.0.0.1:9")
     assert not place.exists()
 

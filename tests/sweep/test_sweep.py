@@ -170,7 +170,7 @@ def test_what_is_done_is_not_done_again(grid, tmp_path, monkeypatch):
 def test_a_folder_of_something_else_stays_as_it_is(grid, tmp_path):
     plan, _, _ = grid
     (tmp_path / "letter.txt").write_text("dear")
-    with pytest.raises(InputError, match="no folder of a sweep"):
+    with pytest.raises(InputError, match="not a folder of a sweep"):
         sweep(plan, tmp_path, workers=0)
     (tmp_path / "a").mkdir()
     sweep(plan, tmp_path / "a", workers=0)

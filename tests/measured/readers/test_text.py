@@ -107,7 +107,7 @@ def test_a_long_file_is_read_in_blocks_without_a_seam(tmp_path):
         ("time_s,theta_loose_rad\n0,1\n1,2,3\n4,5\n", "row 2: has 3 cells, not 2"),
         ("time_s,theta_loose_rad\n0,1\n1,1.2.3\n2,3\n", "theta_loose_rad, row 2: is '1.2.3'"),
         ("time_s,theta_loose_rad\n", "has no rows"),
-        ("time_s\x00theta\x00\x01\x02", "is no text"),
+        ("time_s\x00theta\x00\x01\x02", "is not a text"),
     ],
 )
 def test_bad_text_is_told(text, message, tmp_path):
@@ -165,7 +165,7 @@ def test_mutations_of_good_files_make_nothing_but_an_input_error(place, name, cu
 def test_a_dialect_is_found_or_refused(text):
     found = told(text.encode("utf-8", "replace"))
     if isinstance(found, str):
-        assert found in ("has no rows", "is empty", "is no text")
+        assert found in ("has no rows", "is empty", "is not a text")
     else:
         assert len(found.names) == len(found.numeric) > 0
 
