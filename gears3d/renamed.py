@@ -1,4 +1,4 @@
-"""Old names of packages and modules: they load the new one, and warn."""
+"""Old names of packages, modules and what they hold: they load the new one, and warn."""
 
 from __future__ import annotations
 
@@ -30,3 +30,14 @@ def module_of(package: str, renamed: Mapping[str, str], old: str) -> Any:
         f"{package}.{old} is part of {new} now; the old name will be removed", DeprecationWarning, stacklevel=3
     )
     return importlib.import_module(new)
+
+
+def renamed_in(package: str, renamed: Mapping[str, str], old: str) -> Any:
+    """Return what a package calls by another name now."""
+    if old not in renamed:
+        raise AttributeError(f"module {package!r} has no attribute {old!r}")
+    new = renamed[old]
+    warnings.warn(
+        f"{package}.{old} is called {new} now; the old name will be removed", DeprecationWarning, stacklevel=3
+    )
+    return getattr(importlib.import_module(package), new)

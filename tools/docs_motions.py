@@ -10,7 +10,7 @@ from docs_drawing import POINTS, Plot, over
 from gears3d.laws import contact, error_function, excitation, orbit, ottewill
 
 RPM = np.pi / 30.0
-SWING = orbit.Swing(0.148 * 20 * RPM, 6 * np.pi, 0.468489)
+SWING = orbit.SineDrive(0.148 * 20 * RPM, 6 * np.pi, 0.468489)
 """Rigaud & Perret-Liaudet 2020 at 20 rpm and 3 Hz."""
 GAP = 250e-6
 TURNS = "revolutions τ"

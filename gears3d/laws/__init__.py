@@ -28,7 +28,7 @@ from gears3d.laws.noise import rattle_level as rattle_level
 from gears3d.laws.noise import total_level as total_level
 from gears3d.laws.orbit import REGIMES as REGIMES
 from gears3d.laws.orbit import Landing as Landing
-from gears3d.laws.orbit import Swing as Swing
+from gears3d.laws.orbit import SineDrive as SineDrive
 from gears3d.laws.orbit import border as border
 from gears3d.laws.orbit import crossing as crossing
 from gears3d.laws.orbit import drift as drift
@@ -40,7 +40,9 @@ _RENAMED = {"cycle": "orbit", "immersion": "drag", "oil": "film", "plastic": "or
 
 
 def __getattr__(name: str) -> Any:
-    """Load a module by its old name, and warn."""
-    from gears3d.renamed import module_of
+    """Load a module or a class by its old name, and warn."""
+    from gears3d.renamed import module_of, renamed_in
 
-    return module_of(__name__, _RENAMED, name)
+    return (
+        renamed_in(__name__, {"Swing": "SineDrive"}, name) if name == "Swing" else module_of(__name__, _RENAMED, name)
+    )

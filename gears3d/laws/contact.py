@@ -120,8 +120,8 @@ def dimensionless_impulse(impulses: ArrayLike, mass: float, amplitude: ArrayLike
     >>> round(float(dimensionless_impulse(0.05, 0.38, 0.68e-3, 156.9)), 4)
     1.2333
     """
-    swing = mass * np.asarray(amplitude, dtype=float) * np.asarray(omega, dtype=float)
-    return np.asarray(impulses, dtype=float) / swing
+    scale = mass * np.asarray(amplitude, dtype=float) * np.asarray(omega, dtype=float)
+    return np.asarray(impulses, dtype=float) / scale
 
 
 def restitution(

@@ -55,29 +55,29 @@ def impacts_per_second(frequency: ArrayLike) -> np.ndarray:
     return np.asarray(frequency, dtype=float) / np.pi
 
 
-def rattle_drive(frequency: ArrayLike, swing: ArrayLike) -> np.ndarray:
+def rattle_drive(frequency: ArrayLike, amplitude: ArrayLike) -> np.ndarray:
     """Return ω²·ΔΩ, to which the acoustic power of rattle is proportional [rad³/s³].
 
     Each impact gives an energy proportional to ω·ΔΩ (23), and there are ω/π of them a second (24).
 
     Args:
         frequency: circular, of the fluctuation, ω [rad/s].
-        swing: amplitude of the drive's speed ΔΩ [rad/s].
+        amplitude: of the drive's speed ΔΩ [rad/s].
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (23) to (25).
 
     >>> rattle_drive(2.0, 3.0).tolist()
     12.0
     """
-    return np.asarray(frequency, dtype=float) ** 2 * np.asarray(swing, dtype=float)
+    return np.asarray(frequency, dtype=float) ** 2 * np.asarray(amplitude, dtype=float)
 
 
-def rattle_level(frequency: ArrayLike, swing: ArrayLike, constant: float) -> np.ndarray:
+def rattle_level(frequency: ArrayLike, amplitude: ArrayLike, constant: float) -> np.ndarray:
     """Return the level of rattle, 10·log10(A·ω²·ΔΩ) [dB].
 
     Args:
         frequency: circular, of the fluctuation, ω [rad/s].
-        swing: amplitude of the drive's speed ΔΩ [rad/s].
+        amplitude: of the drive's speed ΔΩ [rad/s].
         constant: A, of the bench and the place of the microphone, not printed [s³/rad³].
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (26).
@@ -85,7 +85,7 @@ def rattle_level(frequency: ArrayLike, swing: ArrayLike, constant: float) -> np.
     >>> round(float(rattle_level(20.0, 2.0, 1e4) - rattle_level(2.0, 2.0, 1e4)), 9)
     20.0
     """
-    return 10.0 * np.log10(constant * rattle_drive(frequency, swing))
+    return 10.0 * np.log10(constant * rattle_drive(frequency, amplitude))
 
 
 def total_level(whine: ArrayLike, rattle: ArrayLike) -> np.ndarray:

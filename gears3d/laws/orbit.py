@@ -12,7 +12,7 @@ import numpy as np
 ACTIVE, REVERSE = 0, 1
 
 
-class Swing(NamedTuple):
+class SineDrive(NamedTuple):
     """A drive with one harmonic against a constant drag, along the line of action.
 
     Args:
@@ -20,7 +20,7 @@ class Swing(NamedTuple):
         omega: its circular frequency [rad/s].
         pull: deceleration F/m of the loose gear in flight [m/s²], at least 0.
 
-    >>> round(Swing(0.148 * 20 * pi / 30, 6 * pi, 0.468489).excitation, 4)
+    >>> round(SineDrive(0.148 * 20 * pi / 30, 6 * pi, 0.468489).excitation, 4)
     12.4716
     """
 
@@ -71,11 +71,11 @@ class Landing(NamedTuple):
     lowest: float
 
 
-def drift(swing: Swing, phase: Any, time: Any, launch: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def drift(drive: SineDrive, phase: Any, time: Any, launch: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Return how far and how fast the loose gear has moved against the drive since a flight began.
 
     Args:
-        swing: the drive.
+        drive: the drive.
         phase: ωt when it began [rad], scalar or (n,).
         time: since then [s], scalar or (n,).
         launch: relative speed when it began [m/s], scalar or (n,).
@@ -85,11 +85,11 @@ def drift(swing: Swing, phase: Any, time: Any, launch: Any = 0.0) -> tuple[np.nd
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (12)-(14).
 
-    >>> swing = Swing(0.3, 20.0, 0.5)
-    >>> [float(part.round(9)) for part in drift(swing, 1.7, 0.01)]
+    >>> drive = SineDrive(0.3, 20.0, 0.5)
+    >>> [float(part.round(9)) for part in drift(drive, 1.7, 0.01)]
     [3.3318e-05, 0.008609417]
     """
-    speed, omega, pull = swing
+    speed, omega, pull = drive
     turned = omega * np.asarray(time)
     versine = 2.0 * np.sin(0.5 * turned) ** 2
     lag = np.where(np.abs(turned) < 0.3, _lag(turned), turned - np.sin(turned))
@@ -106,12 +106,12 @@ def _lag(x: Any) -> Any:
 
 
 def landing(
-    swing: Swing, phase: float, to_active: float, to_reverse: float, launch: float = 0.0, longest: float = inf
+    drive: SineDrive, phase: float, to_active: float, to_reverse: float, launch: float = 0.0, longest: float = inf
 ) -> Landing | None:
     """Return where and when a flight ends.
 
     Args:
-        swing: the drive.
+        drive: the drive.
         phase: ωt when the flight begins [rad].
         to_active: distance of the active flank then, at least 0 [m].
         to_reverse: distance of the reverse flank then, at least 0 [m].
@@ -123,37 +123,37 @@ def landing(
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (18), (19), and the condition that the flight does not fall back.
 
-    >>> swing = Swing(0.148 * 20 * pi / 30, 6 * pi, 0.468489)
-    >>> hit = landing(swing, swing.loss[0], 0.0, 250e-6)
-    >>> hit.flank, round(1e3 * hit.velocity, 4)
+    >>> drive = SineDrive(0.148 * 20 * pi / 30, 6 * pi, 0.468489)
+    >>> first = landing(drive, drive.loss[0], 0.0, 250e-6)
+    >>> first.flank, round(1e3 * first.velocity, 4)
     (1, 30.8581)
     """
-    if swing.speed == 0.0 and swing.pull == 0.0 and launch == 0.0:
+    if drive.speed == 0.0 and drive.pull == 0.0 and launch == 0.0:
         return None
     highest = lowest = 0.0
     begin = 0.0
-    for end in _turns(swing, phase, launch, longest):
-        there = float(drift(swing, phase, end, launch)[0])
+    for end in _turns(drive, phase, launch, longest):
+        there = float(drift(drive, phase, end, launch)[0])
         if (there >= to_reverse and there > 0.0) or (there <= -to_active and there < 0.0):
             flank = REVERSE if there > 0.0 else ACTIVE
             goal = to_reverse if flank == REVERSE else -to_active
-            time = _root(lambda t, goal=goal: float(drift(swing, phase, t, launch)[0]) - goal, begin, end)
+            time = _root(lambda t, goal=goal: float(drift(drive, phase, t, launch)[0]) - goal, begin, end)
             if time > 0.0:
-                velocity = float(drift(swing, phase, time, launch)[1])
+                velocity = float(drift(drive, phase, time, launch)[1])
                 return Landing(time, flank, velocity, max(highest, goal), min(lowest, goal))
         highest, lowest = max(highest, there), min(lowest, there)
         begin = end
     return None
 
 
-def _turns(swing: Swing, phase: float, launch: float, longest: float):  # type: ignore[no-untyped-def]
+def _turns(drive: SineDrive, phase: float, launch: float, longest: float):  # type: ignore[no-untyped-def]
     """Yield times between which the relative displacement is monotonic, the last one ``longest``."""
 
     def speed(time: float) -> float:
-        return float(drift(swing, phase, time, launch)[1])
+        return float(drift(drive, phase, time, launch)[1])
 
     begin, before = 0.0, launch
-    for end in _bends(swing, phase):
+    for end in _bends(drive, phase):
         end = min(end, longest)
         after = speed(end)
         if before * after < 0.0:
@@ -164,20 +164,20 @@ def _turns(swing: Swing, phase: float, launch: float, longest: float):  # type: 
         begin, before = end, after
 
 
-def _bends(swing: Swing, phase: float):  # type: ignore[no-untyped-def]
+def _bends(drive: SineDrive, phase: float):  # type: ignore[no-untyped-def]
     """Yield times at which the relative acceleration changes its sign, or whole periods where it never does."""
-    period = 2.0 * pi / swing.omega
-    if swing.excitation <= 1.0:
+    period = 2.0 * pi / drive.omega
+    if drive.excitation <= 1.0:
         number = 1
         while True:
             yield number * period
             number += 1
-    turn = ceil((phase - swing.loss[1]) / (2.0 * pi)) - 1
+    turn = ceil((phase - drive.loss[1]) / (2.0 * pi)) - 1
     while True:
-        for lost in swing.loss:
+        for lost in drive.loss:
             ahead = lost + 2.0 * pi * turn - phase
             if ahead > 1e-9:
-                yield ahead / swing.omega
+                yield ahead / drive.omega
         turn += 1
 
 
@@ -309,7 +309,7 @@ def plastic(flank: int, speed: float) -> float:
 
 
 def cycle(
-    swing: Swing,
+    drive: SineDrive,
     backlash: float,
     restitution: Restitution = plastic,
     stick_velocity: float = 0.0,
@@ -318,7 +318,7 @@ def cycle(
     """Return the cycle that begins with contact on the active flank.
 
     Args:
-        swing: the drive.
+        drive: the drive.
         backlash: [m].
         restitution: coefficient for a flank (0 active, 1 reverse) and an impact speed [m/s].
         stick_velocity: rebound below which contact lasts [m/s].
@@ -329,18 +329,18 @@ def cycle(
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (17)-(19); Kadmiri et al. 2012, eqs (19)-(22).
 
-    >>> drive = Swing(0.148 * 20 * pi / 30, 6 * pi, 0.468489)
+    >>> drive = SineDrive(0.148 * 20 * pi / 30, 6 * pi, 0.468489)
     >>> found = cycle(drive, 250e-6)
     >>> found.regime, [round(1e3 * flight.velocity, 4) for flight in found.flights]
     ('double_sided', [30.8581, -31.2425])
     >>> cycle(drive._replace(speed=0.02), 250e-6).regime
     'contact'
     """
-    if swing.excitation <= 1.0:
-        return Cycle("contact", slowest=-swing.speed)
-    found = _chain(swing, backlash, restitution, stick_velocity, least_height)
+    if drive.excitation <= 1.0:
+        return Cycle("contact", slowest=-drive.speed)
+    found = _chain(drive, backlash, restitution, stick_velocity, least_height)
     if not found.why and len(found.flights) > 1:
-        other = _chain(swing, backlash * (1.0 + SENSITIVE), restitution, stick_velocity, least_height)
+        other = _chain(drive, backlash * (1.0 + SENSITIVE), restitution, stick_velocity, least_height)
         if [flight.struck for flight in found.flights] != [flight.struck for flight in other.flights]:
             why = "the flights hang on less than a ten-millionth of the backlash"
             return found._replace(regime="unknown", periods=0, why=why)
@@ -348,40 +348,40 @@ def cycle(
 
 
 def _chain(
-    swing: Swing, backlash: float, restitution: Restitution, stick_velocity: float, least_height: float
+    drive: SineDrive, backlash: float, restitution: Restitution, stick_velocity: float, least_height: float
 ) -> Cycle:
     """Follow the flights from the loss of the active flank until contact on it lasts."""
     flights: list[Flight] = []
-    flank, phase, launch, spent, slowest = ACTIVE, swing.loss[ACTIVE], 0.0, 0.0, inf
+    flank, phase, launch, spent, slowest = ACTIVE, drive.loss[ACTIVE], 0.0, 0.0, inf
     why = f"no lasting contact on the active flank within {MOST} impacts"
-    longest = LONGEST * 2.0 * pi / swing.omega
+    longest = LONGEST * 2.0 * pi / drive.omega
     while len(flights) < MOST:
         place = backlash * flank
-        found = landing(swing, phase, place, backlash - place, launch, longest)
+        found = landing(drive, phase, place, backlash - place, launch, longest)
         if found is None:
             why = f"a flight does not end within {LONGEST} periods"
             break
-        hit = (phase + swing.omega * found.time) % (2.0 * pi)
+        hit = (phase + drive.omega * found.time) % (2.0 * pi)
         height = found.highest if flank == ACTIVE else -found.lowest
         flights.append(Flight(flank, phase, launch, found.flank, hit, found.time, found.velocity, height))
-        slowest = min(slowest, launch + swing.speed * sin(phase) - swing.pull * found.time)
+        slowest = min(slowest, launch + drive.speed * sin(phase) - drive.pull * found.time)
         spent += found.time
         flank, phase = found.flank, hit
         rebound = restitution(flank, abs(found.velocity)) * abs(found.velocity)
         if rebound >= max(stick_velocity, LEAST):
             launch = rebound if flank == ACTIVE else -rebound
             continue
-        if not swing.presses(flank, phase):
+        if not drive.presses(flank, phase):
             why = f"contact does not last after the impact at {phase:.3f} rad: the flank does not push there"
             break
-        until = swing.loss[flank]
+        until = drive.loss[flank]
         ridden = (until - phase) % (2.0 * pi)
         lowest = -1.0 if (1.5 * pi - phase) % (2.0 * pi) < ridden else min(sin(phase), sin(until))
-        slowest = min(slowest, swing.speed * lowest)
-        spent += ridden / swing.omega
+        slowest = min(slowest, drive.speed * lowest)
+        spent += ridden / drive.omega
         if flank == ACTIVE:
             struck = {flight.struck for flight in flights if flight.height > least_height}
-            periods = round(spent * swing.omega / (2.0 * pi))
+            periods = round(spent * drive.omega / (2.0 * pi))
             return Cycle(REGIMES[len(struck)], tuple(flights), periods, slowest)
         phase, launch = until, 0.0
     return Cycle("unknown", tuple(flights), 0, slowest, why)
@@ -406,22 +406,22 @@ def regions(excitation: np.ndarray, backlash: np.ndarray, samples: int = 400) ->
     codes = np.zeros((len(excitation), len(backlash)), dtype=np.int8)
     for row, size in enumerate(excitation):
         if size > 1.0:
-            codes[row] = _column(Swing(1.0, 1.0, 1.0 / size), np.asarray(backlash), samples)
+            codes[row] = _column(SineDrive(1.0, 1.0, 1.0 / size), np.asarray(backlash), samples)
     return codes
 
 
-def _column(swing: Swing, backlash: np.ndarray, samples: int) -> np.ndarray:
+def _column(drive: SineDrive, backlash: np.ndarray, samples: int) -> np.ndarray:
     """Return the codes of one Λ: both flights are sampled once, and every backlash looks its crossing up."""
-    lost, back = swing.loss
-    whole = landing(swing, lost, 0.0, inf, longest=2.0 * pi * LONGEST)
+    lost, back = drive.loss
+    whole = landing(drive, lost, 0.0, inf, longest=2.0 * pi * LONGEST)
     end = whole.time if whole is not None else 2.0 * pi * LONGEST
     time = np.linspace(0.0, end, max(int(samples * end / (2.0 * pi)), 50))
-    crossed, there = _first(time, drift(swing, lost, time)[0], backlash)
-    lasting = swing.pull + np.cos(lost + there) < 0.0
+    crossed, there = _first(time, drift(drive, lost, time)[0], backlash)
+    lasting = drive.pull + np.cos(lost + there) < 0.0
     time = np.linspace(0.0, 4.0 * pi, 4 * samples)
-    _, again = _first(time, -drift(swing, back, time)[0], backlash)
-    lasting &= swing.pull + np.cos(back + again) > 0.0
-    falls = whole is not None and swing.presses(ACTIVE, lost + whole.time)
+    _, again = _first(time, -drift(drive, back, time)[0], backlash)
+    lasting &= drive.pull + np.cos(back + again) > 0.0
+    falls = whole is not None and drive.presses(ACTIVE, lost + whole.time)
     single = REGIMES.index("single_sided" if falls else "unknown")
     return np.where(crossed, np.where(lasting, 2, 3), single)
 
@@ -449,7 +449,7 @@ def border(excitation: np.ndarray) -> np.ndarray:
     heights = np.zeros(len(excitation))
     for row, size in enumerate(excitation):
         if size > 1.0:
-            swing = Swing(1.0, 1.0, 1.0 / size)
-            found = landing(swing, swing.loss[0], 0.0, inf, longest=2.0 * pi * max(LONGEST, 10.0 * size))
+            drive = SineDrive(1.0, 1.0, 1.0 / size)
+            found = landing(drive, drive.loss[0], 0.0, inf, longest=2.0 * pi * max(LONGEST, 10.0 * size))
             heights[row] = found.highest if found is not None else inf
     return heights

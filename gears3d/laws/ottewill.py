@@ -116,8 +116,8 @@ def forcing(
     0.0
     """
     turned = 2 * np.pi * np.asarray(revolutions, dtype=float) + phase
-    swing = 2 * np.pi * amplitude * np.hypot(2 * np.pi, damping)
-    given = 2 * np.pi * damping - swing * np.cos(turned - np.arctan(damping / (2 * np.pi)))
+    reach = 2 * np.pi * amplitude * np.hypot(2 * np.pi, damping)
+    given = 2 * np.pi * damping - reach * np.cos(turned - np.arctan(damping / (2 * np.pi)))
     if not len(error.order):
         return given
     angle = drive(revolutions, amplitude, phase)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gears3d.errors import Fault, InputError
-from gears3d.laws.orbit import ACTIVE, REVERSE, Landing, Swing, drift, landing
+from gears3d.laws.orbit import ACTIVE, REVERSE, Landing, SineDrive, drift, landing
 from gears3d.lumped.rigid import SIGNALS, tooth
 from gears3d.recording import Recording
 
@@ -38,7 +38,7 @@ class Setting:
     """
 
     rig: Rig
-    swing: Swing
+    swing: SineDrive
     phase: float
 
     def drive(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -150,7 +150,7 @@ def assumed(scenario: Scenario) -> Setting:
         harmonic = moving[0][1]
         amplitude, omega = abs(harmonic.amplitude), 2 * pi * harmonic.frequency
         phase = harmonic.phase + (pi if harmonic.amplitude < 0.0 else 0.0)
-    return Setting(replace(rig, drag_torque=drag), Swing(rig.base_radius_drive * amplitude, omega, pull), phase)
+    return Setting(replace(rig, drag_torque=drag), SineDrive(rig.base_radius_drive * amplitude, omega, pull), phase)
 
 
 def follow(setting: Setting, start: str, duration: float) -> list[Piece]:
@@ -198,7 +198,7 @@ def follow(setting: Setting, start: str, duration: float) -> list[Piece]:
     return pieces
 
 
-def _check_stays(swing: Swing, flank: int, phase: float, time: float) -> None:
+def _check_stays(swing: SineDrive, flank: int, phase: float, time: float) -> None:
     """Raise an InputError when contact does not last after an impact."""
     if swing.presses(flank, phase):
         return

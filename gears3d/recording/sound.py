@@ -14,7 +14,7 @@ from gears3d.files import write_bytes
 from gears3d.laws import noise
 from gears3d.recording.columns import FLANKS
 from gears3d.recording.record import Recording, describe, refuse_unexplained
-from gears3d.signals.impacts import strikes
+from gears3d.signals.impacts import impact_values
 from gears3d.signals.outcome import drive_speed, equivalent_mass
 from gears3d.signals.sound import MODES, Mode, normalised, ring
 
@@ -127,7 +127,7 @@ def _strengths(recording: Recording, by: str | None) -> tuple[str, np.ndarray]:
     refuse_unexplained(recording)
     if not len(impacts["time_s"]):
         raise InputError(Fault("impacts", "there are none: contact was never lost", "there is nothing to hear"))
-    ones = strikes(impacts, equivalent_mass(impacts, recording.meta))
+    ones = impact_values(impacts, equivalent_mass(impacts, recording.meta))
     known = {
         "impulse": np.abs(ones["impulse_N_s"]),
         "energy": np.sqrt(np.maximum(ones["energy_J"], 0.0)),

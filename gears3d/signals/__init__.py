@@ -1,17 +1,21 @@
-"""What bare arrays of impacts and displacement say: regime, period, section, energies, durations."""
+"""Results of bare arrays of impacts and displacement: regime, period, section, energies, durations."""
+
+from __future__ import annotations
+
+from typing import Any
 
 from gears3d.signals.impacts import FLIGHT_HEIGHT_MIN as FLIGHT_HEIGHT_MIN
 from gears3d.signals.impacts import Flights as Flights
 from gears3d.signals.impacts import contacts as contacts
 from gears3d.signals.impacts import durations as durations
 from gears3d.signals.impacts import flights as flights
+from gears3d.signals.impacts import impact_values as impact_values
 from gears3d.signals.impacts import impacts_per_period as impacts_per_period
 from gears3d.signals.impacts import mass as mass
 from gears3d.signals.impacts import powers as powers
 from gears3d.signals.impacts import regime as regime
 from gears3d.signals.impacts import shares as shares
 from gears3d.signals.impacts import states as states
-from gears3d.signals.impacts import strikes as strikes
 from gears3d.signals.impacts import stroke as stroke
 from gears3d.signals.impacts import times_of as times_of
 from gears3d.signals.motion import Exponent as Exponent
@@ -50,3 +54,10 @@ from gears3d.signals.spectra import frequency_spectrum as frequency_spectrum
 from gears3d.signals.spectra import lines as lines
 from gears3d.signals.spectra import order_spectrum as order_spectrum
 from gears3d.signals.spectra import synchronous_average as synchronous_average
+
+
+def __getattr__(name: str) -> Any:
+    """Load a function by its old name, and warn."""
+    from gears3d.renamed import renamed_in
+
+    return renamed_in(__name__, {"strikes": "impact_values"}, name)

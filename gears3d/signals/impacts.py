@@ -92,7 +92,7 @@ def mass(impacts: Mapping[str, np.ndarray]) -> float | None:
     return float(impulse[known].sum()) / total if total > 0.0 else None
 
 
-def strikes(
+def impact_values(
     impacts: Mapping[str, np.ndarray], mass: float | None = None, speed: float | None = None
 ) -> dict[str, np.ndarray]:
     """Return what follows from the contract's columns for each impact.
@@ -110,7 +110,7 @@ def strikes(
     Source: Kadmiri et al. 2012, eqs (3), (27) to (29).
 
     >>> impacts = {"time_s": np.array([0.5]), "velocity_m_s": np.array([-0.02]), "rebound_m_s": np.array([0.01])}
-    >>> found = strikes(impacts, mass=3.0, speed=0.05)
+    >>> found = impact_values(impacts, mass=3.0, speed=0.05)
     >>> {name: values.round(9).tolist() for name, values in found.items() if name != "interval_s"}
     {'restitution': [0.5], 'impulse_N_s': [0.09], 'impulse_dimensionless': [0.6], 'energy_J': [0.00045]}
     """

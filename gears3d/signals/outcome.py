@@ -13,11 +13,11 @@ from gears3d.signals.impacts import (
     FLANKS,
     FLIGHT_HEIGHT_MIN,
     contacts,
+    impact_values,
     impacts_per_period,
     mass,
     powers,
     regime,
-    strikes,
     stroke,
     times_of,
 )
@@ -80,7 +80,7 @@ def describe(signals: Table, impacts: Table, meta: Mapping[str, Any]) -> dict[st
     period = float(known) if known else max(end - start, 1e-300)
     heavy = equivalent_mass(impacts, meta)
     speed = drive_speed(signals, meta)
-    ones = strikes(some, heavy, speed)
+    ones = impact_values(some, heavy, speed)
     moved = motion(signals, some, period, start, end, meta.get("lyapunov_1_s"))
     found: dict[str, Any] = {
         "regime": regime(times, flanks, period, start, end),
@@ -146,8 +146,8 @@ def drive_speed(signals: Table, meta: Mapping[str, Any]) -> float | None:
     period, radius = meta.get("period_s"), meta.get("base_radius_drive_m")
     if not period or not radius or "theta_drive_rad" not in signals:
         return None
-    swing = stroke(signals["time_s"], signals["theta_drive_rad"], float(period))
-    return None if swing is None else swing * radius * 2 * pi / float(period)
+    amplitude = stroke(signals["time_s"], signals["theta_drive_rad"], float(period))
+    return None if amplitude is None else amplitude * radius * 2 * pi / float(period)
 
 
 def excitation(mass: float | None, speed: float | None, meta: Mapping[str, Any]) -> float | None:

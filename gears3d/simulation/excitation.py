@@ -11,7 +11,7 @@ import numpy as np
 from gears3d.errors import InputError
 from gears3d.laws.contact import drag_force, drive_amplitude, equivalent_mass
 from gears3d.laws.excitation import dimensionless_backlash, excitation, riding, threshold_amplitude, threshold_omega
-from gears3d.laws.orbit import Cycle, Swing, cycle
+from gears3d.laws.orbit import Cycle, SineDrive, cycle
 from gears3d.results import Result
 from gears3d.signals import FLIGHT_HEIGHT_MIN
 from gears3d.simulation.models import refuse_unseen
@@ -132,11 +132,11 @@ def _in_closed_form(
     free = [row for row in torques if row.gate in (Gate.ALWAYS, Gate.FLIGHT)]
     drag = rig.drag_torque + sum(mean_resisting(row, speed) for row in free)
     pull = drag * rig.base_radius_loose / rig.inertia
-    swing = Swing(rig.base_radius_drive * abs(sine.amplitude), 2 * pi * sine.frequency, pull)
+    drive = SineDrive(rig.base_radius_drive * abs(sine.amplitude), 2 * pi * sine.frequency, pull)
     if drag < 0.0:
         return Expectation("unknown", NONE, "the torques drive the loose gear")
-    found = cycle(swing, backlash, _restitution(rig, rows), scenario.impact.stick_velocity, FLIGHT_HEIGHT_MIN)
-    if not found.why and swing.pull > 0.0 and rig.base_radius_drive * rig.mean_speed + found.slowest <= 0.0:
+    found = cycle(drive, backlash, _restitution(rig, rows), scenario.impact.stick_velocity, FLIGHT_HEIGHT_MIN)
+    if not found.why and drive.pull > 0.0 and rig.base_radius_drive * rig.mean_speed + found.slowest <= 0.0:
         found = found._replace(regime="unknown", why="the loose gear comes to a stop, where dry drag turns round")
     if rig.mean_speed <= 0.0:
         found = found._replace(regime="unknown", why="the drive does not turn forwards")

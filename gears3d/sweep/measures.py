@@ -31,7 +31,7 @@ class Setting(NamedTuple):
 
     period: Array  # of the excitation [s]
     mass: Array  # of the loose gear on the line of action [kg]
-    swing: Array  # amplitude of the drive's speed in the first harmonic [rad/s]
+    amplitude: Array  # amplitude of the drive's speed in the first harmonic [rad/s]
     radius: Array  # base radius of the drive gear [m]
     force: Array  # base drag on the line of action [N]
     inertia: Array  # of the loose gear [kg·m²]
@@ -129,7 +129,7 @@ def reduce(
 
 
 def _threshold(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
-    push = setting.mass * setting.radius * setting.swing * 2.0 * np.pi / setting.period
+    push = setting.mass * setting.radius * setting.amplitude * 2.0 * np.pi / setting.period
     excitation = np.where(push == 0.0, 0.0, np.divide(push, setting.force))
     return {"excitation": excitation, "opening_m": numbers[:, at.OPENING]}
 
@@ -158,7 +158,7 @@ def _velocities(numbers: Array, setting: Setting, periods: int) -> Mapping[str, 
 
 
 def _impulses(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
-    scale, found = setting.mass * setting.radius * setting.swing, {}
+    scale, found = setting.mass * setting.radius * setting.amplitude, {}
     for flank, name in enumerate(_FLANKS):
         count = numbers[:, at.COUNT + flank]
         mean = numbers[:, at.IMPULSE + flank] / count / scale
@@ -168,7 +168,7 @@ def _impulses(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Ar
 
 def _level(numbers: Array, setting: Setting, periods: int) -> Mapping[str, Array]:
     rate = numbers[:, at.ENERGY] / (periods * setting.period)
-    driven = (2.0 * np.pi / setting.period) ** 2 * setting.swing
+    driven = (2.0 * np.pi / setting.period) ** 2 * setting.amplitude
     return {
         "energy_J_s": rate,
         "energy_level_dB": np.where(rate > 0.0, 10.0 * np.log10(rate / 1e-12), np.nan),

@@ -137,8 +137,8 @@ def _packed(plan: Plan, raw: Raw) -> np.ndarray:
     force = q["torque"] / rig.base_radius_loose
     same = np.ones(len(mass))
     tilt = same * float(np.cos(rig.base_helix_angle))
-    radius, swing = same * rig.base_radius_drive, np.abs(q["amplitude"])
-    raw.setting[:] = np.column_stack((1 / q["frequency"], mass, swing, radius, force, q["inertia"], tilt))
+    radius, amplitude = same * rig.base_radius_drive, np.abs(q["amplitude"])
+    raw.setting[:] = np.column_stack((1 / q["frequency"], mass, amplitude, radius, force, q["inertia"], tilt))
     return pack_points(base, q)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
-from gears3d.laws import Swing
+from gears3d.laws import SineDrive
 from gears3d.scenario import Scenario, load
 
 FIG5 = """
@@ -44,7 +44,7 @@ def fig5(**overrides: Any) -> Scenario:
     return load(FIG5, overrides=[(key.replace("__", "."), value) for key, value in overrides.items()])
 
 
-def swing(scenario: Scenario) -> Swing:
+def swing(scenario: Scenario) -> SineDrive:
     """Return speed, frequency and pull of a scenario with one harmonic and Coulomb drag.
 
     Args:
@@ -55,4 +55,4 @@ def swing(scenario: Scenario) -> Swing:
     """
     rig, harmonic = scenario.rig(), scenario.motion.harmonics[0]
     pull = rig.drag_torque * rig.base_radius_loose / rig.inertia
-    return Swing(rig.base_radius_drive * harmonic.amplitude, 2 * pi * harmonic.frequency, pull)
+    return SineDrive(rig.base_radius_drive * harmonic.amplitude, 2 * pi * harmonic.frequency, pull)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from gears3d.laws import (
     REGIMES,
-    Swing,
+    SineDrive,
     border,
     dimensionless_backlash,
     regions,
@@ -24,7 +24,7 @@ PULL = 0.22 * 0.148 / 0.0695
 
 
 def swing(rpm, hertz):
-    return Swing(0.148 * rpm * pi / 30, 2 * pi * hertz, PULL)
+    return SineDrive(0.148 * rpm * pi / 30, 2 * pi * hertz, PULL)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_light_loss_is_single_sided():
 @given(size=st.floats(1.02, 25), gap=st.floats(1e-3, 3))
 @settings(max_examples=60, deadline=None)
 def test_the_map_is_the_cycle_of_every_point(size, gap):
-    found = cycle(Swing(1.0, 1.0, 1.0 / size), gap)
+    found = cycle(SineDrive(1.0, 1.0, 1.0 / size), gap)
     edge = border(np.array([size]))[0]
     if abs(gap / edge - 1) > 1e-3:  # the map looks its crossings up in 400 samples a period
         code = REGIMES[regions(np.array([size]), np.array([gap]))[0, 0]]

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gears3d.laws import Swing, drift, landing
+from gears3d.laws import SineDrive, drift, landing
 
 PULL = 0.22 * 0.148 / 0.0695
 
 
 def swing(rpm, hertz):
-    return Swing(0.148 * rpm * pi / 30, 2 * pi * hertz, PULL)
+    return SineDrive(0.148 * rpm * pi / 30, 2 * pi * hertz, PULL)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_a_flight_that_falls_back():
 @settings(max_examples=25, deadline=None)
 def test_the_first_touch_is_the_one_that_a_fine_integration_finds(excitation, phase, reach, share, launch):
     """No touch is passed over: up to it no sample of an independent integration lies beyond a flank."""
-    drive = Swing(1.0, 1.0, 1.0 / excitation)
+    drive = SineDrive(1.0, 1.0, 1.0 / excitation)
     active, reverse = share * reach, (1 - share) * reach
     hit = landing(drive, phase, active, reverse, launch, longest=100.0)
     end = hit.time if hit else 100.0
@@ -74,25 +74,25 @@ def test_the_first_touch_is_the_one_that_a_fine_integration_finds(excitation, ph
 
 def test_drift_keeps_its_digits_where_the_flight_is_short():
     """Loss phase: the first three powers of time cancel; the fourth is left."""
-    drive, time = Swing(1.0, 1.0, 0.0), 1e-4
+    drive, time = SineDrive(1.0, 1.0, 0.0), 1e-4
     displacement, velocity = drift(drive, pi / 2, time)
     assert displacement == pytest.approx(time**3 / 6, rel=1e-9)
     assert velocity == pytest.approx(1 - sin(pi / 2 + time), rel=1e-8)
 
 
 def test_the_limits():
-    assert Swing(1.0, 1.0, 0.0).excitation == inf
-    assert Swing(1.0, 1.0, 0.0).loss == pytest.approx((pi / 2, 3 * pi / 2))
-    assert Swing(0.5, 1.0, 1.0).loss == (pi, pi)
-    assert landing(Swing(0.0, 1.0, 0.0), 0.0, 1.0, 1.0) is None
-    fall = landing(Swing(0.0, 1.0, 2.0), 0.0, 1.0, 1.0)
+    assert SineDrive(1.0, 1.0, 0.0).excitation == inf
+    assert SineDrive(1.0, 1.0, 0.0).loss == pytest.approx((pi / 2, 3 * pi / 2))
+    assert SineDrive(0.5, 1.0, 1.0).loss == (pi, pi)
+    assert landing(SineDrive(0.0, 1.0, 0.0), 0.0, 1.0, 1.0) is None
+    fall = landing(SineDrive(0.0, 1.0, 2.0), 0.0, 1.0, 1.0)
     assert (fall.time, fall.flank, fall.velocity) == (pytest.approx(1.0), 0, pytest.approx(-2.0))
-    assert landing(Swing(0.0, 1.0, 2.0), 0.0, 1.0, 1.0, longest=0.9) is None
+    assert landing(SineDrive(0.0, 1.0, 2.0), 0.0, 1.0, 1.0, longest=0.9) is None
 
 
 @given(excitation=st.floats(1.001, 1e4), backlash=st.floats(1e-4, 100))
 @settings(max_examples=60, deadline=None)
 def test_what_leaves_the_reverse_flank_always_reaches_the_active_one(excitation, backlash):
     """The sine lies above its tangent at the loss for ever, so the relative speed never turns round."""
-    drive = Swing(1.0, 1.0, 1.0 / excitation)
+    drive = SineDrive(1.0, 1.0, 1.0 / excitation)
     assert landing(drive, drive.loss[1], backlash, 0.0).flank == 0

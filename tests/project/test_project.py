@@ -55,13 +55,18 @@ def test_old_names_of_packages_load_the_new_ones_and_warn(old, new, name):
     assert found is getattr(importlib.import_module(new), name)
 
 
-def test_old_names_of_laws_load_the_new_modules_and_warn():
-    from gears3d import laws
+def test_old_names_of_laws_and_signals_load_the_new_ones_and_warn():
+    from gears3d import laws, signals
 
     with pytest.warns(DeprecationWarning, match=r"gears3d\.laws\.film"):
         assert laws.oil.dynamic_viscosity is laws.film.dynamic_viscosity
-    with pytest.raises(AttributeError, match="water"):
-        _ = laws.water
+    with pytest.warns(DeprecationWarning, match="SineDrive"):
+        assert laws.Swing is laws.SineDrive
+    with pytest.warns(DeprecationWarning, match="impact_values"):
+        assert signals.strikes is signals.impact_values
+    for package in (laws, signals):
+        with pytest.raises(AttributeError, match="water"):
+            _ = package.water
 
 
 def test_records_are_taken_from_their_files(tmp_path):

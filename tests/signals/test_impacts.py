@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gears3d import load, simulate
-from gears3d.signals import contacts, contacts_of, describe, flights, mass, powers, shares, strikes, stroke
+from gears3d.signals import contacts, contacts_of, describe, flights, impact_values, mass, powers, shares, stroke
 
 SCENARIO = "scenarios/rigaud-2020/fig5-20rpm.toml"
 
@@ -65,7 +65,7 @@ def test_energy_taken_by_impacts_is_the_energy_put_in():
     push = -0.22 / radius - m * radius * 20 * pi / 30 * 6 * pi * np.cos(6 * pi * time)
     work = np.trapezoid((push * velocity)[some], time[some])
     hits = (recording.impacts["time_s"] >= 1.0) & (recording.impacts["time_s"] <= 2.0)
-    lost = np.nansum(strikes(recording.impacts, m)["energy_J"][hits])
+    lost = np.nansum(impact_values(recording.impacts, m)["energy_J"][hits])
     assert lost == pytest.approx(work, rel=2e-4)
     assert found["energy_J_s"] == pytest.approx(lost, rel=2e-3)  # the last trembling is not counted
 
@@ -83,10 +83,12 @@ def test_mass_restitution_and_energy_come_back_from_made_up_impacts(m, e, count,
         "impulse_N_s": m * (after - before),
     }
     assert not after.any() or mass(hits) == pytest.approx(m)
-    ones = strikes(hits, m, speed=2.0)
+    ones = impact_values(hits, m, speed=2.0)
     np.testing.assert_allclose(ones["restitution"], e, atol=1e-12)
     np.testing.assert_allclose(ones["impulse_dimensionless"], -(1 + e) * before / 2.0)
-    np.testing.assert_allclose(ones["impulse_N_s"], strikes({**hits, "impulse_N_s": np.nan * before}, m)["impulse_N_s"])
+    np.testing.assert_allclose(
+        ones["impulse_N_s"], impact_values({**hits, "impulse_N_s": np.nan * before}, m)["impulse_N_s"]
+    )
     found = powers(before, after, flank, m, 5.0)
     assert found["energy_J_s"] == pytest.approx(0.5 * m * (1 - e**2) * np.sum(before**2) / 5.0, rel=1e-9, abs=1e-15)
     assert np.isnan(ones["interval_s"][0])
