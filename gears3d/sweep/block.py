@@ -57,11 +57,7 @@ class Watch:
 
     @contextmanager
     def over(self, batch: Batch, points: Sequence[int]) -> Iterator[None]:
-        """Watch a batch from a thread of its own while the block runs.
-
-        Yields:
-            Nothing.
-        """
+        """Watch a batch from a thread of its own while the block runs."""
         over = threading.Event()
         thread = threading.Thread(target=self._look, args=(batch, points, over), daemon=True)
         thread.start()

@@ -71,11 +71,7 @@ class Cluster:
         return EngineError(f"the scheduler at {self.address} is gone; {REMEDY}")
 
     def blocks(self, spans: Sequence[tuple[int, int]], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
-        """Run blocks and give them as they are finished, in any order.
-
-        Yields:
-            The blocks.
-        """
+        """Run blocks and give them as they are finished, in any order."""
         waiting = list(reversed(spans))
         running: dict[Any, tuple[int, int]] = {}
         try:

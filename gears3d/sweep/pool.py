@@ -88,11 +88,7 @@ class Pool:
         self._deaths: dict[int, int] = {}
 
     def blocks(self, spans: Sequence[Span], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
-        """Run blocks and give them as they are finished, in any order.
-
-        Yields:
-            The blocks.
-        """
+        """Run blocks and give them as they are finished, in any order."""
         waiting: list[tuple[Span, dict[int, str]]] = [(span, {}) for span in reversed(spans)]
         try:
             while waiting or self._busy:

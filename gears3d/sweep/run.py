@@ -334,11 +334,7 @@ class Alone:
         self.plan, self.limit = plan, limit
 
     def blocks(self, spans: Sequence[tuple[int, int]], tick: Callable[[int], None] | None = None) -> Iterator[Block]:
-        """Run blocks and give them one after the other.
-
-        Yields:
-            The blocks.
-        """
+        """Run blocks and give them one after the other."""
         if self.limit < inf:
             warm(self.plan)
         for span in spans:

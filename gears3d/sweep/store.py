@@ -31,11 +31,7 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[Store]:
-        """Hold the folder for one process alone.
-
-        Yields:
-            The store.
-        """
+        """Hold the folder for one process alone."""
         self._check()
         new = not self.place.exists()
         try:
@@ -100,11 +96,7 @@ class Store:
         return (self.place / DATA).exists()
 
     def blocks(self) -> Iterator[tuple[int, int]]:
-        """Give begin and end of every block.
-
-        Yields:
-            First point and one after the last.
-        """
+        """Give begin and end of every block."""
         for begin in range(0, self.plan.size, self.block):
             yield begin, min(begin + self.block, self.plan.size)
 
