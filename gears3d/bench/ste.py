@@ -24,6 +24,14 @@ if TYPE_CHECKING:
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
+LEAD = 0.05  # Turns driven beyond those asked for at either end, in which the gears change flanks
+TURNING = 0.02  # Turns in whose time the drive changes its direction
+LOST = 0.01  # Part of the turns asked for that may go by without contact
+FEWEST, MOST = 2, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
+STEP = 0.2  # Longest step of the engine at 1 rpm [s]; tooth pitches and waves of the flanks make it shorter
+POINTS = 3600  # Points a turn of the curves
+ORDERS = 12  # Strongest orders that are reported of each curve
+
 
 def refuse_oil(scenario: Scenario, asks: str) -> None:
     """Refuse oil between the flanks, for a test that has to touch them.
@@ -36,15 +44,6 @@ def refuse_oil(scenario: Scenario, asks: str) -> None:
         if any(row.code == Code.GAP_FILM for row in effect.rows(scenario.rig())):
             text = f"{effect.kind!r} keeps the flanks apart; this test asks for {asks}"
             raise InputError(Fault(f"effect[{index}]", text, "leave the oil out for this test", file))
-
-
-LEAD = 0.05  # Turns driven beyond those asked for at either end, in which the gears change flanks
-TURNING = 0.02  # Turns in whose time the drive changes its direction
-LOST = 0.01  # Part of the turns asked for that may go by without contact
-FEWEST, MOST = 2, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
-STEP = 0.2  # Longest step of the engine at 1 rpm [s]; tooth pitches and waves of the flanks make it shorter
-POINTS = 3600  # Points a turn of the curves
-ORDERS = 12  # Strongest orders that are reported of each curve
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,21 @@ import numpy as np
 from gears3d.comparison.matching import Table
 from gears3d.comparison.result import SampleTest
 
+LEVEL = 0.01  # Probability that any of the tests rejects though nothing differs
+PERMUTATIONS = 999
+RESAMPLES = 400
+MEMORY = 5.0  # Length of a block in Lyapunov times, after which the motion has forgotten where it was
+MEMORY_NEEDED = 2.0  # Shorter blocks, in Lyapunov times, are no basis for a test
+BLOCKS_WANTED = 16
+BLOCKS_NEEDED = 8
+FEWEST = 8  # Samples smaller than this are not tested
+# Relative changes whose discovery is tried out
+LADDER = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
+POWER = 0.95  # Required of resamples, so that new records, which vary more, are accepted in 90 % of the cases
+RESOLUTION = 1e-4  # Smaller differences, of the speed itself or in cycles of phase, are rounding
+SEED = 20200701
+Window = tuple[float, float]
+
 
 def cut(times: np.ndarray, begin: float, length: float, count: int) -> np.ndarray:
     """Return the block of each impact, -1 outside of all.
@@ -58,23 +73,6 @@ def drawn(count: int, size: int, times: int, rng: np.random.Generator) -> np.nda
     [5, 5]
     """
     return rng.multinomial(size, np.full(count, 1.0 / count), size=times)
-
-
-LEVEL = 0.01  # Probability that any of the tests rejects though nothing differs
-PERMUTATIONS = 999
-RESAMPLES = 400
-MEMORY = 5.0  # Length of a block in Lyapunov times, after which the motion has forgotten where it was
-MEMORY_NEEDED = 2.0  # Shorter blocks, in Lyapunov times, are no basis for a test
-BLOCKS_WANTED = 16
-BLOCKS_NEEDED = 8
-FEWEST = 8  # Samples smaller than this are not tested
-# Relative changes whose discovery is tried out
-LADDER = (0.002, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0)
-POWER = 0.95  # Required of resamples, so that new records, which vary more, are accepted in 90 % of the cases
-RESOLUTION = 1e-4  # Smaller differences, of the speed itself or in cycles of phase, are rounding
-SEED = 20200701
-
-Window = tuple[float, float]
 
 
 def compare_distributions(

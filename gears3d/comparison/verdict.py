@@ -22,6 +22,18 @@ HARD = 0.25  # Part of the largest speed from which on an impact counts as hard
 SEEN, LOW, FLAT = 5.0, 1e-4, 0.25
 
 Array = np.ndarray
+# Largest relative difference that still is equal: that of impact speeds between engine and rigid model, 95 %
+BUDGET = 0.005
+CERTAIN = 3.0  # Standard deviations that a difference must exceed as well
+CARRIED = 0.05  # Part of the drive's acceleration that the loose gear may take over in flight
+BEYOND = 0.001  # Part of the backlash by which gears may go beyond a flank at an impact
+# The same where no backlash could be measured, and parts of it beyond which no flank holds the gear
+ASTRAY, GONE = 0.02, 3.0
+BEYOND_FLANKS = "way beyond the flanks"
+MISSING, SOME = 0.1, 3  # Part of the impacts, and number, without a rebound from which on bounces are missing
+# Causes that spoil what backlash and restitution are measured by
+SPOILING = {"drive", "time", "sign", "step", "flanks"}
+MOVED = 0.5  # Part of a difference of the drive's motion that a shift in time must explain to be one
 
 
 class Flights(NamedTuple):
@@ -167,20 +179,6 @@ def _over_speed(speed: Array, ratio: Array, at: Array) -> Array:
         weight = 1.0 / np.maximum(rest, 1e-6 + float(np.median(rest)))
         line = np.linalg.lstsq(base * weight[:, None] ** 0.5, ratio * weight**0.5, rcond=None)[0]
     return np.maximum(line[0] + line[1] * (np.clip(at, speed.min(), speed.max()) - middle), 1e-3)
-
-
-# Largest relative difference that still is equal: that of impact speeds between engine and rigid model, 95 %
-BUDGET = 0.005
-CERTAIN = 3.0  # Standard deviations that a difference must exceed as well
-CARRIED = 0.05  # Part of the drive's acceleration that the loose gear may take over in flight
-BEYOND = 0.001  # Part of the backlash by which gears may go beyond a flank at an impact
-# The same where no backlash could be measured, and parts of it beyond which no flank holds the gear
-ASTRAY, GONE = 0.02, 3.0
-BEYOND_FLANKS = "way beyond the flanks"
-MISSING, SOME = 0.1, 3  # Part of the impacts, and number, without a rebound from which on bounces are missing
-# Causes that spoil what backlash and restitution are measured by
-SPOILING = {"drive", "time", "sign", "step", "flanks"}
-MOVED = 0.5  # Part of a difference of the drive's motion that a shift in time must explain to be one
 
 
 @dataclass(frozen=True)

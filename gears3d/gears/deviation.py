@@ -10,6 +10,9 @@ from gears3d.errors import Fault, InputError, did_you_mean
 
 GEARS = ("drive", "loose")
 FLANKS = ("active", "reverse")
+_MOST_WAVES = 100.0
+# Largest tilt [rad]; sections are taken across the ideal axis, which is wrong by half the square of it
+_STEEPEST = 0.02
 
 
 def index_of(word: str, words: tuple[str, ...], key: str) -> int:
@@ -175,17 +178,12 @@ class HelixSlope:
         _flank_words(self)
 
 
-_MOST_WAVES = 100.0
 Deviation = HarmonicDeviation | ToothDeviation | ProfileSlope | ProfileWave | HelixSlope
 
 
 def _flank_words(deviation: ProfileSlope | ProfileWave | HelixSlope) -> None:
     index_of(deviation.gear, GEARS, "gear")
     index_of(deviation.flank, FLANKS, "flank")
-
-
-# Largest tilt [rad]; sections are taken across the ideal axis, which is wrong by half the square of it
-_STEEPEST = 0.02
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,26 @@ START, REACH, AMOUNT, POWER = 0, 1, 2, 3
 ACTIVE_PROFILE, PROFILE_REACH, FLOOR = 14, 15, 16
 # How much the normal of a flank that is not perfect turns at least for one unit of roll: 1 on the involute
 LEAST_TURN = 0.2
+__all__ = [
+    "ACTIVE",
+    "DRIVE",
+    "LOOSE",
+    "REVERSE",
+    "Flanks",
+    "candidates",
+    "compile_pair",
+    "deviation",
+    "flank_gap",
+    "flank_point",
+    "flank_points",
+    "gap_at",
+    "nearest_gap",
+    "relief_starts",
+    "roll_at_radius",
+    "roll_of",
+    "support",
+]
+_SEARCH = 0.7  # How far from the line of action's normal a common normal is looked for [rad]
 
 
 class Flanks(Record):
@@ -340,29 +360,6 @@ def _shaped_support(flanks, gear, flank, tooth, u, roll):
         delta, slope, bend = deviation(flanks, gear, flank, tooth, u)
         return flanks.gears[gear, BASE] * roll + delta, slope - (1.0 - 2.0 * flank) * flanks.gears[gear, BASE], bend
     return _relieved_support(flanks, gear, flank, tooth, (u, roll))
-
-
-__all__ = [
-    "ACTIVE",
-    "DRIVE",
-    "LOOSE",
-    "REVERSE",
-    "Flanks",
-    "candidates",
-    "compile_pair",
-    "deviation",
-    "flank_gap",
-    "flank_point",
-    "flank_points",
-    "gap_at",
-    "nearest_gap",
-    "relief_starts",
-    "roll_at_radius",
-    "roll_of",
-    "support",
-]
-
-_SEARCH = 0.7  # How far from the line of action's normal a common normal is looked for [rad]
 
 
 def compile_pair(pair: Meshing) -> Flanks:

@@ -13,6 +13,12 @@ from numpy.typing import NDArray
 
 from gears3d.errors import Fault, InputError, did_you_mean
 
+SHAPES = ("linear", "parabolic")
+STARTS = ("start_roll", "start_diameter", "length")
+# How much the normal of a relieved flank turns at least for one unit of roll: 1 on the involute, 0 where it folds
+_LEAST_TURN = 0.2
+TEETH = (5, 2000)
+
 
 def inv(angle: float) -> float:
     """Return the involute function, tan(angle) − angle.
@@ -130,12 +136,6 @@ def fillet_points(gear: Gear, half_angle: float, angles: NDArray[np.float64]) ->
     across, up, shift = _cut(gear, half_angle, np.cos(angles), np.sin(angles))
     polar = pi / gear.teeth - (np.arctan2(across, up) - shift / gear.reference_radius)
     return np.column_stack((np.hypot(across, up), polar))
-
-
-SHAPES = ("linear", "parabolic")
-STARTS = ("start_roll", "start_diameter", "length")
-# How much the normal of a relieved flank turns at least for one unit of roll: 1 on the involute, 0 where it folds
-_LEAST_TURN = 0.2
 
 
 @dataclass(frozen=True)
@@ -289,9 +289,6 @@ def _tip_relief_faults(gear: Gear) -> Iterator[Fault]:
             f"is {gear.tip_relief.amount * 1e6:.4g} um on each flank: no tip is left",
             f"give less than {most * 1e6:.4g} um",
         )
-
-
-TEETH = (5, 2000)
 
 
 @dataclass(frozen=True)

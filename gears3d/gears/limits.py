@@ -35,6 +35,14 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-9  # Slack of roll angles that should agree [rad], and of lengths in modules
 _GRAZE = 1e-5  # Depth from which on a tip digs into a fillet, in modules
 _POINTS = 129  # On a fillet
+Array = NDArray[np.float64]
+_ANGLES = 96  # In one revolution
+_HEIGHTS = np.linspace(-0.5, 0.5, 9)
+# Part of the perfect flank's radius of curvature at the lower end of its working part that must be left everywhere
+CONVEX = 0.05
+# Part of centre distance · sin(working pressure angle) up to which a flank touches its mate in one point only
+PARALLEL = 0.8
+SAMPLES = 40  # In a radian of the highest order, over which the bending of a flank is looked at
 
 
 def interference_faults(pair: Meshing) -> Iterator[Fault]:
@@ -88,12 +96,6 @@ def digging(pair: Meshing, which: str) -> float:
     edge = half - working + (before + lead) * ratio - np.arctan2(across, along)
     depth = (polar - edge) * radius * np.cos(angles)
     return float(np.max(depth, initial=-np.inf, where=cosine <= 1.0))
-
-
-Array = NDArray[np.float64]
-
-_ANGLES = 96  # In one revolution
-_HEIGHTS = np.linspace(-0.5, 0.5, 9)
 
 
 def mounted_band(pair: Meshing) -> tuple[float, float]:
@@ -183,13 +185,6 @@ def check_mounting(pair: Meshing, taken: float) -> None:
                 "give a smaller centre distance or backlash, smaller offsets and tilts, or longer teeth",
             )
         )
-
-
-# Part of the perfect flank's radius of curvature at the lower end of its working part that must be left everywhere
-CONVEX = 0.05
-# Part of centre distance · sin(working pressure angle) up to which a flank touches its mate in one point only
-PARALLEL = 0.8
-SAMPLES = 40  # In a radian of the highest order, over which the bending of a flank is looked at
 
 
 def steepest(pair: Meshing, which: str) -> float:

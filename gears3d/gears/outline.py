@@ -28,6 +28,10 @@ Array = NDArray[np.float64]
 
 # Roll angle at which drawing begins on an involute that starts at the base circle: 13 ppm of its radius higher
 LEAST_ROLL = 5e-3
+MOST_TRIANGLES = 2e7  # Of a solid: about 3 GB while it is made and written
+# Default chord [m] of large gears, and of small ones in tip radii: what chords take off a gear's volume and inertia
+# goes with their distance from the surface over its size
+FINEST, SHARE = 0.2e-6, 1.6e-6
 
 
 @dataclass(frozen=True)
@@ -215,12 +219,6 @@ def _tooth(gear: Gear, sides: list[Array], curve: Array, counts: tuple[int, int]
 def inner_radius(gear: Gear) -> float:
     """Return where the toothed end face ends inwards [m]: at the rim, at the bore, or 0 for a full face."""
     return gear.pocket[1] if gear.pocket else 0.5 * (gear.bore or 0.0)
-
-
-MOST_TRIANGLES = 2e7  # Of a solid: about 3 GB while it is made and written
-# Default chord [m] of large gears, and of small ones in tip radii: what chords take off a gear's volume and inertia
-# goes with their distance from the surface over its size
-FINEST, SHARE = 0.2e-6, 1.6e-6
 
 
 def default_chord(pair: Pair, which: str) -> float:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+_INNER = 1 << 40  # Added to an index that counts along the bore instead of the outline
 
 
 def inside_contour(gear: Gear, levels: Array) -> Array:
@@ -150,9 +151,6 @@ def wall(
     normals[:, 2] = np.tile(-lead * around, len(levels))
     normals /= np.linalg.norm(normals, axis=1)[:, None]
     return lift(points, levels, turns), stitch(segments[0], len(points), len(levels), segments[1]), normals
-
-
-_INNER = 1 << 40  # Added to an index that counts along the bore instead of the outline
 
 
 class MassProperties(NamedTuple):

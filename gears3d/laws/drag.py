@@ -7,6 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+PLATE = 0.036  # Force of a turbulent plate over ½·ρ·U²·L·Re^(−1/5), with its factor ½
+
 
 def coulomb(torque: float, speed: ArrayLike) -> np.ndarray:
     """Return dry friction, C = torque·sgn Ω; 0 at rest, where it takes any value up to ``torque``.
@@ -170,9 +172,6 @@ def assembly(torques: Iterable[ArrayLike]) -> np.ndarray:
     [0.21000000000000002, -0.21000000000000002]
     """
     return np.sum(np.broadcast_arrays(*torques), axis=0, dtype=float)
-
-
-PLATE = 0.036  # Force of a turbulent plate over ½·ρ·U²·L·Re^(−1/5), with its factor ½
 
 
 def end_faces(radius: float, height: float, density: float, kinematic_viscosity: float, speed: ArrayLike) -> np.ndarray:

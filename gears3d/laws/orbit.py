@@ -10,6 +10,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 ACTIVE, REVERSE = 0, 1
+Restitution = Callable[[int, float], float]
+MOST = 400  # So many flights, and no lasting contact on the active flank, are no cycle
+LONGEST = 50  # A flight of so many periods is a separation for good
+SENSITIVE = 1e-7  # A change of the backlash by this share must leave the order of the impacts as it is
+LEAST = 1e-13  # Rebound speed that counts as 0 [m/s]
+REGIMES = ("contact", "single_sided", "double_sided", "unknown")
 
 
 class SineDrive(NamedTuple):
@@ -244,14 +250,6 @@ def crossing(speed: float, omega: float, pull: float, phase: float, gap: float) 
 
     hit = root_scalar(left, bracket=(lost, lost + math.pi / omega), xtol=1e-16, rtol=1e-15).root
     return hit, launch - pull * (hit - lost) - speed * math.sin(omega * hit)
-
-
-Restitution = Callable[[int, float], float]
-MOST = 400  # So many flights, and no lasting contact on the active flank, are no cycle
-LONGEST = 50  # A flight of so many periods is a separation for good
-SENSITIVE = 1e-7  # A change of the backlash by this share must leave the order of the impacts as it is
-LEAST = 1e-13  # Rebound speed that counts as 0 [m/s]
-REGIMES = ("contact", "single_sided", "double_sided", "unknown")
 
 
 class Flight(NamedTuple):

@@ -59,6 +59,8 @@ _SUFFIXES = {
 }
 
 Table = dict[str, np.ndarray]
+Columns = Mapping[str, np.ndarray]
+_TAG = "$float"
 
 
 def unit_of(column: str) -> str:
@@ -199,9 +201,6 @@ def _refuse_disorder(time: np.ndarray, strictly: bool, table: str, file: str) ->
         raise InputError(Fault(f"{table}.time_s[{row}]", what, "time must increase from row to row", file))
 
 
-Columns = Mapping[str, np.ndarray]
-
-
 class Derived(Mapping[str, np.ndarray]):
     """A table of which some columns are there and the others follow from them.
 
@@ -251,9 +250,6 @@ class Derived(Mapping[str, np.ndarray]):
 def part_of(table: Columns, name: str, rows: slice) -> np.ndarray:
     """Return a column of any table at some rows."""
     return table.part(name, rows) if isinstance(table, Derived) else table[name][rows]
-
-
-_TAG = "$float"
 
 
 def plain(value: Any, key: str = "meta") -> Any:

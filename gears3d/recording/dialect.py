@@ -26,6 +26,47 @@ NEVER = np.iinfo(np.int64).min  # A cell without a time, as numpy has NaT
 EPOCHS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 FIRST, LAST = 1.0e9, 2.2e9  # Seconds since 1970 of September 2001 and of 2039: numbers between them may be epochs
 LONGEST = 10.0  # Interval between two readings [s] beyond which a number is a counter and not an epoch
+HEAD = 1 << 18  # Bytes from which the dialect is found
+LINES = 400  # Lines from which it is found; a longer header hides the numbers
+# What lines that are no rows begin with
+COMMENTS = ("#", "%", "//", "!")
+DELIMITERS = (";", "\t", ",", "|", " ")
+# Cells of numbers that are not there
+MISSING = (
+    "",
+    "nan",
+    "NaN",
+    "NAN",
+    "-nan",
+    "-NaN",
+    "NA",
+    "N/A",
+    "n/a",
+    "#N/A",
+    "null",
+    "NULL",
+    "None",
+    "-",
+    "--",
+    "---",
+)
+_UNITS = (
+    "s ms us µs μs ns min h sec msec Sek rad mrad deg ° grad Grad degrees radians rev U Umdr turn turns rpm 1/min min-1"
+    " min^-1 r/min U/min rev/min rad/s deg/s"
+    " °/s rev/s 1/s Hz kHz MHz V mV A mA N kN Nm N·m mNm m mm um µm μm nm g m/s mm/s m/s^2 m/s² m/s2 rad/s^2 rad/s²"
+    " °C degC K Pa kPa bar count counts cts inc incr ticks pulses samples - -- % 1"
+)
+_NUMBER = {
+    ".": re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
+    ",": re.compile(r"\s*[+-]?(\d+(,\d+)?|,\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
+}
+_PLAIN = re.compile(r"[\s\d.,+-]*(?:\d[eE][+-]?\d+)?")
+_LONG = re.compile(r"\s*\+?(\d{10,19})(?:[.,](\d+))?\s*")
+LARGEST = 4e18  # Whole numbers that int64 holds, and as much again
+END_OF_HEADER = "***End_of_Header***"  # Line of LabVIEW measurement files: names and rows stand below the last one
+# Names of a last column that most rows leave out
+COMMENTED = ("comment", "comments", "kommentar", "remark", "remarks", "bemerkung", "")
+_WORD = re.compile(r"[^\s\[(]\S*(?:\s*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]|\([^()]*\)")
 
 
 def form_of(cell: str) -> str:
@@ -156,53 +197,12 @@ def _one(cell: str, form: str) -> int:
     return total if abs(total) < np.iinfo(np.int64).max else NEVER
 
 
-HEAD = 1 << 18  # Bytes from which the dialect is found
-LINES = 400  # Lines from which it is found; a longer header hides the numbers
-# What lines that are no rows begin with
-COMMENTS = ("#", "%", "//", "!")
-DELIMITERS = (";", "\t", ",", "|", " ")
-# Cells of numbers that are not there
-MISSING = (
-    "",
-    "nan",
-    "NaN",
-    "NAN",
-    "-nan",
-    "-NaN",
-    "NA",
-    "N/A",
-    "n/a",
-    "#N/A",
-    "null",
-    "NULL",
-    "None",
-    "-",
-    "--",
-    "---",
-)
-_UNITS = (
-    "s ms us µs μs ns min h sec msec Sek rad mrad deg ° grad Grad degrees radians rev U Umdr turn turns rpm 1/min min-1"
-    " min^-1 r/min U/min rev/min rad/s deg/s"
-    " °/s rev/s 1/s Hz kHz MHz V mV A mA N kN Nm N·m mNm m mm um µm μm nm g m/s mm/s m/s^2 m/s² m/s2 rad/s^2 rad/s²"
-    " °C degC K Pa kPa bar count counts cts inc incr ticks pulses samples - -- % 1"
-)
 UNITS = frozenset([*_UNITS.split(), "", "N m"])  # Spellings by which a row of units is known
-_NUMBER = {
-    ".": re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
-    ",": re.compile(r"\s*[+-]?(\d+(,\d+)?|,\d+)([eE][+-]?\d+)?\s*|\s*[+-]?inf(inity)?\s*", re.IGNORECASE),
-}
 # Numbers whose thousands are separated
 _GROUPED = {
     mark: re.compile(rf"\s*[+-]?[1-9]\d{{0,2}}(?:{re.escape(mark)}\d{{3}})+(?:[{'.' if mark != '.' else ','}]\d+)?\s*")
     for mark in (",", ".", "'", "\u2019", "\xa0", "\u202f")
 }
-_PLAIN = re.compile(r"[\s\d.,+-]*(?:\d[eE][+-]?\d+)?")
-_LONG = re.compile(r"\s*\+?(\d{10,19})(?:[.,](\d+))?\s*")
-LARGEST = 4e18  # Whole numbers that int64 holds, and as much again
-END_OF_HEADER = "***End_of_Header***"  # Line of LabVIEW measurement files: names and rows stand below the last one
-# Names of a last column that most rows leave out
-COMMENTED = ("comment", "comments", "kommentar", "remark", "remarks", "bemerkung", "")
-_WORD = re.compile(r"[^\s\[(]\S*(?:\s*(?:\[[^\[\]]*\]|\([^()]*\)))?|\[[^\[\]]*\]|\([^()]*\)")
 
 
 class Dialect(NamedTuple):

@@ -33,6 +33,12 @@ from gears3d.recording.dialect import (
 )
 
 SHOWN = 5  # Rows that a message names
+BLOCK = 1 << 18  # Bytes read at a time
+LINE = 1 << 20  # Bytes of a line
+MOST = 0.01  # Share of damaged rows beyond which a file is refused: so many are no accident, the dialect is another one
+SOME = 1000  # Damaged rows that are read in any case before the share is known
+REMEDY = "a line of column names, then numbers, separated by commas"
+_SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
 
 
 class TooMuchError(Exception):
@@ -198,14 +204,6 @@ def _shown(rows: list[int]) -> str:
     names = ", ".join(map(str, rows[:SHOWN]))
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return f"row{'s' if len(rows) > 1 else ''} {names}{more}"
-
-
-BLOCK = 1 << 18  # Bytes read at a time
-LINE = 1 << 20  # Bytes of a line
-MOST = 0.01  # Share of damaged rows beyond which a file is refused: so many are no accident, the dialect is another one
-SOME = 1000  # Damaged rows that are read in any case before the share is known
-REMEDY = "a line of column names, then numbers, separated by commas"
-_SINGLE = ("utf-8", "utf-8-sig", "cp1252", "latin-1")
 
 
 @dataclass(frozen=True)

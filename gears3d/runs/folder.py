@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 
 MARK = "summary.json"  # The file by which a run folder is known as one
+MOST = 1 << 26  # Bytes of a summary
 
 
 def default_folder(scenario: Scenario) -> Path:
@@ -123,9 +124,6 @@ def refuse_foreign(place: Path) -> None:
         raise InputError(Fault("--out", f"{place} is not a run folder and is not empty; it stays as it is", remedy))
 
 
-MOST = 1 << 26  # Bytes of a summary
-
-
 @dataclass(frozen=True)
 class Run:
     """A run folder's content.
@@ -133,7 +131,7 @@ class Run:
     Args:
         path: the folder.
         scenario: what was simulated.
-        recording: what came out.
+        recording: of the run.
         twin: what the twin said, if it ran.
         summary: the content of ``summary.json``.
     """

@@ -18,7 +18,7 @@ def summarise(scenario: Scenario, recording: Recording, comparison: dict[str, An
 
     Args:
         scenario: what was simulated.
-        recording: what came out.
+        recording: of the run.
         comparison: with the twin, as the contract has it; ``None`` when no twin ran.
 
     Returns:

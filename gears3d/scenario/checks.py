@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 # Where a fault leaves nothing to hold the effects against
 _NEEDED = ("gears", "mount", "motion", "drag", "impact", "run", "effect")
+MOST_SAMPLES = 1e8  # Samples of a run, seven columns of eight bytes each: 5.6 GB
 
 
 def check_effects(reader: Reader, scenario: Setup) -> None:
@@ -125,9 +126,6 @@ def _least_gap(pair: Pair, rows: list[Row]) -> float:
     more = 2.0 * sin(pair.working_pressure_angle)
     waves = [HarmonicDeviation(e.gear, "reverse", 1, more * e.offset, e.phase) for e in eccentricities(rows)]
     return clearance(pair, (*flank_deviations(rows), *waves)) - taken
-
-
-MOST_SAMPLES = 1e8  # Samples of a run, seven columns of eight bytes each: 5.6 GB
 
 
 def check(reader: Reader, scenario: Setup, sections: Mapping[str, Mapping[str, Any]]) -> None:

@@ -24,6 +24,11 @@ from gears3d.errors import Fault, InputError, UsageError
 from gears3d.inputs import MOST_TEXT, is_file, is_folder, is_there, stdin_bytes
 from gears3d.inputs import read_text as text_of
 
+DEEPEST = 30  # Files that extend one another
+Override = str | tuple[str, Any]
+Overrides = Iterable[Override] | Mapping[str, Any]
+_STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
+
 
 @cache
 def shipped() -> Path:
@@ -59,9 +64,6 @@ def find(place: str | Path, folder: Path = Path()) -> Path:
     """
     file, name = folder / place, Path(place).as_posix()
     return shipped() / f"{name}.toml" if not is_file(file) and name in names() else file
-
-
-DEEPEST = 30  # Files that extend one another
 
 
 @dataclass
@@ -267,12 +269,6 @@ def _merge(own: Any, base: Any, place: str, below: Document, document: Document)
             document.origin.update({k: v for k, v in below.origin.items() if k.startswith(here)})
         elif isinstance(own[key], Mapping) and isinstance(item, Mapping) and "value" not in own[key]:
             _merge(own[key], item, here, below, document)
-
-
-Override = str | tuple[str, Any]
-Overrides = Iterable[Override] | Mapping[str, Any]
-
-_STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
 
 
 def apply(document: Document, overrides: Overrides) -> None:

@@ -29,6 +29,11 @@ REQUIRED = object()  # default of a key that must be given
 _TILT = 0.02  # rad; sections are taken across the ideal axes, which is wrong by half the square of a tilt
 _SMALL = "sections are taken across the ideal axes"
 REGIMES = ("contact", "single_sided", "double_sided")
+# Tables that a gear holds, or both gears in common, by name
+RELIEFS = {
+    "tip_relief": "material taken off the flanks towards the tip",
+    "root_relief": "material taken off the flanks towards the root form circle",
+}
 
 
 @plain_dataclass(frozen=True)
@@ -236,11 +241,6 @@ class MisalignmentTable(Table):
     )
 
 
-# Tables that a gear holds, or both gears in common, by name
-RELIEFS = {
-    "tip_relief": "material taken off the flanks towards the tip",
-    "root_relief": "material taken off the flanks towards the root form circle",
-}
 DEVIATIONS: dict[str, type] = {"profile_slope": ProfileSlopeTable, "profile_wave": ProfileWaveTable}
 MOUNTINGS: dict[str, type] = {"eccentricity": EccentricityTable, "wobble": WobbleTable}  # of one gear
 

@@ -14,6 +14,10 @@ REGIMES = ("contact", "single_sided", "double_sided")
 # Impacts after flights no higher than this, m, are not counted: they are the last trembling of a bounce
 FLIGHT_HEIGHT_MIN = 0.05e-6
 SHARE = 0.1  # A flank has impacts when they occur in more than this part of the periods
+LANDED = -1  # Index of the impact of a flight that ended without one
+ACTIVE, REVERSE, FLIGHT = 0, 1, 2  # States of the loose gear; the first two are the codes of the flanks
+NEAR = 0.1e-6  # Closer to a flank than this counts as touching it [m]
+ENOUGH = 20_000  # Samples of the fit at most
 
 
 def regime(times: np.ndarray, flanks: np.ndarray, period: float, start: float, end: float) -> str:
@@ -167,9 +171,6 @@ def powers(
     return found
 
 
-LANDED = -1  # Index of the impact of a flight that ended without one
-
-
 class Flights(NamedTuple):
     """Flights, one row each, in order of time.
 
@@ -303,10 +304,6 @@ def _mean(values: np.ndarray) -> float | None:
     return float(values.mean()) if values.size else None
 
 
-ACTIVE, REVERSE, FLIGHT = 0, 1, 2  # States of the loose gear; the first two are the codes of the flanks
-NEAR = 0.1e-6  # Closer to a flank than this counts as touching it [m]
-
-
 def states(
     displacement: np.ndarray,
     active: np.ndarray | float,
@@ -425,9 +422,6 @@ def _departure(time: np.ndarray, gap: np.ndarray, stop: int, tolerance: float) -
         if error < best and (len(high) > 2 or power == 3):
             best, end = error, -root / slope
     return float(time[stop] + min(end, 0.0))
-
-
-ENOUGH = 20_000  # Samples of the fit at most
 
 
 def stroke(time: np.ndarray, angle: np.ndarray, period: float) -> float | None:

@@ -13,6 +13,23 @@ FEWEST_OF_CURVE = 100  # States below which nothing is said
 BALLS = (0.08, 0.04, 0.02)
 RETURNS = 9  # Returns that a neighbourhood has at least
 AGREED = 0.8  # Part of the neighbourhoods that must return as a rotation does
+BLOCKS = 8  # Stretches of the series whose exponents are compared
+NOTHING = -27.6  # Logarithm of a distance, relative to the spread, that is rounding
+REFERENCES = 2500  # States that are followed at most
+FEWEST_OF_EXPONENT = 60  # States below which nothing is estimated
+TIME_TOLERANCE = 0.01  # In periods
+VELOCITY_TOLERANCE = 0.05  # Relative to the root mean square of the impact speeds
+FAR = (0.5, 0.309)  # Parts of the time after which the impacts must come back, too
+# Beyond this n the tolerances shrink to this part: by chance much comes near itself after many periods
+EASY, STRICT = 8, 0.2
+RECURRING = 0.95  # Part of the impacts that must come back
+Table = Mapping[str, np.ndarray]
+LONGEST = 32  # Largest n of nT that is tried; three repetitions must fit into the time that is looked at
+ENOUGH = 24  # Periods below which a motion that does not repeat is too short to tell
+MOST = 4000  # Periods of the section at most; the last ones are taken
+MARGIN = 3.0  # A model's disturbance must have grown by e to this power, and the number of periods, to be called chaos
+PER_PERIOD = 32  # States a period between which the distance of neighbours is followed
+LEAST = 0.05  # Growth per period that an exponent from a recording must exceed by three deviations to be called chaos
 
 
 def on_closed_curve(states: np.ndarray) -> bool | None:
@@ -64,12 +81,6 @@ def _as_rotation(returns: np.ndarray) -> bool:
         return False
     three = np.sort(sizes[order])
     return len(three) < 3 or three[2] == three[0] + three[1]
-
-
-BLOCKS = 8  # Stretches of the series whose exponents are compared
-NOTHING = -27.6  # Logarithm of a distance, relative to the spread, that is rounding
-REFERENCES = 2500  # States that are followed at most
-FEWEST_OF_EXPONENT = 60  # States below which nothing is estimated
 
 
 class Exponent(NamedTuple):
@@ -186,14 +197,6 @@ def neighbours(points: np.ndarray, apart: int, looked_at: int) -> tuple[np.ndarr
 
 def _slope(line: np.ndarray) -> float:
     return float(np.polyfit(np.arange(len(line)), line, 1)[0])
-
-
-TIME_TOLERANCE = 0.01  # In periods
-VELOCITY_TOLERANCE = 0.05  # Relative to the root mean square of the impact speeds
-FAR = (0.5, 0.309)  # Parts of the time after which the impacts must come back, too
-# Beyond this n the tolerances shrink to this part: by chance much comes near itself after many periods
-EASY, STRICT = 8, 0.2
-RECURRING = 0.95  # Part of the impacts that must come back
 
 
 def periodicity(
@@ -402,16 +405,6 @@ def return_map(values: np.ndarray, lag: int = 1) -> np.ndarray:
     [[1.0, 2.0], [2.0, 3.0]]
     """
     return np.column_stack([values[: max(len(values) - lag, 0)], values[lag:]])
-
-
-Table = Mapping[str, np.ndarray]
-
-LONGEST = 32  # Largest n of nT that is tried; three repetitions must fit into the time that is looked at
-ENOUGH = 24  # Periods below which a motion that does not repeat is too short to tell
-MOST = 4000  # Periods of the section at most; the last ones are taken
-MARGIN = 3.0  # A model's disturbance must have grown by e to this power, and the number of periods, to be called chaos
-PER_PERIOD = 32  # States a period between which the distance of neighbours is followed
-LEAST = 0.05  # Growth per period that an exponent from a recording must exceed by three deviations to be called chaos
 
 
 class Motion(NamedTuple):

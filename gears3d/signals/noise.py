@@ -11,6 +11,13 @@ from numpy.typing import NDArray
 _TRIES = 400_000  # Readings from which a noise floor is taken
 _AT_ONCE = 1 << 18  # Values that are looked at at a time: of a long record nothing as long as itself is made on the way
 _SOME = 200_000  # Steps from which the typical one is taken
+_MOST = 200_000  # Samples that are looked at to find the quantum
+_FIT = 1e-3  # How far, in quanta, a difference may be off a whole number
+_SHARE = 0.999  # Part of the differences that must be whole numbers of quanta
+_REACH = 8  # Edges to either side from which the time of one count is taken
+STANDS_OUT = 20.0  # Times the floor of the noise: no mean over SEGMENTS spectra comes near that by chance
+SEGMENTS = 8  # Of the mean spectrum, half overlapping ones besides
+QUIET = 0.01  # Noise in the second derivative that needs no smoothing, part of all of it
 
 
 def changes(values: np.ndarray, at_once: int = _AT_ONCE) -> Iterator[tuple[int, np.ndarray]]:
@@ -122,13 +129,6 @@ def _bent(time: np.ndarray, values: np.ndarray, sigma: np.ndarray) -> np.ndarray
     return standard[np.isfinite(standard)]
 
 
-_MOST = 200_000  # Samples that are looked at to find the quantum
-_FIT = 1e-3  # How far, in quanta, a difference may be off a whole number
-_SHARE = 0.999  # Part of the differences that must be whole numbers of quanta
-
-_REACH = 8  # Edges to either side from which the time of one count is taken
-
-
 class Edges(NamedTuple):
     """Angles that an encoder passed, and when.
 
@@ -224,11 +224,6 @@ def edges(time: np.ndarray, angle: np.ndarray, quantum: float) -> Edges:
         for_a_count = quantum / np.abs(local_slope(time[at], passed, _REACH))
     back = np.minimum(time[at] - time[at - 1], for_a_count)
     return Edges(time[at] - 0.5 * back, passed, back / np.sqrt(12.0))
-
-
-STANDS_OUT = 20.0  # Times the floor of the noise: no mean over SEGMENTS spectra comes near that by chance
-SEGMENTS = 8  # Of the mean spectrum, half overlapping ones besides
-QUIET = 0.01  # Noise in the second derivative that needs no smoothing, part of all of it
 
 
 def content(values: NDArray[np.float64], step: float) -> float | None:

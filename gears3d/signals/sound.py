@@ -8,6 +8,9 @@ import numpy as np
 
 from gears3d.errors import UsageError
 
+PEAK = 0.9  # Loudest sample of a normalised sound, of full scale
+LONGEST_S = 600.0  # Longest sound that is made [s]
+
 
 class Mode(NamedTuple):
     """A mode that rings after an impact, as exp(-t/decay)·sin(2π·frequency·t).
@@ -25,8 +28,6 @@ class Mode(NamedTuple):
 
 # A small steel box, chosen for the ear: no measured structure
 MODES = (Mode(1150.0, 0.012, 1.0), Mode(2480.0, 0.007, 0.6), Mode(4370.0, 0.004, 0.35))
-PEAK = 0.9  # Loudest sample of a normalised sound, of full scale
-LONGEST_S = 600.0  # Longest sound that is made [s]
 
 
 def ring(

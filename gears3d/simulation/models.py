@@ -22,6 +22,16 @@ if TYPE_CHECKING:
 
 
 _TAKEN = "gears3d show, mesh and gears.quasi_static take it"
+Progress = Callable[[float], None]
+SAMPLE = 110  # Bytes of memory for a sample: seven columns, while they are made and checked
+# What each model is, in a line
+ABOUT = {
+    "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
+    "rigid": "the twin: one degree of freedom, every impact found",
+    "plastic": "closed form for one harmonic, constant drag and impacts without rebound",
+    "lubricated": "oil films on compliant teeth, with mesh stiffness and friction",
+}
+CONTACTS = ("located", "native")  # The contacts of the bullet model, the default first
 
 
 def refuse_unseen(scenario: Scenario, model: str) -> None:
@@ -111,9 +121,6 @@ _UNSEEN = {"plastic": _beyond_perfect}
 _ASSUMPTIONS = {"plastic": _of_plastic, "lubricated": _of_lubricated}
 
 
-Progress = Callable[[float], None]
-
-
 def _bullet(
     scenario: Scenario, pair: Pair | None, contact: str, progress: Progress | None, error_estimate: bool = False
 ) -> Recording:
@@ -147,15 +154,6 @@ MODELS: dict[str, Callable[..., Recording]] = {
     "plastic": _plastic,
     "lubricated": _lubricated,
 }
-SAMPLE = 110  # Bytes of memory for a sample: seven columns, while they are made and checked
-# What each model is, in a line
-ABOUT = {
-    "bullet": "rigid bodies in PyBullet, contact located on the true flanks",
-    "rigid": "the twin: one degree of freedom, every impact found",
-    "plastic": "closed form for one harmonic, constant drag and impacts without rebound",
-    "lubricated": "oil films on compliant teeth, with mesh stiffness and friction",
-}
-CONTACTS = ("located", "native")  # The contacts of the bullet model, the default first
 
 
 def simulate(

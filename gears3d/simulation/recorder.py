@@ -30,6 +30,9 @@ SLOW = 2.0 * pi / 60.0  # Speed of slow turns unless given: 1 rpm, as Rigaud & P
 # not come again turn by turn
 PER_TURN = 9973.618
 FEWEST, MOST = 10, 60  # Turns unless given: at least and at most, in whole hunting cycles where there are that many
+RANGE = (0.5, 1.6)  # Of the speed fluctuation, over that at which Λ = 1
+FEWEST_PERIODS = 20  # Periods that a sweep must have
+_SAMPLES = 48  # Of the drive's motion, a period of its fastest harmonic
 
 
 def synthesize(
@@ -134,11 +137,6 @@ def _check_rate(scenario: Scenario) -> None:
     if fastest > rate / 2:
         message = f"is {show(rate, 'frequency')}, less than twice the drive's {show(fastest, 'frequency')}"
         raise InputError(Fault("sensors.sample_rate", message, f"give more than {show(2 * fastest, 'frequency')}"))
-
-
-RANGE = (0.5, 1.6)  # Of the speed fluctuation, over that at which Λ = 1
-FEWEST_PERIODS = 20  # Periods that a sweep must have
-_SAMPLES = 48  # Of the drive's motion, a period of its fastest harmonic
 
 
 def sweep(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 POINTS = 1001  # Of the path of contact, where it is summed up
+THEORY_TO_MEASUREMENT = 0.8  # C_M, which corrects the theoretical single stiffness of solid discs to the measured one
 
 
 def contact_path(pair: Pair) -> tuple[float, float]:
@@ -211,9 +212,6 @@ def harmonics(pair: Pair, orders: int = 8, flank: str = "active", material: Mate
     scale = width * cos(pair.drive.base_helix_angle) / pair.drive.base_pitch
     parts = scale * wave * np.sinc(j * pair.overlap_ratio)
     return MeshStiffness(pair.drive.teeth, float(parts[0].real), 2.0 * parts[1:].real, -2.0 * side * parts[1:].imag)
-
-
-THEORY_TO_MEASUREMENT = 0.8  # C_M, which corrects the theoretical single stiffness of solid discs to the measured one
 
 
 def iso_single_stiffness(pair: Pair, correction: float = THEORY_TO_MEASUREMENT) -> float:

@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from gears3d.gears.gear import Gear
     from gears3d.gears.pair import Pair
 
+Array = NDArray[np.float64]
+SHEAR_FACTOR = 1.2  # Of a rectangular section: its shear energy over that of an even stress
+# Half the angle that a tooth spans at the root circle, as far as the coefficients were fitted [rad]
+ROOT_ANGLE = (0.01, 0.12)
+BODY_RATIO = (1.4, 7.0)  # Root radius over bore radius, as far as they were fitted
+STATIONS = 300  # Of a fillet, and of a flank
+
 
 class Material(NamedTuple):
     """An isotropic elastic material.
@@ -46,11 +53,6 @@ class Material(NamedTuple):
 
 
 STEEL = Material()  # Steel as ISO 6336-1 has it: 206 GPa, 0.3
-
-
-Array = NDArray[np.float64]
-
-SHEAR_FACTOR = 1.2  # Of a rectangular section: its shear energy over that of an even stress
 
 
 class Beam(NamedTuple):
@@ -118,9 +120,6 @@ COEFFICIENTS = np.array(
         [-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904],
     ]
 )
-# Half the angle that a tooth spans at the root circle, as far as the coefficients were fitted [rad]
-ROOT_ANGLE = (0.01, 0.12)
-BODY_RATIO = (1.4, 7.0)  # Root radius over bore radius, as far as they were fitted
 
 
 def foundation(
@@ -159,9 +158,6 @@ def foundation(
     lever = np.asarray(arm, float) / thickness
     shape = second * lever**2 + first * lever + constant * (1.0 + slant * np.tan(angle) ** 2)
     return np.cos(angle) ** 2 * shape / material.young
-
-
-STATIONS = 300  # Of a fillet, and of a flank
 
 
 class Compliance(NamedTuple):

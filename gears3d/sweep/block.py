@@ -22,6 +22,9 @@ from gears3d.sweep.plan import Plan
 if TYPE_CHECKING:
     from gears3d.lumped.batch import Batch
 
+DONE, FAILED, TIME_LIMIT, LOST = 0, 1, 2, 3
+STATUS = ("done", "failed", "time_limit", "lost")  # How a point ended, by its ``status``
+
 
 class TooLongError(Exception):
     """A point ran for longer than it may."""
@@ -86,10 +89,6 @@ class Watch:
                 batch.stop[0] = ALL
             elif time.monotonic() - begin > self.limit:
                 batch.stop[0] = now
-
-
-DONE, FAILED, TIME_LIMIT, LOST = 0, 1, 2, 3
-STATUS = ("done", "failed", "time_limit", "lost")  # How a point ended, by its ``status``
 
 
 @dataclass

@@ -13,6 +13,9 @@ from gears3d.lumped import tally as at
 from gears3d.signals.impacts import REGIMES, SHARE
 
 Array = np.ndarray
+MISSING = -9  # A whole number that is not known
+_FLANKS = ("active", "reverse")
+ONLY = {"ri": ("lubricated",)}  # Groups that not every model has
 
 
 @dataclass(frozen=True)
@@ -36,10 +39,6 @@ class Setting(NamedTuple):
     force: Array  # base drag on the line of action [N]
     inertia: Array  # of the loose gear [kg·m²]
     tilt: Array  # cosine of the base helix angle
-
-
-MISSING = -9  # A whole number that is not known
-_FLANKS = ("active", "reverse")
 
 
 def _both(name: str, unit: str, about: str, **more: bool) -> tuple[Variable, ...]:
@@ -79,7 +78,6 @@ GROUPS: dict[str, tuple[Variable, ...]] = {
         Variable("rattle_drive_level_dB", "dB", "the same re 1 rad³/s³"),
     ),
 }  # fmt: skip
-ONLY = {"ri": ("lubricated",)}  # Groups that not every model has
 
 
 def chosen(words: tuple[str, ...], model: str) -> tuple[str, ...]:

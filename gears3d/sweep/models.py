@@ -64,6 +64,7 @@ WHY = {
     BROKEN: "the motion is no longer finite",
     STANDSTILL: "time stands still; give a larger impact.stick_velocity",
 }
+FINEST = 100  # Sections are taken at a multiple of this part of a period
 
 
 def _run_rigid(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:
@@ -186,9 +187,6 @@ def _run(plan: Plan, raw: Raw, watch: Watch, table: np.ndarray, rows: np.ndarray
             raw.fail(int(rows[place]), too_long(limit), TIME_LIMIT)
         else:
             raw.fail(int(rows[place]), WHY[code])
-
-
-FINEST = 100  # Sections are taken at a multiple of this part of a period
 
 
 def _run_lubricated(plan: Plan, raw: Raw, watch: Watch, skip: Mapping[int, str]) -> None:

@@ -37,6 +37,8 @@ NOT_VARIED = {
     "run.output_rate": "a sweep keeps no signals",
 }
 SPACINGS = ("lin", "log")
+FORMAT = 1
+DIRECTIONS = ("up", "down")
 
 
 @dataclass(frozen=True)
@@ -215,10 +217,6 @@ def _from_file(what: str) -> list[str]:
     if cells and not re.match(_NUMBER, cells[0]):
         cells = cells[1:]  # names of the columns
     return [cell if _split(cell)[1] else f"{cell} {unit}".strip() for cell in cells]
-
-
-FORMAT = 1
-DIRECTIONS = ("up", "down")
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,10 @@ FEW = 6  # Periods of which they run
 BLOCK_S = 4.0  # What a block is to take [s]
 MOST = 16384  # Points of a block at most
 SLOWEST_S = 60.0  # What a point may take at least before it is given up, unless told otherwise [s]
+KEPT = 32  # Periods of which sections are kept unless told otherwise
+LONGEST_S = 86400.0  # A sweep that is expected to take longer than this is not begun unasked [s]
+MODELS = ("rigid", "lubricated", "plastic", "bullet")
+SERIAL = 64  # Points, or chains of them, of a block in this process
 
 
 @dataclass(frozen=True)
@@ -114,11 +118,6 @@ def refuse_endless(expected: Estimate, longest: float) -> None:
             f"give fewer points or periods, more --workers or a --scheduler, or --longest '{expected.total_s:.0f} s'"
         )
         raise InputError(Fault("--vary", f"{expected}; more than {duration(longest)} are not begun unasked", remedy))
-
-
-KEPT = 32  # Periods of which sections are kept unless told otherwise
-LONGEST_S = 86400.0  # A sweep that is expected to take longer than this is not begun unasked [s]
-MODELS = ("rigid", "lubricated", "plastic", "bullet")
 
 
 @dataclass(frozen=True, repr=False)
@@ -307,9 +306,6 @@ def sweep(
         counts = assemble(store, about or {})
         store.clear()
     return Done(store.place, plan, counts, resumed, time.perf_counter() - begin, work, expected)
-
-
-SERIAL = 64  # Points, or chains of them, of a block in this process
 
 
 class _Progress:
