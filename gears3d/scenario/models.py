@@ -115,8 +115,9 @@ class Table:
         try:
             if info.context is not None:
                 return info.context.value(own, value, name)
-            written = isinstance(value, str) and own.family not in ("text", "choice")
-            return own.value(value)[0] if written else value
+            if isinstance(value, str) and own.family not in ("text", "choice"):
+                return replace(own, also=()).value(value)[0]  # another family needs the rest of its table
+            return value
         except InputError as error:
             fault = error.faults[0]
             told = {"message": fault.message, "remedy": fault.remedy, "key": fault.key}

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from gears3d.effects import catalogue
 from gears3d.errors import InputError
-from gears3d.scenario import Scenario, load, schema
+from gears3d.scenario import Harmonic, Scenario, Sensor, load, schema
 from gears3d.units import show
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -364,3 +364,13 @@ def test_the_types_are_what_the_rooms_expect():
     for part in dataclasses.astuple(scenario.run):
         assert isinstance(part, float | int)
     assert scenario.pair() is scenario.pair()
+
+
+def test_parts_made_in_python_take_si_numbers_and_texts_with_a_unit():
+    assert Sensor(4096, "1 mrad") == Sensor(4096, 1e-3)
+    assert Harmonic("60 rpm", 2.0).amplitude == pytest.approx(2 * math.pi)
+    for amplitude, message in (("3 deg", "is an angle, not a rotational speed"), ("60", "has no unit")):
+        with pytest.raises(ValueError, match=message):
+            Harmonic(amplitude, 2.0)
+    with pytest.raises(ValueError, match="at least 1"):
+        Sensor("0")
