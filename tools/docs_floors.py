@@ -23,7 +23,7 @@ WIDTH, HEIGHT, GAP = 100.0, 4.0, 0.6
 LETTER = 0.6
 """Width of a letter of the small print."""
 FILL = {"top": "#dbe9f4", "source": "#fbe3d2", "ground": "#eeeeee", "": "#ffffff"}
-KINDS = {"top": ("cli", "views", "validation", "papers"), "source": ("engine", "lumped", "measured", "challenge")}
+KINDS = {"top": ("cli", "views", "verification"), "source": ("engine", "lumped", "measured")}
 GROUND = ("units", "files", "errors", "kernels", "notebook", "records", "version", "renamed")
 
 

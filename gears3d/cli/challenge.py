@@ -41,10 +41,10 @@ def challenge(
     """
     import os
 
-    from gears3d.challenge import hide, plan
     from gears3d.cli.progress import bars
     from gears3d.errors import UsageError
     from gears3d.units import parse
+    from gears3d.verification.challenge import hide, plan
 
     if sum(map(bool, (effect, none, unknown))) > 1:
         raise UsageError("give one of --effect, --none and --unknown")

@@ -13,7 +13,7 @@ def cite(as_json: Annotated[bool, typer.Option("--json", help="Print it as JSON.
 
     Example: gears3d cite
     """
-    from gears3d.papers.references import AUTHORS, TITLE, YEAR, bibtex, references, software
+    from gears3d.verification.papers.references import AUTHORS, TITLE, YEAR, bibtex, references, software
     from gears3d.version import __version__
 
     if as_json:

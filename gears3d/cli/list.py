@@ -69,7 +69,7 @@ def scenarios() -> Rows:
 
 def papers() -> Rows:
     """Return the papers whose figures are reproduced."""
-    from gears3d.papers import papers as every
+    from gears3d.verification.papers import papers as every
 
     return [
         {"name": one.name, "about": one.citation, "rows": len(one.claims), "figures": len(one.figures)}

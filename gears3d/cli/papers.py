@@ -15,7 +15,7 @@ from gears3d.cli.options import to_folder
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from gears3d.papers import Bench, Paper, Result
+    from gears3d.verification.papers import Bench, Paper, Result
 
 
 def papers(
@@ -33,10 +33,10 @@ def papers(
     from rich.console import Console
 
     from gears3d.cli.output import print_json
-    from gears3d.papers import hold
-    from gears3d.papers import papers as wanted
-    from gears3d.papers.page import write
-    from gears3d.papers.text import tally
+    from gears3d.verification.papers import hold
+    from gears3d.verification.papers import papers as wanted
+    from gears3d.verification.papers.page import write
+    from gears3d.verification.papers.text import tally
 
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
     held: list[tuple[Paper, list[Result]]] = []
@@ -66,7 +66,7 @@ def _bench(count: int) -> Iterator[Bench]:
     from rich.markup import escape
 
     from gears3d.cli.interrupts import patient_interrupts
-    from gears3d.papers import Bench
+    from gears3d.verification.papers import Bench
 
     console, done, last = Console(stderr=True), 0, ""
     with patient_interrupts() as check, console.status("") if console.is_terminal else nullcontext() as line:
@@ -85,7 +85,7 @@ def _print(console: Console, paper: Paper, results: list[Result]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from gears3d.papers.text import allowed, notes, number, places, tally
+    from gears3d.verification.papers.text import allowed, notes, number, places, tally
 
     title = f"{paper.name} ({tally(results)})"
     table = Table("where", "quantity", "published", "ours", "tolerance", "model", "", title=title, title_justify="left")

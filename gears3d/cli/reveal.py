@@ -25,7 +25,7 @@ def reveal(
 
     Example: gears3d reveal blind found
     """
-    from gears3d.challenge import reveal as score
+    from gears3d.verification.challenge import reveal as score
 
     scored = score(folder, diagnosis)
     if out is not None:

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.options import command, to_results
-from gears3d.validation.claim import CHAPTERS
+from gears3d.verification.validation.claim import CHAPTERS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gears3d.results import Result
-    from gears3d.validation import Claim
+    from gears3d.verification.validation import Claim
 
 Measured = list[tuple[str, list["Claim"]]]
 
@@ -41,7 +41,7 @@ def validate(
 
     from gears3d.cli.output import print_json
     from gears3d.files import write_text
-    from gears3d.validation import chapters
+    from gears3d.verification.validation import chapters
 
     console = Console(width=None if sys.stdout.isatty() else 120)
     measured: Measured = []

@@ -38,7 +38,7 @@ def shipped() -> Path:
     True
     """
     here = Path(__file__).resolve()
-    places = (here.parents[1] / "papers" / "scenarios", here.parents[2] / "scenarios")
+    places = (here.parents[1] / "verification" / "papers" / "scenarios", here.parents[2] / "scenarios")
     for place in places:
         if (place / "base").is_dir():
             return place

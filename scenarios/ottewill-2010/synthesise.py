@@ -3,13 +3,13 @@
 from math import pi
 from pathlib import Path
 
-from gears3d.papers.ottewill_2010.errors import CASES, error_function
-from gears3d.papers.ottewill_2010.runs import drive_phase
+from gears3d.verification.papers.ottewill_2010.errors import CASES, error_function
+from gears3d.verification.papers.ottewill_2010.runs import drive_phase
 
 RADIUS = 50.743e-3  # base radius, m
 HEAD = """\
 # Case {case} of Ottewill, Neild & Wilson 2010 at steady speed. Printed is the largest amplitude of the error,
-# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/papers/ottewill_2010/errors.py).
+# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/verification/papers/ottewill_2010/errors.py).
 # Written by synthesise.py.
 format = 1
 extends = "../base/ottewill-2010.toml"

@@ -8,7 +8,7 @@ import pytest
 import gears3d as g3
 from gears3d.comparison import compare
 from gears3d.errors import UsageError
-from gears3d.validation import fig5
+from gears3d.verification.validation import fig5
 
 FILE = "scenarios/rigaud-2020/fig5-20rpm.toml"
 

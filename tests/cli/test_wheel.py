@@ -94,7 +94,7 @@ def test_the_wheel_is_what_runs(wheel, tmp_path):
     line = 'python -c "import gears3d, gears3d.scenario.document as s; print(gears3d.__file__, s.shipped())"'
     package, scenarios = wheel.run(line, tmp_path).stdout.split()
     assert Path(package).parent.parent.samefile(wheel.packages)
-    assert Path(scenarios).samefile(wheel.packages / "gears3d" / "papers" / "scenarios")
+    assert Path(scenarios).samefile(wheel.packages / "gears3d" / "verification" / "papers" / "scenarios")
 
 
 def test_names_lead_to_scenarios_of_the_wheel(wheel, tmp_path):

@@ -18,14 +18,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomlkit
 
-from gears3d.challenge import KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
-from gears3d.challenge.protocol import bench, excite
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import Seen
 from gears3d.errors import InputError
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
+from gears3d.verification.challenge import KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
+from gears3d.verification.challenge.protocol import bench, excite
 
 ANGLES = ("theta_drive_rad", "theta_loose_rad")
 FINE, NOISY = 0.003, 0.015
@@ -44,7 +44,7 @@ class Case:
         part: which sort of tests it belongs to.
         seed: of the challenge.
         hidden: kinds; none hides nothing, None lets the seed decide.
-        options: of :func:`gears3d.challenge.plan`.
+        options: of :func:`gears3d.verification.challenge.plan`.
         bench: name of what is done to the bench; one of ``BENCHES`` or nothing.
         without: stage of the diagnosis that is left out; one of ``STAGES`` or nothing.
     """

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import binomtest
 
-from gears3d.challenge import KINDS
 from gears3d.effects import catalogue
+from gears3d.verification.challenge import KINDS
 from tests.diagnosis.blind import FINE, NULLS
 
 WITHIN = {FINE: 0.03, 0.015: 0.10}

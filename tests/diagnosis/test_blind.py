@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from gears3d.challenge import KINDS
+from gears3d.verification.challenge import KINDS
 from tests.diagnosis.blind import FINE, LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out, play
 from tests.diagnosis.blind_tables import limits, rate, tables
 

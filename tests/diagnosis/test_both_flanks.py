@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan
 from gears3d.diagnosis import Candidate, Search, begin, contribution, ready
 from gears3d.diagnosis.cause import fit
 from gears3d.diagnosis.deviation import influence
@@ -12,6 +11,7 @@ from gears3d.diagnosis.struck import SIDES
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan
 
 OUT = {"active": 0.1, "reverse": -0.1}
 """Sizes in backlashes of teeth that stand out."""

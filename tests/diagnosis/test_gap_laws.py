@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.gaplaw import accepted
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.measured.segmentation import path_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan, reveal
 from gears3d.views.pages.diagnosed import render
 
 pytestmark = pytest.mark.usefixtures("low_orders")

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from gears3d import cli
-from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import diagnose
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan, reveal
 from tests.diagnosis.blind import Case, play
 
 pytestmark = pytest.mark.usefixtures("low_orders")

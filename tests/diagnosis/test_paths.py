@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan
 from gears3d.diagnosis.paths import Paths
 from gears3d.diagnosis.readied import ready
 from gears3d.diagnosis.simulated import simulated
@@ -13,6 +12,7 @@ from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan
 
 
 def named(kind, size, unit, **more):

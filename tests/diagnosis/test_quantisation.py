@@ -5,12 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide
 from gears3d.diagnosis import BINS, Structure, diagnose, uncut
 from gears3d.diagnosis.quantisation import COARSE, alone, of_counts, quantum_of, shared
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide
 from tests.diagnosis.blind import FINE, NOISY, PARTS, Case, cases
 
 BACKLASH = 1e-4

@@ -7,12 +7,12 @@ from typing import cast
 import numpy as np
 import pytest
 
-from gears3d.challenge import plan
 from gears3d.diagnosis import Search, uncut
 from gears3d.diagnosis.blows import Blows
 from gears3d.diagnosis.neighbours import alike
 from gears3d.diagnosis.scatter import Rebounds, rebounds, scatter, with_own_noise, working
 from gears3d.diagnosis.whiteness import own_scatter
+from gears3d.verification.challenge import plan
 from tests.diagnosis.test_gap_laws import hidden, judged
 
 RIG = plan(11, ()).rig

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gears3d.challenge import anywhere, hide, space
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.along_path import PARTED
 from gears3d.diagnosis.candidates import Candidate, candidates
@@ -20,6 +19,7 @@ from gears3d.measured.segmentation import path_of
 from gears3d.recording import Recording
 from gears3d.scenario import load
 from gears3d.simulation import simulate
+from gears3d.verification.challenge import anywhere, hide, space
 
 RIG = "scenarios/rigaud-2020/fig5-20rpm.toml"
 HIDDEN = {

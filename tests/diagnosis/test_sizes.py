@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan
 from gears3d.diagnosis import CHANNELS, ready, residuals
 from gears3d.diagnosis.heldout import splits
 from gears3d.diagnosis.prediction import rms_of, sigmas
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan
 
 
 @pytest.fixture(scope="module")

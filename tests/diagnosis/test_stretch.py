@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan
 from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.stretch import stretch
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gears3d.challenge import hide, plan, reveal
 from gears3d.diagnosis import CHANNELS, added, diagnose, extended_text, ready
 from gears3d.diagnosis.aligned import LEAST
 from gears3d.diagnosis.candidates import candidates
@@ -17,6 +16,7 @@ from gears3d.effects import catalogue
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan, reveal
 from tests.diagnosis import asked
 
 BY_ANGLE = {

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from gears3d.simulation import simulate
-from gears3d.validation import fig5
+from gears3d.verification.validation import fig5
 
 MODELS = ("rigid", "bullet")
 J, DRAG, BACKLASH = 0.0695, 0.22, 250e-6

@@ -3,7 +3,7 @@
 import pytest
 
 from gears3d.laws import crossing, loss_phases
-from gears3d.validation import swing
+from gears3d.verification.validation import swing
 from tests.effects.bench import BACKLASH, MODELS, bench, found, off, run
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from gears3d.simulation import simulate
-from gears3d.validation import closed_form
+from gears3d.verification.validation import closed_form
 from tests.effects.bench import bench
 
 TOOTH = 18

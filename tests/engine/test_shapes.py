@@ -10,7 +10,7 @@ from gears3d.engine import simulate
 from gears3d.gears import quasi_static
 from gears3d.lumped import rigid
 from gears3d.scenario import flank_deviations
-from gears3d.validation import SHAPES, along_action, fig5
+from gears3d.verification.validation import SHAPES, along_action, fig5
 
 PLASTIC = ("tooth 14 of the drive +20 um, active flank", "profile slope of the drive 10 um", "drive 40 um eccentric")
 """Shapes that are asked without any rebound, too: a tooth, all teeth, and none."""

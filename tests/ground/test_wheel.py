@@ -91,8 +91,10 @@ def test_it_comes_from_the_wheel_with_types_and_scenarios(installed):
     package = Path(said(installed.python, "-c", code, cwd=installed.home).stdout.strip())
     assert package.is_relative_to(installed.home.parent)
     assert (package / "py.typed").exists()
-    assert (package / "papers" / "references.toml").exists()
-    assert len([*(package / "papers" / "scenarios").rglob("*.toml")]) == len([*(ROOT / "scenarios").rglob("*.toml")])
+    assert (package / "verification" / "papers" / "references.toml").exists()
+    assert len([*(package / "verification" / "papers" / "scenarios").rglob("*.toml")]) == len(
+        [*(ROOT / "scenarios").rglob("*.toml")]
+    )
 
 
 def test_what_needs_no_extra_works(one):

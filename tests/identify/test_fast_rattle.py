@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from gears3d.challenge.space import draw
-from gears3d.challenge.taking import take
 from gears3d.identify import read_contacts, roll
 from gears3d.identify.transmission import transmission_error
 from gears3d.measured.checks import Admitted
 from gears3d.measured.readers import Channels
+from gears3d.verification.challenge.space import draw
+from gears3d.verification.challenge.taking import take
 
 
 @pytest.mark.parametrize("index", [10, pytest.param(31, marks=pytest.mark.slow)])

@@ -14,7 +14,7 @@ from gears3d.lumped.flanks import flank_tables, table_period
 from gears3d.lumped.tables import Table
 from gears3d.scenario import load
 from gears3d.simulation import simulate
-from gears3d.validation import closed_form
+from gears3d.verification.validation import closed_form
 from tests.lumped.rig import RPM, model, run
 
 RIGAUD = Pair.from_backlash(Gear(3.5e-3, 90, face_width=7.5e-3), Gear(3.5e-3, 90, face_width=7.5e-3), 250e-6)

@@ -8,7 +8,7 @@ import pytest
 from gears3d.errors import InputError
 from gears3d.lumped import plastic, rigid
 from gears3d.simulation import simulate
-from gears3d.validation import fig5
+from gears3d.verification.validation import fig5
 
 
 def case(rpm=20, hertz=3, backlash=250, phase="0 deg", start="active", **more):

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from gears3d.challenge.space import draw
-from gears3d.challenge.taking import take
 from gears3d.measured.noise import combined, estimate_noise, held_readings
 from gears3d.measured.segmentation import path_of
+from gears3d.verification.challenge.space import draw
+from gears3d.verification.challenge.taking import take
 
 STEP, COUNT = 2e-5, 250_000
 TIME = np.arange(COUNT) * STEP

@@ -47,6 +47,9 @@ def test_public_names_resolve():
         ("gears3d.gate", "gears3d.measured.checks", "examine"),
         ("gears3d.measurement", "gears3d.measured.segmentation", "measure"),
         ("gears3d.identification", "gears3d.identify", "identify_rundown"),
+        ("gears3d.papers", "gears3d.verification.papers", "Bench"),
+        ("gears3d.validation", "gears3d.verification.validation", "chapters"),
+        ("gears3d.challenge", "gears3d.verification.challenge", "hide"),
     ],
 )
 def test_old_names_of_packages_load_the_new_ones_and_warn(old, new, name):

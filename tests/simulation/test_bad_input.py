@@ -3,7 +3,7 @@
 import pytest
 
 from gears3d.errors import InputError
-from gears3d.validation import fig5
+from gears3d.verification.validation import fig5
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from gears3d.signals import describe
 from gears3d.simulation import assess, simulate
-from gears3d.validation import fig5
+from gears3d.verification.validation import fig5
 
 
 def assessed(*effects, **changes):

@@ -5,11 +5,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from gears3d.challenge import hide, plan
 from gears3d.diagnosis import diagnose
 from gears3d.measured.checks import admit
 from gears3d.measured.readers import files_of
 from gears3d.scenario import load
+from gears3d.verification.challenge import hide, plan
 from tests.diagnosis import asked
 
 ARGS = ["--headless", "--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"]

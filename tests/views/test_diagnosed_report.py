@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gears3d.challenge import score
 from gears3d.cli.diagnose import print_diagnosis as show
 from gears3d.diagnosis import BINS, Resonance, Structure, extended_text, pulled
 from gears3d.diagnosis.amiss import amiss
@@ -27,6 +26,7 @@ from gears3d.effects import catalogue
 from gears3d.identify import Parameter
 from gears3d.measured.checks import Finding
 from gears3d.scenario import load
+from gears3d.verification.challenge import score
 from gears3d.views.pages import diagnosed as story
 from gears3d.views.pages.diagnosed import CHANNEL_WORDS, SHOWN, STRUCTURES, render, write
 from gears3d.views.pages.diagnosed_charts import of_cause, of_remains, samples

@@ -8,13 +8,13 @@ import pytest
 
 import gears3d
 from gears3d import cli
-from gears3d.challenge import observe, plan
 from gears3d.errors import InputError
 from gears3d.measured.segmentation import alike, doubtful, measure, path_of, segments_of
 from gears3d.recording import Recording, read
 from gears3d.scenario import load
 from gears3d.simulation import record as bench
 from gears3d.simulation import simulate
+from gears3d.verification.challenge import observe, plan
 from tests.measured.segmentation.truth import FIG5, cut, happened, judged, seen
 
 HEIGHT = 30

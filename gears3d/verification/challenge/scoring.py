@@ -1,0 +1,194 @@
+"""A diagnosis held against the sealed answer."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from gears3d.errors import Fault, InputError
+from gears3d.verification.challenge import seal
+
+ALIKE = {
+    "drag_differential": ("drag_viscous", "drag_coulomb"),
+    "oil_film": ("restitution_speed", "restitution_offset"),
+    "restitution_speed": ("oil_film", "restitution_offset"),
+}
+"""Kinds that some data cannot tell apart: no error when the true one is among the alternatives."""
+MEMBERS = 4
+"""Members of a set of causes, up to which it is right where the true one is in it."""
+OTHER_GEAR = {
+    "flight.angle_drive": "flight.angle_loose",
+    "flight.angle_loose": "flight.angle_drive",
+    "contact.order_drive": "contact.order_loose",
+    "contact.order_loose": "contact.order_drive",
+}
+"""An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose."""
+CHALLENGE = "name the folder that `gears3d challenge --out` wrote"
+GEARS = {"drag_position": "loose", "backlash_variation": "drive", "drive_motion": None}
+"""By whose angle effects go that do not name their gear."""
+VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
+
+
+def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
+    """Open the answer of a challenge and score a diagnosis.
+
+    Args:
+        folder: of the challenge.
+        diagnosis: ``diagnosis.json``, or the folder that holds it.
+
+    Returns:
+        ``changed``, ``answer``, ``verdict``, ``verdict_right``, ``hedged``, ``kinds_first``, ``kinds_named``,
+        ``set_right``, ``wrong_names``, ``coordinate_right``, ``parameters``.
+
+    Raises:
+        InputError: a file is missing or is none of its sort, or the answer was changed.
+    """
+    folder = Path(folder)
+    about = _json(folder / "challenge.json", "answer_sha256")
+    sealed = _bytes(folder / "answer.sealed")
+    if hashlib.sha256(sealed).hexdigest() != about["answer_sha256"]:
+        text = "has not the hash that challenge.json tells: it was changed after the challenge was made"
+        raise InputError(Fault("", text, "make the challenge again", str(folder / "answer.sealed")))
+    changed = [name for name, digest in about.get("files", {}).items() if _digest(folder / name) != digest]
+    found = Path(diagnosis)
+    found = found / "diagnosis.json" if found.is_dir() else found
+    told = _json(found, "verdict", "name the diagnosis.json of `gears3d diagnose RECORD... --out DIR`, or its folder")
+    return {"changed": changed, **score(seal.open_(sealed.decode()), told)}
+
+
+def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
+    """Hold a diagnosis against an answer.
+
+    Args:
+        answer: ``effects`` and ``unknown`` as ``Plan.told`` has them.
+        diagnosis: ``verdict``, ``causes`` in order, ``remaining``.
+
+    Returns:
+        As :func:`reveal`, without ``changed``.
+
+    Raises:
+        InputError: the verdict is none of the contract.
+
+    >>> found = {"verdict": "explained", "causes": [{"kind": "drag_viscous", "parameters": {}}]}
+    >>> score({"effects": [{"kind": "drag_viscous"}], "unknown": [], "visible": True}, found)["kinds_first"]
+    True
+    """
+    verdict = diagnosis["verdict"]
+    if verdict not in VERDICTS:
+        raise InputError(Fault("verdict", f"is {verdict!r}", "one of " + ", ".join(VERDICTS)))
+    causes = diagnosis.get("causes", [])
+    names = [cause["kind"] for cause in causes]
+    sets = [{cause["kind"], *(other["kind"] for other in cause.get("alternatives", []))} for cause in causes]
+    seen = answer["effects"] if answer["visible"] else []
+    kinds = [effect["kind"] for effect in seen]
+    named = set().union(*sets) if sets else set()
+    apart = [name for name in names if name not in kinds]
+    excused = [name for name, among in zip(names, sets, strict=True) if any(_alike(k, name, among) for k in kinds)]
+    structure = diagnosis.get("remaining", {}).get("structure", "none")
+    where = {place for cause in answer["unknown"] for place in cause["coordinates"]}
+    where |= {OTHER_GEAR[place] for place in where if place in OTHER_GEAR}
+    return {
+        "answer": answer,
+        "verdict": verdict,
+        "verdict_right": verdict in _right(kinds, answer["unknown"]),
+        "hedged": verdict == "not_decidable",
+        "kinds_first": bool(kinds) and sorted(names[: len(kinds)]) == sorted(kinds),
+        "kinds_named": bool(kinds) and set(kinds) <= named,
+        "set_right": bool(kinds) and all(any(k == n or _alike(k, n, s) for n, s in _pairs(names, sets)) for k in kinds),
+        "wrong_names": [name for name in apart if name not in excused],
+        "coordinate_right": structure in where if where else None,
+        "parameters": _parameters(
+            [_from_zeros(effect, answer.get("zeros"), answer.get("ratio", [1, 2])) for effect in seen],
+            causes,
+            answer.get("ratio", [1, 2]),
+        ),
+    }
+
+
+def _pairs(names: list[str], sets: list[set[str]]) -> list[tuple[str, set[str]]]:
+    return list(zip(names, sets, strict=True))
+
+
+def _right(kinds: list[str], unknown: list[Any]) -> tuple[str, ...]:
+    if unknown:
+        return ("partly_explained",) if kinds else ("unexplained", "partly_explained")
+    return ("explained", "partly_explained") if kinds else ("nothing_to_add",)
+
+
+def _alike(kind: str, name: str, among: set[str]) -> bool:
+    return kind in among and (len(among) <= MEMBERS or name in ALIKE.get(kind, ()))
+
+
+def _from_zeros(effect: dict[str, Any], zeros: list[list[float]] | None, teeth: list[int]) -> dict[str, Any]:
+    """Return an effect whose phase, or tooth, counts from the zeros of the first record."""
+    gear = GEARS.get(effect["kind"], effect.get("gear"))
+    if not zeros or gear not in ("drive", "loose"):
+        return effect
+    turned, count = zeros[0][gear == "loose"], teeth[gear == "loose"]
+    moved = dict(effect)
+    if "phase" in effect:
+        moved["phase"] = (effect["phase"] - effect.get("order", 1) * turned + pi) % (2.0 * pi) - pi
+    if "tooth" in effect:
+        moved["tooth"] = int(effect["tooth"] - 1 + round(turned * count / (2.0 * pi))) % count + 1
+    return moved
+
+
+def _parameters(effects: list[dict[str, Any]], causes: list[dict[str, Any]], ratio: list[int]) -> list[dict[str, Any]]:
+    """Compare the parameters of every effect that was named."""
+    rows = []
+    for effect in effects:
+        cause = next((cause for cause in causes if cause["kind"] == effect["kind"]), None)
+        if cause is None:
+            continue
+        found = cause.get("parameters", {})
+        for name, true in effect.items():
+            if name == "kind" or name.endswith("_family") or name not in found:
+                continue
+            if name == "gear" and ratio[0] == ratio[1]:
+                continue  # at 1:1 both gears' orders are the same
+            rows.append({"kind": effect["kind"], "name": name, **_compared(name, true, found[name])})
+    return rows
+
+
+def _compared(name: str, true: Any, told: Any) -> dict[str, Any]:
+    """Return true and found value, error (relative; of angles in rad), whether the interval holds the true one."""
+    value = told.get("value") if isinstance(told, dict) else told
+    if isinstance(true, str) or isinstance(value, str) or name in ("order", "tooth"):
+        return {"true": true, "found": value, "error": None, "right": value == true, "covered": None}
+    if value is None and isinstance(told, dict):
+        return {"true": true, "found": None, "error": None, "right": None, "covered": None}
+    if not isinstance(value, int | float):
+        return {"true": true, "found": value, "error": None, "right": False, "covered": None}
+    if isinstance(told, dict) and told.get("at_least"):
+        return {"true": true, "found": value, "error": None, "right": None, "covered": abs(true) >= abs(value)}
+    angle = name == "phase"
+    error = (value - true + pi) % (2.0 * pi) - pi if angle else value - true
+    interval = told.get("ci95") if isinstance(told, dict) else None
+    covered = None
+    if isinstance(interval, list) and len(interval) == 2:
+        covered = bool(interval[0] - value <= -error <= interval[1] - value)
+    share = error if angle or true == 0.0 else error / abs(true)
+    return {"true": true, "found": value, "error": share, "right": None, "covered": covered}
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def _bytes(path: Path, remedy: str = CHALLENGE) -> bytes:
+    if not path.is_file():
+        raise InputError(Fault("", "is not there", remedy, str(path)))
+    return path.read_bytes()
+
+
+def _json(path: Path, needed: str, remedy: str = CHALLENGE) -> dict[str, Any]:
+    try:
+        data = json.loads(_bytes(path, remedy))
+    except (ValueError, RecursionError) as error:
+        raise InputError(Fault("", f"is no JSON: {error}", remedy, str(path))) from error
+    if not isinstance(data, dict) or needed not in data:
+        raise InputError(Fault(needed, "is missing", remedy, str(path)))
+    return data

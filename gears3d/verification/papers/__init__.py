@@ -1,0 +1,16 @@
+"""Published operating points run again: each number or trend that a paper gives, beside ours.
+
+A paper is a module of this room that holds ``CITATION``, ``CONTENTS`` (its figures and tables), ``CLAIMS``, ``FIGURES``
+and ``EXCUSED``. To add one: write the module, and add its name to :data:`PAPERS`.
+"""
+
+from gears3d.verification.papers.bench import Bench as Bench
+from gears3d.verification.papers.claim import Claim as Claim
+from gears3d.verification.papers.claim import Result as Result
+from gears3d.verification.papers.claim import hold as hold
+from gears3d.verification.papers.claim import verdict as verdict
+from gears3d.verification.papers.figure import Figure as Figure
+from gears3d.verification.papers.paper import PAPERS as PAPERS
+from gears3d.verification.papers.paper import Paper as Paper
+from gears3d.verification.papers.paper import paper as paper
+from gears3d.verification.papers.paper import papers as papers

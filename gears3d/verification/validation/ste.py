@@ -1,0 +1,119 @@
+"""The virtual test of the transmission error gives back what was imposed: waves, pitch errors, eccentric teeth.
+
+Slow turns both ways in the engine, as Rigaud & Perret-Liaudet 2020, section 3, measure their gears.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from gears3d.bench import StaticError, static_error
+from gears3d.gears import quasi_static
+from gears3d.scenario import Scenario
+from gears3d.scenario.models import flank_deviations
+from gears3d.verification.validation.bench import fig5
+from gears3d.verification.validation.claim import Claim
+
+BOUND = 1e-7
+"""0.1 um."""
+SMALL = {
+    "gears.module": "12 mm", "gears.face_width": "30 mm", "gears.drive.teeth": 20, "gears.loose.teeth": 20,
+    "mount.backlash": "150 um", "drag.torque": "0.5 N m", "motion.mean": "200 rpm",
+}  # fmt: skip
+"""Few teeth on the bench of figure 5, so that a turn takes seconds."""
+WAVES = (
+    {"kind": "transmission_error", "order": 2, "amplitude": "30 um", "phase": "0.4 rad"},
+    {"kind": "transmission_error", "order": 90, "amplitude": "1.5 um", "phase": "1 rad", "flank": "active"},
+)
+OFFSET, PHASE = 30e-6, 0.7
+"""Of eccentric teeth: m and rad."""
+
+
+def turned(*effects: dict[str, Any]) -> tuple[Scenario, StaticError]:
+    """Return a bench with effects, and what a turn each way gives.
+
+    Args:
+        effects: tables of ``[[effect]]``.
+    """
+    scenario = fig5().with_({**SMALL, "effect": list(effects)})
+    return scenario, static_error(scenario, turns=1.0)
+
+
+def rms(difference: np.ndarray) -> float:
+    """Return the root mean square.
+
+    Args:
+        difference: any, (n,).
+    """
+    return float(np.sqrt(np.mean(difference**2)))
+
+
+def waves() -> Iterator[Claim]:
+    """Give the claims of waves, which are their own closed form."""
+    scenario, found = turned(*WAVES)
+    both = 30e-6 * np.cos(2 * found.theta + 0.4)
+    active = both + 1.5e-6 * np.cos(90 * found.theta + 1.0)
+    case = "waves of order 2 on both flanks and 90 on the active one"
+    yield Claim(f"{case}: phi off, rms", rms(found.phi - active), BOUND, "m")
+    yield Claim(f"{case}: psi off, rms", rms(found.psi - both - scenario.pair().backlash), BOUND, "m")
+
+
+def perfect() -> Iterator[Claim]:
+    """Give the claim of perfect gears."""
+    scenario, found = turned()
+    off = float(np.abs(found.backlash - scenario.pair().backlash).max())
+    yield Claim("perfect gears: backlash over a turn off", off, BOUND, "m")
+
+
+def pitch_errors() -> Iterator[Claim]:
+    """Give the claims of teeth out of step, against gears rolled on their surfaces."""
+    sizes = np.random.default_rng(5).normal(0.0, 4.0, 12)
+    where = [(gear, flank, tooth) for gear in ("drive", "loose") for flank in ("active", "reverse")
+             for tooth in (2, 9, 17)]  # fmt: skip
+    effects = [
+        {"kind": "pitch_error", "gear": gear, "flank": flank, "tooth": tooth, "offset": f"{size:.3f} um"}
+        for (gear, flank, tooth), size in zip(where, sizes, strict=True)
+    ]
+    scenario, found = turned(*effects)
+    exact = quasi_static(scenario.pair().with_deviations(*flank_deviations(scenario.rows())), found.theta)
+    yield Claim("pitch errors of twelve flanks: phi off, rms", rms(found.phi - exact.phi_active), BOUND, "m")
+    yield Claim("pitch errors of twelve flanks: backlash off, rms", rms(found.backlash - exact.backlash), BOUND, "m")
+
+
+def eccentric(gear: str) -> Iterator[Claim]:
+    """Give the claims of eccentric teeth, against the closed forms of first order in the offset.
+
+    Args:
+        gear: which is eccentric.
+    """
+    scenario, found = turned({"kind": "eccentricity", "gear": gear, "offset": f"{OFFSET} m", "phase": f"{PHASE} rad"})
+    pair = scenario.pair()
+    sense = 1.0 if gear == "drive" else -1.0
+    tilt = sense * pair.working_pressure_angle
+    # the loose gear's own angle runs ahead by its displacement
+    ahead = [0.0 if gear == "drive" else curve / pair.loose.base_radius for curve in (found.phi, found.psi)]
+    active, reverse = (found.theta + PHASE + more for more in ahead)
+    phi, psi = (sense * OFFSET * np.sin(angle + lean) for angle, lean in ((active, tilt), (reverse, -tilt)))
+    opened = -2.0 * OFFSET * np.cos(0.5 * (active + reverse)) * np.sin(pair.working_pressure_angle)
+    case = f"{gear} gear 30 um eccentric"
+    yield Claim(f"{case}: phi off, rms", rms(found.phi - phi), BOUND, "m")
+    yield Claim(f"{case}: psi off, rms", rms(found.psi - pair.backlash - psi), BOUND, "m")
+    off = float(np.abs(found.backlash - pair.backlash - opened).max())
+    yield Claim(f"{case}: backlash over a turn off, anywhere", off, BOUND, "m")
+
+
+def claims(quick: bool = False) -> Iterator[Claim]:
+    """Measure them.
+
+    Args:
+        quick: waves and one eccentric gear.
+    """
+    yield from waves()
+    yield from eccentric("drive")
+    if not quick:
+        yield from eccentric("loose")
+        yield from perfect()
+        yield from pitch_errors()

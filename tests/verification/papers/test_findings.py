@@ -1,0 +1,157 @@
+"""The papers' open questions: what could be the cause is run again by other ways, what cannot is scanned again."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gears3d.effects import catalogue
+from gears3d.verification.papers import Bench
+from gears3d.verification.papers.findings import QUESTIONS, answer, questions
+from gears3d.verification.papers.findings.page import table
+from gears3d.verification.papers.findings.question import solve
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "findings.md").read_text()
+BY_DEFAULT = ("drive_motion", "drag_coulomb", "drag_position", "inertia", "backlash_variation")
+"""Suspects whose row of the page is asked by default: those that other tests find again by other ways, and a null."""
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return Bench()
+
+
+def suspect(name, start):
+    return next(each for each in questions(name)[0].suspects if each.name.startswith(start))
+
+
+@pytest.fixture(scope="module")
+def answered(bench):
+    """Return what comes of a suspect of a question, each found once."""
+
+    @cache
+    def found(name, of):
+        question = questions(name)[0]
+        return answer(question, next(each for each in question.suspects if each.name == of), bench)
+
+    return found
+
+
+def listed(names):
+    for name in names:
+        for i, each in enumerate(questions(name)[0].suspects):
+            soon = each.name.startswith(BY_DEFAULT) and name != "ottewill"
+            yield pytest.param(name, i, marks=() if soon else pytest.mark.slow, id=each.name)
+
+
+@pytest.mark.parametrize(("name", "which"), [*listed(QUESTIONS)])
+def test_the_page_says_what_comes_out(bench, answered, name, which):
+    question = questions(name)[0]
+    found = answered(name, question.suspects[which].name)
+    line = table(question, [found], bench)[-1]
+    assert line.split(" | ")[:3] == next(
+        each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.suspect.name} | ")
+        and question.told(found.values) in each
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_every_kind_is_a_suspect_or_said_not_to_be(name):
+    question = questions(name)[0]
+    named = " ".join([*(each.name for each in question.suspects), *question.left_out])
+    assert not [kind for kind in catalogue() if kind not in named and kind != "drag_drift"]
+
+
+@pytest.mark.parametrize("multiple", [2, 3, 6, 12])
+def test_a_harmonic_of_the_drive_needs_what_the_closed_form_says(answered, multiple):
+    """At its worst phase the n-th harmonic decelerates n times its share: the excitation is 1/(1 + n*share)."""
+    question = questions("kadmiri")[0]
+    found = answered("kadmiri", suspect("kadmiri", f"drive_motion, {multiple}x").name)
+    assert found.size == pytest.approx((1 / question.target - 1) / multiple, rel=0.03)
+
+
+KADMIRI = {
+    "drive_motion, 3x": lambda size, swing: {
+        "motion.harmonics": [
+            {"amplitude": f"{swing} rad/s", "order": 2, "phase": "90 deg"},
+            {"amplitude": f"{swing * size} rad/s", "order": 6, "phase": "270 deg"},
+        ]
+    },
+    "drag_coulomb or": lambda size, swing: {"drag.torque": f"{0.893 * (1 - size)} N m"},
+    "inertia": lambda size, swing: {"gears.loose.inertia": f"{9.884e-4 * (1 + size)} kg m^2"},
+    "drag_position": lambda size, swing: {
+        "effect": [{"kind": "drag_position", "amplitude": f"{0.893 * size} N m", "order": 1}]
+    },
+}
+
+
+@pytest.mark.parametrize("name", KADMIRI)
+def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, answered, name):
+    found = answered("kadmiri", suspect("kadmiri", name).name)
+    impacts = []
+    for part in (0.92, 1.08):
+        swing = 4.19 * 0.35 / 0.3741 * part
+        more = {"motion.harmonics": [{"amplitude": f"{swing} rad/s", "order": 2, "phase": "90 deg"}]}
+        told = bench.outcome("kadmiri-2012/table1-750rpm.toml", more | KADMIRI[name](found.size, swing))
+        impacts.append(told["impacts"])
+    assert impacts[0] == 0 < impacts[1]
+
+
+@pytest.mark.parametrize("name", ["drive_motion, 2x", "drive_motion, 3x"])
+def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, answered, name):
+    found = answered("rigaud", suspect("rigaud", name).name)
+    first = {"amplitude": "20 rpm", "frequency": "3 Hz"}
+    more = {
+        "amplitude": f"{20 * found.nearest} rpm",
+        "frequency": f"{3 * int(name[-2])} Hz",
+        "phase": f"{(math.pi / 2 + found.phase) % (2 * math.pi)} rad",
+    }
+    told = bench.outcome(
+        "rigaud-2020/fig5-20rpm.toml",
+        {"motion.harmonics": [first, more], "mount.backlash": f"{found.values[2]} um", "impact.restitution": 0}
+        | {"run.duration": "22 periods", "run.output_rate": "2 kHz"},
+    )  # fmt: skip
+    assert -1e3 * told["active_crossing_velocity_mean_m_s"] == pytest.approx(22.3, abs=0.2)
+    assert 1e3 * told["reverse_crossing_velocity_mean_m_s"] == pytest.approx(19.9, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    "name", ["drag_coulomb, more", "restitution_asymmetry, reverse", "transmission_error, order 1"]
+)
+def test_no_size_up_to_the_bound_slows_the_reverse_flank(bench, name):
+    question, who = questions("rigaud")[0], suspect("rigaud", name)
+    for size in np.geomspace(0.03, 1.0, 5) * who.bound:
+        assert question.values(bench, who, size, 0.0)[1] > 21.0
+
+
+def test_a_wandering_drag_shifts_the_contours_of_ottewill(bench):
+    question, who = questions("ottewill")[0], suspect("ottewill", "drag_position, order 1")
+    assert question.holds(question.values(bench, who, 0.3, 0.75 * math.pi))
+
+
+@pytest.mark.slow
+def test_a_wandering_drag_shifts_the_contours_of_ottewill_on_their_own_grid(bench):
+    """Held against the full contours of the paper's rows, which have other amplitudes and phases."""
+    from gears3d.verification.papers.ottewill_2010.rattle import wandering
+    from gears3d.verification.papers.ottewill_2010.runs import contour, turned
+
+    assert turned(contour(bench, "case-iv.toml", "iv"), wandering(bench)) > math.pi - 0.5
+
+
+@pytest.mark.parametrize("start", ["mesh_friction", "transmission_error, order 1", "backlash_offset"])
+def test_what_cannot_shift_the_contours(bench, start):
+    question, who = questions("ottewill")[0], suspect("ottewill", start)
+    assert not question.holds(question.values(bench, who, who.bound, 0.0))
+
+
+@pytest.mark.parametrize("name", ["mesh_friction", "transmission_error, order 19"])
+def test_no_size_up_to_the_bound_gives_the_four_excitations(bench, name):
+    question, who = questions("kadmiri")[0], suspect("kadmiri", name)
+    for size in np.geomspace(0.02, 1.0, 5) * who.bound:
+        assert not question.holds(question.values(bench, who, size, 1.0))
+
+
+def test_a_jump_past_the_target_is_no_size():
+    assert solve(lambda size: math.copysign(1.0, size - 1.05), 3.0, 1e-3, 10)[0] is None
