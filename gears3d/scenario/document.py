@@ -27,6 +27,7 @@ from gears3d.inputs import read_text as text_of
 DEEPEST = 30  # Files that extend one another
 Override = str | tuple[str, Any]
 Overrides = Iterable[Override] | Mapping[str, Any]
+ROWS = "published.toml"  # published rows beside the scenarios of a paper, read by gears3d.verification.papers
 _STEP = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\+|-?[0-9]{1,9})\]")
 
 
@@ -52,7 +53,7 @@ def names() -> tuple[str, ...]:
     >>> "rigaud-2020/fig5-20rpm" in names()
     True
     """
-    files = sorted(shipped().rglob("*.toml"))
+    files = sorted(file for file in shipped().rglob("*.toml") if file.name != ROWS)
     return tuple(file.relative_to(shipped()).as_posix().removesuffix(".toml") for file in files)
 
 

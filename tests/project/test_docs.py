@@ -17,11 +17,12 @@ from typer.main import get_command
 
 from gears3d import cli, load
 from gears3d.effects import catalogue
+from gears3d.scenario.shipped import names
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 STARTERS = sorted((ROOT / "gears3d" / "scenario" / "starters").glob("*.toml"))
-SCENARIOS = sorted((ROOT / "scenarios").rglob("*.toml"))
+SCENARIOS = [ROOT / "scenarios" / f"{name}.toml" for name in names()]
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 TOOLS = ("reference", "effects", "laws", "floors")
 """Those that make pages: tools/docs_reference.py and so on."""

@@ -7,10 +7,11 @@ import pytest
 from gears3d.runs import judge
 from gears3d.runs.summary import outcome_of
 from gears3d.scenario import load
+from gears3d.scenario.shipped import names, shipped
 from gears3d.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[2]
-EXPECTING = [path for path in sorted((ROOT / "scenarios").rglob("*.toml")) if load(path).expect]
+EXPECTING = [path for path in (shipped() / f"{name}.toml" for name in names()) if load(path).expect]
 
 
 @pytest.mark.parametrize("path", EXPECTING, ids=lambda path: path.stem)

@@ -6,7 +6,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.scenario import load
-from gears3d.scenario.document import find, names, shipped
+from gears3d.scenario.document import ROWS, find, names, shipped
 
 NAME = "rigaud-2020/fig5-20rpm"
 
@@ -19,7 +19,9 @@ def elsewhere(tmp_path, monkeypatch):
 
 def test_every_shipped_scenario_has_a_name_that_loads_it():
     assert len(names()) > 70
-    assert {shipped() / f"{name}.toml" for name in names()} == set(shipped().rglob("*.toml"))
+    assert {shipped() / f"{name}.toml" for name in names()} == {
+        file for file in shipped().rglob("*.toml") if file.name != ROWS
+    }
     for name in names():
         assert load(name).path == shipped() / f"{name}.toml"
 

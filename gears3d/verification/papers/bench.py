@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from gears3d.scenario.document import shipped
 
 if TYPE_CHECKING:
+    from gears3d.effects import Rig
     from gears3d.recording import Recording
     from gears3d.scenario import Scenario
 
@@ -18,39 +20,34 @@ Overrides = Mapping[str, Any]
 
 
 class Bench:
-    """Runs scenarios and keeps what came out, so that claims and figures share their simulations.
+    """Runs scenarios and keeps the results, so that rows and figures share their simulations.
 
     Args:
-        progress: told what is being worked on, in words.
+        progress: receives a line of text that names the present row or figure.
 
     Attributes:
         commands: for each paper and figure the commands that run its scenarios again.
 
     >>> bench = Bench()
-    >>> bench.run("rigaud-2020/fig10.toml", {"run.duration": "1 s"}).impacts["flank"][0]
+    >>> bench.run("rigaud-2020/fig10", {"run.duration": "1 s"}).impacts["flank"][0]
     np.int8(1)
-    >>> bench.run("rigaud-2020/fig10.toml", {"run.duration": "1 s"}) is bench.run(
-    ...     "rigaud-2020/fig10.toml", {"run.duration": "1 s"}
+    >>> bench.run("rigaud-2020/fig10", {"run.duration": "1 s"}) is bench.run(
+    ...     "rigaud-2020/fig10", {"run.duration": "1 s"}
     ... )
     True
     """
 
     def __init__(self, progress: Callable[[str], None] | None = None) -> None:
-        self._tell = progress or (lambda words: None)
-        self._words = ""
-        self._kept: dict[str, Any] = {}
+        self._progress = progress or (lambda text: None)
+        self._text = ""
+        self._results: dict[str, Any] = {}
         self._figure = ""
         self.commands: dict[str, list[str]] = {}
 
     @contextmanager
-    def working_on(self, words: str, figure: str) -> Iterator[None]:
-        """Tell what is worked on; commands asked for meanwhile belong to the figure.
-
-        Args:
-            words: for the progress line.
-            figure: paper and name of the figure.
-        """
-        self._words = words
+    def working_on(self, text: str, figure: str) -> Iterator[None]:
+        """Report a text as progress, and note the commands that are needed meanwhile for a figure."""
+        self._text = text
         self.breathe()
         before, self._figure = self._figure, figure
         try:
@@ -59,60 +56,40 @@ class Bench:
             self._figure = before
 
     def breathe(self) -> None:
-        """Tell again what is worked on: a moment at which work may be broken off."""
-        self._tell(self._words)
+        """Report progress again: a moment at which the work may be interrupted."""
+        self._progress(self._text)
+
+    def case(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> Case:
+        """Return a shipped scenario with changed values, and the model that runs it."""
+        return Case(self, name.removesuffix(".toml"), overrides or {}, model)
 
     def scenario(self, name: str, overrides: Overrides | None = None) -> Scenario:
-        """Return a shipped scenario, changed.
-
-        Args:
-            name: its file below ``scenarios/``.
-            overrides: ``{"mount.backlash": "150 um"}``.
-        """
+        """Return a shipped scenario with changed values."""
         from gears3d.scenario import load
 
-        key = f"scenario {name} {json.dumps(dict(overrides or {}))}"
-        return self._keep(key, lambda: load(shipped() / name, dict(overrides or {})))
+        case = self.case(name, overrides)
+        key = f"scenario {case.name} {json.dumps(dict(case.overrides))}"
+        return self._keep(key, lambda: load(shipped() / f"{case.name}.toml", dict(case.overrides)))
 
     def run(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> Recording:
-        """Run a shipped scenario, changed, or return what came out of it before.
-
-        Args:
-            name: its file below ``scenarios/``.
-            overrides: ``{"mount.backlash": "150 um"}``.
-            model: of the simulation.
-
-        Raises:
-            InputError: the scenario is bad.
-            EngineError: the simulation cannot go on.
-        """
+        """Return the recording of a shipped scenario with changed values."""
         from gears3d.simulation import simulate
 
         self.breathe()
-        command = _command(name, overrides or {}, model)
-        self._ask(command)
+        command = self.case(name, overrides, model).command
+        self._note(command)
         return self._keep(command, lambda: simulate(self.scenario(name, overrides), model))
 
     def outcome(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> dict[str, Any]:
-        """Return what a run came to: regime, speeds, energies, durations (:func:`gears3d.signals.describe`).
-
-        Args:
-            name: its file below ``scenarios/``.
-            overrides: ``{"mount.backlash": "150 um"}``.
-            model: of the simulation.
-        """
+        """Return the summary of a run: regime, speeds, energies, durations (:func:`gears3d.signals.describe`)."""
         from gears3d.signals import describe
 
         run = self.run(name, overrides, model)
-        key = f"outcome {_command(name, overrides or {}, model)}"
+        key = f"outcome {self.case(name, overrides, model).command}"
         return self._keep(key, lambda: describe(run.signals, run.impacts, run.meta))
 
     def once(self, key: str, compute: Callable[[], T]) -> T:
-        """Compute something that several claims and figures need, once.
-
-        Args:
-            key: its name, of the paper and the quantity.
-            compute: how.
+        """Compute a quantity that several rows and figures need once; commands it needs count for all of them.
 
         >>> bench = Bench()
         >>> bench.once("sum", lambda: 3), bench.once("sum", lambda: 4)
@@ -124,28 +101,65 @@ class Bench:
         finally:
             self._figure, inner = figure, self.commands.get(self._figure, [])
             for command in inner:
-                self._ask(command)
+                self._note(command)
 
-    def _ask(self, command: str) -> None:
-        """Note that the figure in hand needs a command."""
-        asked = self.commands.setdefault(self._figure, [])
-        if command not in asked:
-            asked.append(command)
+    def _note(self, command: str) -> None:
+        needed = self.commands.setdefault(self._figure, [])
+        if command not in needed:
+            needed.append(command)
 
     def _keep(self, key: str, compute: Callable[[], T]) -> T:
-        if key not in self._kept:
-            self._kept[key] = compute()
-        return self._kept[key]
+        if key not in self._results:
+            self._results[key] = compute()
+        return self._results[key]
 
 
-def _command(name: str, overrides: Overrides, model: str) -> str:
-    """Return the command line that runs the same."""
-    from shlex import quote
+@dataclass(frozen=True)
+class Case:
+    """A shipped scenario with changed values, the model that runs it, and the bench that keeps the result."""
 
-    parts = ["gears3d", "run", name.removesuffix(".toml"), "--model", model]
-    for key, value in overrides.items():
-        parts += ["--set", quote(f"{key}={_toml(value)}")]
-    return " ".join(parts)
+    bench: Bench
+    name: str
+    overrides: Overrides = field(default_factory=dict)
+    model: str = "rigid"
+
+    def with_(self, overrides: Overrides) -> Case:
+        """Return the case with further values changed."""
+        return replace(self, overrides={**self.overrides, **overrides})
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with the changed values."""
+        return self.bench.scenario(self.name, self.overrides)
+
+    @property
+    def rig(self) -> Rig:
+        """The rig of the scenario."""
+        return self.scenario.rig()
+
+    @property
+    def run(self) -> Recording:
+        """The recording."""
+        return self.bench.run(self.name, self.overrides, self.model)
+
+    @property
+    def outcome(self) -> dict[str, Any]:
+        """The summary of the run."""
+        return self.bench.outcome(self.name, self.overrides, self.model)
+
+    def once(self, label: str, compute: Callable[[], T]) -> T:
+        """Compute a quantity of this case once; the label names it."""
+        return self.bench.once(f"{label}: {self.command}", compute)
+
+    @property
+    def command(self) -> str:
+        """The command line that runs the same."""
+        from shlex import quote
+
+        parts = ["gears3d", "run", self.name, "--model", self.model]
+        for key, value in self.overrides.items():
+            parts += ["--set", quote(f"{key}={_toml(value)}")]
+        return " ".join(parts)
 
 
 def _toml(value: Any) -> str:

@@ -1,0 +1,152 @@
+"""Published rows and figures as data: a TOML file beside the scenarios of a paper becomes claims and figures.
+
+A row names its scenario (``scenario``, with ``set`` or ``vary`` for changed values), a shared measure (``measure``,
+with ``args``) and the reduction of several values to one (``over``). ``scenario``, ``args`` and each key of ``vary``
+may be lists: the measure is then evaluated for every combination. ``words`` maps the value to a word of the paper.
+``[defaults]`` completes every row and figure; a ``note`` without a space is a name in ``[notes]``.
+"""
+
+from __future__ import annotations
+
+import inspect
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.scenario.shipped import ROWS, shipped
+from gears3d.verification.papers.bench import Bench, Case
+from gears3d.verification.papers.claim import Claim
+from gears3d.verification.papers.drawings import DRAWINGS
+from gears3d.verification.papers.figure import Figure
+from gears3d.verification.papers.measures import MEASURES, REDUCTIONS
+
+WHERE = ("scenario", "set", "vary", "model", "args")
+TEXT = ("figure", "quantity", "published", "tolerance", "unit", "model", "recorded", "note", "basis")
+ROW = {*WHERE, *TEXT, "measure", "over", "words"}
+FIGURE = {*WHERE, "name", "title", "size", "caption", "drawing"}
+HEAD = {"citation", "contents", "excused", "notes", "defaults", "row", "figure"}
+
+# from SI, in which measures return their values, to the units of the rows
+SCALE = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "ms": 1e3, "mrad": 1e3, "%": 1e2}
+
+
+def read(paper: str) -> dict[str, Any]:
+    """Return citation, contents, excused, claims and figures of a paper from its file."""
+    return parse(paper, shipped() / paper / ROWS)
+
+
+def parse(paper: str, file: Path) -> dict[str, Any]:
+    """Return what a file of published rows holds; every fault with file, row and key."""
+    try:
+        text = file.read_text(encoding="utf-8")
+        head = tomllib.loads(text)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: is not TOML: {error}") from error
+    notes = head.get("notes", {})
+    faults = [*_unknown(head, HEAD, ""), *_missing(head, ("citation", "contents"), "")]
+    rows, figures = ([{**head.get("defaults", {}), **one} for one in head.get(key, [])] for key in ("row", "figure"))
+    for number, row in enumerate(rows):
+        faults += _faults(row, f"row[{number}]", ROW, ("figure", "quantity", "published", "measure"), notes)
+    for number, figure in enumerate(figures):
+        faults += _faults(figure, f"figure[{number}]", FIGURE, ("name", "title", "drawing"), notes)
+    if faults:
+        raise InputError([Fault(each.key, each.message, each.remedy, str(file)) for each in faults])
+    return {
+        "citation": head["citation"],
+        "contents": tuple(head["contents"]),
+        "excused": head.get("excused", {}),
+        "claims": tuple(_claim(paper, row, notes) for row in rows),
+        "figures": tuple(_figure(paper, figure) for figure in figures),
+    }
+
+
+def _unknown(table: Mapping[str, Any], known: set[str], place: str) -> Iterator[Fault]:
+    for key in table.keys() - known:
+        yield Fault(f"{place}.{key}".strip("."), "is unknown", did_you_mean(key, sorted(known)))
+
+
+def _missing(table: Mapping[str, Any], needed: Iterable[str], place: str) -> Iterator[Fault]:
+    for key in needed:
+        if key not in table:
+            yield Fault(f"{place}.{key}".strip("."), "is missing", f"give {key}")
+
+
+def _faults(
+    table: Mapping[str, Any], place: str, known: set[str], needed: tuple[str, ...], notes: Mapping[str, str]
+) -> Iterator[Fault]:
+    """Yield unknown and missing keys, unknown measures, and arguments that the measure does not take."""
+    yield from _unknown(table, known, place)
+    yield from _missing(table, needed, place)
+    for key, registry in (("measure", MEASURES), ("drawing", DRAWINGS), ("over", REDUCTIONS)):
+        if key in table and table[key] not in registry:
+            yield Fault(f"{place}.{key}", f"{table[key]!r} does not exist", did_you_mean(table[key], [*registry]))
+    note = table.get("note", "")
+    if note and " " not in note and note not in notes:
+        yield Fault(f"{place}.note", f"{note!r} is not in [notes]", did_you_mean(note, [*notes]))
+    yield from _unfit(table, place, MEASURES.get(table.get("measure", "")), 1)
+    yield from _unfit(table, place, DRAWINGS.get(table.get("drawing", "")), 2)
+
+
+def _unfit(table: Mapping[str, Any], place: str, function: Callable[..., Any] | None, given: int) -> Iterator[Fault]:
+    if function is None:
+        return
+    for args in _listed(table.get("args", {})):
+        try:
+            inspect.signature(function).bind(*(None,) * given, **args)
+        except TypeError as error:
+            yield Fault(f"{place}.args", f"do not fit: {error}", f"see {function.__module__}.{function.__name__}")
+
+
+def _claim(paper: str, row: Mapping[str, Any], notes: Mapping[str, str]) -> Claim:
+    text = {key: row[key] for key in TEXT if key in row}
+    text["note"] = notes.get(row.get("note", ""), row.get("note", ""))
+    try:
+        return Claim(paper=paper, **text, compute=partial(evaluate, row=row))
+    except ValueError as error:
+        raise InputError(f"{paper}, {row['figure']}: {error}") from error
+
+
+def _figure(paper: str, figure: Mapping[str, Any]) -> Figure:
+    def draw(bench: Bench, sheet: Any) -> None:
+        DRAWINGS[figure["drawing"]](cases(bench, figure), sheet, **figure.get("args", {}))
+
+    size = tuple(figure.get("size", (9.0, 5.0)))
+    return Figure(paper, figure["name"], figure["title"], draw, size, figure.get("caption", ""))
+
+
+def _listed(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def cases(bench: Bench, table: Mapping[str, Any]) -> list[Case]:
+    """Return the cases of a row or figure: every scenario with every combination of the varied values."""
+    vary = table.get("vary", {})
+    return [
+        bench.case(name, {**table.get("set", {}), **dict(zip(vary, values, strict=True))}, table.get("model", "rigid"))
+        for name in _listed(table.get("scenario", []))
+        for values in product(*vary.values())
+    ]
+
+
+def evaluate(bench: Bench, row: Mapping[str, Any]) -> float | str:
+    """Return the value of a row in its unit, or its word."""
+    measure, each = MEASURES[row["measure"]], cases(bench, row)
+    together = next(iter(inspect.signature(measure).parameters)) == "cases"
+    found = [measure(one, **args) for one in ([each] if together else each) for args in _listed(row.get("args", {}))]
+    value = REDUCTIONS[row["over"]](found) if "over" in row else found[0]
+    if "words" in row:
+        return _word(value, row["words"])
+    return value if isinstance(value, str) else float(value) * SCALE.get(row.get("unit", ""), 1.0)
+
+
+def _word(value: float | str, words: Any) -> str:
+    """Return the word of a word, or that of the first limit above a number."""
+    if isinstance(value, str):
+        return words.get(value, value)
+    return next((word for limit, word in words if value < limit), words[-1][1])
