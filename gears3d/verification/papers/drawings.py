@@ -6,9 +6,12 @@ from collections.abc import Callable
 from math import cos
 from typing import Any
 
+import numpy as np
+
 from gears3d.verification.papers.bench import Case
-from gears3d.verification.papers.figure import LINE
-from gears3d.verification.papers.measures import lubricated_index
+from gears3d.verification.papers.figure import ACTIVE, LINE, PUBLISHED, REVERSE
+from gears3d.verification.papers.measures.oil import SOFT, coastdown, lubricated_index
+from gears3d.verification.papers.measures.responses import durations, impulses, resolved
 
 DRAWINGS: dict[str, Callable[..., None]] = {}
 
@@ -40,3 +43,74 @@ def portraits(cases: list[Case], sheet: Any, titles: list[str]) -> None:
         axes.plot(1e6 * place, -1e3 * tilt * run.signals["velocity_m_s"][later], color=LINE, lw=0.5)
         axes.set(title=title, xlabel="displacement [µm]")
     sheet.axes[0].set_ylabel("velocity [mm/s]")
+
+
+@drawing
+def impact_durations(cases: list[Case], sheet: Any, labels: list[str], printed: list[float]) -> None:
+    """Draw the distribution of durations, and the printed mean and standard deviation as a normal one [ms]."""
+    axes, (mean, deviation) = sheet.subplots(), printed
+    bins = np.linspace(0.8, 1.6, 41)
+    for case, colour, label in zip(cases, (LINE, ACTIVE), labels, strict=True):
+        axes.hist(1e3 * durations(case, SOFT), bins=bins, density=True, color=colour, alpha=0.6, label=label)
+    at = np.linspace(0.8, 1.6, 400)
+    normal = np.exp(-0.5 * ((at - mean) / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
+    axes.plot(at, normal, color=PUBLISHED, label=f"printed: {mean} ± {deviation} ms")
+    axes.set(xlabel="duration [ms]", ylabel="density [1/ms]")
+    axes.legend()
+
+
+@drawing
+def coastdowns(cases: list[Case], sheet: Any, versions: list[str], temperatures: list[int]) -> None:
+    """Draw speed over time for the assemblies, and the third assembly at several temperatures [°C]."""
+    (case,) = cases
+    left, right = sheet.subplots(1, 2, sharey=True)
+    for version, label in enumerate(versions, 1):
+        time, speed = coastdown(case, version)
+        left.plot(time, speed * 30 / np.pi, label=label)
+    for temperature in temperatures:
+        time, speed = coastdown(case, 3, temperature)
+        right.plot(time, speed * 30 / np.pi, label=f"{temperature} °C")
+    left.set(xlabel="time [s]", ylabel="speed [rpm]", title="assembly versions")
+    right.set(xlabel="time [s]", title="third version")
+    left.legend()
+    right.legend()
+
+
+@drawing
+def impulse_maps(cases: list[Case], sheet: Any, titles: list[str], run: str, published: float) -> None:
+    """Draw dimensionless impulses over the excitation, and the published threshold."""
+    for axes, title, case in zip(sheet.subplots(2, 2, sharex=True, sharey=True).ravel(), titles, cases, strict=True):
+        for wanted in (round(0.2 + 0.2 * i, 1) for i in range(12)):
+            hits = impulses(case, wanted, run)
+            for sign, colour in ((1, ACTIVE), (-1, REVERSE)):
+                mine = hits[np.sign(hits) == sign]
+                axes.plot(np.full(len(mine), wanted), mine, ".", color=colour, ms=3)
+        axes.axvline(published, color=PUBLISHED, ls="--", lw=0.9)
+        axes.axhline(0.0, color=LINE, lw=0.5)
+        axes.set(title=title, xlim=(0, 2.5))
+    for axes in sheet.axes[2:]:
+        axes.set_xlabel("excitation")
+    for axes in sheet.axes[::2]:
+        axes.set_ylabel("dimensionless impulse")
+
+
+@drawing
+def relative_velocities(cases: list[Case], sheet: Any, titles: list[str]) -> None:
+    """Draw the relative velocity over time, 0.2 s from 1 s on."""
+    for axes, case, title in zip(sheet.subplots(1, len(cases), squeeze=False)[0], cases, titles, strict=True):
+        run = case.run
+        shown = (run.time > 1.0) & (run.time < 1.2)
+        axes.plot(1e3 * (run.time[shown] - 1.0), 1e3 * run.signals["velocity_m_s"][shown], color=LINE, lw=0.9)
+        axes.set(title=title, xlabel="time [ms]", ylabel="relative velocity [mm/s]")
+
+
+@drawing
+def impulse_phases(cases: list[Case], sheet: Any, titles: list[str]) -> None:
+    """Draw impulse over phase of the resolved impacts."""
+    for axes, case, title in zip(sheet.subplots(1, len(cases), squeeze=False)[0], cases, titles, strict=True):
+        hits = resolved(case)
+        for flank, colour, label in ((0, ACTIVE, "active"), (1, REVERSE, "reverse")):
+            mine = hits["flank"] == flank
+            axes.plot(360 * hits["cycle"][mine], 1e3 * hits["impulse_N_s"][mine], ".", color=colour, label=label)
+        axes.set(title=title, xlabel="phase [deg]", ylabel="impulse [mN s]", xlim=(0, 360))
+        axes.legend()

@@ -57,7 +57,7 @@ def test_a_table_added_to_a_file_is_a_row(tmp_path, bench):
     [
         ("measure =", "measured =", ["row[0].measured", "did you mean 'measure'", "row[0].measure: is missing"]),
         ('"outcome"', '"outcom"', ["row[0].measure", "did you mean 'outcome'"]),
-        ("of =", "off =", ["row[0].args", "measures.outcome"]),
+        ("of =", "off =", ["row[0].args", "responses.outcome"]),
         ('"fig. 1"\nquantity', '"fig. 1"\nnote = "nowhere"\nquantity', ["row[0].note", "[notes]"]),
         ("tolerance = 0.1", "tolerance = 0.0", ["numbers a positive one"]),
         ("published = 1.0", "published 1.0", ["is not TOML"]),
