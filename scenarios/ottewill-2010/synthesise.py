@@ -3,13 +3,12 @@
 from math import pi
 from pathlib import Path
 
-from gears3d.verification.papers.ottewill_2010.errors import CASES, error_function
-from gears3d.verification.papers.ottewill_2010.runs import drive_phase
+from gears3d.verification.papers.measures.errors import ERRORS, drive_phase, error_function
 
 RADIUS = 50.743e-3  # base radius, m
 HEAD = """\
 # Case {case} of Ottewill, Neild & Wilson 2010 at steady speed. Printed is the largest amplitude of the error,
-# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/verification/papers/ottewill_2010/errors.py).
+# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/verification/papers/measures/errors.py).
 # Written by synthesise.py.
 format = 1
 extends = "../base/ottewill-2010.toml"
@@ -59,7 +58,7 @@ POINTS = {
 
 def text(case: str) -> str:
     """Return the scenario of a case: the transmission error is the error's negative, along the line of action."""
-    peak, more = CASES[case][0], 1.4 if case == "iii" else 1.9
+    peak, more = ERRORS[case][0], 1.4 if case == "iii" else 1.9
     parts = [HEAD.format(case=case, peak=peak, more=more, drag=0.01 * more)]
     for order, amplitude, phase in zip(*error_function(case), strict=True):
         size, turned = amplitude * RADIUS * 1e6, (phase + pi) % (2 * pi)
@@ -68,7 +67,7 @@ def text(case: str) -> str:
 
 
 if __name__ == "__main__":
-    for case in CASES:
+    for case in ERRORS:
         Path(__file__).with_name(f"case-{case}.toml").write_text(text(case))
     for file, (what, name, figure, phase) in POINTS.items():
         turned = drive_phase("i", 0.43, phase)

@@ -10,12 +10,12 @@ import numpy as np
 from gears3d.verification.papers.findings.question import Question, Suspect
 from gears3d.verification.papers.findings.shown import shown
 from gears3d.verification.papers.findings.suspicion import of
-from gears3d.verification.papers.ottewill_2010.runs import FOLDER, effects, heights, turned
+from gears3d.verification.papers.measures.errors import disconnections, shift
 
 if TYPE_CHECKING:
     from gears3d.verification.papers.bench import Bench
 
-NAME = "case-iv.toml"
+CASE = "ottewill-2010/case-iv"
 AMPLITUDES = (0.40, 0.44)
 PHASES = tuple(2 * pi * i / 16 for i in range(16))
 """Points of the contours compared: amplitudes and phases of the drive [rad]."""
@@ -37,9 +37,9 @@ def drawn(bench: Bench, suspect: Suspect | None = None, size: float = 0.0, phase
         phase: of it [rad].
     """
     points = [(amplitude, turn) for amplitude in AMPLITUDES for turn in PHASES]
-    rig = bench.scenario(f"{FOLDER}/{NAME}").rig()
+    rig = bench.scenario(CASE).rig()
     more = suspect.make(rig, size, phase) if suspect is not None and size else ()
-    found = heights(bench, NAME, "iv", points, (*effects(bench, NAME), *more))
+    found = disconnections(bench.case(CASE), points, more=more)
     return found.reshape(len(AMPLITUDES), len(PHASES))
 
 
@@ -52,13 +52,13 @@ def values(bench: Bench, suspect: Suspect, size: float, phase: float) -> np.ndar
         size: of it.
         phase: of it [rad].
     """
-    plain = bench.once(f"{FOLDER} findings", lambda: drawn(bench))
+    plain = bench.once("ottewill-2010 findings", lambda: drawn(bench))
     other = drawn(bench, suspect, size, phase)
     if not (np.ptp(plain) > 0.0 and np.ptp(other) > 0.0):
         return np.zeros(2)
-    steps = round(turned(plain, other) / (2 * pi) * len(PHASES))
+    steps = round(shift(plain, other) / (2 * pi) * len(PHASES))
     each = [np.corrcoef(np.roll(plain, way * steps, axis=1).ravel(), other.ravel())[0, 1] for way in (1, -1)]
-    return np.array([turned(plain, other), max(each)])
+    return np.array([shift(plain, other), max(each)])
 
 
 def channel(bench: Bench, suspect: Suspect, size: float, phase: float) -> str:
@@ -70,7 +70,7 @@ def channel(bench: Bench, suspect: Suspect, size: float, phase: float) -> str:
         size: of it.
         phase: of it [rad].
     """
-    rig = bench.scenario(f"{FOLDER}/{NAME}").rig()
+    rig = bench.scenario(CASE).rig()
     return shown(rig, suspect.make(rig, size, phase))
 
 

@@ -40,6 +40,12 @@ def spread(values: Sequence[float]) -> float:
 
 
 @reduction
+def largest(values: Sequence[float]) -> float:
+    """Return the largest value."""
+    return float(max(values))
+
+
+@reduction
 def ratio(values: Sequence[float]) -> float:
     """Return the first value over the last."""
     return float(values[0] / values[-1])
