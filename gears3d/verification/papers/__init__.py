@@ -1,7 +1,7 @@
 """Published operating points run again: each number or trend that a paper gives, beside ours.
 
-A paper is a module of this room that holds ``CITATION``, ``CONTENTS`` (its figures and tables), ``CLAIMS``, ``FIGURES``
-and ``EXCUSED``. To add one: write the module, and add its name to :data:`PAPERS`.
+A paper is a folder of scenarios with a file of published rows (:mod:`gears3d.verification.papers.published`). To add a
+row: add a table to the file. To add a paper: write the file, and add its name to :data:`PAPERS`.
 """
 
 from gears3d.verification.papers.bench import Bench as Bench

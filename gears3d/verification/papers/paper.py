@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
 
 from gears3d.errors import UsageError, did_you_mean
-from gears3d.scenario.shipped import ROWS, shipped
 from gears3d.verification.papers.claim import Claim
 from gears3d.verification.papers.figure import Figure
 from gears3d.verification.papers.published import read
 
+# in the order of the table; each has a folder of scenarios with its published rows
 PAPERS = ("kadmiri-2012", "rigaud-2020", "ottewill-2010", "dct-helical-lubricated")
-"""In the order of the table; the module has ``_`` for ``-``."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +55,7 @@ def paper(name: str) -> Paper:
     """
     if name not in PAPERS:
         raise UsageError(f"there is no paper {name!r}; {did_you_mean(name, PAPERS)}")
-    if (shipped() / name / ROWS).is_file():
-        return Paper(name, **read(name))
-    room = import_module(f"gears3d.verification.papers.{name.replace('-', '_')}")
-    return Paper(name, room.CITATION, room.CONTENTS, room.CLAIMS, room.FIGURES, room.EXCUSED)
+    return Paper(name, **read(name))
 
 
 def papers(only: str = "") -> list[Paper]:

@@ -3,7 +3,8 @@
 A row names its scenario (``scenario``, with ``set`` or ``vary`` for changed values), a shared measure (``measure``,
 with ``args``) and the reduction of several values to one (``over``). ``scenario``, ``args`` and each key of ``vary``
 may be lists: the measure is then evaluated for every combination. ``words`` maps the value to a word of the paper.
-``[defaults]`` completes every row and figure; a ``note`` without a space is a name in ``[notes]``.
+``[defaults]`` completes every row and figure; a ``note`` without a space is a name in ``[notes]``; ``[scenarios]`` has
+named lists of scenarios.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ WHERE = ("scenario", "set", "vary", "model", "args")
 TEXT = ("figure", "quantity", "published", "tolerance", "unit", "model", "recorded", "note", "basis")
 ROW = {*WHERE, *TEXT, "measure", "over", "words"}
 FIGURE = {*WHERE, "name", "title", "size", "caption", "drawing"}
-HEAD = {"citation", "contents", "excused", "notes", "defaults", "row", "figure"}
+HEAD = {"citation", "contents", "excused", "notes", "defaults", "scenarios", "row", "figure"}
 
 # from SI, in which measures return their values, to the units of the rows
 SCALE = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "ms": 1e3, "mrad": 1e3, "%": 1e2}
@@ -50,7 +51,10 @@ def parse(paper: str, file: Path) -> dict[str, Any]:
         raise InputError(f"{file}: is not TOML: {error}") from error
     notes = head.get("notes", {})
     faults = [*_unknown(head, HEAD, ""), *_missing(head, ("citation", "contents"), "")]
-    rows, figures = ([{**head.get("defaults", {}), **one} for one in head.get(key, [])] for key in ("row", "figure"))
+    rows, figures = (
+        [_complete(table, head.get("defaults", {}), head.get("scenarios", {})) for table in head.get(key, [])]
+        for key in ("row", "figure")
+    )
     for number, row in enumerate(rows):
         faults += _faults(row, f"row[{number}]", ROW, ("figure", "quantity", "published", "measure"), notes)
     for number, figure in enumerate(figures):
@@ -64,6 +68,13 @@ def parse(paper: str, file: Path) -> dict[str, Any]:
         "claims": tuple(_claim(paper, row, notes) for row in rows),
         "figures": tuple(_figure(paper, figure) for figure in figures),
     }
+
+
+def _complete(table: Mapping[str, Any], defaults: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a row or figure with defaults, and with the scenarios of the list that it names."""
+    full = {**defaults, **table}
+    named = full.get("scenario")
+    return {**full, "scenario": lists[named]} if isinstance(named, str) and named in lists else full
 
 
 def _unknown(table: Mapping[str, Any], known: set[str], place: str) -> Iterator[Fault]:

@@ -1,22 +1,15 @@
-"""Rigaud & Perret-Liaudet 2020: every row keeps its verdict, and what the notes say of the red ones is so."""
-
-from functools import cache
+"""Rigaud & Perret-Liaudet 2020: what the notes of rows that disagree state is so, and closed forms of the measures."""
 
 import numpy as np
 import pytest
 
 from gears3d.verification.papers import Bench, hold, paper
-from gears3d.verification.papers.rigaud_2020 import camera, energy, flanks, regimes, theory, threshold
-from gears3d.verification.papers.rigaud_2020.points import PLASTIC, excitation, plastic
+from gears3d.verification.papers.measures import camera, excitation, geometry, responses
 
 BENCH = Bench()
-
-
-@cache
-def rows():
-    return {(claim.figure, claim.quantity): claim for claim in paper("rigaud-2020").claims}
-
-
+ROWS = {(claim.figure, claim.quantity): claim for claim in paper("rigaud-2020").claims}
+PLASTIC = {"impact.restitution": 0}
+STEADY = {**PLASTIC, "run.duration": "20 periods"}
 QUICK = {
     "table 1": "contact ratio at 318 mm",
     "fig. 3": "half the threshold at 90 rpm, rigid teeth with the transmission error of fig. 2",
@@ -31,36 +24,33 @@ QUICK = {
 
 @pytest.mark.parametrize("figure", QUICK)
 def test_a_row_of_the_figure_keeps_its_verdict(figure):
-    result = hold(rows()[figure, QUICK[figure]], BENCH)
-    assert not result.changed, result
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("where", [(c.figure, c.quantity) for c in paper("rigaud-2020").claims], ids=" ".join)
-def test_every_row_keeps_its_verdict(where):
-    result = hold(rows()[where], BENCH)
+    result = hold(ROWS[figure, QUICK[figure]], BENCH)
     assert not result.changed, result
 
 
 def test_there_are_rows_enough_and_the_red_ones_are_findings():
-    assert len(rows()) >= 25
-    assert sum(claim.recorded == "disagrees" for claim in rows().values()) <= len(rows()) / 5
+    assert len(ROWS) >= 25
+    assert sum(claim.recorded == "disagrees" for claim in ROWS.values()) <= len(ROWS) / 5
 
 
 def test_the_closed_orbit_comes_out_of_the_bench():
     """Roots of eqs (17) to (19) with ẏ = ΔV sin ωt, found to 30 digits elsewhere."""
-    assert regimes.speeds(BENCH, 20, 3) == pytest.approx((31.2425, -30.8581), abs=5e-4)
-    assert regimes.speeds(BENCH, 5, 3) == pytest.approx((19.6954, -18.0340), abs=2e-4)
-    assert theory.losses(BENCH.run(theory.FIG10)) * 2 * np.pi == pytest.approx(1.691362, abs=1e-5)
+    for name, expected, off in (("20rpm", (31.2425, -30.8581), 5e-4), ("5rpm", (19.6954, -18.0340), 2e-4)):
+        found = BENCH.outcome(f"rigaud-2020/fig5-{name}", STEADY)
+        speeds = [-1e3 * found[f"{flank}_velocity_mean_m_s"] for flank in ("active", "reverse")]
+        assert speeds == pytest.approx(expected, abs=off)
+    losses = responses.losses(BENCH.case("rigaud-2020/fig10"))
+    assert losses * 2 * np.pi == pytest.approx(1.691362, abs=1e-5)
 
 
 def test_the_threshold_is_where_the_excitation_is_one():
-    assert threshold.excitation(BENCH, 0.46, 90, 5.0) == pytest.approx(1.0, abs=0.01)
+    found = excitation.swept_excitation(BENCH.case("rigaud-2020/fig3-0.46Nm-90rpm"), 5.0)
+    assert found == pytest.approx(1.0, abs=0.01)
 
 
 def test_backlash_alone_does_not_explain_the_speeds():
     """The note on 22.3 and -19.9 mm/s."""
-    found = BENCH.outcome("rigaud-2020/fig5-20rpm.toml", {**PLASTIC, "mount.backlash": "150 um"})
+    found = BENCH.outcome("rigaud-2020/fig5-20rpm", {**PLASTIC, "mount.backlash": "150 um"})
     assert -1e3 * found["active_velocity_mean_m_s"] == pytest.approx(22.3, abs=0.05)
     assert -1e3 * found["reverse_velocity_mean_m_s"] == pytest.approx(-22.0, abs=0.05)
 
@@ -68,29 +58,24 @@ def test_backlash_alone_does_not_explain_the_speeds():
 def test_a_second_mesh_order_brings_the_light_losses():
     """The note on the losses at 0 rpm."""
     second = {"kind": "transmission_error", "order": 180, "amplitude": "0.3 um"}
-    found = BENCH.outcome("rigaud-2020/fig12-0rpm.toml", {"effect[+]": second, "expect": {}})
+    found = BENCH.outcome("rigaud-2020/fig12-0rpm", {"effect[+]": second, "expect": {}})
     assert found["impacts"] > 0
     assert found["active_share"] > 0.8
 
 
 def test_a_larger_inertia_brings_the_ninth_picture():
     """The note on the camera."""
-    more = {"mount.backlash": "1900 um", "gears.loose.inertia": "0.074 kg m^2", "run.duration": "7 periods", **PLASTIC}
-    meta = BENCH.run(camera.FILE, more).meta
-    contacts = np.array(meta["contacts"])
-    shown = []
-    for frame in range(9):
-        time = meta["period_s"] * (4.05 + frame / 8)
-        there = contacts[(contacts[:, 1] <= time) & (time <= contacts[:, 2]), 0]
-        shown.append(("active", "reverse")[int(there[0])] if there.size else "flight")
-    assert tuple(shown) == camera.FRAMES
+    more = {"mount.backlash": "1900 um", "gears.loose.inertia": "0.074 kg m^2", **PLASTIC}
+    assert tuple(camera.states(BENCH.case("rigaud-2020/fig8", more), 0.05)) == camera.FRAMES
 
 
 @pytest.mark.slow
 def test_the_energy_goes_with_the_powers_of_the_note():
-    points = energy.crossing(BENCH)
-    table = np.c_[np.log10(points), np.ones(len(points))]
-    powers = [np.log10(plastic(BENCH, *place)["energy_J_s"]) for place in points]
+    (row,) = (claim for claim in ROWS.values() if claim.quantity.startswith("energy that"))
+    chosen = responses.double_sided([BENCH.case(name, STEADY) for name in row.compute.keywords["row"]["scenario"]])
+    harmonics = [case.scenario.motion.harmonics[0] for case in chosen]
+    table = np.array([[np.log10(each.amplitude), np.log10(each.frequency), 1.0] for each in harmonics])
+    powers = np.log10([case.outcome["energy_J_s"] for case in chosen])
     found = np.linalg.lstsq(table, powers, rcond=None)[0]
     assert found[:2] == pytest.approx((0.79, 2.33), abs=0.01)
     assert np.std(table @ found - powers) * 10 < 0.3
@@ -98,7 +83,7 @@ def test_the_energy_goes_with_the_powers_of_the_note():
 
 @pytest.mark.slow
 def test_rolling_separates_revolution_and_mesh():
-    slow, mesh = flanks.parts(flanks.rolled(BENCH).phi_reverse)
+    slow, mesh = geometry.parts(geometry.rolled(BENCH.case("rigaud-2020/fig2")).phi_reverse)
     assert np.ptp(slow) == pytest.approx(100e-6, rel=1e-6)
     assert np.ptp(mesh) == pytest.approx(10e-6, rel=1e-6)
 
@@ -129,9 +114,12 @@ def assert_drawn(figure):
 
 def test_backlash_and_mesh_order_explain_both_speeds():
     """The backlash is fitted to the active flank's 22.3 mm/s: that fit holds, and a row has the reverse flank."""
-    assert regimes.with_flanks(BENCH, "active") == pytest.approx(22.3, abs=0.1)
+    settings = {"mount.backlash": "150 um", "run.output_rate": "2 kHz"}
+    each = [settings | {"effect[1].phase": f"{phase} deg"} for phase in range(0, 360, 45)]
+    cases = [BENCH.case("rigaud-2020/fig12-20rpm-3Hz", one) for one in each]
+    assert 1e3 * responses.crossing_velocity(cases, "active") == pytest.approx(22.3, abs=0.1)
 
 
 def test_the_inertia_is_that_of_the_threshold_at_3_hz():
     """So this threshold is no row."""
-    assert excitation(BENCH, "rigaud-2020/fig5-1.6rpm.toml") == pytest.approx(1.0, abs=0.003)
+    assert excitation.excitation(BENCH.case("rigaud-2020/fig5-1.6rpm")) == pytest.approx(1.0, abs=0.003)

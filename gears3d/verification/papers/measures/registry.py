@@ -52,6 +52,18 @@ def ratio(values: Sequence[float]) -> float:
 
 
 @reduction
+def decibels(values: Sequence[float]) -> float:
+    """Return the first value over the last [dB]."""
+    return float(10 * np.log10(values[0] / values[-1]))
+
+
+@reduction
+def distance(values: Sequence[float]) -> float:
+    """Return how far the first value is from the last."""
+    return float(abs(values[0] - values[-1]))
+
+
+@reduction
 def relative_change(values: Sequence[float]) -> float:
     """Return the change from the last value to the first, over the last."""
     return values[0] / values[-1] - 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,14 +12,149 @@ from gears3d.verification.papers.bench import Case
 from gears3d.verification.papers.measures.excitation import drive_amplitude, excitation
 from gears3d.verification.papers.measures.registry import measure
 
+if TYPE_CHECKING:
+    from gears3d.recording import Recording
+
 COUNT = 2 * pi / 8192  # one count of the encoders of Kadmiri et al. 2012 [rad]; lower flights are not resolved
 
 
 @measure
-def outcome(case: Case, of: str) -> float | str:
-    """Return an entry of the run's summary."""
+def outcome(case: Case, of: str, sign: int = 1) -> float | str:
+    """Return an entry of the run's summary, of which a number may be given the opposite sign."""
     found = case.outcome[of]
-    return found if isinstance(found, int | float) else str(found)
+    return sign * found if isinstance(found, int | float) else str(found)
+
+
+@measure
+def response(case: Case) -> str:
+    """Return after how many periods the response repeats, and how many impacts a period has."""
+    return "{motion}, {impacts_per_period:.3g} impacts".format(**case.outcome)
+
+
+def double_sided(cases: list[Case]) -> list[Case]:
+    """Return the cases with impacts on both flanks."""
+    return [case for case in cases if case.outcome["regime"] == "double_sided"]
+
+
+@measure
+def faster_flank(cases: list[Case], of: str) -> str:
+    """Return the flank of the faster impacts in all double-sided cases, by an entry of the summary, or ``"mixed"``."""
+    ratio = [abs(case.outcome[f"active_{of}"] / case.outcome[f"reverse_{of}"]) for case in double_sided(cases)]
+    return "active" if min(ratio) > 1.0 else "reverse" if max(ratio) < 1.0 else "mixed"
+
+
+@measure
+def contact_over_flight(case: Case) -> float:
+    """Return by which factor flights and the contacts after them differ in duration at most."""
+    found = case.outcome
+    ratios = [found[f"{flank}_contact_mean_s"] / found[f"{flank}_crossing_mean_s"] for flank in ("active", "reverse")]
+    return max(max(ratio, 1.0 / ratio) for ratio in ratios)
+
+
+@measure
+def double_sided_mean(cases: list[Case], of: str) -> float:
+    """Return the mean of an entry of the summary over the double-sided cases."""
+    return float(np.mean([case.outcome[of] for case in double_sided(cases)]))
+
+
+def decades(cases: list[Case], of: str, power: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return log10 of ω^power·ΔΩ [Hz, rpm] and an entry of the summary [dB], for the double-sided cases."""
+    chosen = double_sided(cases)
+    harmonics = [case.scenario.motion.harmonics[0] for case in chosen]
+    abscissa = np.log10([30 / pi * each.amplitude * each.frequency**power for each in harmonics])
+    return abscissa, 10 * np.log10([case.outcome[of] for case in chosen])
+
+
+@measure
+def decibel_slope(cases: list[Case], of: str, power: int) -> float:
+    """Return how an entry of the summary rises [dB per decade of ω^power·ΔΩ], over the double-sided cases."""
+    return float(np.polyfit(*decades(cases, of, power), 1)[0])
+
+
+@measure
+def rank_correlation(cases: list[Case], of: str, power: int) -> float:
+    """Return the rank correlation of an entry of the summary with ω^power·ΔΩ, over the double-sided cases."""
+    product, entry = (np.argsort(np.argsort(each)) for each in decades(cases, of, power))
+    return float(np.corrcoef(product, entry)[0, 1])
+
+
+@measure
+def lasting_contact(case: Case) -> str:
+    """Return whether each crossing ends in a lasting contact with the flank that it reaches."""
+    found = case.outcome
+    lasting = all(found[f"{flank}_contacts"] >= found[f"{flank}_crossings"] - 1 > 0 for flank in ("active", "reverse"))
+    return "contact after each impact" if lasting else "rebounds"
+
+
+def phases(run: Recording, times: np.ndarray) -> np.ndarray:
+    """Return the phases of times in the period of the excitation [cycles], (n,)."""
+    return np.mod(times / run.meta["period_s"], 1.0)
+
+
+def losses(case: Case) -> np.ndarray:
+    """Return the phase of the first loss of the active flank in each settled period [cycles], (n,).
+
+    Impacts on the active flank must have died out by phase 0.15.
+    """
+    from gears3d.signals import flights
+
+    run = case.run
+    meta = run.meta
+    found = flights(run.impacts["time_s"], run.impacts["flank"], meta["contacts"])
+    left = found.start[(found.left == 0) & (found.end - found.start > 1e-3) & (found.start > meta["settle_s"])]
+    cycle, phase = np.floor(left / meta["period_s"]), phases(run, left)
+    first = (phase > 0.15) & (phase < 0.5)
+    return np.array([phase[first & (cycle == each)].min() for each in np.unique(cycle[first])])
+
+
+@measure
+def loss_phase(case: Case) -> float:
+    """Return the mean phase at which the active flank is left [cycles]."""
+    return float(losses(case).mean())
+
+
+@measure
+def loss_advance(cases: list[Case]) -> float:
+    """Return by how much the effects of the cases make the loss of the active flank earlier [cycles]."""
+    first = cases[0]
+    perfect = first.bench.case(first.name, {"effect": [], "run.output_rate": "2 kHz"})
+    return float(losses(perfect).mean() - np.concatenate([losses(case) for case in cases]).mean())
+
+
+def crossing_speeds(cases: list[Case], flank: int) -> np.ndarray:
+    """Return the speeds of the settled impacts on a flank after flights across the backlash, of all cases [m/s]."""
+    found = []
+    for run in (case.run for case in cases):
+        hits, meta = run.impacts, run.meta
+        across = hits["flight_height_m"] > 0.9 * meta["backlash_m"]
+        settled = hits["time_s"] > meta["settle_s"]
+        found.append(np.abs(hits["velocity_m_s"][across & settled & (hits["flank"] == flank)]))
+    return np.concatenate(found)
+
+
+@measure
+def crossing_velocity(cases: list[Case], flank: str) -> float:
+    """Return the mean impact velocity after crossings, positive on ``active`` and negative on ``reverse`` [m/s]."""
+    code = ("active", "reverse").index(flank)
+    return float(crossing_speeds(cases, code).mean()) * (1, -1)[code]
+
+
+@measure
+def crossing_change(cases: list[Case], perfect: str, overrides: dict[str, Any]) -> float:
+    """Return the larger relative change of the two mean impact speeds from those of a case without effects."""
+    before = cases[0].bench.case(perfect, overrides).outcome
+    ratios = [
+        crossing_speeds(cases, code).mean() / abs(before[f"{flank}_velocity_mean_m_s"])
+        for code, flank in enumerate(("active", "reverse"))
+    ]
+    return float(np.abs(np.array(ratios) - 1).max())
+
+
+@measure
+def crossing_dispersion(cases: list[Case]) -> float:
+    """Return the larger standard deviation of the impact speeds on one flank, over their mean."""
+    speeds = [crossing_speeds(cases, flank) for flank in (0, 1)]
+    return max(float(each.std() / each.mean()) for each in speeds)
 
 
 @measure
