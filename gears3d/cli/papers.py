@@ -35,8 +35,7 @@ def papers(
     from gears3d.cli.output import print_json
     from gears3d.verification.papers import hold
     from gears3d.verification.papers import papers as wanted
-    from gears3d.verification.papers.page import write
-    from gears3d.verification.papers.text import tally
+    from gears3d.verification.papers.page import tally, write
 
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
     held: list[tuple[Paper, list[Result]]] = []
@@ -85,7 +84,7 @@ def _print(console: Console, paper: Paper, results: list[Result]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from gears3d.verification.papers.text import allowed, notes, number, places, tally
+    from gears3d.verification.papers.page import allowed, notes, number, places, tally
 
     title = f"{paper.name} ({tally(results)})"
     table = Table("where", "quantity", "published", "ours", "tolerance", "model", "", title=title, title_justify="left")

@@ -1,9 +1,10 @@
-"""A claim: what a paper gives, how gears3d gets at the same quantity, and how near it must come."""
+"""A paper as claims and figures: what it gives, how gears3d computes the same, and the tolerance between both."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from io import BytesIO
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,19 +16,19 @@ Verdict = Literal["agrees", "disagrees"]
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One row: a number or a trend that a paper measured, plotted or stated, and ours.
+    """One row: a number or a trend that a paper measured, plotted or stated, and how it is computed.
 
     Args:
         paper: name of the paper, ``"rigaud-2020"``.
         figure: where the paper gives it, ``"fig. 5"`` or ``"table 1"``.
         quantity: what it is.
         published: what the paper gives; a word for a regime or a trend.
-        tolerance: how far ours may be from it, in the unit; 0 for words, which must be equal.
+        tolerance: largest distance of the computed value, in the unit; 0 for words, which must be equal.
         unit: of both and of the tolerance; empty for ratios, counts and words.
-        model: where ours comes from: ``"rigid"``, ``"bullet"``, ``"gears"`` or ``"law"``.
-        compute: ours, from the bench's runs.
+        model: source of the computed value: ``"rigid"``, ``"bullet"``, ``"lubricated"``, ``"gears"`` or ``"law"``.
+        compute: the value in the unit, from the runs of a bench.
         recorded: the verdict on record; the command exits with 1 when the verdict differs.
-        note: what explains a disagreement, or what has to be known of the number.
+        note: reason of a disagreement, or a remark on the number.
         basis: where the tolerance comes from.
 
     Raises:
@@ -53,11 +54,11 @@ class Claim:
 
 @dataclass(frozen=True)
 class Result:
-    """A claim held against what came out.
+    """A claim with its computed value.
 
     Args:
         claim: the claim.
-        computed: ours.
+        computed: the value in the unit of the claim, or a word.
     """
 
     claim: Claim
@@ -65,12 +66,12 @@ class Result:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether ours agrees with the paper's."""
+        """Whether the computed value agrees with the published one."""
         return verdict(self.claim.published, self.computed, self.claim.tolerance)
 
     @property
     def changed(self) -> bool:
-        """Whether the verdict is another than the one on record."""
+        """Whether the verdict differs from the one on record."""
         return self.verdict != self.claim.recorded
 
     def row(self) -> dict[str, Any]:
@@ -78,10 +79,10 @@ class Result:
         claim, computed = self.claim, self.computed
         if not isinstance(computed, str):
             computed = float(computed) if isfinite(computed) else str(float(computed))
-        told = {name: getattr(claim, name) for name in ("paper", "figure", "quantity", "published")}
+        published = {name: getattr(claim, name) for name in ("paper", "figure", "quantity", "published")}
         limits = {name: getattr(claim, name) for name in ("tolerance", "unit", "model")}
         return {
-            **told,
+            **published,
             "computed": computed,
             **limits,
             "verdict": self.verdict,
@@ -95,9 +96,9 @@ def verdict(published: float | str, computed: float | str, tolerance: float) -> 
     """Return whether a computed value agrees with a published one.
 
     Args:
-        published: the paper's.
-        computed: ours; what is not a number never agrees with a number.
-        tolerance: how far the numbers may be apart; words must be equal.
+        published: value of the paper.
+        computed: value of gears3d; NaN never agrees with a number.
+        tolerance: largest distance of two numbers; words must be equal.
 
     Raises:
         TypeError: one is a word, the other a number.
@@ -113,7 +114,7 @@ def verdict(published: float | str, computed: float | str, tolerance: float) -> 
 
 
 def hold(claim: Claim, bench: Bench) -> Result:
-    """Compute a claim's value and hold it against the published one.
+    """Compute the value of a claim and compare it with the published one.
 
     Args:
         claim: the claim.
@@ -121,3 +122,76 @@ def hold(claim: Claim, bench: Bench) -> Result:
     """
     with bench.working_on(f"{claim.paper}, {claim.figure}: {claim.quantity}", f"{claim.paper} {claim.figure}"):
         return Result(claim, claim.compute(bench))
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a paper, drawn from runs of the bench in the paper's own layout.
+
+    Args:
+        paper: name of the paper.
+        name: ``"fig. 5"``; the page has it with the claims of the same figure.
+        title: of the figure.
+        draw: draws on an empty matplotlib figure from the bench's runs.
+        size: width and height [in].
+        caption: remarks, and differences from the paper's figure.
+    """
+
+    paper: str
+    name: str
+    title: str
+    draw: Callable[[Bench, Any], None]
+    size: tuple[float, float] = (9.0, 5.0)
+    caption: str = ""
+
+    def png(self, bench: Bench, dpi: int = 110) -> bytes:
+        """Return the figure as a PNG picture.
+
+        Args:
+            bench: where its simulations run.
+            dpi: dots per inch.
+        """
+        from matplotlib import rc_context
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure as Sheet
+
+        look: dict[Any, Any] = {
+            "font.size": 9,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "legend.frameon": False,
+        }
+        with rc_context(look), bench.working_on(f"{self.paper}, {self.name}: drawing", f"{self.paper} {self.name}"):
+            sheet = Sheet(figsize=self.size, layout="constrained")
+            FigureCanvasAgg(sheet)
+            self.draw(bench, sheet)
+            picture = BytesIO()
+            sheet.savefig(picture, format="png", dpi=dpi)
+        return picture.getvalue()
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper: its claims, its figures, and why other figures are excused.
+
+    Args:
+        name: short name, as in ``source`` of the scenarios.
+        citation: authors, title, journal, year.
+        contents: its figures and tables, in print order.
+        claims: the rows, (n,).
+        figures: that are reproduced.
+        excused: figures and tables without a row, and why.
+    """
+
+    name: str
+    citation: str
+    contents: tuple[str, ...]
+    claims: tuple[Claim, ...]
+    figures: tuple[Figure, ...]
+    excused: dict[str, str]
+
+    @property
+    def forgotten(self) -> list[str]:
+        """Figures and tables that have neither a row nor an excuse."""
+        known = {claim.figure for claim in self.claims} | set(self.excused)
+        return [name for name in self.contents if name not in known]

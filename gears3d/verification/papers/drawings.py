@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gears3d import palette
 from gears3d.laws.noise import WHINE_30_RPM, rattle_level, total_level
 from gears3d.verification.papers.bench import Case
-from gears3d.verification.papers.figure import ACTIVE, LINE, PUBLISHED, REVERSE
 from gears3d.verification.papers.measures import camera, errors
 from gears3d.verification.papers.measures.excitation import threshold
 from gears3d.verification.papers.measures.geometry import rolled
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
     from gears3d.recording import Recording
 
+# colours of the active flank, the reverse flank, the loose gear, and of what the paper printed
+ACTIVE, REVERSE, LINE, PUBLISHED = palette.ACTIVE, palette.REVERSE, palette.INK, palette.EXTENDED
 RPM = pi / 30
 MARKERS = ("+", "o", "x", "*")
 MEETING = 300.0  # ω²·ΔΩ at which rattle is as loud as whine [rad³/s³]: chosen, the paper prints no constant of eq. (26)

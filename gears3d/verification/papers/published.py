@@ -17,38 +17,74 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from gears3d.errors import Fault, InputError, did_you_mean
+from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.scenario.shipped import ROWS, shipped
 from gears3d.verification.papers.bench import Bench, Case
-from gears3d.verification.papers.claim import Claim
+from gears3d.verification.papers.claim import Claim, Figure, Paper
 from gears3d.verification.papers.drawings import DRAWINGS
-from gears3d.verification.papers.figure import Figure
 from gears3d.verification.papers.measures import MEASURES, REDUCTIONS
+
+# in the order of the table; each has a folder of scenarios with its published rows
+PAPERS = ("kadmiri-2012", "rigaud-2020", "ottewill-2010", "dct-helical-lubricated")
 
 WHERE = ("scenario", "set", "vary", "model", "args")
 TEXT = ("figure", "quantity", "published", "tolerance", "unit", "model", "recorded", "note", "basis")
 ROW = {*WHERE, *TEXT, "measure", "over", "words"}
 FIGURE = {*WHERE, "name", "title", "size", "caption", "drawing"}
-HEAD = {"citation", "contents", "excused", "notes", "defaults", "scenarios", "row", "figure"}
+HEAD = {"citation", "contents", "excused", "notes", "defaults", "scenarios", "row", "figure", "question", "cause"}
 
 # from SI, in which measures return their values, to the units of the rows
 SCALE = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "ms": 1e3, "mrad": 1e3, "%": 1e2}
 
 
-def read(paper: str) -> dict[str, Any]:
-    """Return citation, contents, excused, claims and figures of a paper from its file."""
-    return parse(paper, shipped() / paper / ROWS)
+def paper(name: str) -> Paper:
+    """Return a paper by name.
+
+    Args:
+        name: one of :data:`PAPERS`.
+
+    Raises:
+        UsageError: there is no such paper.
+
+    >>> paper("rigaud-202")
+    Traceback (most recent call last):
+    gears3d.errors.UsageError: there is no paper 'rigaud-202'; did you mean 'rigaud-2020'?
+    """
+    if name not in PAPERS:
+        raise UsageError(f"there is no paper {name!r}; {did_you_mean(name, PAPERS)}")
+    return parse(name, file_of(name))
 
 
-def parse(paper: str, file: Path) -> dict[str, Any]:
-    """Return what a file of published rows holds; every fault with file, row and key."""
+def papers(only: str = "") -> list[Paper]:
+    """Return the papers.
+
+    Args:
+        only: the name of one; all when empty.
+
+    Raises:
+        UsageError: there is no such paper.
+    """
+    return [paper(name) for name in ([only] if only else PAPERS)]
+
+
+def file_of(paper: str) -> Path:
+    """Return the file of a paper's published rows."""
+    return shipped() / paper / ROWS
+
+
+def load(file: Path) -> dict[str, Any]:
+    """Return the tables of a file of published rows as they stand."""
     try:
-        text = file.read_text(encoding="utf-8")
-        head = tomllib.loads(text)
+        return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror})") from error
-    except tomllib.TOMLDecodeError as error:
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{file}: is not TOML: {error}") from error
+
+
+def parse(name: str, file: Path) -> Paper:
+    """Return the paper that a file holds; every fault with file, row and key."""
+    head = load(file)
     notes = head.get("notes", {})
     faults = [*_unknown(head, HEAD, ""), *_missing(head, ("citation", "contents"), "")]
     rows, figures = (
@@ -61,13 +97,14 @@ def parse(paper: str, file: Path) -> dict[str, Any]:
         faults += _faults(figure, f"figure[{number}]", FIGURE, ("name", "title", "drawing"), notes)
     if faults:
         raise InputError([Fault(each.key, each.message, each.remedy, str(file)) for each in faults])
-    return {
-        "citation": head["citation"],
-        "contents": tuple(head["contents"]),
-        "excused": head.get("excused", {}),
-        "claims": tuple(_claim(paper, row, notes) for row in rows),
-        "figures": tuple(_figure(paper, figure) for figure in figures),
-    }
+    return Paper(
+        name,
+        head["citation"],
+        tuple(head["contents"]),
+        tuple(_claim(name, row, notes) for row in rows),
+        tuple(_figure(name, figure) for figure in figures),
+        head.get("excused", {}),
+    )
 
 
 def _complete(table: Mapping[str, Any], defaults: Mapping[str, Any], lists: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,23 +15,14 @@ YEAR = 2026
 
 @dataclass(frozen=True)
 class Reference:
-    """A work that a law comes from.
+    """A work that a law comes from."""
 
-    Args:
-        key: short name.
-        authors: initials and names.
-        title: of the work.
-        source: journal, volume and pages, or publisher.
-        year: of publication.
-        used: what gears3d takes from it.
-    """
-
-    key: str
-    authors: tuple[str, ...]
-    title: str
-    source: str
-    year: int
-    used: str
+    key: str  # short name
+    authors: tuple[str, ...]  # initials and names
+    title: str  # of the work
+    source: str  # journal, volume and pages, or publisher
+    year: int  # of publication
+    used: str  # what gears3d takes from it
 
     def __str__(self) -> str:
         return f"{', '.join(self.authors)} ({self.year}): {self.title}. {self.source}."

@@ -9,13 +9,11 @@ import pytest
 
 from gears3d.effects import catalogue
 from gears3d.verification.papers import Bench, hold, paper
-from gears3d.verification.papers.findings import QUESTIONS, answer, questions
-from gears3d.verification.papers.findings.page import table
-from gears3d.verification.papers.findings.question import solve
+from gears3d.verification.papers.findings import QUESTIONS, answer, question, solve, table
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "findings.md").read_text()
 BY_DEFAULT = ("drive_motion", "drag_coulomb", "drag_position", "inertia", "backlash_variation")
-"""Suspects whose row of the page is asked by default: those that other tests find again by other ways, and a null."""
+"""Causes whose row of the page is tested by default: those that other tests find by other ways, and a null."""
 
 
 @pytest.fixture(scope="module")
@@ -23,8 +21,8 @@ def bench():
     return Bench()
 
 
-def suspect(name, start):
-    return next(each for each in questions(name)[0].suspects if each.name.startswith(start))
+def cause(name, start):
+    return next(each for each in question(name).causes if each.name.startswith(start))
 
 
 @pytest.fixture(scope="module")
@@ -33,43 +31,43 @@ def answered(bench):
 
     @cache
     def found(name, of):
-        question = questions(name)[0]
-        return answer(question, next(each for each in question.suspects if each.name == of), bench)
+        asked = question(name)
+        return answer(asked, next(each for each in asked.causes if each.name == of), bench)
 
     return found
 
 
 def listed(names):
     for name in names:
-        for i, each in enumerate(questions(name)[0].suspects):
-            soon = each.name.startswith(BY_DEFAULT) and name != "ottewill"
+        for i, each in enumerate(question(name).causes):
+            soon = each.name.startswith(BY_DEFAULT) and name != "ottewill-2010"
             yield pytest.param(name, i, marks=() if soon else pytest.mark.slow, id=each.name)
 
 
 @pytest.mark.parametrize(("name", "which"), [*listed(QUESTIONS)])
 def test_the_page_says_what_comes_out(bench, answered, name, which):
-    question = questions(name)[0]
-    found = answered(name, question.suspects[which].name)
-    line = table(question, [found], bench)[-1]
+    asked = question(name)
+    found = answered(name, asked.causes[which].name)
+    line = table(asked, [found], bench)[-1]
     assert line.split(" | ")[:3] == next(
-        each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.suspect.name} | ")
-        and question.told(found.values) in each
+        each.split(" | ")[:3] for each in PAGE.splitlines() if each.startswith(f"| {found.cause.name} | ")
+        and asked.evaluation.text(found.values) in each
     )  # fmt: skip
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_every_kind_is_a_suspect_or_said_not_to_be(name):
-    question = questions(name)[0]
-    named = " ".join([*(each.name for each in question.suspects), *question.left_out])
+    asked = question(name)
+    named = " ".join([*(each.name for each in asked.causes), *asked.left_out])
     assert not [kind for kind in catalogue() if kind not in named and kind != "drag_drift"]
 
 
 @pytest.mark.parametrize("multiple", [2, 3, 6, 12])
 def test_a_harmonic_of_the_drive_needs_what_the_closed_form_says(answered, multiple):
     """At its worst phase the n-th harmonic decelerates n times its share: the excitation is 1/(1 + n*share)."""
-    question = questions("kadmiri")[0]
-    found = answered("kadmiri", suspect("kadmiri", f"drive_motion, {multiple}x").name)
-    assert found.size == pytest.approx((1 / question.target - 1) / multiple, rel=0.03)
+    asked = question("kadmiri-2012")
+    found = answered("kadmiri-2012", cause("kadmiri-2012", f"drive_motion, {multiple}x").name)
+    assert found.size == pytest.approx((1 / asked.target - 1) / multiple, rel=0.03)
 
 
 KADMIRI = {
@@ -89,7 +87,7 @@ KADMIRI = {
 
 @pytest.mark.parametrize("name", KADMIRI)
 def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, answered, name):
-    found = answered("kadmiri", suspect("kadmiri", name).name)
+    found = answered("kadmiri-2012", cause("kadmiri-2012", name).name)
     impacts = []
     for part in (0.92, 1.08):
         swing = 4.19 * 0.35 / 0.3741 * part
@@ -101,7 +99,7 @@ def test_the_size_makes_the_scenario_rattle_where_the_gearbox_did(bench, answere
 
 @pytest.mark.parametrize("name", ["drive_motion, 2x", "drive_motion, 3x"])
 def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, answered, name):
-    found = answered("rigaud", suspect("rigaud", name).name)
+    found = answered("rigaud-2020", cause("rigaud-2020", name).name)
     first = {"amplitude": "20 rpm", "frequency": "3 Hz"}
     more = {
         "amplitude": f"{20 * found.nearest} rpm",
@@ -121,14 +119,14 @@ def test_the_harmonic_gives_both_impact_speeds_of_rigaud(bench, answered, name):
     "name", ["drag_coulomb, more", "restitution_asymmetry, reverse", "transmission_error, order 1"]
 )
 def test_no_size_up_to_the_bound_slows_the_reverse_flank(bench, name):
-    question, who = questions("rigaud")[0], suspect("rigaud", name)
+    asked, who = question("rigaud-2020"), cause("rigaud-2020", name)
     for size in np.geomspace(0.03, 1.0, 5) * who.bound:
-        assert question.values(bench, who, size, 0.0)[1] > 21.0
+        assert asked.evaluation.values(bench, who, size, 0.0)[1] > 21.0
 
 
 def test_a_wandering_drag_shifts_the_contours_of_ottewill(bench):
-    question, who = questions("ottewill")[0], suspect("ottewill", "drag_position, order 1")
-    assert question.holds(question.values(bench, who, 0.3, 0.75 * math.pi))
+    asked, who = question("ottewill-2010"), cause("ottewill-2010", "drag_position, order 1")
+    assert asked.evaluation.holds(asked.evaluation.values(bench, who, 0.3, 0.75 * math.pi))
 
 
 @pytest.mark.slow
@@ -140,15 +138,15 @@ def test_a_wandering_drag_shifts_the_contours_of_ottewill_on_their_own_grid(benc
 
 @pytest.mark.parametrize("start", ["mesh_friction", "transmission_error, order 1", "backlash_offset"])
 def test_what_cannot_shift_the_contours(bench, start):
-    question, who = questions("ottewill")[0], suspect("ottewill", start)
-    assert not question.holds(question.values(bench, who, who.bound, 0.0))
+    asked, who = question("ottewill-2010"), cause("ottewill-2010", start)
+    assert not asked.evaluation.holds(asked.evaluation.values(bench, who, who.bound, 0.0))
 
 
 @pytest.mark.parametrize("name", ["mesh_friction", "transmission_error, order 19"])
 def test_no_size_up_to_the_bound_gives_the_four_excitations(bench, name):
-    question, who = questions("kadmiri")[0], suspect("kadmiri", name)
+    asked, who = question("kadmiri-2012"), cause("kadmiri-2012", name)
     for size in np.geomspace(0.02, 1.0, 5) * who.bound:
-        assert not question.holds(question.values(bench, who, size, 1.0))
+        assert not asked.evaluation.holds(asked.evaluation.values(bench, who, size, 1.0))
 
 
 def test_a_jump_past_the_target_is_no_size():

@@ -11,7 +11,7 @@ import pytest
 from gears3d import cli
 from gears3d.errors import UsageError
 from gears3d.verification.papers import PAPERS, Bench, Claim, Figure, Paper, Result, paper, papers, verdict
-from gears3d.verification.papers.text import markdown, number, tally
+from gears3d.verification.papers.page import markdown, number, tally
 
 FIG10 = "rigaud-2020/fig10.toml"
 

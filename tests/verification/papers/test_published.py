@@ -48,7 +48,7 @@ def test_the_lubricated_base_case_is_double_sided_and_repeats_every_two_periods(
 def test_a_table_added_to_a_file_is_a_row(tmp_path, bench):
     file = tmp_path / "rows.toml"
     file.write_text(ROW.replace("published = 1.0", "published = 2.0"))
-    (claim,) = parse("a", file)["claims"]
+    (claim,) = parse("a", file).claims
     assert hold(claim, bench).verdict == "agrees"
 
 
