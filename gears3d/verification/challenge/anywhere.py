@@ -17,26 +17,20 @@ from gears3d.verification.challenge.sensing import UNSTATED, sense
 from gears3d.verification.challenge.space import Rig
 from gears3d.verification.challenge.taking import BEFORE, PER_FALL, PER_PERIOD, PERIODS
 
+# Kinds without a trace: records bring their own motion, and friction needs compliant teeth
 BLIND = ("drive_motion", "mesh_friction")
-"""Kinds without a trace: records bring their own motion, and friction needs compliant teeth."""
-SIZES = (0.1, 0.5)
-"""Of hidden effects as shares of their unit sizes, evenly over the logarithm."""
+SIZES = (0.1, 0.5)  # Of hidden effects as shares of their unit sizes, evenly over the logarithm
+# Highest order that is drawn of deviations of flanks; that of a single tooth is the number of teeth
 GEOMETRY = {"transmission_error": 4, "eccentricity": 1, "backlash_variation": 4, "pitch_error": 0}
-"""Highest order that is drawn of deviations of flanks; that of a single tooth is the number of teeth."""
+# Acceleration of a deviation of flanks over the deceleration of the loose gear at most: the drive makes the rattle
 FLUNG = 0.5
-"""Acceleration of a deviation of flanks over the deceleration of the loose gear at most: the drive makes the rattle."""
-LEAST = 0.02
-"""Share of its unit size below which a deviation of flanks is not hidden."""
+LEAST = 0.02  # Share of its unit size below which a deviation of flanks is not hidden
 
 
 def largest(rig: Rig, kind: str) -> float:
     """Return the largest size of an effect in a rig, as a share of its unit size.
 
     Flanks of a gear that turns fast deviate by little of the backlash: more would fling the loose gear about by itself.
-
-    Args:
-        rig: of :func:`gears3d.verification.challenge.space.draw`.
-        kind: of the effect.
     """
     if kind not in GEOMETRY:
         return SIZES[1]
@@ -45,12 +39,7 @@ def largest(rig: Rig, kind: str) -> float:
 
 
 def fits(rig: Rig, kind: str) -> bool:
-    """Return whether an effect can be hidden in a rig.
-
-    Args:
-        rig: of :func:`gears3d.verification.challenge.space.draw`.
-        kind: of the effect.
-    """
+    """Return whether an effect can be hidden in a rig."""
     return kind not in BLIND and largest(rig, kind) > LEAST
 
 
@@ -97,11 +86,7 @@ def plan(rig: Rig, kinds: Sequence[str], *, size: float | None = None, samples: 
 
 
 def observer(rig: Rig) -> Callable[[Plan, int, Any], Recording]:
-    """Return what plays one record of a plan out, with the rig's sensors.
-
-    Args:
-        rig: of the plan.
-    """
+    """Return what plays one record of a plan out, with the rig's sensors."""
 
     def observe(plan: Plan, number: int, progress: Callable[[float], None] | None = None) -> Recording:
         now = rig.conditions[number]

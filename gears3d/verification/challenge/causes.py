@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from gears3d.scenario import Scenario
 
+# The catalogue of format 1
 KINDS = (
     "transmission_error",
     "eccentricity",
@@ -34,7 +35,6 @@ KINDS = (
     "encoder_eccentricity",
     "encoder_skew",
 )
-"""The catalogue of format 1."""
 
 _LEADING: dict[str, tuple[str, str, dict[str, Any]]] = {
     "transmission_error": ("amplitude", "m", {}),
@@ -74,18 +74,7 @@ def quantity(value: float, unit: str) -> Any:
 
 
 def draw(kind: str, scenario: Scenario, size: float, random: np.random.Generator) -> dict[str, Any]:
-    """Draw an effect of a kind.
-
-    Args:
-        kind: one of ``KINDS``.
-        scenario: the rig; its ``effects`` say nothing here.
-        size: of the leading parameter, as a share of the effect's unit size, which changes its channel by 100 %;
-            teeth that yield do so by this share of the backlash.
-        random: numbers.
-
-    Returns:
-        The table of ``[[effect]]``.
-    """
+    """Draw an effect of a kind."""
     name, unit, more = _LEADING[kind]
     more = {"kind": kind, **more, **_rest(kind, scenario, random)}
     whole = _unit(scenario, more, name, unit)

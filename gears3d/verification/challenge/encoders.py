@@ -14,10 +14,6 @@ if TYPE_CHECKING:
 def delay(effects: list[dict[str, Any]], gear: str) -> float:
     """Return by how much one encoder reads late [s].
 
-    Args:
-        effects: as plain data.
-        gear: ``"drive"`` or ``"loose"``.
-
     >>> delay([{"kind": "encoder_skew", "gear": "loose", "delay": 2e-5}], "loose")
     2e-05
     """
@@ -27,10 +23,7 @@ def delay(effects: list[dict[str, Any]], gear: str) -> float:
 def wander(effects: list[dict[str, Any]], gear: str, angle: np.ndarray) -> np.ndarray:
     """Return what an encoder off its shaft's centre reads in place of the angle.
 
-    Args:
-        effects: as plain data.
-        gear: ``"drive"`` or ``"loose"``.
-        angle: of the shaft, rad, (n,).
+    Shapes: ``angle`` (n,).
 
     >>> error = {"kind": "encoder_eccentricity", "gear": "loose", "amplitude": 1e-3, "order": 1, "phase": 0.0}
     >>> wander([error], "loose", np.array([0.0, pi])).round(6).tolist()
@@ -45,11 +38,6 @@ def wander(effects: list[dict[str, Any]], gear: str, angle: np.ndarray) -> np.nd
 
 def zeros(sensors: Sensors, records: int, random: np.random.Generator) -> tuple[tuple[float, float], ...]:
     """Return what encoders that begin anywhere read of both gears at the marks of the bench, whole counts [rad].
-
-    Args:
-        sensors: of the bench.
-        records: how many.
-        random: numbers.
 
     >>> from gears3d.scenario.models import Sensor, Sensors
     >>> drawn = zeros(Sensors(1e3, Sensor(4), Sensor(4)), 2, np.random.default_rng(1))
@@ -67,14 +55,10 @@ def zeros(sensors: Sensors, records: int, random: np.random.Generator) -> tuple[
 def sway(angle: np.ndarray, step: float, frequency: float, damping: float) -> np.ndarray:
     """Return the angle of an encoder's disc that sits on its shaft as on a spring; in no catalogue.
 
+    Shapes: ``angle`` (n,).
+
     The disc follows x'' + 2·ζ·ω·(x' - θ') + ω²·(x - θ) = 0; between samples the shaft turns evenly, which makes a
     recurrence that is exact.
-
-    Args:
-        angle: of the shaft, rad, (n,).
-        step: between samples, s.
-        frequency: of the disc on its mount, Hz.
-        damping: as a share of the critical one.
 
     >>> sway(np.zeros(3), 1e-4, 200.0, 0.02).tolist()
     [0.0, 0.0, 0.0]
@@ -95,11 +79,7 @@ def sway(angle: np.ndarray, step: float, frequency: float, damping: float) -> np
 def read(angle: np.ndarray, sensor: Sensor, noise: float, random: np.random.Generator) -> np.ndarray:
     """Return what a counter at an encoder writes down.
 
-    Args:
-        angle: that the encoder is at, rad, (n,).
-        sensor: its counts and noise.
-        noise: besides that of the sensor, rad.
-        random: of the noise and of where within a count it begins.
+    Shapes: ``angle`` (n,).
 
     >>> from gears3d.scenario.models import Sensor
     >>> counted = read(np.linspace(0.0, 2 * pi, 9), Sensor(4), 0.0, np.random.default_rng(1))

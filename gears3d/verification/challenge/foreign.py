@@ -25,23 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Foreign:
-    """One cause outside the catalogue.
+    """One cause outside the catalogue."""
 
-    Args:
-        name: of the cause.
-        parameters: SI, for the answer.
-        coordinates: where a diagnosis may see it.
-        rows: of ``foreign`` in ``MACHINE``.
-        second: a body behind a coupling with play.
-        mount: frequency [Hz] and damping of an encoder's disc on its mount.
-    """
-
-    name: str
-    parameters: dict[str, float]
-    coordinates: tuple[str, ...]
-    rows: tuple[tuple[float, ...], ...] = ()
-    second: tuple[float, ...] = ()
-    mount: tuple[float, ...] = field(default=())
+    name: str  # of the cause
+    parameters: dict[str, float]  # SI, for the answer
+    coordinates: tuple[str, ...]  # where a diagnosis may see it
+    rows: tuple[tuple[float, ...], ...] = ()  # of ``foreign`` in ``MACHINE``
+    second: tuple[float, ...] = ()  # a body behind a coupling with play
+    mount: tuple[float, ...] = field(default=())  # frequency [Hz] and damping of an encoder's disc on its mount
 
 
 def _torque(code: int, name: str, where: tuple[str, ...], orders: tuple[float, ...]) -> Callable[..., Foreign]:
@@ -104,6 +95,7 @@ def _mount(scenario: Scenario, size: float, random: np.random.Generator) -> Fore
     return Foreign("an encoder that sways on its mount", values, where, (), (), (frequency, damping))
 
 
+# How each cause outside the catalogue is drawn: scenario, size and random numbers -> cause
 UNKNOWN: dict[str, Callable[..., Foreign]] = {
     "bearing_defect": _torque(BEARING, "a bearing's balls", ("flight.angle_loose",), (3.57, 5.43, 2.38)),
     "cogging_speed": _torque(COGGING, "cogging over speed", ("flight.angle_loose", "flight.speed"), (6.5, 9.5)),
@@ -115,16 +107,8 @@ UNKNOWN: dict[str, Callable[..., Foreign]] = {
     "coupling_play": _coupling,
     "encoder_mount": _mount,
 }
-"""How each cause outside the catalogue is drawn: scenario, size and random numbers -> cause."""
 
 
 def draw(name: str, scenario: Scenario, size: float, random: Any) -> Foreign:
-    """Draw a cause outside the catalogue.
-
-    Args:
-        name: one of ``UNKNOWN``.
-        scenario: the rig.
-        size: as a share of what it acts on.
-        random: a numpy generator.
-    """
+    """Draw a cause outside the catalogue."""
     return UNKNOWN[name](scenario, size, random)

@@ -25,11 +25,10 @@ from gears3d.verification.challenge.plan import machine, values
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-SIZES = (0.1, 0.5)
-"""Sizes of hidden effects as shares of their unit size."""
+SIZES = (0.1, 0.5)  # Sizes of hidden effects as shares of their unit size
 RECORDS = "record.toml"
+# Where encoders count from: marks that all records have in common, or anywhere in each
 ZEROS = ("common", "arbitrary")
-"""Where encoders count from: marks that all records have in common, or anywhere in each."""
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,8 @@ from gears3d.verification.challenge.plan import machine
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-STEP = 2e-5
-"""Largest step of integration [s]."""
-BLOCK = 25_000
-"""Samples between two reports of progress."""
+STEP = 2e-5  # Largest step of integration [s]
+BLOCK = 25_000  # Samples between two reports of progress
 
 
 def happen(

@@ -20,14 +20,11 @@ from gears3d.verification.challenge.physics import (
     smooth_torque,
 )
 
-TOUCH = 1e-13
-"""Overlap that rounding makes [m]."""
-ROUNDING = 1e-15
-"""What rounding leaves of an angle, as a share of it."""
-FAR = 4.0
-"""Gaps further than so many times what the gear moves within a step are not closed in it."""
+TOUCH = 1e-13  # Overlap that rounding makes [m]
+ROUNDING = 1e-15  # What rounding leaves of an angle, as a share of it
+FAR = 4.0  # Gaps further than so many times what the gear moves within a step are not closed in it
+# What the state holds; the second body's angle and speed are there whether or not there is one
 TIME, THETA, OMEGA, MODE, THETA2, OMEGA2, COUNT = range(7)
-"""What the state holds; the second body's angle and speed are there whether or not there is one."""
 
 
 @njit(cache=True)
@@ -274,17 +271,7 @@ def _ride(m, y, h, normals, hits):
 def run(m, y, start, step, times, substeps, normals, angle, speed, hits):
     """Carry the state over ``len(angle)`` samples from ``start`` on.
 
-    Args:
-        m: the machine.
-        y: state at time ``start``; changed.
-        start: number of the first sample.
-        step: time between samples, s.
-        times: time of sample 0, s.
-        substeps: steps of integration between samples.
-        normals: standard normal numbers, taken in turn by the impacts.
-        angle: gets the loose gear's angle, (n,).
-        speed: gets its speed, (n,).
-        hits: gets time, flank, velocity, rebound, impulse of each impact, (k, 5).
+    Shapes: ``angle`` (n,); ``speed`` (n,).
     """
     for i in range(len(angle)):
         angle[i], speed[i] = y[THETA], y[OMEGA]

@@ -13,17 +13,16 @@ import numpy as np
 from gears3d.kernels import njit
 
 ACTIVE, REVERSE, FREE = 0, 1, 2
-AMONG = 40
-"""Places to a pitch at which the movement of flanks by teeth is looked at."""
+AMONG = 40  # Places to a pitch at which the movement of flanks by teeth is looked at
 DRIVE, LOOSE = 0.0, 1.0
 
+# What ``Machine.foreign`` rows begin with
 BEARING, COGGING, STICK_SLIP, DRIVE_ANGLE, ADHESION, IMPACT_ANGLE, WARMING = range(7)
-"""What ``Machine.foreign`` rows begin with."""
 
 
-EDGE_POINTS = 400
-"""Rows of the gap beside the path of contact."""
+EDGE_POINTS = 400  # Rows of the gap beside the path of contact
 
+# Everything that acts on the loose gear, SI; a table holds as many rows as its ``n_`` says
 MACHINE = np.dtype(
     [
         ("rb1", "f8"),  # base radius of the drive, m
@@ -61,7 +60,6 @@ MACHINE = np.dtype(
     ],
     align=True,
 )
-"""Everything that acts on the loose gear, SI; a table holds as many rows as its ``n_`` says."""
 
 
 @njit(cache=True)
@@ -147,11 +145,7 @@ def _tooth(m, side, th1):
 
 
 def moved(m) -> float:
-    """Return by how much teeth out of step move either flank at most [m].
-
-    Args:
-        m: of the type ``MACHINE``.
-    """
+    """Return by how much teeth out of step move either flank at most [m]."""
     turn = m["pitch"][0] * np.arange(0.0, float(np.max(m["teeth"][:, 1])), 1.0 / AMONG)
     return max((abs(_tooth(m, side, at)[0]) for side in (ACTIVE, REVERSE) for at in turn), default=0.0)
 

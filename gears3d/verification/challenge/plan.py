@@ -15,16 +15,11 @@ from gears3d.verification.challenge.physics import DRIVE, LOOSE, MACHINE
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-SENSORS = ("encoder_eccentricity", "encoder_skew")
-"""Kinds that act in :mod:`gears3d.verification.challenge.encoders`."""
+SENSORS = ("encoder_eccentricity", "encoder_skew")  # Kinds that act in :mod:`gears3d.verification.challenge.encoders`
 
 
 def values(effect: Any) -> dict[str, Any]:
-    """Return an effect as plain data: what the scenario says of it.
-
-    Args:
-        effect: with ``kind`` and ``params``.
-    """
+    """Return an effect as plain data: what the scenario says of it."""
     return {"kind": effect.kind, **{name: getattr(effect, name) for name in effect.params}} | {
         name: value for name, value in vars(effect).items() if name.endswith("_family")
     }
@@ -48,11 +43,7 @@ class _Draft:
         self.sines = [(h.amplitude, 2.0 * pi * h.frequency, h.phase) for h in scenario.motion.harmonics]
 
     def add(self, e: dict[str, Any]) -> None:
-        """Take in one effect.
-
-        Raises:
-            InputError: its kind is not known, or one that acts once is there twice.
-        """
+        """Take in one effect."""
         kind = e["kind"]
         act = getattr(self, f"_{kind}", None)
         if act is None:
@@ -141,10 +132,6 @@ def film(scenario: Scenario, e: dict[str, Any]) -> tuple[float, float, float, fl
 
     Source: the lubricated dual-clutch transmission, eqs (11)-(13).
 
-    Args:
-        scenario: with the pair.
-        e: the effect as plain data.
-
     >>> from gears3d.scenario import load
     >>> e = {"viscosity": 0.01, "wedge": 1.0, "squeeze": 1.0, "minimum_thickness": 1e-6}
     >>> e |= {"radius": 0.0, "contact_length": 0.0}
@@ -174,19 +161,7 @@ def _transverse(gear: Any) -> float:
 
 
 def machine(scenario: Scenario, foreign: Sequence[Sequence[float]] = (), second: Sequence[float] = ()) -> Any:
-    """Return the numbers of a scenario with its effects.
-
-    Args:
-        scenario: the rig, its motion and its effects; sensor kinds are passed over.
-        foreign: causes outside the catalogue, rows of ``foreign`` in ``MACHINE``.
-        second: a body behind a coupling with play: inertia, stiffness, damping, half play.
-
-    Returns:
-        One record of the type ``MACHINE``.
-
-    Raises:
-        InputError: the rig has what no equation here covers: shapes of flanks, tilted axes, a measured motion.
-    """
+    """Return the numbers of a scenario with its effects."""
     _refuse(scenario)
     draft = _Draft(scenario)
     for effect in scenario.effects:

@@ -12,27 +12,17 @@ if TYPE_CHECKING:
 
     from gears3d.scenario import Scenario
 
+# Mean speeds of the records over the rig's: a decade tells a slope from a curve, and speed from time
 SPEEDS = (0.3, 0.6, 1.0, 1.6, 2.4)
-"""Mean speeds of the records over the rig's: a decade tells a slope from a curve, and speed from time."""
+# Λ of the records: one barely rattles and stays on its flanks, the others cross the gap at different speeds
 EXCITATIONS = (4.0, 1.3, 6.0, 3.0, 8.0)
-"""Λ of the records: one barely rattles and stays on its flanks, the others cross the gap at different speeds."""
-DURATION = 12.0
-"""Of a record [s]."""
-RATE = 50e3
-"""Samples a second [Hz]."""
-NOISE = 0.002
-"""Of both encoders together, as a share of the gap."""
+DURATION = 12.0  # Of a record [s]
+RATE = 50e3  # Samples a second [Hz]
+NOISE = 0.002  # Of both encoders together, as a share of the gap
 
 
 def bench(random: np.random.Generator) -> dict[str, Any]:
-    """Draw a rig: gears, backlash, drag, restitution and encoders of a bench as the papers have them.
-
-    Args:
-        random: numbers.
-
-    Returns:
-        A scenario as a mapping.
-    """
+    """Draw a rig: gears, backlash, drag, restitution and encoders of a bench as the papers have them."""
     teeth = ((90, 90, 3.5, 0.0), (47, 61, 2.5, 0.0), (31, 53, 3.0, 0.0), (37, 29, 2.75, 20.0))
     drive, loose, module, helix = teeth[int(random.integers(len(teeth)))]
     radius = 0.5e-3 * module * loose * 0.94
@@ -60,15 +50,7 @@ def bench(random: np.random.Generator) -> dict[str, Any]:
 
 
 def excite(rig: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Return the motion that makes a rig rattle: a fluctuation slow beside the fall across the gap, a fitting mean.
-
-    Args:
-        rig: the bench.
-        random: numbers.
-
-    Returns:
-        Overrides of ``motion``.
-    """
+    """Return the motion that makes a rig rattle: a fluctuation slow beside the fall across the gap, a fitting mean."""
     force, frequency = _scales(rig)
     frequency *= random.uniform(0.85, 1.2)
     largest = max(EXCITATIONS) * force / (2.0 * pi * frequency) / rig.pair().drive.base_radius
@@ -86,16 +68,7 @@ def _scales(rig: Scenario) -> tuple[float, float]:
 
 
 def conditions(rig: Scenario, random: np.random.Generator, records: int = len(SPEEDS)) -> list[dict[str, Any]]:
-    """Return what differs between the records of a rig: mean speed and amplitude, in random order.
-
-    Args:
-        rig: the bench with its motion.
-        random: numbers.
-        records: how many.
-
-    Returns:
-        Keys of the rig with their values.
-    """
+    """Return what differs between the records of a rig: mean speed and amplitude, in random order."""
     force, _ = _scales(rig)
     sine = rig.motion.harmonics[0]
     made = []

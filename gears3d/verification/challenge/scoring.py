@@ -11,24 +11,23 @@ from typing import Any
 from gears3d.errors import Fault, InputError
 from gears3d.verification.challenge import seal
 
+# Kinds that some data cannot tell apart: no error when the true one is among the alternatives
 ALIKE = {
     "drag_differential": ("drag_viscous", "drag_coulomb"),
     "oil_film": ("restitution_speed", "restitution_offset"),
     "restitution_speed": ("oil_film", "restitution_offset"),
 }
-"""Kinds that some data cannot tell apart: no error when the true one is among the alternatives."""
-MEMBERS = 4
-"""Members of a set of causes, up to which it is right where the true one is in it."""
+MEMBERS = 4  # Members of a set of causes, up to which it is right where the true one is in it
+# An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose
 OTHER_GEAR = {
     "flight.angle_drive": "flight.angle_loose",
     "flight.angle_loose": "flight.angle_drive",
     "contact.order_drive": "contact.order_loose",
     "contact.order_loose": "contact.order_drive",
 }
-"""An order of one gear is one of the other, too, times the ratio of teeth: of a foreign order nothing tells whose."""
 CHALLENGE = "name the folder that `gears3d challenge --out` wrote"
+# By whose angle effects go that do not name their gear
 GEARS = {"drag_position": "loose", "backlash_variation": "drive", "drive_motion": None}
-"""By whose angle effects go that do not name their gear."""
 VERDICTS = ("nothing_to_add", "explained", "partly_explained", "unexplained", "not_decidable")
 
 

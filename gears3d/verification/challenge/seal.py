@@ -11,8 +11,7 @@ from typing import Any
 
 from gears3d.errors import InputError
 
-LONGEST = 1 << 24
-"""Bytes of an answer."""
+LONGEST = 1 << 24  # Bytes of an answer
 
 
 def _stream(key: bytes, length: int) -> bytes:
@@ -22,9 +21,6 @@ def _stream(key: bytes, length: int) -> bytes:
 
 def close(answer: dict[str, Any]) -> str:
     """Return an answer as a line nobody reads by accident; whoever wants to can open it.
-
-    Args:
-        answer: what JSON can hold.
 
     >>> open_(close({"seed": 3}))
     {'seed': 3}
@@ -36,14 +32,7 @@ def close(answer: dict[str, Any]) -> str:
 
 
 def open_(sealed: str) -> dict[str, Any]:
-    """Return the answer in a sealed line.
-
-    Args:
-        sealed: from :func:`close`.
-
-    Raises:
-        InputError: it is none.
-    """
+    """Return the answer in a sealed line."""
     try:
         raw = base64.b64decode(sealed.strip(), validate=True)
         key, mixed = raw[:32], raw[32:]

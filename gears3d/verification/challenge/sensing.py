@@ -10,20 +10,13 @@ import numpy as np
 if TYPE_CHECKING:
     from gears3d.verification.challenge.space import Rig
 
-COLOURED = (1e-3, 2e-2)
-"""Rms of 1/f noise over the backlash, over the record, both encoders together."""
-SUBDIVISION = (1e-3, 1e-2)
-"""Amplitude of the interpolation error over a line; the second order has half of it."""
-LINES = (1000, 20_000)
-"""Lines per revolution of incremental encoders on the market."""
-JITTER = (2e-4, 2e-2)
-"""Rms of the sampling moments over a sample; both encoders are latched by one clock."""
-CLOCK = 30e-6
-"""Error of the clock's rate: a quartz without temperature control."""
-REPEATED = (2, 20)
-"""Every so many-th reading is that of before."""
-UNSTATED = 0.05
-"""Second and third harmonic of the drive over its fluctuation."""
+COLOURED = (1e-3, 2e-2)  # Rms of 1/f noise over the backlash, over the record, both encoders together
+SUBDIVISION = (1e-3, 1e-2)  # Amplitude of the interpolation error over a line; the second order has half of it
+LINES = (1000, 20_000)  # Lines per revolution of incremental encoders on the market
+JITTER = (2e-4, 2e-2)  # Rms of the sampling moments over a sample; both encoders are latched by one clock
+CLOCK = 30e-6  # Error of the clock's rate: a quartz without temperature control
+REPEATED = (2, 20)  # Every so many-th reading is that of before
+UNSTATED = 0.05  # Second and third harmonic of the drive over its fluctuation
 
 
 def sense(
@@ -36,16 +29,7 @@ def sense(
 ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     """Return what is recorded of both shafts, and the sizes of the dirt.
 
-    Args:
-        rig: with its sensors.
-        time: of the samples, s, (n,).
-        angles: of drive and loose gear, rad, (n,) each.
-        random: numbers.
-        dirt: whether the rig's kinds of dirt act.
-        zeros: what the encoders read where the angles are 0 [rad]; drawn unless given.
-
-    Returns:
-        Columns of the record by name; sizes by kind.
+    Units: ``time`` (n,); ``angles`` (n,); ``zeros`` [rad].
     """
     kinds = rig.dirt if dirt else ()
     edge, rate = 2.0 * pi / rig.counts, 1.0 / (time[1] - time[0])
@@ -88,10 +72,6 @@ def sense(
 
 def coloured(n: int, random: np.random.Generator) -> np.ndarray:
     """Return noise whose power falls with 1/f, of rms 1 over its length.
-
-    Args:
-        n: samples.
-        random: numbers.
 
     >>> noise = coloured(4096, np.random.default_rng(1))
     >>> round(float(noise.std()), 6), round(float(noise.mean()), 6) == 0.0

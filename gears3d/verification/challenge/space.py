@@ -12,95 +12,58 @@ from scipy.stats import qmc
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+# Kinds of dirt: what real sensors and drives do and no rig file states
 DIRT = ("one_over_f", "interpolation", "jitter", "clock", "drive_harmonics", "held")
-"""Kinds of dirt: what real sensors and drives do and no rig file states."""
+# Orders of a fluctuation that is locked to the rotation of the drive: joint, crank, cylinders
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0)
-"""Orders of a fluctuation that is locked to the rotation of the drive: joint, crank, cylinders."""
-FASTEST = 630.0
-"""Speed of the drive at most, 6000 rpm [rad/s]."""
-DEEPEST = 0.8
-"""Amplitude of the fluctuation over the mean speed at most: no drive turns back."""
-LARGEST = 12.0
-"""Order of a free fluctuation at most."""
-STEEL = 7850.0
-"""Density of the loose gear [kg/m³]."""
-WIDTH = 8.0
-"""Face width in modules."""
-STICK = 1e-3
-"""Rebounds slower than this part of the speed of a fall across the backlash stay in contact."""
+FASTEST = 630.0  # Speed of the drive at most, 6000 rpm [rad/s]
+DEEPEST = 0.8  # Amplitude of the fluctuation over the mean speed at most: no drive turns back
+LARGEST = 12.0  # Order of a free fluctuation at most
+STEEL = 7850.0  # Density of the loose gear [kg/m³]
+WIDTH = 8.0  # Face width in modules
+STICK = 1e-3  # Rebounds slower than this part of the speed of a fall across the backlash stay in contact
 TEETH, PRESSURE = (15, 120), radians(20.0)
+# What data acquisition and encoders on the market do: sample rate [Hz], counts per revolution; durations [s]
 RATES, COUNTS, DURATIONS = (2e3, 5e5), (1000, 4_000_000), (2.0, 60.0)
-"""What data acquisition and encoders on the market do: sample rate [Hz], counts per revolution; durations [s]."""
-FEW, SHIFT = 20, 0.3
-"""Gears of fewer teeth have this profile shift, as practice has it against undercut."""
-FACTORS = 20
-"""Dimensions of the Sobol sequence; one is kept free."""
+FEW, SHIFT = 20, 0.3  # Gears of fewer teeth have this profile shift, as practice has it against undercut
+FACTORS = 20  # Dimensions of the Sobol sequence; one is kept free
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One record of a rig.
+    """One record of a rig."""
 
-    Args:
-        mean: speed of the drive, rad/s.
-        amplitude: of its fluctuation, rad/s.
-        frequency: of the fluctuation, Hz.
-        order: of the fluctuation over the drive's rotation where it is locked to it.
-        duration: s.
-        excitation: Λ, largest acceleration of the drive's flank over the deceleration of the loose gear.
-    """
-
-    mean: float
-    amplitude: float
-    frequency: float
-    order: float | None
-    duration: float
-    excitation: float
+    mean: float  # speed of the drive, rad/s
+    amplitude: float  # of its fluctuation, rad/s
+    frequency: float  # of the fluctuation, Hz
+    order: float | None  # of the fluctuation over the drive's rotation where it is locked to it
+    duration: float  # s
+    excitation: float  # Λ, largest acceleration of the drive's flank over the deceleration of the loose gear
 
 
 @dataclass(frozen=True)
 class Rig:
-    """A test rig with its sensors and records.
+    """A test rig with its sensors and records."""
 
-    Args:
-        seed: of the draw.
-        index: in the draw; seed and index repeat the rig.
-        teeth: of drive and loose gear.
-        module: normal, m.
-        helix: helix angle, rad.
-        base_radius: of drive and loose gear, m.
-        backlash: along the transverse line of action, m.
-        inertia: of the loose gear, kg·m².
-        drag: dry torque on the loose gear, N·m.
-        restitution: coefficient.
-        deceleration: of the loose gear along the line of action, m/s².
-        falls_per_period: period of the fluctuation that was asked for over the fall across the backlash from rest.
-        locked: whether the fluctuation is locked to the rotation.
-        rate: of the samples, Hz.
-        counts: per revolution of either encoder.
-        noise: white noise of either encoder, rad.
-        conditions: of the records.
-        dirt: kinds of ``DIRT``.
-    """
-
-    seed: int
-    index: int
-    teeth: tuple[int, int]
-    module: float
-    helix: float
-    base_radius: tuple[float, float]
-    backlash: float
-    inertia: float
-    drag: float
-    restitution: float
-    deceleration: float
+    seed: int  # of the draw
+    index: int  # in the draw; seed and index repeat the rig
+    teeth: tuple[int, int]  # of drive and loose gear
+    module: float  # normal, m
+    helix: float  # helix angle, rad
+    base_radius: tuple[float, float]  # of drive and loose gear, m
+    backlash: float  # along the transverse line of action, m
+    inertia: float  # of the loose gear, kg·m²
+    drag: float  # dry torque on the loose gear, N·m
+    restitution: float  # coefficient
+    deceleration: float  # of the loose gear along the line of action, m/s²
+    # period of the fluctuation that was asked for over the fall across the backlash from rest
     falls_per_period: float
-    locked: bool
-    rate: float
-    counts: int
-    noise: float
-    conditions: tuple[Condition, ...]
-    dirt: tuple[str, ...]
+    locked: bool  # whether the fluctuation is locked to the rotation
+    rate: float  # of the samples, Hz
+    counts: int  # per revolution of either encoder
+    noise: float  # white noise of either encoder, rad
+    conditions: tuple[Condition, ...]  # of the records
+    dirt: tuple[str, ...]  # kinds of ``DIRT``
 
     @property
     def fall(self) -> float:
@@ -123,11 +86,7 @@ class Rig:
         return self.teeth[1] / self.teeth[0]
 
     def scenario(self, number: int = 0) -> Scenario:
-        """Return the rig as its owner describes it, in the condition of one record; noise and dirt are not stated.
-
-        Args:
-            number: of the record, from 0.
-        """
+        """Return the rig as its owner describes it, in the condition of one record; noise and dirt are not stated."""
         from gears3d.scenario import load
 
         return load(self._document(number))
@@ -159,10 +118,6 @@ class Rig:
 
 def draw(n: int, seed: int = 0) -> list[Rig]:
     """Return the first rigs of a seed; a rig does not depend on how many are drawn.
-
-    Args:
-        n: how many.
-        seed: of the scrambled Sobol sequence; below 1000 for tuning, from 1000 on for tests.
 
     >>> rig = draw(3, 1)[2]
     >>> rig == draw(8, 1)[2], rig.base_radius[0] < 0.2

@@ -16,91 +16,62 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
     from gears3d.verification.challenge.space import Rig
 
-SAMPLES = 2_000_000
-"""Samples of a record at most; its duration is shortened, to no less than"""
-PERIODS = 30
-"""periods of the fluctuation."""
-BEFORE = 5
-"""Periods before the record begins: a rig has run for a while."""
+SAMPLES = 2_000_000  # Samples of a record at most; its duration is shortened, to no less than
+PERIODS = 30  # periods of the fluctuation
+BEFORE = 5  # Periods before the record begins: a rig has run for a while
+# Steps of integration in a fall across the backlash and in a period: Runge and Kutta's parabolas are exact
 PER_FALL, PER_PERIOD = 150.0, 150.0
-"""Steps of integration in a fall across the backlash and in a period: Runge and Kutta's parabolas are exact."""
-GRID = 720
-"""Moments in a period of the fastest wave at which contact may be left."""
-ALONG = 129
-"""Moments of a flight at which its height is looked for."""
+GRID = 720  # Moments in a period of the fastest wave at which contact may be left
+ALONG = 129  # Moments of a flight at which its height is looked for
+# A flank counts as struck when it is struck in more than this part of the periods, as the contract has it
 SHARE = 0.1
-"""A flank counts as struck when it is struck in more than this part of the periods, as the contract has it."""
 ACTIVE, REVERSE = 0, 1
+# Amplitudes of flanks that are not perfect over the backlash: order 1 of the drive (order 2 has a third of it) and
+# its mesh order; runout and transmission error of quality grades 6 to 9
 RUNOUT, MESH = (0.01, 0.15), (0.001, 0.01)
-"""Amplitudes of flanks that are not perfect over the backlash: order 1 of the drive (order 2 has a third of it) and its
-mesh order; runout and transmission error of quality grades 6 to 9."""
+# Acceleration of a wave over the deceleration of the loose gear at most: the drive makes the rattle, not the waves
 GENTLE = 0.1
-"""Acceleration of a wave over the deceleration of the loose gear at most: the drive makes the rattle, not the waves."""
 
 
 class Wave(NamedTuple):
-    """An order of both flanks over the drive's angle from its zero in the motion: amplitude·cos(order·θ + phase).
+    """An order of both flanks over the drive's angle from its zero in the motion: amplitude·cos(order·θ + phase)."""
 
-    Args:
-        order: per revolution of the drive.
-        amplitude: m.
-        phase: rad.
-    """
-
-    order: int
-    amplitude: float
-    phase: float
+    order: int  # per revolution of the drive
+    amplitude: float  # m
+    phase: float  # rad
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What truly happened in a record, from the displacement s of ideal flanks at 0 and at the backlash.
+    """What truly happened in a record, from the displacement s of ideal flanks at 0 and at the backlash."""
 
-    Args:
-        backlash: m.
-        restitution: coefficient.
-        impacts: ``time_s``, ``flank`` (0 active, 1 reverse), ``velocity_m_s`` and ``rebound_m_s`` (ds/dt before and
-            after), ``flight_height_m`` and ``flight_s`` (of the flight that it ends), (k,) each.
-        flights: ``start_s``, ``end_s``, ``left``, ``struck``, ``height_m``, (f,) each; whole ones.
-        contacts: flank, begin, end [s], (c, 3).
-        waves: of both flanks.
-        mean: speed of the drive, rad/s.
-        sines: of the drive's speed: amplitude, rad/s, circular frequency, rad/s, and phase at the record's begin.
-        period: of the fluctuation, s.
-        duration: of the record, s.
-        step: between samples, s.
-        begin: of the record, after a start on the active flank, in the motion's own time, s.
-        dirt: its sizes by kind.
-    """
-
-    backlash: float
-    restitution: float
+    backlash: float  # m
+    restitution: float  # coefficient
+    # ``time_s``, ``flank`` (0 active, 1 reverse), ``velocity_m_s`` and ``rebound_m_s`` (ds/dt before and after),
+    # ``flight_height_m`` and ``flight_s`` (of the flight that it ends), (k,) each
     impacts: dict[str, np.ndarray]
+    # ``start_s``, ``end_s``, ``left``, ``struck``, ``height_m``, (f,) each; whole ones
     flights: dict[str, np.ndarray]
-    contacts: np.ndarray
-    waves: tuple[Wave, ...]
-    mean: float
+    contacts: np.ndarray  # flank, begin, end [s], (c, 3)
+    waves: tuple[Wave, ...]  # of both flanks
+    mean: float  # speed of the drive, rad/s
+    # of the drive's speed: amplitude, rad/s, circular frequency, rad/s, and phase at the record's begin
     sines: tuple[tuple[float, float, float], ...]
-    period: float
-    duration: float
-    step: float
-    begin: float
-    dirt: dict[str, float]
+    period: float  # of the fluctuation, s
+    duration: float  # of the record, s
+    step: float  # between samples, s
+    begin: float  # of the record, after a start on the active flank, in the motion's own time, s
+    dirt: dict[str, float]  # its sizes by kind
 
     def drive_speed(self, time: np.ndarray) -> np.ndarray:
         """Return the speed of the drive at times of the record [rad/s], (n,).
 
-        Args:
-            time: [s], (n,).
+        Units: ``time`` [s], (n,).
         """
         return self.mean + sum((a * np.sin(w * time + phase) for a, w, phase in self.sines), np.zeros_like(time))
 
     def regime(self, height: float = 0.0) -> str:
-        """Return the regime: ``contact``, ``single_sided`` or ``double_sided``.
-
-        Args:
-            height: impacts after flights up to this one do not count, m.
-        """
+        """Return the regime: ``contact``, ``single_sided`` or ``double_sided``."""
         hits = self.impacts
         high = hits["flight_height_m"] > height
         periods = max(self.duration / self.period, 1.0)
@@ -113,17 +84,11 @@ class Truth:
 
 @dataclass(frozen=True, eq=False)
 class Taken:
-    """A record, the rig as its owner describes it, and the truth.
+    """A record, the rig as its owner describes it, and the truth."""
 
-    Args:
-        record: ``time_s``, ``theta_drive_rad``, ``theta_loose_rad``.
-        scenario: rig and condition.
-        truth: about the record.
-    """
-
-    record: Recording
-    scenario: Scenario
-    truth: Truth
+    record: Recording  # ``time_s``, ``theta_drive_rad``, ``theta_loose_rad``
+    scenario: Scenario  # rig and condition
+    truth: Truth  # about the record
 
 
 def take(rig: Rig, number: int = 0, *, dirt: bool = True, waves: bool = False, samples: int = SAMPLES) -> Taken:
@@ -131,13 +96,6 @@ def take(rig: Rig, number: int = 0, *, dirt: bool = True, waves: bool = False, s
 
     The record has ``samples`` at most: its duration is shortened, to no less than 30 periods. It begins amid the
     motion; zeros of the encoders are arbitrary.
-
-    Args:
-        rig: of :func:`gears3d.verification.challenge.space.draw`.
-        number: of the record, from 0.
-        dirt: whether the rig's kinds of dirt act; noise and counts always do.
-        waves: whether flanks have runout and a mesh order; perfect ones otherwise.
-        samples: at most.
 
     >>> from gears3d.verification.challenge.space import draw
     >>> taken = take(draw(1, 1)[0], samples=1000)
@@ -197,19 +155,12 @@ def _waves(rig: Rig, mean: float, random: np.random.Generator) -> tuple[Wave, ..
 
 
 class _Drive(NamedTuple):
-    """The active flank along the line of action over time.
+    """The active flank along the line of action over time."""
 
-    Args:
-        radius: base radius of the drive, m.
-        mean: speed, rad/s.
-        sines: of the speed: amplitude, rad/s, frequency, Hz, phase.
-        waves: of both flanks over the drive's angle.
-    """
-
-    radius: float
-    mean: float
-    sines: list[tuple[float, float, float]]
-    waves: tuple[Wave, ...]
+    radius: float  # base radius of the drive, m
+    mean: float  # speed, rad/s
+    sines: list[tuple[float, float, float]]  # of the speed: amplitude, rad/s, frequency, Hz, phase
+    waves: tuple[Wave, ...]  # of both flanks over the drive's angle
 
     def at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return place [m], speed [m/s] and acceleration [m/s²] of the flank."""

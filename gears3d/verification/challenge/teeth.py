@@ -13,8 +13,7 @@ from gears3d.verification.challenge.physics import EDGE_POINTS
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-POINTS = EDGE_POINTS // 2
-"""Points of the gap beside either end of the path."""
+POINTS = EDGE_POINTS // 2  # Points of the gap beside either end of the path
 
 
 def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of_tip: bool) -> np.ndarray:
@@ -22,17 +21,6 @@ def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of
 
     The tip corner at its radius, the flank's point at radius r and both axes make a triangle; gear 1 has then turned to
     one angle and gear 2 to another, and what gear 2 lacks to the law of gearing, times Rb2, is the gap.
-
-    Args:
-        rb1: base radius of the gear whose flank is met, m.
-        rb2: base radius of the gear whose tip meets it, m.
-        tip2: tip radius of that gear, m.
-        centre: centre distance, m.
-        reach: how far before the path to go, rad.
-        of_tip: whether angles are those of gear 2, else of gear 1.
-
-    Returns:
-        Angle from the beginning of the path (<= 0) [rad], gap [m] and its slope [m/rad], (n, 3), in order of the angle.
     """
     path, lead = sqrt(centre**2 - (rb1 + rb2) ** 2), sqrt(tip2**2 - rb2**2)
     first = sqrt((path - lead) ** 2 + rb1**2)
@@ -52,14 +40,7 @@ def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of
 
 
 def edge_gap(scenario: Scenario) -> np.ndarray:
-    """Return the gap of a pair of teeth over the drive's angle past the pitch point: none on the path of contact.
-
-    Args:
-        scenario: with the pair, as it is mounted.
-
-    Returns:
-        Angle of the drive [rad], gap [m], its slope [m/rad], (n, 3).
-    """
+    """Return the gap of a pair of teeth over the drive's angle past the pitch point: none on the path of contact."""
     pair = scenario.pair()
     rb1, rb2, centre = pair.drive.base_radius, pair.loose.base_radius, pair.centre_distance
     alpha = acos((rb1 + rb2) / centre)

@@ -29,6 +29,7 @@ def _tooth(gear: str, flank: str, tooth: int, offset: str) -> dict[str, Any]:
     return {"effect": [{"kind": "pitch_error", "gear": gear, "flank": flank, "tooth": tooth, "offset": offset}]}
 
 
+# Overrides of figure 5 by the shape that they give the flanks; each is felt by impacts
 SHAPES: dict[str, dict[str, Any]] = {
     "tooth 14 of the drive +20 um, active flank": _tooth("drive", "active", 14, "20 um"),
     "tooth 8 of the drive +20 um, reverse flank": _tooth("drive", "reverse", 8, "-20 um"),
@@ -40,28 +41,20 @@ SHAPES: dict[str, dict[str, Any]] = {
     "drive 40 um eccentric": {"gears.drive.eccentricity": {"offset": "40 um", "phase": "0.6 rad"}},
     "loose gear 40 um eccentric": {"gears.loose.eccentricity": {"offset": "40 um", "phase": "0.6 rad"}},
 }
-"""Overrides of figure 5 by the shape that they give the flanks; each is felt by impacts."""
 
 
 @cache
 def against_twin(restitution: float, mean: int) -> Comparison:
     """Run engine and twin on one case and compare them.
 
-    Args:
-        restitution: coefficient.
-        mean: mean speed of the drive [rpm].
+    Units: ``mean`` [rpm].
     """
     scenario = fig5(impact__restitution=restitution, motion__mean=f"{mean} rpm")
     return compare(simulate(scenario), simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
 def claims_of(comparison: Comparison, case: str) -> Iterator[Claim]:
-    """Give the claims of one case.
-
-    Args:
-        comparison: engine against twin.
-        case: its name.
-    """
+    """Give the claims of one case."""
     found = comparison.to_dict()
     yield Claim(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
     yield Claim(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
@@ -91,23 +84,14 @@ def along_action(recording: Recording, scenario: Scenario) -> Recording:
 
 @cache
 def on_shape(name: str, restitution: float) -> Comparison:
-    """Run engine and twin on figure 5 with other flanks and compare them.
-
-    Args:
-        name: a key of ``SHAPES``.
-        restitution: coefficient.
-    """
+    """Run engine and twin on figure 5 with other flanks and compare them."""
     scenario = fig5(impact__restitution=restitution).with_(SHAPES[name])
     engine = along_action(simulate(scenario), scenario)
     return compare(engine, simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
 def shape_claims(name: str) -> Iterator[Claim]:
-    """Give the claims of one shape, each the worse of restitution 0 and 0.5.
-
-    Args:
-        name: a key of ``SHAPES``.
-    """
+    """Give the claims of one shape, each the worse of restitution 0 and 0.5."""
     both = [on_shape(name, restitution).to_dict() for restitution in (0.0, 0.5)]
     worst = {key: max(abs(one[key]) for one in both) for key in both[0] if key.startswith(("velocity_", "phase_"))}
     counted = [one["impacts_missed"] + one["impacts_invented"] for one in both]
@@ -119,11 +103,7 @@ def shape_claims(name: str) -> Iterator[Claim]:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: two of the twelve cases, one of the shapes.
-    """
+    """Measure them."""
     for mean in MEAN_SPEEDS:
         for restitution in RESTITUTIONS:
             if not quick or (mean, restitution) in ((30, 0.3), (750, 0.7)):

@@ -22,24 +22,20 @@ from gears3d.simulation import simulate
 from gears3d.verification.validation.claim import Claim
 
 CASE = "fig. 5 at e = 0.95"
+# So long that distributions tell speeds apart by less than a tenth
 BRIGHT = {"impact.restitution": 0.95, "run.duration": "160 s", "run.settle": "3 s", "run.output_rate": "1 kHz"}
-"""So long that distributions tell speeds apart by less than a tenth."""
+# Of the drive at the start of a run [deg]; chosen before any of them was run
 PHASES = (11, 56, 101, 146, 191, 236, 281, 326)
-"""Of the drive at the start of a run [deg]; chosen before any of them was run."""
-SENSITIVE = 0.1
-"""Relative change of the speeds that distributions must be able to show."""
-HEIGHT = 0.05e-6
-"""Impacts count after higher flights [m]."""
+SENSITIVE = 0.1  # Relative change of the speeds that distributions must be able to show
+HEIGHT = 0.05e-6  # Impacts count after higher flights [m]
 CONFIDENCE = 0.99
-WIDTH = 0.01
-"""Half the interval of a ratio of means: a difference twice as large is found nine times in ten and more."""
+WIDTH = 0.01  # Half the interval of a ratio of means: a difference twice as large is found nine times in ten and more
 
 
 def bright(phase: float) -> Scenario:
     """Return the scenario with the drive at a phase.
 
-    Args:
-        phase: of its swing at the start [deg].
+    Units: ``phase`` [deg].
 
     >>> bright(90).motion.harmonics[0].phase
     1.5707963267948966
@@ -48,11 +44,7 @@ def bright(phase: float) -> Scenario:
 
 
 def summary(run: Recording) -> tuple[float, float]:
-    """Return how many impacts there are in a second and their mean speed [m/s].
-
-    Args:
-        run: with impacts; the settling time is left out.
-    """
+    """Return how many impacts there are in a second and their mean speed [m/s]."""
     begin, end = window(run.signals, run.meta)
     time = run.impacts["time_s"]
     kept = (time >= begin) & (time <= end) & (run.impacts["flight_height_m"] > HEIGHT)
@@ -62,9 +54,7 @@ def summary(run: Recording) -> tuple[float, float]:
 def ratio(one: ArrayLike, other: ArrayLike) -> tuple[float, float]:
     """Return the interval of the ratio of two means (Welch 1947, of logarithms: the runs differ by little).
 
-    Args:
-        one: a value of each run, (n,), n at least two.
-        other: of each run of the reference, (m,).
+    Shapes: ``one`` (n,); ``other`` (m,).
 
     >>> [round(float(end), 2) for end in ratio(np.array([1.0, 1.1, 0.9]), np.array([2.0, 2.2, 1.8]))]
     [0.34, 0.73]
@@ -88,12 +78,7 @@ def chaotic_claims() -> Iterator[Claim]:
 
 
 def of_distributions(engine: Recording, twin: Recording) -> Iterator[Claim]:
-    """Give the claims of one run and its reference by distribution.
-
-    Args:
-        engine: the run.
-        twin: the reference.
-    """
+    """Give the claims of one run and its reference by distribution."""
     found = compare(engine, twin, flight_height_min=HEIGHT)
     yield Claim(f"{CASE}: impacts compared as distributions", found.impacts_compared, 1000, at_least=True)
     yield Claim(f"{CASE}: not chaotic", float(found.mode != "distribution"), 0)

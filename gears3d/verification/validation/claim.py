@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 
+# The modules of this room that hold claims, in the order of the table
 CHAPTERS = (
     *("solids", "twin", "agreement", "native", "faults", "effects"),
     *("film", "eccentric", "helical", "published", "ste", "threshold", "convergence", "oracles"),
 )
-"""The modules of this room that hold claims, in the order of the table."""
 
 
 @dataclass(frozen=True)

@@ -17,21 +17,18 @@ from gears3d.scenario import Scenario
 from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
-SWING, ORDER, VISCOUS = 0.6, 36, 0.05
-"""N m, per revolution of the loose gear, N m s/rad."""
+SWING, ORDER, VISCOUS = 0.6, 36, 0.05  # N m, per revolution of the loose gear, N m s/rad
 EFFECTS = [
     {"kind": "drag_position", "amplitude": f"{SWING} N m", "order": ORDER},
     {"kind": "drag_viscous", "coefficient": f"{VISCOUS} N m s/rad"},
 ]
-STEP = 5e-4
-"""s."""
+STEP = 5e-4  # s
 
 
 def bench(duration: float) -> Scenario:
     """Return figure 5 with torques that change all the time.
 
-    Args:
-        duration: [s].
+    Units: ``duration`` [s].
     """
     rate = {"run.output_rate": "20 kHz", "impact.restitution": 0.5}
     return fig5().with_({"effect": EFFECTS, "run.duration": f"{duration} s", **rate})
@@ -42,10 +39,6 @@ def work_off(made: Recording, scenario: Scenario) -> float:
 
     In flight drag takes energy, at an impact the drive gives some and the flanks lose some; stretches of permanent
     contact are left out.
-
-    Args:
-        made: by the engine.
-        scenario: of :func:`bench`.
     """
     rig, signals, hits = scenario.rig(), made.signals, made.impacts
     time, omega, theta = signals["time_s"], signals["omega_loose_rad_s"], signals["theta_loose_rad"]
@@ -71,11 +64,7 @@ def work_off(made: Recording, scenario: Scenario) -> float:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: nothing is left out.
-    """
+    """Measure them."""
     scenario = bench(0.4)
     exact = _speeds(simulate(scenario, step=STEP / 8))
     coarse, fine = simulate(scenario, step=STEP, error_estimate=True), simulate(scenario, step=STEP / 2)

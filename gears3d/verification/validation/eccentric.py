@@ -17,18 +17,11 @@ from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
-OFFSET, PHASE = 40e-6, 0.6
-"""m and rad."""
+OFFSET, PHASE = 40e-6, 0.6  # m and rad
 
 
 def resting(model: str, gear: str, flank: str) -> Recording:
-    """Run a turn at constant speed with the loose gear resting on one flank.
-
-    Args:
-        model: ``"bullet"`` or ``"rigid"``.
-        gear: which is eccentric.
-        flank: on which it rests; dry drag presses onto the reverse one when the drive turns back.
-    """
+    """Run a turn at constant speed with the loose gear resting on one flank."""
     effect = {"kind": "eccentricity", "gear": gear, "offset": f"{OFFSET} m", "phase": f"{PHASE} rad"}
     mean = "60 rpm" if flank == "active" else "-60 rpm"
     scenario = fig5(motion__harmonics=[], motion__mean=mean, drag__torque="5 N m", start__state=flank)
@@ -39,11 +32,7 @@ def resting(model: str, gear: str, flank: str) -> Recording:
 def first_order(pair: Pair, gear: str, flank: str, theta: np.ndarray) -> np.ndarray:
     """Return the displacement at which a flank touches, to the first order of the offset [m].
 
-    Args:
-        pair: without the eccentricity.
-        gear: which is eccentric.
-        flank: ``"active"`` or ``"reverse"``.
-        theta: angle of that gear [rad], (n,).
+    Units: ``theta`` [rad], (n,).
     """
     sense = 1.0 if gear == "drive" else -1.0
     lean = sense * pair.working_pressure_angle * (1.0 if flank == "active" else -1.0)
@@ -52,11 +41,7 @@ def first_order(pair: Pair, gear: str, flank: str, theta: np.ndarray) -> np.ndar
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: the drive gear alone.
-    """
+    """Measure them."""
     pair = fig5().pair()
     second = OFFSET**2 / pair.path_length
     for gear in ("drive",) if quick else ("drive", "loose"):

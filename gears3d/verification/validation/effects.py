@@ -19,11 +19,11 @@ from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
 AGREEMENT = 0.05
-FIRST = 8
-"""How many impacts after the start are compared: four on either flank."""
+FIRST = 8  # How many impacts after the start are compared: four on either flank
 
 Effect = dict[str, Any]
 
+# Effects whose size can go to zero: kind, fixed parameters, scaled parameter at an engineer's size
 SIZES: dict[str, tuple[str, Effect, str]] = {
     "transmission error, drive": ("transmission_error", {"order": 7, "phase": "40 deg"}, "amplitude=5e-6 m"),
     "transmission error, loose": ("transmission_error", {"order": 5, "gear": "loose"}, "amplitude=5e-6 m"),
@@ -45,19 +45,13 @@ SIZES: dict[str, tuple[str, Effect, str]] = {
     "drive motion, order": ("drive_motion", {"order": 28, "phase": "40 deg"}, "amplitude=0.02 rad/s"),
     "drive motion, angle": ("drive_motion", {"frequency": "7 Hz"}, "amplitude=5e-4 rad"),
 }
-"""Effects whose size can go to zero: kind, fixed parameters, scaled parameter at an engineer's size."""
 
+# Effects that have one sign
 RESIST = ("viscous drag", "drag as a power of speed", "drag against a shaft", "drag in mesh")
-"""Effects that have one sign."""
 
 
 def effect(name: str, scale: float) -> list[Effect]:
-    """Return the effect as a scenario has it.
-
-    Args:
-        name: a key of ``SIZES``.
-        scale: factor on its size.
-    """
+    """Return the effect as a scenario has it."""
     kind, fixed, sized = SIZES[name]
     key, text = sized.split("=")
     number, _, unit = text.partition(" ")
@@ -67,47 +61,26 @@ def effect(name: str, scale: float) -> list[Effect]:
 
 @cache
 def run(model: str, name: str = "", scale: float = 1.0) -> Recording:
-    """Run figure 5 with one effect, or with none.
-
-    Args:
-        model: ``"bullet"`` or ``"rigid"``.
-        name: a key of ``SIZES``; none when empty.
-        scale: factor on its size.
-    """
+    """Run figure 5 with one effect, or with none."""
     scenario = fig5(run__duration="0.34 s")
     return simulate(scenario.with_({"effect": effect(name, scale)}) if name else scenario, model)
 
 
 def change(model: str, name: str, scale: float) -> np.ndarray:
-    """Return the change that an effect makes, as lengths and speeds over their typical size, (2·FIRST,).
-
-    Args:
-        model: ``"bullet"`` or ``"rigid"``.
-        name: a key of ``SIZES``.
-        scale: factor on its size.
-    """
+    """Return the change that an effect makes, as lengths and speeds over their typical size, (2·FIRST,)."""
     plain, more = run(model).impacts, run(model, name, scale).impacts
     moved = [more[key][:FIRST] - plain[key][:FIRST] for key in ("time_s", "velocity_m_s")]
     return np.concatenate([moved[0] * np.abs(plain["velocity_m_s"][:FIRST]), moved[1] * 1e-2])
 
 
 def disagreement(name: str, scale: float) -> float:
-    """Return how far the engine's change is from the twin's, over the size of the twin's.
-
-    Args:
-        name: a key of ``SIZES``.
-        scale: factor on its size, negative for the other sign.
-    """
+    """Return how far the engine's change is from the twin's, over the size of the twin's."""
     engine, twin = change("bullet", name, scale), change("rigid", name, scale)
     return float(np.linalg.norm(engine - twin) / np.linalg.norm(twin))
 
 
 def smallest(name: str) -> float:
-    """Return the factor at which the effect moves the impacts by ten times the engine's error budget.
-
-    Args:
-        name: a key of ``SIZES``.
-    """
+    """Return the factor at which the effect moves the impacts by ten times the engine's error budget."""
     budget = run("bullet").meta["error_budget"]["total"]
     probe = 1e-3
     moved = np.abs(change("rigid", name, probe)[:FIRST]).max()
@@ -115,11 +88,7 @@ def smallest(name: str) -> float:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one sign at an engineer's size.
-    """
+    """Measure them."""
     for name in SIZES:
         signs = (1,) if quick or name in RESIST else (1, -1)
         for sign in signs:

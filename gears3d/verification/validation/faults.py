@@ -17,27 +17,18 @@ from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5, swing
 from gears3d.verification.validation.claim import Claim
 
-EXTRA = 10e-6
-"""Material on each of the two flanks of the faulty tooth [m]: it is 20 µm thicker."""
+EXTRA = 10e-6  # Material on each of the two flanks of the faulty tooth [m]: it is 20 µm thicker
 
 
 @dataclass(frozen=True)
 class ThickTooth:
-    """One thick tooth, told to nobody.
+    """One thick tooth, told to nobody."""
 
-    Args:
-        sound: the engine's recording with perfect gears.
-        faulty: the engine's recording with the thick tooth.
-        twin: the untold twin's.
-        tooth: its number in order of meshing.
-        moved: closed-form change of the time of its first impact [s] and of its speed [m/s].
-    """
-
-    sound: Recording
-    faulty: Recording
-    twin: Recording
-    tooth: int
-    moved: tuple[float, float]
+    sound: Recording  # the engine's recording with perfect gears
+    faulty: Recording  # the engine's recording with the thick tooth
+    twin: Recording  # the untold twin's
+    tooth: int  # its number in order of meshing
+    moved: tuple[float, float]  # closed-form change of the time of its first impact [s] and of its speed [m/s]
 
     @property
     def found(self) -> tuple[float, float]:
@@ -73,11 +64,7 @@ def closed_form(extra: float) -> tuple[float, float]:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: nothing is left out.
-    """
+    """Measure them."""
     case = thick_tooth()
     for name, found, expected, unit in zip(("time", "speed"), case.found, case.moved, ("s", "m/s"), strict=True):
         yield Claim(

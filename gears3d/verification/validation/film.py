@@ -40,18 +40,13 @@ settle = "0 s"
 kind = "oil_film"
 viscosity = "10 mPa s"
 """
-SMALLEST = 1e-6
-"""Thickness of the film that the roughness leaves [m], the default of the effect."""
+SMALLEST = 1e-6  # Thickness of the film that the roughness leaves [m], the default of the effect
 
 
 def along(scenario: Scenario, s: float, speed_drive: float, speed_loose: float) -> float:
     """Return the force of both films along the transverse line of action [N], from the laws of the normal section.
 
-    Args:
-        scenario: the pair.
-        s: displacement [m].
-        speed_drive: [rad/s].
-        speed_loose: [rad/s].
+    Units: ``s`` [m]; ``speed_drive`` [rad/s]; ``speed_loose`` [rad/s].
     """
     rig = scenario.rig()
     angles, turn = (rig.working_pressure_angle, rig.base_helix_angle), cos(rig.base_helix_angle)
@@ -66,11 +61,7 @@ def along(scenario: Scenario, s: float, speed_drive: float, speed_loose: float) 
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: nothing is left out.
-    """
+    """Measure them."""
     from scipy.integrate import solve_ivp
     from scipy.optimize import root_scalar
 

@@ -18,6 +18,7 @@ from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
+# Unequal teeth with profile shifts
 UNEQUAL = {
     "gears.module": "3 mm",
     "gears.helix_angle": "25 deg",
@@ -27,17 +28,11 @@ UNEQUAL = {
     "gears.drive.profile_shift": 0.3,
     "gears.loose.profile_shift": -0.2,
 }
-"""Unequal teeth with profile shifts."""
-TWIN = {"gears.helix_angle": "25 deg"}
-"""The bench of figure 5 with helical teeth."""
+TWIN = {"gears.helix_angle": "25 deg"}  # The bench of figure 5 with helical teeth
 
 
 def ratio_off(scenario: Scenario) -> float:
-    """Return how far the displacement of resting gears is off a constant on either flank, over a turn [m].
-
-    Args:
-        scenario: of a perfect pair at constant speed.
-    """
+    """Return how far the displacement of resting gears is off a constant on either flank, over a turn [m]."""
     pair = scenario.pair()
     times = np.linspace(0.0, 2.0 * pi / scenario.motion.mean, 400)
     off = 0.0
@@ -50,11 +45,7 @@ def ratio_off(scenario: Scenario) -> float:
 
 
 def lines_off(scenario: Scenario) -> float:
-    """Return how far the engine's lines of contact end off those of the plane of action, along the face [m].
-
-    Args:
-        scenario: of a perfect helical pair.
-    """
+    """Return how far the engine's lines of contact end off those of the plane of action, along the face [m]."""
     pair, off = scenario.pair(), 0.0
     mesh = meshed(pair)
     for theta in np.linspace(0.0, 2.0 * pi, 97):
@@ -69,12 +60,7 @@ def lines_off(scenario: Scenario) -> float:
 
 
 def thrust_off(made: Recording, scenario: Scenario) -> float:
-    """Return how far axial over tangential impulse is off the tangent of the helix angle, relative.
-
-    Args:
-        made: by the engine.
-        scenario: that was run.
-    """
+    """Return how far axial over tangential impulse is off the tangent of the helix angle, relative."""
     pair, hits = scenario.pair(), made.impacts
     mass = scenario.rig().inertia / pair.loose.base_radius**2
     tangential = mass * (hits["rebound_m_s"] - hits["velocity_m_s"]) * cos(pair.working_pressure_angle)
@@ -82,11 +68,7 @@ def thrust_off(made: Recording, scenario: Scenario) -> float:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one of the two restitutions.
-    """
+    """Measure them."""
     unequal = fig5(motion__harmonics=[]).with_({**UNEQUAL, "run.duration": "1 s"})
     yield Claim("19:31 with shifts, 25 deg: ratio off a constant, over a turn", ratio_off(unequal), 1e-7, "m")
     yield Claim("19:31 with shifts, 25 deg: ends of lines of contact off", lines_off(unequal), 1e-9, "m")

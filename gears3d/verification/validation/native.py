@@ -18,12 +18,9 @@ from gears3d.verification.validation.claim import Claim
 def realised(restitution: float, mean: int, harder: float = 0.01) -> np.ndarray:
     """Return the realised restitution of each native impact, (k,).
 
-    The drive swings by 2 rpm at 30 Hz, the excitation of figure 5 with a tenth of its speed.
+    Units: ``mean`` [rpm]; ``harder`` [m/s].
 
-    Args:
-        restitution: what was asked.
-        mean: mean speed of the drive [rpm].
-        harder: only impacts of at least this speed count [m/s].
+    The drive swings by 2 rpm at 30 Hz, the excitation of figure 5 with a tenth of its speed.
     """
     swing = [{"amplitude": "2 rpm", "frequency": "30 Hz"}]
     scenario = fig5(impact__restitution=restitution, motion__mean=f"{mean} rpm", run__duration="0.3 s")
@@ -33,11 +30,7 @@ def realised(restitution: float, mean: int, harder: float = 0.01) -> np.ndarray:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one restitution, and not the turning pair.
-    """
+    """Measure them."""
     for restitution in (0.5,) if quick else (0.3, 0.5, 0.7):
         found = realised(restitution, mean=0)
         yield Claim(f"e = {restitution}, mean speed zero: impacts", len(found), 8, at_least=True)

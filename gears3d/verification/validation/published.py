@@ -17,36 +17,28 @@ from gears3d.simulation.excitation import assess
 from gears3d.verification.validation.chaotic import chaotic_claims
 from gears3d.verification.validation.claim import Claim
 
+# Of Rigaud & Perret-Liaudet 2020
 FIGURES = (
     *(f"fig5-{speed}rpm" for speed in ("0", "1.6", "5", "20")),
     *(f"fig6-{frequency}Hz" for frequency in ("0.7", "1", "3", "5", "10")),
     *("fig8", "fig10", "fig11", "fig12-0rpm", "fig12-1.6rpm-3Hz", "fig12-20rpm-3Hz"),
     *(f"fig12-5rpm-{frequency}Hz" for frequency in (1, 3, 5, 10)),
 )
-"""Of Rigaud & Perret-Liaudet 2020."""
-SPEEDS = (250, 500, 750, 1000)
-"""Mean speeds of table 1 of Kadmiri et al. 2012 [rpm]."""
-EXCITATIONS = (1.5, 3.0, 6.0)
-"""Λ at which that pair swings."""
+SPEEDS = (250, 500, 750, 1000)  # Mean speeds of table 1 of Kadmiri et al. 2012 [rpm]
+EXCITATIONS = (1.5, 3.0, 6.0)  # Λ at which that pair swings
+# Errors of impact speeds, median and 95 %, of spur and of helical gears
 BOUNDS = {False: (0.002, 0.006), True: (0.005, 0.015)}
-"""Errors of impact speeds, median and 95 %, of spur and of helical gears."""
 
 
 def rigaud(figure: str) -> Scenario:
-    """Return the scenario of a figure.
-
-    Args:
-        figure: one of ``FIGURES``.
-    """
+    """Return the scenario of a figure."""
     return load(shipped() / "rigaud-2020" / f"{figure}.toml")
 
 
 def kadmiri(speed: int, excitation: float) -> Scenario:
     """Return the pair 19:37 at a mean speed, with the drag of table 1, swinging twice a turn.
 
-    Args:
-        speed: one of ``SPEEDS`` [rpm].
-        excitation: Λ.
+    Units: ``speed`` [rpm].
 
     >>> round(assess(kadmiri(500, 3.0)).excitation_total, 2)
     3.0
@@ -58,21 +50,12 @@ def kadmiri(speed: int, excitation: float) -> Scenario:
 
 
 def against_twin(scenario: Scenario) -> Comparison:
-    """Run engine and twin and compare them.
-
-    Args:
-        scenario: that is run.
-    """
+    """Run engine and twin and compare them."""
     return compare(simulate(scenario), simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
 def claims_of(scenario: Scenario, case: str) -> Iterator[Claim]:
-    """Give the claims of one case that is not chaotic.
-
-    Args:
-        scenario: that is run.
-        case: its name.
-    """
+    """Give the claims of one case that is not chaotic."""
     found = against_twin(scenario)
     median, most = BOUNDS[scenario.pair().drive.helix_angle != 0.0]
     yield Claim(f"{case}: chaotic", float(found.mode != "trajectory"), 0)
@@ -90,11 +73,7 @@ def _known(error: float | None) -> float:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one figure and one speed of the helical pair.
-    """
+    """Measure them."""
     for figure in ("fig8",) if quick else FIGURES:
         yield from claims_of(rigaud(figure), figure.replace("fig", "fig. ", 1).replace("-", ", ", 1))
     for speed in (1000,) if quick else SPEEDS:

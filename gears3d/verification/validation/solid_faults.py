@@ -41,22 +41,15 @@ counts_per_revolution = 1048576
 drive = { noise = "3 urad" }
 loose = { noise = "3 urad" }
 """
-SPEEDS = ("43 rpm", "97 rpm", "205 rpm")
-"""Mean speeds of the drive, one record each."""
+SPEEDS = ("43 rpm", "97 rpm", "205 rpm")  # Mean speeds of the drive, one record each
 
 
 class SolidFault(NamedTuple):
-    """One fault of the solids.
+    """One fault of the solids."""
 
-    Args:
-        name: in words.
-        truth: changes of the bench.
-        kinds: of effects that are the right answer, the first one preferred.
-    """
-
-    name: str
-    truth: dict[str, Any]
-    kinds: tuple[str, ...]
+    name: str  # in words
+    truth: dict[str, Any]  # changes of the bench
+    kinds: tuple[str, ...]  # of effects that are the right answer, the first one preferred
 
 
 def _tooth(number: int, offset: str, flank: str) -> dict[str, Any]:
@@ -77,18 +70,12 @@ FAULTS = (
 
 
 class Judged(NamedTuple):
-    """How a fault was diagnosed.
+    """How a fault was diagnosed."""
 
-    Args:
-        fault: that was there.
-        found: by the diagnosis, with its gain in the engine.
-        truth: scenario that made the data.
-        energy: dissipated in the impacts a second by truth, rig and extended rig in the engine [J/s].
-    """
-
-    fault: SolidFault
-    found: Diagnosis
-    truth: Scenario
+    fault: SolidFault  # that was there
+    found: Diagnosis  # by the diagnosis, with its gain in the engine
+    truth: Scenario  # scenario that made the data
+    # dissipated in the impacts a second by truth, rig and extended rig in the engine [J/s]
     energy: tuple[float, float, float]
 
     @property
@@ -105,13 +92,7 @@ class Judged(NamedTuple):
 
 
 def judged(fault: SolidFault, folder: Path, duration: str = "5 s") -> Judged:
-    """Make the data of a fault, diagnose them with the perfect rig, and run the extended rig in the engine.
-
-    Args:
-        fault: of the solids.
-        folder: for the records.
-        duration: of each.
-    """
+    """Make the data of a fault, diagnose them with the perfect rig, and run the extended rig in the engine."""
     rig = load(BENCH, {"run.duration": duration})
     truth = rig.with_(fault.truth)
     admitted = []
@@ -133,12 +114,7 @@ def _energies(truth: Scenario, rig: Scenario, extended: Scenario) -> tuple[float
 
 
 def rows(folder: Path, duration: str = "5 s") -> Iterator[Judged]:
-    """Diagnose every fault.
-
-    Args:
-        folder: for the records.
-        duration: of each record.
-    """
+    """Diagnose every fault."""
     for fault in FAULTS:
         own = folder / fault.name.replace(" ", "-")
         own.mkdir(parents=True, exist_ok=True)

@@ -20,10 +20,6 @@ def chord_error(pair: Pair, which: str) -> float:
     A string unwound from the base circle to a point at radius r has the length t = sqrt(r² - rb²) and leaves the circle
     at the polar angle of the point plus t/rb - atan(t/rb), the same angle for every point of one involute. At the
     middle of a chord it differs by the chord's sag over rb.
-
-    Args:
-        pair: the pair.
-        which: ``"drive"`` or ``"loose"``.
     """
     gear = pair.gear(which)
     body = solid(pair, which, chord=CHORD)
@@ -52,9 +48,7 @@ def _foot(points: np.ndarray, base: float, teeth: int, centre: float) -> np.ndar
 def refined_backlash(pair: Pair, theta: float) -> float:
     """Return the gap on the reverse flank while the active one touches, from the flank surfaces [m].
 
-    Args:
-        pair: the pair.
-        theta: angle of the drive gear [rad].
+    Units: ``theta`` [rad].
     """
     flanks = pair.compiled()
     loose = theta * pair.drive.base_radius / pair.loose.base_radius
@@ -71,11 +65,7 @@ def raw_error() -> float:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: nothing is left out.
-    """
+    """Measure them."""
     pair = fig5().pair()
     for which in ("drive", "loose"):
         body = solid(pair, which, chord=CHORD)

@@ -17,27 +17,21 @@ from gears3d.scenario.models import flank_deviations
 from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
-BOUND = 1e-7
-"""0.1 um."""
+BOUND = 1e-7  # 0.1 um
+# Few teeth on the bench of figure 5, so that a turn takes seconds
 SMALL = {
     "gears.module": "12 mm", "gears.face_width": "30 mm", "gears.drive.teeth": 20, "gears.loose.teeth": 20,
     "mount.backlash": "150 um", "drag.torque": "0.5 N m", "motion.mean": "200 rpm",
 }  # fmt: skip
-"""Few teeth on the bench of figure 5, so that a turn takes seconds."""
 WAVES = (
     {"kind": "transmission_error", "order": 2, "amplitude": "30 um", "phase": "0.4 rad"},
     {"kind": "transmission_error", "order": 90, "amplitude": "1.5 um", "phase": "1 rad", "flank": "active"},
 )
-OFFSET, PHASE = 30e-6, 0.7
-"""Of eccentric teeth: m and rad."""
+OFFSET, PHASE = 30e-6, 0.7  # Of eccentric teeth: m and rad
 
 
 def turned(*effects: dict[str, Any]) -> tuple[Scenario, StaticError]:
-    """Return a bench with effects, and what a turn each way gives.
-
-    Args:
-        effects: tables of ``[[effect]]``.
-    """
+    """Return a bench with effects, and what a turn each way gives."""
     scenario = fig5().with_({**SMALL, "effect": list(effects)})
     return scenario, static_error(scenario, turns=1.0)
 
@@ -45,8 +39,7 @@ def turned(*effects: dict[str, Any]) -> tuple[Scenario, StaticError]:
 def rms(difference: np.ndarray) -> float:
     """Return the root mean square.
 
-    Args:
-        difference: any, (n,).
+    Shapes: ``difference`` (n,).
     """
     return float(np.sqrt(np.mean(difference**2)))
 
@@ -84,11 +77,7 @@ def pitch_errors() -> Iterator[Claim]:
 
 
 def eccentric(gear: str) -> Iterator[Claim]:
-    """Give the claims of eccentric teeth, against the closed forms of first order in the offset.
-
-    Args:
-        gear: which is eccentric.
-    """
+    """Give the claims of eccentric teeth, against the closed forms of first order in the offset."""
     scenario, found = turned({"kind": "eccentricity", "gear": gear, "offset": f"{OFFSET} m", "phase": f"{PHASE} rad"})
     pair = scenario.pair()
     sense = 1.0 if gear == "drive" else -1.0
@@ -106,11 +95,7 @@ def eccentric(gear: str) -> Iterator[Claim]:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: waves and one eccentric gear.
-    """
+    """Measure them."""
     yield from waves()
     yield from eccentric("drive")
     if not quick:

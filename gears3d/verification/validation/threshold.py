@@ -11,21 +11,14 @@ from gears3d.bench import thresholds
 from gears3d.verification.validation.bench import fig5
 from gears3d.verification.validation.claim import Claim
 
-TORQUES = (0.22, 0.46, 0.75)
-"""N m."""
-MEANS = (30, 90)
-"""rpm."""
-FREQUENCIES = (0.75, 1.7, 3.0)
-"""Hz."""
+TORQUES = (0.22, 0.46, 0.75)  # N m
+MEANS = (30, 90)  # rpm
+FREQUENCIES = (0.75, 1.7, 3.0)  # Hz
 WAVE = {"kind": "transmission_error", "order": 20, "amplitude": "30 um"}
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one drag, one mean speed, one frequency.
-    """
+    """Measure them."""
     for torque in TORQUES[:1] if quick else TORQUES:
         for mean in MEANS[:1] if quick else MEANS:
             scenario = fig5(drag__torque=f"{torque} N m", motion__mean=f"{mean} rpm")

@@ -23,10 +23,7 @@ CASES = {"20 rpm, 3 Hz, 250 um": (20, 3, 250), "5 rpm, 3 Hz, 250 um": (5, 3, 250
 def plastic(amplitude: int, frequency: int, backlash: int) -> Scenario:
     """Return figure 5 with perfectly plastic impacts.
 
-    Args:
-        amplitude: of the speed [rpm].
-        frequency: Hz.
-        backlash: µm.
+    Units: ``amplitude`` [rpm].
     """
     harmonics = [{"amplitude": f"{amplitude} rpm", "frequency": f"{frequency} Hz"}]
     overrides = {"impact.restitution": 0.0, "mount.backlash": f"{backlash} um", "motion.harmonics": harmonics}
@@ -34,11 +31,7 @@ def plastic(amplitude: int, frequency: int, backlash: int) -> Scenario:
 
 
 def orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
-    """Return times [s] and approach speeds [m/s] of reverse and active impact in the plastic orbit's first period.
-
-    Args:
-        scenario: one harmonic, e = 0.
-    """
+    """Return times [s] and approach speeds [m/s] of reverse and active impact in the plastic orbit's first period."""
     drive = swing(scenario)
     phases = loss_phases(drive.excitation)
     gaps = (scenario.rig().backlash, -scenario.rig().backlash)
@@ -47,11 +40,7 @@ def orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: nothing is left out.
-    """
+    """Measure them."""
     for name, case in CASES.items():
         scenario = plastic(*case)
         times, speeds = orbit(scenario)
@@ -74,11 +63,7 @@ def claims(quick: bool = False) -> Iterator[Claim]:
 
 
 def threshold(excitation: float) -> Scenario:
-    """Return figure 5 at a given excitation Λ = J·ω·ΔΩ/Td (Rigaud & Perret-Liaudet 2020, eq. 7).
-
-    Args:
-        excitation: Λ.
-    """
+    """Return figure 5 at a given excitation Λ = J·ω·ΔΩ/Td (Rigaud & Perret-Liaudet 2020, eq. 7)."""
     rig = fig5().rig()
     amplitude = excitation * rig.drag_torque / rig.inertia / (2 * np.pi * 3.0)
     return fig5().with_({"motion.harmonics": [{"amplitude": f"{amplitude!r} rad/s", "frequency": "3 Hz"}]})

@@ -19,12 +19,12 @@ from gears3d.verification.validation.oracles import events, moreau, penalty
 from gears3d.verification.validation.oracles.case import Case as Case
 from gears3d.verification.validation.oracles.case import case as case
 
+# each orbit by its amplitude [rpm], frequency [Hz], backlash [µm], and number of periods
 ORBITS = {
     "20 rpm, 3 Hz, 250 um": (20, 3, 250, 20),
     "4 rpm, 10 Hz, 200 um": (4, 10, 200, 20),
     "5 rpm, 1 Hz, 250 um, single-sided": (5, 1, 250, 5),
 }
-"""Amplitude [rpm], frequency [Hz], backlash [µm], periods."""
 STEPS = (500, 1000, 2000, 4000, 8000, 16000)
 STIFFNESSES = (1e7, 1e8, 1e9)
 
@@ -32,12 +32,7 @@ STIFFNESSES = (1e7, 1e8, 1e9)
 def bench(rpm: float, hertz: float, backlash: float, restitution: float, periods: float) -> Scenario:
     """Return a case of the bench.
 
-    Args:
-        rpm: amplitude of the drive's speed.
-        hertz: its frequency.
-        backlash: [µm].
-        restitution: coefficient.
-        periods: to simulate.
+    Units: ``backlash`` [µm].
     """
     return fig5().with_(
         {
@@ -49,11 +44,7 @@ def bench(rpm: float, hertz: float, backlash: float, restitution: float, periods
 
 
 def stepping_errors(scenario: Scenario) -> np.ndarray:
-    """Return the mean distance of Moreau's stepping from the twin over one period [m], for each of ``STEPS``.
-
-    Args:
-        scenario: one period long, sampled at the finest step.
-    """
+    """Return the mean distance of Moreau's stepping from the twin over one period [m], for each of ``STEPS``."""
     twin = simulate(scenario, "rigid").signals["displacement_m"]
     found = []
     for steps in STEPS:
@@ -65,9 +56,7 @@ def stepping_errors(scenario: Scenario) -> np.ndarray:
 def order(sizes: np.ndarray, errors: np.ndarray) -> float:
     """Return the exponent with which errors fall with a size, by least squares of the logarithms.
 
-    Args:
-        sizes: (n,).
-        errors: (n,).
+    Shapes: ``sizes`` (n,); ``errors`` (n,).
 
     >>> round(order(np.array([1.0, 2.0, 4.0]), np.array([1.0, 0.5, 0.25])), 9)
     1.0
@@ -78,10 +67,7 @@ def order(sizes: np.ndarray, errors: np.ndarray) -> float:
 def yielding_errors(scenario: Scenario, stiffnesses: tuple[float, ...], pulls: bool) -> np.ndarray:
     """Return the largest relative error of approach and rebound of springs against the twin's blows over the gap.
 
-    Args:
-        scenario: one period long.
-        stiffnesses: of the flanks [N/m], (n,).
-        pulls: whether the force may pull until the gap opens.
+    Units: ``stiffnesses`` [N/m], (n,).
     """
     twin = simulate(scenario, "rigid").impacts
     hard = twin["flight_height_m"] > 0.9 * scenario.rig().backlash
@@ -96,11 +82,7 @@ def yielding_errors(scenario: Scenario, stiffnesses: tuple[float, ...], pulls: b
 
 
 def claims(quick: bool = False) -> Iterator[Claim]:
-    """Measure them.
-
-    Args:
-        quick: one restitution.
-    """
+    """Measure them."""
     yield from _closed_forms()
     for restitution in (0.3,) if quick else (0.3, 0.6):
         yield from _restarted(restitution)

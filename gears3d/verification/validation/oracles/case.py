@@ -9,46 +9,32 @@ from gears3d.scenario import Scenario
 
 
 class Case(NamedTuple):
-    """One degree of freedom on the line of action, driven by one sine.
+    """One degree of freedom on the line of action, driven by one sine."""
 
-    Args:
-        mass: of the loose gear [kg].
-        force: drag [N].
-        speed: amplitude of the drive's speed [m/s].
-        omega: its circular frequency [rad/s].
-        backlash: [m].
-        restitution: coefficient.
-    """
-
-    mass: float
-    force: float
-    speed: float
-    omega: float
-    backlash: float
-    restitution: float
+    mass: float  # of the loose gear [kg]
+    force: float  # drag [N]
+    speed: float  # amplitude of the drive's speed [m/s]
+    omega: float  # its circular frequency [rad/s]
+    backlash: float  # [m]
+    restitution: float  # coefficient
 
     def push(self, time: float) -> float:
         """Return the relative acceleration of the free gear, s̈ = −F/m − ÿ [m/s²]; Rigaud & Perret-Liaudet 2020, (12).
 
-        Args:
-            time: [s].
+        Units: ``time`` [s].
         """
         return -self.force / self.mass - self.speed * self.omega * cos(self.omega * time)
 
     def speed_of_drive(self, time: float) -> float:
         """Return the drive's speed less its mean, ẏ [m/s].
 
-        Args:
-            time: [s].
+        Units: ``time`` [s].
         """
         return self.speed * sin(self.omega * time)
 
 
 def case(scenario: Scenario) -> Case:
     """Return the numbers of a scenario with one harmonic and constant drag.
-
-    Args:
-        scenario: the scenario.
 
     >>> from gears3d.verification.validation.bench import fig5
     >>> round(case(fig5()).mass, 2)

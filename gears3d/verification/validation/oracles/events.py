@@ -10,16 +10,13 @@ from scipy.optimize import root_scalar
 
 from gears3d.verification.validation.oracles.case import Case
 
-STICK = 1e-4
-"""Rebound below which contact lasts [m/s]."""
+STICK = 1e-4  # Rebound below which contact lasts [m/s]
 
 
 def impacts(case: Case, duration: float) -> np.ndarray:
     """Return impacts from rest on the active flank: time [s], flank, velocity [m/s], rebound [m/s]; (n, 4).
 
-    Args:
-        case: the numbers.
-        duration: [s].
+    Units: ``duration`` [s].
 
     Source: Kadmiri et al. 2012, eqs (18)-(22).
     """

@@ -14,10 +14,7 @@ from gears3d.verification.validation.oracles.case import Case
 def step_through(case: Case, duration: float, steps: int) -> np.ndarray:
     """Return the relative displacement at the ends of the steps [m], (steps + 1,), from rest on the active flank.
 
-    Args:
-        case: the numbers.
-        duration: [s].
-        steps: how many.
+    Units: ``duration`` [s].
     """
     length = duration / steps
     place, speed = 0.0, 0.0

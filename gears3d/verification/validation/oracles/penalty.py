@@ -23,9 +23,6 @@ State = tuple[float, float, float]
 def given_back(ratio: float) -> float:
     """Return the restitution of a spring and damper of ratio ζ that lets go where its force ends.
 
-    Args:
-        ratio: ζ, between 0 and 1.
-
     >>> round(given_back(0.357857), 3)  # a flank that may pull gives back 0.3
     0.397
     """
@@ -34,12 +31,7 @@ def given_back(ratio: float) -> float:
 
 
 def ratio_for(restitution: float, pulls: bool) -> float:
-    """Return the damping ratio that gives back e.
-
-    Args:
-        restitution: e.
-        pulls: whether the force may pull until the gap opens.
-    """
+    """Return the damping ratio that gives back e."""
     if pulls:
         return float(damping_ratio(restitution))
     return root_scalar(lambda ratio: given_back(ratio) - restitution, bracket=(1e-6, 0.999)).root
@@ -48,11 +40,7 @@ def ratio_for(restitution: float, pulls: bool) -> float:
 def impacts(case: Case, duration: float, stiffness: float, pulls: bool = False) -> np.ndarray:
     """Return passages from the first flight on: time [s], flank, velocity and rebound [m/s], flight height [m]; (n, 5).
 
-    Args:
-        case: the numbers.
-        duration: [s].
-        stiffness: of both flanks [N/m].
-        pulls: whether the force may pull until the gap opens.
+    Units: ``duration`` [s]; ``stiffness`` [N/m].
     """
     damping = 2.0 * ratio_for(case.restitution, pulls) * sqrt(stiffness * case.mass)
     state = (0.0, -(case.force + case.mass * case.speed * case.omega) / stiffness, 0.0)
