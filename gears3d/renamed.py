@@ -8,15 +8,15 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 
-def names_of(new: str, old: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package that was renamed."""
+def names_of(new: str, old: str, names: Mapping[str, str] | None = None) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a package that was renamed, with new names by old ones where they differ."""
 
     def name_of(name: str) -> Any:
-        named = importlib.import_module(new)
-        if name.startswith("__") or not hasattr(named, name):  # what doctest and pytest look for in every module
+        named, now = importlib.import_module(new), (names or {}).get(name, name)
+        if name.startswith("__") or not hasattr(named, now):  # what doctest and pytest look for in every module
             raise AttributeError(f"module {old!r} has no attribute {name!r}")
         warnings.warn(f"{old} is called {new} now; the old name will be removed", DeprecationWarning, stacklevel=2)
-        return getattr(named, name)
+        return getattr(named, now)
 
     return name_of
 

@@ -2,4 +2,4 @@
 
 from gears3d.renamed import names_of
 
-__getattr__ = names_of("gears3d.verification.validation", __name__)
+__getattr__ = names_of("gears3d.verification.validation", __name__, {"Claim": "Check"})

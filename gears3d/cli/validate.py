@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gears3d.cli.options import command, to_results
-from gears3d.verification.validation.claim import CHAPTERS
+from gears3d.verification.validation.check import CHAPTERS
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from gears3d.results import Result
-    from gears3d.verification.validation import Claim
+    from gears3d.verification.validation import Check
 
-Measured = list[tuple[str, list["Claim"]]]
+Measured = list[tuple[str, list["Check"]]]
 
 
 def validate(
@@ -45,15 +45,15 @@ def validate(
 
     console = Console(width=None if sys.stdout.isatty() else 120)
     measured: Measured = []
-    for title, claims in chapters(quick, only):
+    for title, checks in chapters(quick, only):
         with Console(stderr=True).status(title) if sys.stderr.isatty() and not as_json else nullcontext():
-            measured.append((title, list(claims())))
+            measured.append((title, list(checks())))
         if not as_json:
             _print(console, *measured[-1])
-    every = [claim for _, claims in measured for claim in claims]
-    missed = sum(not claim.holds for claim in every)
+    every = [check for _, checks in measured for check in checks]
+    missed = sum(not check.holds for check in every)
     if as_json:
-        print_json([_plain(title, claim) for title, claims in measured for claim in claims])
+        print_json([_plain(title, check) for title, checks in measured for check in checks])
     else:
         console.print(f"{len(every)} checks, {missed} missed")
     if out is not None and out.suffix == ".md":
@@ -67,36 +67,36 @@ def validate(
 def _result(measured: Measured) -> Result:
     from gears3d.views.results import Contents, Told
 
-    every = [(title, claim) for title, claims in measured for claim in claims]
-    missed = [claim.name for _, claim in every if not claim.holds]
+    every = [(title, check) for title, checks in measured for check in checks]
+    missed = [check.name for _, check in every if not check.holds]
     rows = [
-        (f"{title}: {claim.name}", f"{_words(claim)[0]} ({_words(claim)[1]}) {'holds' if claim.holds else 'MISSED'}")
-        for title, claim in every
+        (f"{title}: {check.name}", f"{_words(check)[0]} ({_words(check)[1]}) {'holds' if check.holds else 'MISSED'}")
+        for title, check in every
     ]
     answer = f"{len(every)} checks, {len(missed)} missed{': ' if missed else ''}{', '.join(missed)}."
     question = "Do the numbers of gears3d hold on this machine against closed forms and independent codes?"
-    data = {"checks": [_plain(title, claim) for title, claim in every]}
+    data = {"checks": [_plain(title, check) for title, check in every]}
     tables = {"validation.md": lambda path: path.write_text(markdown(measured), encoding="utf-8")}
     return Told(Contents("validation", "validation", "Validation", question, answer, rows, data, tables=tables))
 
 
-def _print(console: Console, title: str, claims: list[Claim]) -> None:
+def _print(console: Console, title: str, checks: list[Check]) -> None:
     from rich.table import Table
 
     table = Table("check", "measured", "bound", "", title=title, title_justify="left", box=None)
-    for claim in claims:
-        table.add_row(claim.name, *_words(claim), "[green]holds[/]" if claim.holds else "[red]MISSED[/]")
+    for check in checks:
+        table.add_row(check.name, *_words(check), "[green]holds[/]" if check.holds else "[red]MISSED[/]")
     console.print(table, "")
 
 
-def _words(claim: Claim) -> tuple[str, str]:
+def _words(check: Check) -> tuple[str, str]:
     """Return measured value and bound as text."""
-    sign = "≥" if claim.at_least else "≤"
-    return f"{claim.value:.3g} {claim.unit}".strip(), f"{sign} {claim.bound:.3g} {claim.unit}".strip()
+    sign = "≥" if check.at_least else "≤"
+    return f"{check.value:.3g} {check.unit}".strip(), f"{sign} {check.bound:.3g} {check.unit}".strip()
 
 
-def _plain(title: str, claim: Claim) -> dict[str, Any]:
-    return {"chapter": title, **vars(claim), "holds": claim.holds}
+def _plain(title: str, check: Check) -> dict[str, Any]:
+    return {"chapter": title, **vars(check), "holds": check.holds}
 
 
 def markdown(measured: Measured) -> str:
@@ -107,10 +107,10 @@ def markdown(measured: Measured) -> str:
 
     about = f"gears3d {__version__}, Python {platform.python_version()}, {platform.machine()}"
     lines = ["# Validation", "", f"Printed by `gears3d validate --out docs/validation.md` ({about}).", ""]
-    for title, claims in measured:
+    for title, checks in measured:
         lines += [f"## {title}", "", "| check | measured | bound | |", "|---|---|---|---|"]
-        for claim in claims:
-            value, bound = _words(claim)
-            lines.append(f"| {claim.name} | {value} | {bound} | {'holds' if claim.holds else '**missed**'} |")
+        for check in checks:
+            value, bound = _words(check)
+            lines.append(f"| {check.name} | {value} | {bound} | {'holds' if check.holds else '**missed**'} |")
         lines.append("")
     return "\n".join(lines)

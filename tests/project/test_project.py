@@ -72,6 +72,14 @@ def test_old_names_of_laws_and_signals_load_the_new_ones_and_warn():
             _ = package.water
 
 
+def test_a_check_of_validate_keeps_its_old_name():
+    from gears3d.verification.validation import Check
+
+    with pytest.warns(DeprecationWarning, match="verification"):
+        from gears3d.validation import Claim
+    assert Claim is Check
+
+
 def test_records_are_taken_from_their_files(tmp_path):
     import gears3d
     from gears3d.errors import InputError

@@ -1,4 +1,4 @@
-"""Hidden effects: records of machines that differ from their rig, and the answer sealed beside them."""
+"""Hidden effects: records of machines that differ from their rig, and the sealed answer."""
 
 from gears3d.verification.challenge.causes import KINDS as KINDS
 from gears3d.verification.challenge.foreign import UNKNOWN as UNKNOWN

@@ -87,7 +87,7 @@ def draw(kind: str, scenario: Scenario, size: float, random: np.random.Generator
 
 
 def _unit(scenario: Scenario, effect: dict[str, Any], name: str, unit: str) -> float:
-    """The size that changes the effect's channel by 100 %: the one number that is asked of the effect itself."""
+    """The size that changes the effect's channel by 100 %: the one number that is taken from the effect itself."""
     trial = 1e6 if effect["kind"] == "tooth_compliance" else 1e-6
     tried = scenario.with_({"effect": [{**effect, name: quantity(trial, unit)}]})
     return tried.effects[-1].unit_size(scenario.rig())

@@ -1,4 +1,4 @@
-"""A challenge: drawn from a seed, played out, written beside its sealed answer."""
+"""A challenge: drawn from a seed, played out, written with its sealed answer."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Plan:
     def _blind(self, written: dict[str, Any], effect: dict[str, Any]) -> bool:
         """Whether an effect leaves no trace in any angle.
 
-        Friction of flanks that do not yield; a tooth that stands back where others carry beside it almost always.
+        Friction of rigid flanks; a negative pitch deviation where neighbouring teeth carry almost always.
         """
         if effect["kind"] == "pitch_error":
             return moved(machine(self.rig.with_({"effect": [written]}))) < self.noise * self.rig.pair().backlash
@@ -168,7 +168,7 @@ def _which(random: np.random.Generator) -> tuple[str, ...]:
 
 
 def _soft(rig: Scenario) -> dict[str, Any]:
-    """Teeth that yield by 3 % of the backlash under the drag, for what shows with such teeth only."""
+    """Teeth that deform by 3 % of the backlash under the drag, for what shows with such teeth only."""
     force = rig.drag.torque / rig.pair().loose.base_radius
     stiff = force / (0.03 * rig.pair().backlash)
     mass = float(rig.gears.loose.inertia or 0.0) / rig.pair().loose.base_radius ** 2

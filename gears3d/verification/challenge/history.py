@@ -88,7 +88,7 @@ def _finest(m: Any, step: float) -> float:
 
 
 def _start(m: Any, state: str, time: float) -> np.ndarray:
-    """The state at the beginning: on a flank, or amid the gap as fast as the drive."""
+    """The state at the beginning: on a flank, or in the middle of the gap as fast as the drive."""
     y = np.zeros(7)
     y[TIME], y[3] = time, FREE
     th1, w1, a1 = drive(m, time)
@@ -106,7 +106,7 @@ def _start(m: Any, state: str, time: float) -> np.ndarray:
         y[OMEGA] = (m["rb1"] + on[1]) * w1 / lever
         side = ACTIVE if state == "active" else REVERSE
         y[3] = side if rigid else FREE
-        if not rigid:  # teeth that yield are pressed in already
+        if not rigid:  # compliant teeth are pressed in already
             a2 = ((m["rb1"] + on[1]) * a1 + on[3] * w1**2 + on[4] * y[OMEGA] ** 2) / lever
             for _ in range(60):
                 a, _ = accelerate(m, time, y[THETA], y[OMEGA], y[THETA], y[OMEGA], np.sign(y[OMEGA]), side)

@@ -1,4 +1,4 @@
-"""The machine in motion: Runge-Kutta steps of fixed size, cut where a flank is hit or left, or the gear halts."""
+"""The machine in motion: Runge-Kutta steps of fixed size, ended where a flank is reached or left, or the gear halts."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _first(m, y, direction, pressed, what, low, high):
 
 @njit(cache=True)
 def _hit(m, y, end, direction, pressed, h, side):
-    """When a flank is struck within a step of flight: from 0 to h, or -1 when it is not."""
+    """When a flank is reached within a step of flight: from 0 to h, or -1 when it is not."""
     if side == pressed:
         return -1.0
     apart1, rate1, _, _ = gap(m, side, end[TIME], end[THETA], end[OMEGA])
@@ -183,7 +183,7 @@ def _strike(m, y, side, normals, hits):
 
 @njit(cache=True)
 def _fly(m, y, h, normals, hits):
-    """Flight for ``h`` at most; returns what is left of it."""
+    """Flight for ``h`` at most; returns the remainder."""
     direction, pressed = np.sign(y[OMEGA]), FREE
     if m.spring[0] > 0.0:
         for side in (ACTIVE, REVERSE):
@@ -220,7 +220,7 @@ def _fly(m, y, h, normals, hits):
 
 @njit(cache=True)
 def _touch(m, y, side, hits):
-    """Note where a flank that yields is touched, and step over the edge of the gap."""
+    """Note where a compliant flank is touched, and step over the edge of the gap."""
     _, v, lever, _ = gap(m, side, y[TIME], y[THETA], y[OMEGA])
     count = int(y[COUNT])
     if count < len(hits):
@@ -231,7 +231,7 @@ def _touch(m, y, side, hits):
 
 @njit(cache=True)
 def _ride(m, y, h, normals, hits):
-    """Contact for ``h`` at most; returns what is left of it."""
+    """Contact for ``h`` at most; returns the remainder."""
     side = int(y[MODE])
     start, a2, pair = _follow(m, y, side, y[TIME])
     if _holds(m, start, side, a2) <= 0.0:

@@ -20,7 +20,7 @@ DRIVE, LOOSE = 0.0, 1.0
 BEARING, COGGING, STICK_SLIP, DRIVE_ANGLE, ADHESION, IMPACT_ANGLE, WARMING = range(7)
 
 
-EDGE_POINTS = 400  # Rows of the gap beside the path of contact
+EDGE_POINTS = 400  # Rows of the gap outside the path of contact
 
 # Everything that acts on the loose gear, SI; a table holds as many rows as its ``n_`` says
 MACHINE = np.dtype(
@@ -44,7 +44,7 @@ MACHINE = np.dtype(
         ("film", "f8", (6,)),  # wedge, N·s; squeeze, N·s·m^0.5; rolling radii, m; cos βb; layer, m
         ("second", "f8", (4,)),  # body behind a coupling: kg·m²; N·m/rad; N·m·s/rad; half play, rad
         ("pitch", "f8", (2,)),  # of the drive's teeth, rad; where the reverse flank of tooth 1 is at the pitch point
-        ("edge", "f8", (EDGE_POINTS, 3)),  # angle, rad; gap beside the path of contact, m; its slope
+        ("edge", "f8", (EDGE_POINTS, 3)),  # angle, rad; gap outside the path of contact, m; its slope
         ("n_sines", "i8"),
         ("sines", "f8", (16, 3)),  # of the drive's speed: amplitude, rad/s; circular frequency, rad/s; phase
         ("n_waves", "i8"),
@@ -95,7 +95,7 @@ def _off_axis(m, side, x, offset, gear):
 
 @njit(cache=True)
 def _edge(m, psi):
-    """Gap of a pair of teeth, psi past the pitch point, where one's tip meets the other's flank beside the path."""
+    """Gap of a pair of teeth, psi past the pitch point, where one's tip meets the other's flank outside the path."""
     low, high = 0, EDGE_POINTS - 1
     if psi <= m.edge[low, 0] or psi >= m.edge[high, 0]:
         return 1.0, 0.0, 0.0
@@ -131,7 +131,7 @@ def _material(m, side, k):
 
 @njit(cache=True)
 def _tooth(m, side, th1):
-    """Movement of s by teeth out of step, its first two derivatives over the drive's angle, and the pair that leads."""
+    """Movement of s by pitch deviations, its first two derivatives over the drive's angle, and the pair that leads."""
     best, d, dd, which = -1e9, 0.0, 0.0, 0
     sign = 1.0 if side == ACTIVE else -1.0
     at = th1 - (0.0 if side == ACTIVE else m.pitch[1])
@@ -145,7 +145,7 @@ def _tooth(m, side, th1):
 
 
 def moved(m) -> float:
-    """Return by how much teeth out of step move either flank at most [m]."""
+    """Return by how much pitch deviations move either flank at most [m]."""
     turn = m["pitch"][0] * np.arange(0.0, float(np.max(m["teeth"][:, 1])), 1.0 / AMONG)
     return max((abs(_tooth(m, side, at)[0]) for side in (ACTIVE, REVERSE) for at in turn), default=0.0)
 
@@ -232,7 +232,7 @@ def dry_torque(m, t, w2):
 
 @njit(cache=True)
 def push(m, side, t, th2, w2, pressed):
-    """Force of a flank that yields, if it was touched, force of the oil before it, and their lever."""
+    """Force of a compliant flank, if it was touched, force of the oil before it, and their lever."""
     apart, rate, lever, _ = gap(m, side, t, th2, w2)
     force, film = 0.0, 0.0
     if pressed and apart < 0.0:
@@ -261,7 +261,7 @@ def coupled(m, th2, w2, th3, w3):
 def accelerate(m, t, th2, w2, th3, w3, direction, pressed):
     """Acceleration of the loose gear off rigid flanks and of the second body.
 
-    ``direction`` is that of dry torque; ``pressed`` the flank that yields at present, FREE for neither.
+    ``direction`` is that of dry torque; ``pressed`` the flank that is pressed at present, FREE for neither.
     """
     dry, torque, touching = dry_torque(m, t, w2), 0.0, False
     if m.spring[0] > 0.0 or m.film[0] > 0.0 or m.film[1] > 0.0:

@@ -50,7 +50,7 @@ def bench(random: np.random.Generator) -> dict[str, Any]:
 
 
 def excite(rig: Scenario, random: np.random.Generator) -> dict[str, Any]:
-    """Return the motion that makes a rig rattle: a fluctuation slow beside the fall across the gap, a fitting mean."""
+    """Return a motion that makes a rig rattle: a fluctuation slow against the fall across the gap, a fitting mean."""
     force, frequency = _scales(rig)
     frequency *= random.uniform(0.85, 1.2)
     largest = max(EXCITATIONS) * force / (2.0 * pi * frequency) / rig.pair().drive.base_radius

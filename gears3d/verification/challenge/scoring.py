@@ -1,4 +1,4 @@
-"""A diagnosis held against the sealed answer."""
+"""A diagnosis compared with the sealed answer."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 from gears3d.errors import Fault, InputError
 from gears3d.verification.challenge import seal
 
-# Kinds that some data cannot tell apart: no error when the true one is among the alternatives
+# Kinds that some data cannot distinguish: no error when the true one is among the alternatives
 ALIKE = {
     "drag_differential": ("drag_viscous", "drag_coulomb"),
     "oil_film": ("restitution_speed", "restitution_offset"),
@@ -43,7 +43,7 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
         ``set_right``, ``wrong_names``, ``coordinate_right``, ``parameters``.
 
     Raises:
-        InputError: a file is missing or is none of its sort, or the answer was changed.
+        InputError: a file is missing or of another sort, or the answer was changed.
     """
     folder = Path(folder)
     about = _json(folder / "challenge.json", "answer_sha256")
@@ -69,7 +69,7 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
         As :func:`reveal`, without ``changed``.
 
     Raises:
-        InputError: the verdict is none of the contract.
+        InputError: the verdict is unknown.
 
     >>> found = {"verdict": "explained", "causes": [{"kind": "drag_viscous", "parameters": {}}]}
     >>> score({"effects": [{"kind": "drag_viscous"}], "unknown": [], "visible": True}, found)["kinds_first"]

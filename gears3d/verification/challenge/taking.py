@@ -23,10 +23,10 @@ BEFORE = 5  # Periods before the record begins: a rig has run for a while
 PER_FALL, PER_PERIOD = 150.0, 150.0
 GRID = 720  # Moments in a period of the fastest wave at which contact may be left
 ALONG = 129  # Moments of a flight at which its height is looked for
-# A flank counts as struck when it is struck in more than this part of the periods, as the contract has it
+# A flank has impacts when they occur in more than this part of the periods, as the contract has it
 SHARE = 0.1
 ACTIVE, REVERSE = 0, 1
-# Amplitudes of flanks that are not perfect over the backlash: order 1 of the drive (order 2 has a third of it) and
+# Amplitudes of flanks that are not perfect over the backlash: order 1 of the drive (order 2 has 1/3 of it) and
 # its mesh order; runout and transmission error of quality grades 6 to 9
 RUNOUT, MESH = (0.01, 0.15), (0.001, 0.01)
 # Acceleration of a wave over the deceleration of the loose gear at most: the drive makes the rattle, not the waves
@@ -94,7 +94,7 @@ class Taken:
 def take(rig: Rig, number: int = 0, *, dirt: bool = True, waves: bool = False, samples: int = SAMPLES) -> Taken:
     """Return a record of a rig with its truth.
 
-    The record has ``samples`` at most: its duration is shortened, to no less than 30 periods. It begins amid the
+    The record has ``samples`` at most: its duration is shortened, to no less than 30 periods. It begins within the
     motion; zeros of the encoders are arbitrary.
 
     >>> from gears3d.verification.challenge.space import draw

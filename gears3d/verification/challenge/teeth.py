@@ -1,4 +1,4 @@
-"""Teeth out of step: which pair of teeth carries when, tips that meet flanks beside the path of contact included."""
+"""Pitch deviations: which pair of teeth carries when, with tips that meet flanks outside the path of contact."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gears3d.verification.challenge.physics import EDGE_POINTS
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-POINTS = EDGE_POINTS // 2  # Points of the gap beside either end of the path
+POINTS = EDGE_POINTS // 2  # Points of the gap outside either end of the path
 
 
 def _beside(rb1: float, rb2: float, tip2: float, centre: float, reach: float, of_tip: bool) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Published operating points run again: each number or trend that a paper gives, beside ours.
+"""Published operating points run again: each number or trend that a paper gives, next to the computed one.
 
 A paper is a folder of scenarios with a file of published rows (:mod:`gears3d.verification.papers.published`). To add a
 row: add a table to the file. To add a paper: write the file, and add its name to :data:`PAPERS`.

@@ -310,7 +310,7 @@ def squared_velocities(cases: list[Case], sheet: Any, at: list[float], published
 
 @drawing
 def sound_levels(cases: list[Case], sheet: Any) -> None:
-    """Draw the sound pressure level over ω²·ΔΩ: whine and the energy of the impacts, beside eqs (22), (26), (27)."""
+    """Draw the sound pressure level over ω²·ΔΩ: whine and the energy of the impacts, with eqs (22), (26), (27)."""
     axes = sheet.subplots()
     abscissa, power = decades(cases, "energy_J_s", 2)
     scale = (2 * pi) ** 2 * RPM

@@ -92,7 +92,7 @@ def questions(only: str = "") -> list[Question]:
 
 
 def answers(question: Question, bench: Bench) -> Iterator[Answer]:
-    """Yield the answer for every cause of a question."""
+    """Return the answers for every cause of a question, one by one."""
     for cause in question.causes:
         bench.breathe()
         yield answer(question, cause, bench)
@@ -190,8 +190,8 @@ def _size(rig: Rig, effect: Any) -> str:
         return f"impact: restitution, {name.replace('_', ' ')} {getattr(effect, name):.2g}"
     if effect.kind == "tooth_compliance":
         yielded = rig.drag_torque / rig.base_radius_loose / effect.stiffness
-        return f"contact: flanks yield by {1e6 * yielded:.3g} µm under the drag"
-    return "flight and impact: paths beside a flank"
+        return f"contact: flanks deform by {1e6 * yielded:.3g} µm under the drag"
+    return "flight and impact: paths near a flank"
 
 
 def _torque(rig: Rig, effect: Any, order: str) -> str:
@@ -203,7 +203,7 @@ def _torque(rig: Rig, effect: Any, order: str) -> str:
     torque = np.broadcast_to(resisting(row, rig.mean_speed_loose, angles), angles.shape)
     largest = float(torque[np.argmax(np.abs(torque))]) / rig.inertia
     if row.gate == Gate.CONTACT:
-        return f"loss: contact holds back by {largest * rig.base_radius_loose:.3g} m/s² more than flight"
+        return f"loss: contact decelerates by {largest * rig.base_radius_loose:.3g} m/s² more than flight"
     over = f"{order} of the loose gear" if order else ""
     claimed = f" (rig: {rig.drag_torque / rig.inertia:.3g})" if rig.drag_torque else ""
     return f"flight: deceleration {largest:.3g} rad/s²{over}{claimed}".replace("-", "−")
@@ -212,10 +212,10 @@ def _torque(rig: Rig, effect: Any, order: str) -> str:
 HEAD = """# Open questions of the papers
 
 Printed by `tools/findings`. Published figures that rigid gears do not give. For each: the effects of the catalogue (and
-numbers of the rig) that could have caused it, with the size that it takes, solved for in the rigid twin; those that
+numbers of the rig) that could have caused it, with the size that it takes, solved for in the rigid model; those that
 cannot, up to the largest plausible size; and where `gears3d diagnose` would show each, how large. *Could* means that
-the figures named at the head of the section are met with one size, not that it was so. What cannot is told with what
-comes nearest, or, where nothing comes nearer than no effect at all, with what the largest size gives.
+the figures named at the head of the section are met with one size, not that it was so. A cause that cannot is shown
+with the size that comes nearest, or, where no size comes nearer than no effect at all, with the largest size.
 """
 
 

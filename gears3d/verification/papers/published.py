@@ -1,4 +1,4 @@
-"""Published rows and figures as data: a TOML file beside the scenarios of a paper becomes claims and figures.
+"""Published rows and figures as data: a TOML file in the folder of a paper's scenarios becomes claims and figures.
 
 A row names its scenario (``scenario``, with ``set`` or ``vary`` for changed values), a shared measure (``measure``,
 with ``args``) and the reduction of several values to one (``over``). ``scenario``, ``args`` and each key of ``vary``
@@ -44,7 +44,7 @@ def paper(name: str) -> Paper:
         name: one of :data:`PAPERS`.
 
     Raises:
-        UsageError: there is no such paper.
+        UsageError: the name is unknown.
 
     >>> paper("rigaud-202")
     Traceback (most recent call last):
@@ -62,7 +62,7 @@ def papers(only: str = "") -> list[Paper]:
         only: the name of one; all when empty.
 
     Raises:
-        UsageError: there is no such paper.
+        UsageError: the name is unknown.
     """
     return [paper(name) for name in ([only] if only else PAPERS)]
 
@@ -128,7 +128,7 @@ def _missing(table: Mapping[str, Any], needed: Iterable[str], place: str) -> Ite
 def _faults(
     table: Mapping[str, Any], place: str, known: set[str], needed: tuple[str, ...], notes: Mapping[str, str]
 ) -> Iterator[Fault]:
-    """Yield unknown and missing keys, unknown measures, and arguments that the measure does not take."""
+    """Return unknown and missing keys, unknown measures, and arguments that the measure does not take."""
     yield from _unknown(table, known, place)
     yield from _missing(table, needed, place)
     for key, registry in (("measure", MEASURES), ("drawing", DRAWINGS), ("over", REDUCTIONS)):

@@ -19,7 +19,7 @@ from gears3d.recording import Recording
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 RESTITUTIONS = (0.0, 0.3, 0.5, 0.7)
 MEAN_SPEEDS = (30, 90, 750)  # rpm
@@ -53,16 +53,16 @@ def against_twin(restitution: float, mean: int) -> Comparison:
     return compare(simulate(scenario), simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
-def claims_of(comparison: Comparison, case: str) -> Iterator[Claim]:
-    """Give the claims of one case."""
+def claims_of(comparison: Comparison, case: str) -> Iterator[Check]:
+    """Give the checks of one case."""
     found = comparison.to_dict()
-    yield Claim(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
-    yield Claim(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
-    yield Claim(f"{case}: impact speed, median error", found["velocity_error_median"], 0.002)
-    yield Claim(f"{case}: impact speed, 95 % of the errors", found["velocity_error_p95"], 0.006)
-    yield Claim(f"{case}: impact speed, bias", abs(found["velocity_bias"]), 0.001)
-    yield Claim(f"{case}: phase, median error", found["phase_error_median_cycles"], 1e-4, "cycle")
-    yield Claim(f"{case}: regime differs", 0.0 if found["regime_equal"] else 1.0, 0)
+    yield Check(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
+    yield Check(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
+    yield Check(f"{case}: impact speed, median error", found["velocity_error_median"], 0.002)
+    yield Check(f"{case}: impact speed, 95 % of the errors", found["velocity_error_p95"], 0.006)
+    yield Check(f"{case}: impact speed, bias", abs(found["velocity_bias"]), 0.001)
+    yield Check(f"{case}: phase, median error", found["phase_error_median_cycles"], 1e-4, "cycle")
+    yield Check(f"{case}: regime differs", 0.0 if found["regime_equal"] else 1.0, 0)
 
 
 def along_action(recording: Recording, scenario: Scenario) -> Recording:
@@ -90,19 +90,19 @@ def on_shape(name: str, restitution: float) -> Comparison:
     return compare(engine, simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
-def shape_claims(name: str) -> Iterator[Claim]:
-    """Give the claims of one shape, each the worse of restitution 0 and 0.5."""
+def shape_claims(name: str) -> Iterator[Check]:
+    """Give the checks of one shape, each the worse of restitution 0 and 0.5."""
     both = [on_shape(name, restitution).to_dict() for restitution in (0.0, 0.5)]
     worst = {key: max(abs(one[key]) for one in both) for key in both[0] if key.startswith(("velocity_", "phase_"))}
     counted = [one["impacts_missed"] + one["impacts_invented"] for one in both]
-    yield Claim(f"{name}: impacts missed or invented", max(counted), 0)
-    yield Claim(f"{name}: impact speed, median error", worst["velocity_error_median"], 0.002)
-    yield Claim(f"{name}: impact speed, 95 % of the errors", worst["velocity_error_p95"], 0.006)
-    yield Claim(f"{name}: impact speed, bias", worst["velocity_bias"], 0.001)
-    yield Claim(f"{name}: phase, median error", worst["phase_error_median_cycles"], 1e-4, "cycle")
+    yield Check(f"{name}: impacts missed or invented", max(counted), 0)
+    yield Check(f"{name}: impact speed, median error", worst["velocity_error_median"], 0.002)
+    yield Check(f"{name}: impact speed, 95 % of the errors", worst["velocity_error_p95"], 0.006)
+    yield Check(f"{name}: impact speed, bias", worst["velocity_bias"], 0.001)
+    yield Check(f"{name}: phase, median error", worst["phase_error_median_cycles"], 1e-4, "cycle")
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     for mean in MEAN_SPEEDS:
         for restitution in RESTITUTIONS:

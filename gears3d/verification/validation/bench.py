@@ -1,4 +1,4 @@
-"""The bench that the claims are measured on: Rigaud & Perret-Liaudet 2020, table 1 and figure 5."""
+"""The bench that the checks are measured on: Rigaud & Perret-Liaudet 2020, table 1 and figure 5."""
 
 from __future__ import annotations
 

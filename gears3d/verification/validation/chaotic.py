@@ -19,10 +19,10 @@ from gears3d.scenario import Scenario, load
 from gears3d.scenario.document import shipped
 from gears3d.signals import window
 from gears3d.simulation import simulate
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 CASE = "fig. 5 at e = 0.95"
-# So long that distributions tell speeds apart by less than a tenth
+# So long that distributions distinguish speeds by less than 10 %
 BRIGHT = {"impact.restitution": 0.95, "run.duration": "160 s", "run.settle": "3 s", "run.output_rate": "1 kHz"}
 # Of the drive at the start of a run [deg]; chosen before any of them was run
 PHASES = (11, 56, 101, 146, 191, 236, 281, 326)
@@ -63,8 +63,8 @@ def ratio(one: ArrayLike, other: ArrayLike) -> tuple[float, float]:
     return float(np.exp(found.low)), float(np.exp(found.high))
 
 
-def chaotic_claims() -> Iterator[Claim]:
-    """Give the claims of the chaotic case."""
+def chaotic_claims() -> Iterator[Check]:
+    """Give the checks of the chaotic case."""
     runs = [(simulate(bright(phase)), simulate(bright(phase), "rigid")) for phase in PHASES]
     yield from of_distributions(*runs[0])
     said = [[summary(run) for run in models] for models in zip(*runs, strict=True)]
@@ -73,17 +73,17 @@ def chaotic_claims() -> Iterator[Claim]:
         ("impact rates", "mean speeds"), *(zip(*one, strict=True) for one in said), strict=True
     ):
         low, high = ratio(list(engine), list(twin))
-        yield Claim(f"{about}: half the 99 % interval of the ratio of {name}", (high - low) / 2, WIDTH)
-        yield Claim(f"{about}: one lies off the interval of the ratio of {name}", float(not low <= 1.0 <= high), 0)
+        yield Check(f"{about}: half the 99 % interval of the ratio of {name}", (high - low) / 2, WIDTH)
+        yield Check(f"{about}: one lies off the interval of the ratio of {name}", float(not low <= 1.0 <= high), 0)
 
 
-def of_distributions(engine: Recording, twin: Recording) -> Iterator[Claim]:
-    """Give the claims of one run and its reference by distribution."""
+def of_distributions(engine: Recording, twin: Recording) -> Iterator[Check]:
+    """Give the checks of one run and its reference by distribution."""
     found = compare(engine, twin, flight_height_min=HEIGHT)
-    yield Claim(f"{CASE}: impacts compared as distributions", found.impacts_compared, 1000, at_least=True)
-    yield Claim(f"{CASE}: not chaotic", float(found.mode != "distribution"), 0)
-    yield Claim(f"{CASE}: distributions that differ", sum(one.different for one in found.tests), 0)
+    yield Check(f"{CASE}: impacts compared as distributions", found.impacts_compared, 1000, at_least=True)
+    yield Check(f"{CASE}: not chaotic", float(found.mode != "distribution"), 0)
+    yield Check(f"{CASE}: distributions that differ", sum(one.different for one in found.tests), 0)
     speeds = [one for one in found.tests if one.quantity.endswith("speed")]
-    yield Claim(f"{CASE}: distributions of speeds tested", len(speeds), 2, at_least=True)
+    yield Check(f"{CASE}: distributions of speeds tested", len(speeds), 2, at_least=True)
     least = max((one.detectable or 1.0 for one in speeds), default=1.0)
-    yield Claim(f"{CASE}: change of speeds that would have been found nine times in ten", least, SENSITIVE)
+    yield Check(f"{CASE}: change of speeds that would have been found nine times in ten", least, SENSITIVE)

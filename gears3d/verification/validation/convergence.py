@@ -1,7 +1,7 @@
 """The step of the engine: the order of its error, the error that half the step tells, and the books of work.
 
-Under constant torques flights are parabolas and nothing depends on the step. Here the torque swings with the loose
-gear's angle and grows with its speed. A flight shorter than the step is a single one, whatever the step is: the order
+Under constant torques flights are parabolas and nothing depends on the step. Here the torque varies with the loose
+gear's angle and grows with its speed. A flight shorter than the step is a single one, at any step: the order
 shows where flights are longer, so it is the median over the impacts.
 """
 
@@ -15,11 +15,11 @@ from gears3d.engine import simulate
 from gears3d.recording import Recording
 from gears3d.scenario import Scenario
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
-SWING, ORDER, VISCOUS = 0.6, 36, 0.05  # N m, per revolution of the loose gear, N m s/rad
+AMPLITUDE, ORDER, VISCOUS = 0.6, 36, 0.05  # N m, per revolution of the loose gear, N m s/rad
 EFFECTS = [
-    {"kind": "drag_position", "amplitude": f"{SWING} N m", "order": ORDER},
+    {"kind": "drag_position", "amplitude": f"{AMPLITUDE} N m", "order": ORDER},
     {"kind": "drag_viscous", "coefficient": f"{VISCOUS} N m s/rad"},
 ]
 STEP = 5e-4  # s
@@ -42,7 +42,7 @@ def work_off(made: Recording, scenario: Scenario) -> float:
     """
     rig, signals, hits = scenario.rig(), made.signals, made.impacts
     time, omega, theta = signals["time_s"], signals["omega_loose_rad_s"], signals["theta_loose_rad"]
-    torque = rig.drag_torque * np.sign(omega) + VISCOUS * omega + SWING * np.cos(ORDER * theta)
+    torque = rig.drag_torque * np.sign(omega) + VISCOUS * omega + AMPLITUDE * np.cos(ORDER * theta)
     drag = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * ((torque * omega)[1:] + (torque * omega)[:-1]))])
     energy = 0.5 * rig.inertia * omega**2
     mass = rig.inertia / rig.base_radius_loose**2
@@ -63,23 +63,25 @@ def work_off(made: Recording, scenario: Scenario) -> float:
     return float(off / taken)
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     scenario = bench(0.4)
     exact = _speeds(simulate(scenario, step=STEP / 8))
     coarse, fine = simulate(scenario, step=STEP, error_estimate=True), simulate(scenario, step=STEP / 2)
     errors = [np.abs(_speeds(run) - exact) for run in (coarse, fine)]
     name = "torque over angle and speed: order of the error of impact speeds"
-    yield Claim(name, float(np.median(np.log2(errors[0] / errors[1]))), 3.7, at_least=True)
+    yield Check(name, float(np.median(np.log2(errors[0] / errors[1]))), 3.7, at_least=True)
     told = coarse.meta["error_estimate"]["impact_velocity_m_s"]
-    yield Claim(
-        "step of 0.5 ms: that error, told by half the step, off the true one", abs(told / errors[0].max() - 1.0), 0.1
+    yield Check(
+        "step of 0.5 ms: that error, estimated with half the step, off the true one",
+        abs(told / errors[0].max() - 1.0),
+        0.1,
     )
     usual = simulate(scenario, error_estimate=True).meta["error_estimate"]
-    yield Claim("the step that is chosen: error of the displacement, told", usual["displacement_m"], 1e-10, "m")
-    yield Claim("the step that is chosen: error of an impact speed, told", usual["impact_velocity_m_s"], 1e-7, "m/s")
+    yield Check("the step that is chosen: error of the displacement, told", usual["displacement_m"], 1e-10, "m")
+    yield Check("the step that is chosen: error of an impact speed, told", usual["impact_velocity_m_s"], 1e-7, "m/s")
     long = bench(2.0)
-    yield Claim("work of drive, drag and impacts off the kinetic energy", work_off(simulate(long), long), 0.005)
+    yield Check("work of drive, drag and impacts off the kinetic energy", work_off(simulate(long), long), 0.005)
 
 
 def _speeds(made: Recording) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Eccentric teeth: the engine turns real ones, the twin has their first order, both stand against closed forms.
 
 The teeth's axis stands off the axis of rotation. Each flank then touches elsewhere by the offset's part along its
-normal, and the backlash changes by twice the offset's part towards the mate times sin αw; what is left is of the second
+normal, and the backlash changes by twice the offset's part towards the mate times sin αw; the remainder is of second
 order, the offset squared over the length of the path of contact.
 """
 
@@ -15,7 +15,7 @@ from gears3d.gears import Eccentricity, Pair, quasi_static
 from gears3d.recording import Recording
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 OFFSET, PHASE = 40e-6, 0.6  # m and rad
 
@@ -40,7 +40,7 @@ def first_order(pair: Pair, gear: str, flank: str, theta: np.ndarray) -> np.ndar
     return moved if flank == "active" else pair.backlash + moved
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     pair = fig5().pair()
     second = OFFSET**2 / pair.path_length
@@ -50,8 +50,8 @@ def claims(quick: bool = False) -> Iterator[Claim]:
             engine, twin = (resting(model, gear, flank).signals for model in ("bullet", "rigid"))
             for name, signals in (("engine", engine), ("twin", twin)):
                 off = signals["displacement_m"] - first_order(pair, gear, flank, signals[f"theta_{gear}_rad"])
-                yield Claim(f"{case}: {name} off the first order", float(np.abs(off).max()), second, "m")
+                yield Check(f"{case}: {name} off the first order", float(np.abs(off).max()), second, "m")
             exact = quasi_static(pair.with_mounting(Eccentricity(gear, OFFSET, PHASE)), engine["theta_drive_rad"])
             there = exact.phi_active if flank == "active" else exact.phi_reverse + pair.backlash
             off = float(np.abs(engine["displacement_m"] - there).max())
-            yield Claim(f"{case}: engine off the surfaces rolled without load", off, 1e-11, "m")
+            yield Check(f"{case}: engine off the surfaces rolled without load", off, 1e-11, "m")

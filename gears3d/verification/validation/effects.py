@@ -16,7 +16,7 @@ import numpy as np
 from gears3d.recording import Recording
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 AGREEMENT = 0.05
 FIRST = 8  # How many impacts after the start are compared: four on either flank
@@ -87,21 +87,21 @@ def smallest(name: str) -> float:
     return float(probe * 10 * budget / moved)
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     for name in SIZES:
         signs = (1,) if quick or name in RESIST else (1, -1)
         for sign in signs:
             for words, scale in (("", 1.0),) if quick else (("", 1.0), (", at 10 x the budget", smallest(name))):
                 sized = f"{name}{' reversed' if sign < 0 else ''}{words}"
-                yield Claim(f"{sized}: change off the twin's", disagreement(name, sign * scale), AGREEMENT)
+                yield Check(f"{sized}: change off the twin's", disagreement(name, sign * scale), AGREEMENT)
     yield from carried()
     yield from compliance()
     yield from friction()
 
 
-def carried() -> Iterator[Claim]:
-    """Give the claims of a carried body, which has no size that goes to zero: a small one is a stiff system."""
+def carried() -> Iterator[Check]:
+    """Give the checks of a carried body, which has no size that goes to zero: a small one is a stiff system."""
     body = {"kind": "carried_inertia", "inertia": "5e-3 kg m^2", "stiffness": "400 N m/rad"}
     body |= {"damping": "0.05 N m s/rad"}
     scenario = fig5(run__duration="0.34 s")
@@ -113,11 +113,11 @@ def carried() -> Iterator[Claim]:
             moved = [found[key][:FIRST] - plain[key][:FIRST] for key in ("time_s", "velocity_m_s")]
             changes.append(np.concatenate([moved[0] * np.abs(plain["velocity_m_s"][:FIRST]), moved[1] * 1e-2]))
         off = np.linalg.norm(changes[0] - changes[1]) / np.linalg.norm(changes[1])
-        yield Claim(f"carried body{words}: change off the twin's", float(off), AGREEMENT)
+        yield Check(f"carried body{words}: change off the twin's", float(off), AGREEMENT)
 
 
-def compliance() -> Iterator[Claim]:
-    """Give the claims of compliant teeth, which take the place of the restitution law."""
+def compliance() -> Iterator[Check]:
+    """Give the checks of compliant teeth, which take the place of the restitution law."""
     scenario = fig5(run__duration="0.34 s")
     spring = {"kind": "tooth_compliance", "stiffness": "2.6e6 N/m", "damping": "1200 N s/m"}
     soft = scenario.with_({"effect": [spring]})
@@ -127,17 +127,17 @@ def compliance() -> Iterator[Claim]:
         moved = [more[key][:2] - hard[key][:2] for key in ("velocity_m_s", "rebound_m_s")]
         changes.append(np.concatenate([moved[0], moved[1]]))
     off = np.linalg.norm(changes[0] - changes[1]) / np.linalg.norm(changes[1])
-    yield Claim("tooth compliance, 2.6 N/µm: change off the twin's", float(off), AGREEMENT)
+    yield Check("tooth compliance, 2.6 N/µm: change off the twin's", float(off), AGREEMENT)
 
 
-def friction() -> Iterator[Claim]:
-    """Give the claims of friction between rigid flanks, which changes impulses and nothing else."""
+def friction() -> Iterator[Check]:
+    """Give the checks of friction between rigid flanks, which changes impulses and nothing else."""
     scenario = fig5(run__duration="0.34 s")
     rough = scenario.with_({"effect": [{"kind": "mesh_friction", "coefficient": 0.05}]})
     plain, engine, twin = simulate(scenario), simulate(rough), simulate(rough, "rigid")
     paid = (run.impacts["impulse_N_s"][:FIRST] / plain.impacts["impulse_N_s"][:FIRST] - 1.0 for run in (engine, twin))
     ours, theirs = paid
     off = float(np.linalg.norm(ours - theirs) / np.linalg.norm(theirs))
-    yield Claim("friction in mesh: change of the impulses off the twin's", off, AGREEMENT)
+    yield Check("friction in mesh: change of the impulses off the twin's", off, AGREEMENT)
     moved = np.abs(engine.signals["displacement_m"] - plain.signals["displacement_m"]).max()
-    yield Claim("friction in mesh: change of the motion of rigid flanks", float(moved), 1e-10, "m")
+    yield Check("friction in mesh: change of the motion of rigid flanks", float(moved), 1e-10, "m")

@@ -15,7 +15,7 @@ from gears3d.laws import crossing, loss_phases
 from gears3d.recording import Recording
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5, swing
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 EXTRA = 10e-6  # Material on each of the two flanks of the faulty tooth [m]: it is 20 µm thicker
 
@@ -63,18 +63,18 @@ def closed_form(extra: float) -> tuple[float, float]:
     return faulty[0] - sound[0], faulty[1] - sound[1]
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     case = thick_tooth()
     for name, found, expected, unit in zip(("time", "speed"), case.found, case.moved, ("s", "m/s"), strict=True):
-        yield Claim(
+        yield Check(
             f"thick tooth: {name} of its impact moves by {expected:.3e} {unit}, relative error",
             abs(found / expected - 1),
             1e-3,
         )
     untold = compare(case.sound, case.twin).to_dict()
     told = compare(case.faulty, case.twin).to_dict()
-    yield Claim("sound gears against the twin: 95 % of the speed errors", untold["velocity_error_p95"], 0.006)
-    yield Claim(
+    yield Check("sound gears against the twin: 95 % of the speed errors", untold["velocity_error_p95"], 0.006)
+    yield Check(
         "thick tooth against the untold twin: 95 % of the speed errors", told["velocity_error_p95"], 0.01, at_least=True
     )

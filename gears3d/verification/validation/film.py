@@ -2,7 +2,7 @@
 
 The representative helical pair of a dual-clutch transmission with 10 mPa·s: the height at which it floats follows from
 the laws alone; its fall back on it from a stiff integration of them that shares nothing with either model. Then the
-published swing of fig. 13, in which the pair rattles through its oil: the solids against the twin.
+published speed fluctuation of fig. 13, in which the pair rattles through its oil: the solids against the twin.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from gears3d.laws import film
 from gears3d.scenario import Scenario, load
 from gears3d.simulation import simulate
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 PAIR = """
 format = 1
@@ -60,7 +60,7 @@ def along(scenario: Scenario, s: float, speed_drive: float, speed_loose: float) 
     return float(force) * turn
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     from scipy.integrate import solve_ivp
     from scipy.optimize import root_scalar
@@ -72,8 +72,8 @@ def claims(quick: bool = False) -> Iterator[Claim]:
     bracket = (1e-6, 0.4 * rig.backlash)
     floats = root_scalar(lambda s: along(scenario, s, mean, mean * ratio) - load_, bracket=bracket, xtol=1e-22).root
     found = simulate(scenario, "rigid").signals["displacement_m"]
-    yield Claim("height of the pair that floats on its film, off", float(np.abs(found / floats - 1).max()), 1e-9)
-    yield Claim("that film along the normal, off 6.4 um", abs(floats * cos(rig.base_helix_angle) - 6.4e-6), 1e-7, "m")
+    yield Check("height of the pair that floats on its film, off", float(np.abs(found / floats - 1).max()), 1e-9)
+    yield Check("that film along the normal, off 6.4 um", abs(floats * cos(rig.base_helix_angle) - 6.4e-6), 1e-7, "m")
 
     swing = {"motion.harmonics": [{"amplitude": "300 rad/s^2", "frequency": "50 Hz"}], "start.state": "free"}
     falling = scenario.with_({**swing, "effect[0].viscosity": "100 mPa s"})
@@ -89,23 +89,23 @@ def claims(quick: bool = False) -> Iterator[Claim]:
     times, start = done["time_s"], [done["displacement_m"][0], done["omega_loose_rad_s"][0]]
     theirs = solve_ivp(right, (0, times[-1] + 1e-9), start, "Radau", times, rtol=1e-8, atol=[1e-14, 1e-11])
     off = float(np.abs(done["displacement_m"] - theirs.y[0]).max() / rig.backlash)
-    yield Claim("motion over 20 ms on a film of 0.1 Pa s against scipy's Radau", off, 1e-6, "backlash")
+    yield Check("motion over 20 ms on a film of 0.1 Pa s against scipy's Radau", off, 1e-6, "backlash")
     solids = simulate(falling, "bullet").signals["displacement_m"]
     off = float(np.abs(solids - theirs.y[0]).max() / rig.backlash)
-    yield Claim("the same of helical solids in the engine against scipy's Radau", off, 1e-6, "backlash")
+    yield Check("the same of helical solids in the engine against scipy's Radau", off, 1e-6, "backlash")
     yield from _rattling(scenario.with_({**swing, "start.state": "active", "run.duration": "0.1 s"}))
 
 
-def _rattling(scenario: Scenario) -> Iterator[Claim]:
+def _rattling(scenario: Scenario) -> Iterator[Check]:
     """Hold the engine's passages through the film against the twin's."""
     engine, twin = (simulate(scenario, model) for model in ("bullet", "rigid"))
     ours, theirs = engine.impacts, twin.impacts
     missed = abs(len(ours["time_s"]) - len(theirs["time_s"]))
-    yield Claim("passages of 0.1 s of fig. 13 that the engine misses or invents", float(missed), 0.0)
+    yield Check("passages of 0.1 s of fig. 13 that the engine misses or invents", float(missed), 0.0)
     count = min(len(ours["time_s"]), len(theirs["time_s"]))
     speed = np.abs(theirs["velocity_m_s"][:count])
     for name, what in (("velocity_m_s", "at the entry"), ("rebound_m_s", "at the exit")):
         off = np.abs(ours[name][:count] - theirs[name][:count]) / speed
-        yield Claim(f"speed {what} of these passages, engine off the twin", float(off.max(initial=0.0)), 1e-5)
+        yield Check(f"speed {what} of these passages, engine off the twin", float(off.max(initial=0.0)), 1e-5)
     off = np.abs(engine.signals["displacement_m"] - twin.signals["displacement_m"]).max()
-    yield Claim("displacement in between, engine off the twin", float(off), 1e-9, "m")
+    yield Check("displacement in between, engine off the twin", float(off), 1e-9, "m")

@@ -16,7 +16,7 @@ from gears3d.recording import Recording
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 # Unequal teeth with profile shifts
 UNEQUAL = {
@@ -67,18 +67,18 @@ def thrust_off(made: Recording, scenario: Scenario) -> float:
     return float(np.abs(np.abs(hits["axial_impulse_N_s"] / tangential) / tan(pair.drive.helix_angle) - 1.0).max())
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     unequal = fig5(motion__harmonics=[]).with_({**UNEQUAL, "run.duration": "1 s"})
-    yield Claim("19:31 with shifts, 25 deg: ratio off a constant, over a turn", ratio_off(unequal), 1e-7, "m")
-    yield Claim("19:31 with shifts, 25 deg: ends of lines of contact off", lines_off(unequal), 1e-9, "m")
+    yield Check("19:31 with shifts, 25 deg: ratio off a constant, over a turn", ratio_off(unequal), 1e-7, "m")
+    yield Check("19:31 with shifts, 25 deg: ends of lines of contact off", lines_off(unequal), 1e-9, "m")
     for restitution in (0.3,) if quick else (0.3, 0.7):
         scenario = fig5(impact__restitution=restitution).with_(TWIN)
         made = simulate(scenario)
         found = compare(made, simulate(scenario, "rigid"), flight_height_min=0.05e-6).to_dict()
         case = f"90:90, 25 deg, e = {restitution}"
-        yield Claim(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
-        yield Claim(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
-        yield Claim(f"{case}: impact speed, median error", found["velocity_error_median"], 0.005)
-        yield Claim(f"{case}: impact speed, 95 % of the errors", found["velocity_error_p95"], 0.015)
-        yield Claim(f"{case}: axial over tangential impulse off", thrust_off(made, scenario), 0.01)
+        yield Check(f"{case}: impacts missed or invented", found["impacts_missed"] + found["impacts_invented"], 0)
+        yield Check(f"{case}: impacts compared", found["impacts_compared"], 12, at_least=True)
+        yield Check(f"{case}: impact speed, median error", found["velocity_error_median"], 0.005)
+        yield Check(f"{case}: impact speed, 95 % of the errors", found["velocity_error_p95"], 0.015)
+        yield Check(f"{case}: axial over tangential impulse off", thrust_off(made, scenario), 0.01)

@@ -15,7 +15,7 @@ from gears3d.scenario.document import shipped
 from gears3d.simulation import simulate
 from gears3d.simulation.excitation import assess
 from gears3d.verification.validation.chaotic import chaotic_claims
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 # Of Rigaud & Perret-Liaudet 2020
 FIGURES = (
@@ -25,7 +25,7 @@ FIGURES = (
     *(f"fig12-5rpm-{frequency}Hz" for frequency in (1, 3, 5, 10)),
 )
 SPEEDS = (250, 500, 750, 1000)  # Mean speeds of table 1 of Kadmiri et al. 2012 [rpm]
-EXCITATIONS = (1.5, 3.0, 6.0)  # Λ at which that pair swings
+EXCITATIONS = (1.5, 3.0, 6.0)  # Λ of that pair
 # Errors of impact speeds, median and 95 %, of spur and of helical gears
 BOUNDS = {False: (0.002, 0.006), True: (0.005, 0.015)}
 
@@ -54,25 +54,25 @@ def against_twin(scenario: Scenario) -> Comparison:
     return compare(simulate(scenario), simulate(scenario, "rigid"), flight_height_min=0.05e-6)
 
 
-def claims_of(scenario: Scenario, case: str) -> Iterator[Claim]:
-    """Give the claims of one case that is not chaotic."""
+def claims_of(scenario: Scenario, case: str) -> Iterator[Check]:
+    """Give the checks of one case that is not chaotic."""
     found = against_twin(scenario)
     median, most = BOUNDS[scenario.pair().drive.helix_angle != 0.0]
-    yield Claim(f"{case}: chaotic", float(found.mode != "trajectory"), 0)
-    yield Claim(f"{case}: impacts missed or invented", _known(found.impacts_missed) + _known(found.impacts_invented), 0)
-    yield Claim(f"{case}: regime differs", float(not found.regime_equal), 0)
+    yield Check(f"{case}: chaotic", float(found.mode != "trajectory"), 0)
+    yield Check(f"{case}: impacts missed or invented", _known(found.impacts_missed) + _known(found.impacts_invented), 0)
+    yield Check(f"{case}: regime differs", float(not found.regime_equal), 0)
     if found.impacts_compared:
         about = f"{case}: speed of {found.impacts_compared} impacts"
-        yield Claim(f"{about}, median error", _known(found.velocity_error_median), median)
-        yield Claim(f"{about}, 95 % of the errors", _known(found.velocity_error_p95), most)
+        yield Check(f"{about}, median error", _known(found.velocity_error_median), median)
+        yield Check(f"{about}, 95 % of the errors", _known(found.velocity_error_p95), most)
 
 
 def _known(error: float | None) -> float:
-    """Return an error, or not a number where nothing was matched: no claim holds by that."""
+    """Return an error, or not a number where nothing was matched: no check holds by that."""
     return float("nan") if error is None else error
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     for figure in ("fig8",) if quick else FIGURES:
         yield from claims_of(rigaud(figure), figure.replace("fig", "fig. ", 1).replace("-", ", ", 1))

@@ -1,6 +1,6 @@
 """Data of faulty solids from the 3D engine, diagnosed with the rig of perfect ones.
 
-The engine's solids are what is wrong: an axis beside the teeth's, a thick tooth, teeth out of place, another centre
+The engine's solids are what is wrong: an axis off the teeth's, a thick tooth, teeth out of place, another centre
 distance, an axis that leans. Nobody tells the diagnosis; it gets encoder records and the nominal scenario.
 """
 

@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.gears import Pair, nearest_gap, piece_budget, solid
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 CHORD = 0.2e-6
 
@@ -64,18 +64,18 @@ def raw_error() -> float:
     return abs(2.0 * (budget["raw_minus_refined_mean"] + budget["hull_margins"]))
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     pair = fig5().pair()
     for which in ("drive", "loose"):
         body = solid(pair, which, chord=CHORD)
-        yield Claim(f"{which}: watertight, wound consistently, one body: faults", float(not _whole(body)), 0)
-        yield Claim(f"{which}: chords off the involute", chord_error(pair, which), CHORD, "m")
+        yield Check(f"{which}: watertight, wound consistently, one body: faults", float(not _whole(body)), 0)
+        yield Check(f"{which}: chords off the involute", chord_error(pair, which), CHORD, "m")
     angles = np.linspace(0, 2 * np.pi, 181)
     worst = max(abs(refined_backlash(pair, float(theta)) - 250e-6) for theta in angles)
-    yield Claim("backlash asked, refined on the flanks over a turn: largest error", worst, 0.01e-6, "m")
-    yield Claim("backlash asked, raw in Bullet less its margins, both flanks: mean error", raw_error(), 0.5e-6, "m")
-    yield Claim("hull pieces: chord error", piece_budget(pair)["chord_error_m"], 0.2e-6, "m")
+    yield Check("backlash asked, refined on the flanks over a turn: largest error", worst, 0.01e-6, "m")
+    yield Check("backlash asked, raw in Bullet less its margins, both flanks: mean error", raw_error(), 0.5e-6, "m")
+    yield Check("hull pieces: chord error", piece_budget(pair)["chord_error_m"], 0.2e-6, "m")
 
 
 def _whole(body) -> bool:  # type: ignore[no-untyped-def]

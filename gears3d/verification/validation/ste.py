@@ -1,4 +1,4 @@
-"""The virtual test of the transmission error gives back what was imposed: waves, pitch errors, eccentric teeth.
+"""The virtual test of the transmission error recovers what was imposed: waves, pitch errors, eccentric teeth.
 
 Slow turns both ways in the engine, as Rigaud & Perret-Liaudet 2020, section 3, measure their gears.
 """
@@ -15,7 +15,7 @@ from gears3d.gears import quasi_static
 from gears3d.scenario import Scenario
 from gears3d.scenario.models import flank_deviations
 from gears3d.verification.validation.bench import fig5
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 BOUND = 1e-7  # 0.1 um
 # Few teeth on the bench of figure 5, so that a turn takes seconds
@@ -44,25 +44,25 @@ def rms(difference: np.ndarray) -> float:
     return float(np.sqrt(np.mean(difference**2)))
 
 
-def waves() -> Iterator[Claim]:
-    """Give the claims of waves, which are their own closed form."""
+def waves() -> Iterator[Check]:
+    """Give the checks of waves, which are their own closed form."""
     scenario, found = turned(*WAVES)
     both = 30e-6 * np.cos(2 * found.theta + 0.4)
     active = both + 1.5e-6 * np.cos(90 * found.theta + 1.0)
     case = "waves of order 2 on both flanks and 90 on the active one"
-    yield Claim(f"{case}: phi off, rms", rms(found.phi - active), BOUND, "m")
-    yield Claim(f"{case}: psi off, rms", rms(found.psi - both - scenario.pair().backlash), BOUND, "m")
+    yield Check(f"{case}: phi off, rms", rms(found.phi - active), BOUND, "m")
+    yield Check(f"{case}: psi off, rms", rms(found.psi - both - scenario.pair().backlash), BOUND, "m")
 
 
-def perfect() -> Iterator[Claim]:
-    """Give the claim of perfect gears."""
+def perfect() -> Iterator[Check]:
+    """Give the check of perfect gears."""
     scenario, found = turned()
     off = float(np.abs(found.backlash - scenario.pair().backlash).max())
-    yield Claim("perfect gears: backlash over a turn off", off, BOUND, "m")
+    yield Check("perfect gears: backlash over a turn off", off, BOUND, "m")
 
 
-def pitch_errors() -> Iterator[Claim]:
-    """Give the claims of teeth out of step, against gears rolled on their surfaces."""
+def pitch_errors() -> Iterator[Check]:
+    """Give the checks of pitch deviations, against gears rolled on their surfaces."""
     sizes = np.random.default_rng(5).normal(0.0, 4.0, 12)
     where = [(gear, flank, tooth) for gear in ("drive", "loose") for flank in ("active", "reverse")
              for tooth in (2, 9, 17)]  # fmt: skip
@@ -72,12 +72,12 @@ def pitch_errors() -> Iterator[Claim]:
     ]
     scenario, found = turned(*effects)
     exact = quasi_static(scenario.pair().with_deviations(*flank_deviations(scenario.rows())), found.theta)
-    yield Claim("pitch errors of twelve flanks: phi off, rms", rms(found.phi - exact.phi_active), BOUND, "m")
-    yield Claim("pitch errors of twelve flanks: backlash off, rms", rms(found.backlash - exact.backlash), BOUND, "m")
+    yield Check("pitch errors of twelve flanks: phi off, rms", rms(found.phi - exact.phi_active), BOUND, "m")
+    yield Check("pitch errors of twelve flanks: backlash off, rms", rms(found.backlash - exact.backlash), BOUND, "m")
 
 
-def eccentric(gear: str) -> Iterator[Claim]:
-    """Give the claims of eccentric teeth, against the closed forms of first order in the offset."""
+def eccentric(gear: str) -> Iterator[Check]:
+    """Give the checks of eccentric teeth, against the closed forms of first order in the offset."""
     scenario, found = turned({"kind": "eccentricity", "gear": gear, "offset": f"{OFFSET} m", "phase": f"{PHASE} rad"})
     pair = scenario.pair()
     sense = 1.0 if gear == "drive" else -1.0
@@ -88,13 +88,13 @@ def eccentric(gear: str) -> Iterator[Claim]:
     phi, psi = (sense * OFFSET * np.sin(angle + lean) for angle, lean in ((active, tilt), (reverse, -tilt)))
     opened = -2.0 * OFFSET * np.cos(0.5 * (active + reverse)) * np.sin(pair.working_pressure_angle)
     case = f"{gear} gear 30 um eccentric"
-    yield Claim(f"{case}: phi off, rms", rms(found.phi - phi), BOUND, "m")
-    yield Claim(f"{case}: psi off, rms", rms(found.psi - pair.backlash - psi), BOUND, "m")
+    yield Check(f"{case}: phi off, rms", rms(found.phi - phi), BOUND, "m")
+    yield Check(f"{case}: psi off, rms", rms(found.psi - pair.backlash - psi), BOUND, "m")
     off = float(np.abs(found.backlash - pair.backlash - opened).max())
-    yield Claim(f"{case}: backlash over a turn off, anywhere", off, BOUND, "m")
+    yield Check(f"{case}: backlash over a turn off, anywhere", off, BOUND, "m")
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     yield from waves()
     yield from eccentric("drive")

@@ -15,7 +15,7 @@ from gears3d.laws import crossing, loss_phases
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5, swing
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 
 CASES = {"20 rpm, 3 Hz, 250 um": (20, 3, 250), "5 rpm, 3 Hz, 250 um": (5, 3, 250), "4 rpm, 10 Hz, 200 um": (4, 10, 200)}
 
@@ -39,15 +39,15 @@ def orbit(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     return np.array([hit[0] for hit in hits]), np.array([hit[1] for hit in hits])
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     for name, case in CASES.items():
         scenario = plastic(*case)
         times, speeds = orbit(scenario)
         impacts = simulate(scenario, "rigid").impacts
         off = float(np.abs(impacts["time_s"][:2] - times).max() / scenario.period)
-        yield Claim(f"plastic orbit, {name}: impact times off", off, 1e-8, "period")
-        yield Claim(
+        yield Check(f"plastic orbit, {name}: impact times off", off, 1e-8, "period")
+        yield Check(
             f"plastic orbit, {name}: impact speeds off",
             float(np.abs(impacts["velocity_m_s"][:2] / speeds - 1).max()),
             1e-8,
@@ -55,7 +55,7 @@ def claims(quick: bool = False) -> Iterator[Claim]:
     for excitation, expected in ((0.999, 0), (1.001, 1)):
         scenario = threshold(excitation)
         count = len(simulate(scenario, "rigid").impacts["time_s"])
-        yield Claim(
+        yield Check(
             f"excitation {excitation}: impacts in a period {'none' if not expected else 'some'}: wrong",
             float((count > 0) != bool(expected)),
             0,

@@ -1,4 +1,4 @@
-"""Rates and speeds of chaotic motion: the claims on them can fail, and do where the motion is another one."""
+"""Rates and speeds of chaotic motion: the checks on them can fail, and do where the motion is another one."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Tooth errors: their record by encoders, and disconnection over amplitude and phase of the drive (Ottewill et al.).
 
 ASSUMED: the paper prints the largest amplitude of each error only. The 21 orders are 1 to 6 and the first five mesh
-orders with a sideband on either side. Meshes carry a fifth of the largest amplitude (60 µrad, 3 µm in case i), falling
+orders with a sideband on either side. Meshes have 20 % of the largest amplitude (60 µrad, 3 µm in case i), falling
 with the order; in case iv, whose eccentricity alone is larger, as much as in case i. Phases are random. Order 1
 completes the printed amplitude, so it dominates, as the paper states. The mesh orders are as large as rattle at the
 printed drive amplitudes requires: the second derivative counts, and order 1 of the printed size moves the threshold

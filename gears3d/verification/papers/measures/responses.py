@@ -159,7 +159,7 @@ def crossing_dispersion(cases: list[Case]) -> float:
 
 @measure
 def repetition(case: Case) -> str:
-    """Return ``"repeats"`` if the motion does after whatever number of periods, else its name."""
+    """Return ``"repeats"`` if the motion does after any number of periods, else its name."""
     name = case.outcome["motion"]
     return "repeats" if name is None or name.endswith("T") else name
 
@@ -264,15 +264,15 @@ def at_excitation(case: Case, wanted: float, run: str) -> Case:
     )
 
 
-def impulses(case: Case, wanted: float, run: str, alike: str = "") -> np.ndarray:
+def impulses(case: Case, wanted: float, run: str, reference: str = "") -> np.ndarray:
     """Return the dimensionless impulses at an excitation, after flights across at least half of the backlash.
 
-    ``alike`` names a case that the backlash is taken from, in terms of the drive's amplitude.
+    ``reference`` names a case whose backlash, in terms of the drive's amplitude, is used.
     """
     moved = at_excitation(case, wanted, run)
     size = drive_amplitude(case) * wanted / excitation(case)
-    if alike:
-        like = case.bench.case(alike)
+    if reference:
+        like = case.bench.case(reference)
         last = drive_amplitude(like) * wanted / excitation(like)
         moved = moved.with_({"mount.backlash": f"{100 * size / last:.6f} um"})
     scenario, rig, hits = moved.scenario, moved.rig, moved.run.impacts
@@ -282,6 +282,6 @@ def impulses(case: Case, wanted: float, run: str, alike: str = "") -> np.ndarray
 
 
 @measure
-def mean_impulse(case: Case, wanted: float, run: str, alike: str = "") -> float:
+def mean_impulse(case: Case, wanted: float, run: str, reference: str = "") -> float:
     """Return the mean dimensionless impulse at an excitation."""
-    return float(np.abs(impulses(case, wanted, run, alike)).mean())
+    return float(np.abs(impulses(case, wanted, run, reference)).mean())

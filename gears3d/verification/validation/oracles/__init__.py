@@ -14,7 +14,7 @@ from gears3d.laws.orbit import cycle
 from gears3d.scenario import Scenario
 from gears3d.simulation import simulate
 from gears3d.verification.validation.bench import fig5, swing
-from gears3d.verification.validation.claim import Claim
+from gears3d.verification.validation.check import Check
 from gears3d.verification.validation.oracles import events, moreau, penalty
 from gears3d.verification.validation.oracles.case import Case as Case
 from gears3d.verification.validation.oracles.case import case as case
@@ -65,7 +65,7 @@ def order(sizes: np.ndarray, errors: np.ndarray) -> float:
 
 
 def yielding_errors(scenario: Scenario, stiffnesses: tuple[float, ...], pulls: bool) -> np.ndarray:
-    """Return the largest relative error of approach and rebound of springs against the twin's blows over the gap.
+    """Return the largest relative error of approach and rebound of springs against the twin's impacts across the gap.
 
     Units: ``stiffnesses`` [N/m], (n,).
     """
@@ -81,7 +81,7 @@ def yielding_errors(scenario: Scenario, stiffnesses: tuple[float, ...], pulls: b
     return np.array(found)
 
 
-def claims(quick: bool = False) -> Iterator[Claim]:
+def checks(quick: bool = False) -> Iterator[Check]:
     """Measure them."""
     yield from _closed_forms()
     for restitution in (0.3,) if quick else (0.3, 0.6):
@@ -89,51 +89,51 @@ def claims(quick: bool = False) -> Iterator[Claim]:
     for restitution in (0.0, 0.5) if quick else (0.0, 0.3, 0.5, 0.7):
         errors = stepping_errors(bench(20, 3, 250, restitution, 1))
         name = f"Moreau's time stepping, e = {restitution}"
-        yield Claim(f"{name}: order of convergence in the step", order(np.array(STEPS), errors), 0.9, at_least=True)
-        yield Claim(f"{name}: mean distance at {max(STEPS)} steps a period", errors[-1] / 250e-6, 1e-3, "backlash")
+        yield Check(f"{name}: order of convergence in the step", order(np.array(STEPS), errors), 0.9, at_least=True)
+        yield Check(f"{name}: mean distance at {max(STEPS)} steps a period", errors[-1] / 250e-6, 1e-3, "backlash")
     for pulls in (False, True):
         yield from _yielding(0.3, pulls)
     off = penalty.given_back(penalty.ratio_for(0.3, pulls=True)) - 0.3
-    yield Claim("eq. (20) on a force that may not pull, e = 0.3: restitution too large by", off, 0.05, at_least=True)
+    yield Check("eq. (20) on a force that may not pull, e = 0.3: restitution too large by", off, 0.05, at_least=True)
 
 
-def _closed_forms() -> Iterator[Claim]:
+def _closed_forms() -> Iterator[Check]:
     for name, (rpm, hertz, backlash, periods) in ORBITS.items():
         scenario = bench(rpm, hertz, backlash, 0.0, periods).with_({"run.output_rate": "2 kHz"})
         ours, twin = simulate(scenario, "plastic"), simulate(scenario, "rigid")
         columns = [(ours.signals[key], twin.signals[key]) for key in ours.signals]
         columns += [(ours.impacts[key], twin.impacts[key]) for key in ours.impacts]
         off = max(float(np.abs(a - b).max()) if a.shape == b.shape else np.inf for a, b in columns)
-        yield Claim(f"plastic model, {name}, {periods} periods: any number off", off, 1e-9)
+        yield Check(f"plastic model, {name}, {periods} periods: any number off", off, 1e-9)
     for restitution in (0.3, 0.7):
         scenario = bench(20, 3, 250, restitution, 1)
         closed = cycle(swing(scenario), 250e-6, lambda flank, speed, e=restitution: e, 1e-4)
         twin = simulate(scenario, "rigid").impacts["velocity_m_s"]
         ours = np.array([flight.velocity for flight in closed.flights])
         off = float(np.abs(ours / twin - 1).max()) if ours.shape == twin.shape else np.inf
-        yield Claim(f"cycle in closed form, e = {restitution}: speed of any impact off", off, 1e-8)
+        yield Check(f"cycle in closed form, e = {restitution}: speed of any impact off", off, 1e-8)
 
 
-def _restarted(restitution: float) -> Iterator[Claim]:
+def _restarted(restitution: float) -> Iterator[Check]:
     scenario = bench(20, 3, 250, restitution, 1)
     theirs = events.impacts(case(scenario), scenario.run.duration)
     twin = simulate(scenario, "rigid").impacts
     ours = np.stack([twin[name] for name in ("time_s", "flank", "velocity_m_s", "rebound_m_s")], axis=1)
     same = ours.shape == theirs.shape
     name = f"scipy restarted at events, e = {restitution}"
-    yield Claim(f"{name}: impacts missed or invented", abs(len(ours) - len(theirs)), 0)
+    yield Check(f"{name}: impacts missed or invented", abs(len(ours) - len(theirs)), 0)
     off = np.abs(ours - theirs).max(axis=0) if same else np.full(4, np.inf)
-    yield Claim(f"{name}: impact times off", float(off[0] / scenario.period), 1e-8, "period")
-    yield Claim(f"{name}: impact speeds off", float(off[2]), 1e-9, "m/s")
+    yield Check(f"{name}: impact times off", float(off[0] / scenario.period), 1e-8, "period")
+    yield Check(f"{name}: impact speeds off", float(off[2]), 1e-9, "m/s")
 
 
-def _yielding(restitution: float, pulls: bool) -> Iterator[Claim]:
+def _yielding(restitution: float, pulls: bool) -> Iterator[Check]:
     scenario = bench(20, 3, 250, restitution, 1)
     errors = yielding_errors(scenario, STIFFNESSES, pulls)
     name = f"spring and damper{' by eq. (20), may pull' if pulls else ', may not pull'}, e = {restitution}"
-    yield Claim(f"{name}: order in the stiffness", order(np.array(STIFFNESSES), errors), 0.45, at_least=True)
+    yield Check(f"{name}: order in the stiffness", order(np.array(STIFFNESSES), errors), 0.45, at_least=True)
     drive = swing(scenario)
     passage = np.pi * np.sqrt(case(scenario).mass / max(STIFFNESSES))
     rebound = simulate(scenario, "rigid").impacts["rebound_m_s"][0]
     bound = float((drive.speed * drive.omega + drive.pull) * passage / abs(rebound))
-    yield Claim(f"{name}: speeds off at 1 N/nm; bound: what a passage adds to a rebound", errors[-1], bound)
+    yield Check(f"{name}: speeds off at 1 N/nm; bound: what a passage adds to a rebound", errors[-1], bound)

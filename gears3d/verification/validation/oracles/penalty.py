@@ -1,8 +1,8 @@
 """Springs and dampers in place of rigid flanks: they tend to the rigid model as they get stiffer.
 
-A linear spring and damper gives back e when it may pull until the gap opens and its damping ratio is that of Rigaud &
-Perret-Liaudet 2020, eq. (20), with the square that the print lacks. A flank cannot pull; where the force is cut off at
-zero, the gear leaves earlier and faster, and another ratio gives back e: both are tried.
+A linear spring and damper has the restitution e when it may pull until the gap opens and its damping ratio is that of
+Rigaud & Perret-Liaudet 2020, eq. (20), with the square that the print lacks. A flank cannot pull; where the force is
+cut off at zero, the gear leaves earlier and faster, and another ratio has the restitution e: both are tried.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ State = tuple[float, float, float]
 def given_back(ratio: float) -> float:
     """Return the restitution of a spring and damper of ratio ζ that lets go where its force ends.
 
-    >>> round(given_back(0.357857), 3)  # a flank that may pull gives back 0.3
+    >>> round(given_back(0.357857), 3)  # a flank that may pull has e = 0.3
     0.397
     """
     root = sqrt(1.0 - ratio**2)
@@ -31,7 +31,7 @@ def given_back(ratio: float) -> float:
 
 
 def ratio_for(restitution: float, pulls: bool) -> float:
-    """Return the damping ratio that gives back e."""
+    """Return the damping ratio whose restitution is e."""
     if pulls:
         return float(damping_ratio(restitution))
     return root_scalar(lambda ratio: given_back(ratio) - restitution, bracket=(1e-6, 0.999)).root
@@ -67,7 +67,7 @@ def _follow(
     damping: float,
     pulls: bool,
 ) -> tuple[tuple[float, float, float], float, float]:
-    """Go on to the next crossing of a flank; ``where`` is 0 or 1 in a flank and 0.5 between them."""
+    """Continue to the next crossing of a flank; ``where`` is 0 or 1 in a flank and 0.5 between them."""
     wall = case.backlash if where == 1 else 0.0
     side = -1.0 if where == 1 else 1.0
 
