@@ -38,16 +38,16 @@ def papers(
     from gears3d.verification.papers.page import tally, write
 
     console = Console(width=None if sys.stdout.isatty() else 140, highlight=False)
-    held: list[tuple[Paper, list[Result]]] = []
+    compared: list[tuple[Paper, list[Result]]] = []
     chosen = wanted(only)
     with _bench(sum(len(paper.claims) for paper in chosen)) as bench:
         for paper in chosen:
             results = [hold(claim, bench) for claim in paper.claims]
-            held.append((paper, results))
+            compared.append((paper, results))
             if not as_json:
                 _print(console, paper, results)
-        written = write(out, held, bench) if out is not None else []
-    every = [result for _, results in held for result in results]
+        written = write(out, compared, bench) if out is not None else []
+    every = [result for _, results in compared for result in results]
     if as_json:
         print_json([result.row() for result in every])
     else:
@@ -70,14 +70,14 @@ def _bench(count: int) -> Iterator[Bench]:
     console, done, last = Console(stderr=True), 0, ""
     with patient_interrupts() as check, console.status("") if console.is_terminal else nullcontext() as line:
 
-        def tell(words: str) -> None:
+        def report(text: str) -> None:
             nonlocal done, last
             check()
-            done, last = done + (words != last), words
+            done, last = done + (text != last), text
             if line is not None:
-                line.update(escape(f"{min(done, count)}/{count} {words}"))
+                line.update(escape(f"{min(done, count)}/{count} {text}"))
 
-        yield Bench(tell)
+        yield Bench(report)
 
 
 def _print(console: Console, paper: Paper, results: list[Result]) -> None:

@@ -17,7 +17,7 @@ from gears3d.views.pages.engine import Head, Key, Picture
 from gears3d.views.plots.numbers import figure
 
 SHOWN = 12  # commands on the page for one figure
-Held = list[tuple[Paper, list[Result]]]
+Compared = list[tuple[Paper, list[Result]]]
 
 
 def number(value: float | str, unit: str = "", tolerance: float = 0.0) -> str:
@@ -46,9 +46,9 @@ def tally(results: list[Result]) -> str:
     return f"{words}; {changed} not as recorded" if changed else words
 
 
-def markdown(held: Held) -> str:
+def markdown(compared: Compared) -> str:
     """Return all rows as a page of the documentation."""
-    every = [result for _, results in held for result in results]
+    every = [result for _, results in compared for result in results]
     lines = [
         "# Published figures against gears3d",
         "",
@@ -58,7 +58,7 @@ def markdown(held: Held) -> str:
         "",
         f"{tally(every)}.",
     ]
-    for paper, results in held:
+    for paper, results in compared:
         lines += ["", f"## {paper.name}", "", f"{paper.citation}", "", *_table(results), *_notes(results)]
         if paper.excused:
             lines += ["", "Not represented:", ""]
@@ -107,19 +107,19 @@ def places(rows: list[Result]) -> str:
     return f"{first.figure}, {first.quantity}{more}"
 
 
-def write(folder: Path, held: Held, bench: Bench) -> list[Path]:
+def write(folder: Path, compared: Compared, bench: Bench) -> list[Path]:
     """Write ``papers.json``, ``papers.md``, ``papers.html`` and the same page as ``report.html``."""
-    rows = [result.row() for _, results in held for result in results]
-    page = render(held, bench)
+    rows = [result.row() for _, results in compared for result in results]
+    page = render(compared, bench)
     return [
         write_text(folder / "papers.json", json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False) + "\n"),
-        write_text(folder / "papers.md", markdown(held)),
+        write_text(folder / "papers.md", markdown(compared)),
         write_text(folder / "papers.html", page),
         write_text(folder / "report.html", page),
     ]
 
 
-def render(held: Held, bench: Bench) -> str:
+def render(compared: Compared, bench: Bench) -> str:
     """Return the page as HTML that opens without a network."""
     papers = [
         {
@@ -129,9 +129,9 @@ def render(held: Held, bench: Bench) -> str:
             "parts": list(_parts(paper, results, bench)),
             "excused": paper.excused,
         }
-        for paper, results in held
+        for paper, results in compared
     ]
-    every = [result for _, results in held for result in results]
+    every = [result for _, results in compared for result in results]
     red = [f"{one.claim.paper} {one.claim.figure}" for one in every if one.verdict == "disagrees"]
     where = f" Disagreements: {', '.join(dict.fromkeys(red))}." if red else ""
     head = Head(
@@ -145,13 +145,13 @@ def render(held: Held, bench: Bench) -> str:
         ],
         "open" if red else "good",
     )
-    only = f" --only {held[0][0].name}" if len(held) == 1 else ""
+    only = f" --only {compared[0][0].name}" if len(compared) == 1 else ""
     made = {"version": __version__, "command": f"gears3d papers{only} --out DIR"}
     return engine.render("papers.html.j2", head, made, ("papers.json", "papers.md"), papers=papers)
 
 
 def _parts(paper: Paper, results: list[Result], bench: Bench) -> Iterator[dict[str, Any]]:
-    """Give each figure or table of the paper, in print order, as the template wants it."""
+    """Return each figure or table of the paper, in print order, as the template needs it."""
     drawn = {figure.name: figure for figure in paper.figures}
     for name in paper.contents:
         mine = [result for result in results if result.claim.figure == name]

@@ -27,7 +27,7 @@ def cause(name, start):
 
 @pytest.fixture(scope="module")
 def answered(bench):
-    """Return what comes of a suspect of a question, each found once."""
+    """Return the answer for a cause of a question, each found once."""
 
     @cache
     def found(name, of):
@@ -56,7 +56,7 @@ def test_the_page_says_what_comes_out(bench, answered, name, which):
 
 
 @pytest.mark.parametrize("name", QUESTIONS)
-def test_every_kind_is_a_suspect_or_said_not_to_be(name):
+def test_every_kind_is_a_cause_or_is_listed_as_not_tried(name):
     asked = question(name)
     named = " ".join([*(each.name for each in asked.causes), *asked.left_out])
     assert not [kind for kind in catalogue() if kind not in named and kind != "drag_drift"]
