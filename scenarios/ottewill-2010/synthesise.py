@@ -3,12 +3,12 @@
 from math import pi
 from pathlib import Path
 
-from gears3d.verification.papers.measures.errors import ERRORS, drive_phase, error_function
+from gears3d.verification.papers.measures.tooth_errors import ERRORS, drive_phase, error_function
 
 RADIUS = 50.743e-3  # base radius, m
 HEAD = """\
 # Case {case} of Ottewill, Neild & Wilson 2010 at steady speed. Printed is the largest amplitude of the error,
-# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/verification/papers/measures/errors.py).
+# {peak:g} rad; ASSUMED are its 21 orders and their phases (gears3d/verification/papers/measures/tooth_errors.py).
 # Written by synthesise.py.
 format = 1
 extends = "../base/ottewill-2010.toml"

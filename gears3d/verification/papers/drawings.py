@@ -11,7 +11,7 @@ import numpy as np
 from gears3d import palette
 from gears3d.laws.noise import WHINE_30_RPM, rattle_level, total_level
 from gears3d.verification.papers.bench import Case
-from gears3d.verification.papers.measures import camera, errors
+from gears3d.verification.papers.measures import camera, tooth_errors
 from gears3d.verification.papers.measures.excitation import threshold
 from gears3d.verification.papers.measures.geometry import rolled
 from gears3d.verification.papers.measures.oil import SOFT, coastdown, lubricated_index
@@ -143,7 +143,7 @@ def error_synthesis(cases: list[Case], sheet: Any) -> None:
     """Draw one revolution of the error as the encoders read it, averaged over 25, and from its 21 strongest orders."""
     (case,) = cases
     angle = np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
-    curves = (errors.encoders(case)[0], errors.averaged_error(case), errors.recreated(case).at(angle))
+    curves = (tooth_errors.encoders(case)[0], tooth_errors.averaged_error(case), tooth_errors.recreated(case).at(angle))
     titles = ("(a) one revolution", "(b) mean of 25", "(c) 21 orders")
     for axes, curve, title in zip(sheet.subplots(1, 3, sharey=True), curves, titles, strict=True):
         axes.plot(angle / (2 * np.pi), 1e3 * (curve - curve.mean()), color=LINE, lw=0.7)
@@ -154,8 +154,8 @@ def error_synthesis(cases: list[Case], sheet: Any) -> None:
 def dynamic_error(case: Case) -> tuple[np.ndarray, np.ndarray]:
     """Return time [s] and x = θ1 − θ2 − e [rad], β on the driving flank."""
     run, radius = case.run, case.rig.base_radius_loose
-    flank = -radius * errors.true_error(case, run.signals["theta_drive_rad"])
-    return run.time, errors.HALF_BACKLASH - (run.signals["displacement_m"] - flank) / radius
+    flank = -radius * tooth_errors.true_error(case, run.signals["theta_drive_rad"])
+    return run.time, tooth_errors.HALF_BACKLASH - (run.signals["displacement_m"] - flank) / radius
 
 
 @drawing
@@ -165,8 +165,8 @@ def dynamic_errors(cases: list[Case], sheet: Any, titles: list[str]) -> None:
     for axes, case, title in zip(panels, cases, titles, strict=True):
         time, x = dynamic_error(case)
         axes.plot(time, 1e3 * x, color=LINE, lw=1)
-        axes.axhline(1e3 * errors.HALF_BACKLASH, color=ACTIVE, ls="--", lw=0.8)
-        axes.axhline(-1e3 * errors.HALF_BACKLASH, color=REVERSE, ls="--", lw=0.8)
+        axes.axhline(1e3 * tooth_errors.HALF_BACKLASH, color=ACTIVE, ls="--", lw=0.8)
+        axes.axhline(-1e3 * tooth_errors.HALF_BACKLASH, color=REVERSE, ls="--", lw=0.8)
         axes.set(title=title, ylabel="x [mrad]")
     panels[-1].set_xlabel("revolutions")
 
@@ -179,7 +179,7 @@ def dynamic_errors_together(cases: list[Case], sheet: Any, labels: list[str]) ->
         time, x = dynamic_error(case)
         shown = (time >= 1.5) & (time <= 3.0)
         axes.plot(time[shown], 1e3 * x[shown], style, color=LINE, lw=1, label=label)
-    axes.axhline(1e3 * errors.HALF_BACKLASH, color=ACTIVE, ls="--", lw=0.8)
+    axes.axhline(1e3 * tooth_errors.HALF_BACKLASH, color=ACTIVE, ls="--", lw=0.8)
     axes.set(xlabel="revolutions", ylabel="x [mrad]")
     axes.legend(loc="lower right")
 
@@ -189,10 +189,10 @@ def contours(cases: list[Case], sheet: Any, panels: list[dict[str, Any]]) -> Non
     """Draw disconnections over phase and amplitude; a panel has ``title``, and ``set`` or ``drags`` for changes."""
     drawn = None
     for axes, case, panel in zip(sheet.subplots(1, len(panels), squeeze=False)[0], cases, panels, strict=True):
-        found = errors.contour(case.with_(panel.get("set", {})), panel.get("drags", ""))
-        levels = np.linspace(0.0, 2e3 * errors.HALF_BACKLASH, 9)
+        found = tooth_errors.contour(case.with_(panel.get("set", {})), panel.get("drags", ""))
+        levels = np.linspace(0.0, 2e3 * tooth_errors.HALF_BACKLASH, 9)
         drawn = axes.contourf(
-            errors.PHASES, errors.AMPLITUDES, 1e3 * found, levels=levels, cmap="viridis", extend="max"
+            tooth_errors.PHASES, tooth_errors.AMPLITUDES, 1e3 * found, levels=levels, cmap="viridis", extend="max"
         )
         axes.set(
             title=panel["title"], xlabel="phase relative to the eccentricity [rad]", ylabel="drive amplitude [rad]"

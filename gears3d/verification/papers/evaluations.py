@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.effects import catalogue
-from gears3d.verification.papers.measures.errors import disconnections, shift
 from gears3d.verification.papers.measures.excitation import excitation
+from gears3d.verification.papers.measures.tooth_errors import disconnections, shift
 
 if TYPE_CHECKING:
     from gears3d.effects import Rig

@@ -1,8 +1,9 @@
 """Published rows and figures as data: a TOML file in the folder of a paper's scenarios becomes claims and figures.
 
 A row names its scenario (``scenario``, with ``set`` or ``vary`` for changed values), a shared measure (``measure``,
-with ``args``) and the reduction of several values to one (``over``). ``scenario``, ``args`` and each key of ``vary``
-may be lists: the measure is then evaluated for every combination. ``words`` maps the value to a word of the paper.
+with ``args``) and the reduction of several values to one (``over``; of arrays each first, where it is a list).
+``scenario``, ``args`` and each key of ``vary`` may be lists: the measure is then evaluated for every combination.
+``words`` maps the value to a word of the paper.
 ``[defaults]`` completes every row and figure; a ``note`` without a space is a name in ``[notes]``; ``[scenarios]`` has
 named lists of scenarios.
 """
@@ -16,6 +17,8 @@ from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
 from gears3d.scenario.shipped import ROWS, shipped
@@ -132,8 +135,9 @@ def _faults(
     yield from _unknown(table, known, place)
     yield from _missing(table, needed, place)
     for key, registry in (("measure", MEASURES), ("drawing", DRAWINGS), ("over", REDUCTIONS)):
-        if key in table and table[key] not in registry:
-            yield Fault(f"{place}.{key}", f"{table[key]!r} does not exist", did_you_mean(table[key], [*registry]))
+        for name in _listed(table.get(key, [])):
+            if name not in registry:
+                yield Fault(f"{place}.{key}", f"{name!r} does not exist", did_you_mean(name, [*registry]))
     note = table.get("note", "")
     if note and " " not in note and note not in notes:
         yield Fault(f"{place}.note", f"{note!r} is not in [notes]", did_you_mean(note, [*notes]))
@@ -187,7 +191,9 @@ def evaluate(bench: Bench, row: Mapping[str, Any]) -> float | str:
     measure, each = MEASURES[row["measure"]], cases(bench, row)
     together = next(iter(inspect.signature(measure).parameters)) == "cases"
     found = [measure(one, **args) for one in ([each] if together else each) for args in _listed(row.get("args", {}))]
-    value = REDUCTIONS[row["over"]](found) if "over" in row else found[0]
+    for reduce in (REDUCTIONS[name] for name in _listed(row.get("over", []))):
+        found = [reduce(each) for each in found] if isinstance(found[0], np.ndarray) else [reduce(found)]
+    value = found[0]
     if "words" in row:
         return _word(value, row["words"])
     return value if isinstance(value, str) else float(value) * SCALE.get(row.get("unit", ""), 1.0)

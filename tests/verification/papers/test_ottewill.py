@@ -9,7 +9,7 @@ import pytest
 
 from gears3d.laws import ottewill
 from gears3d.verification.papers import Bench
-from gears3d.verification.papers.measures.errors import ERRORS, disconnection, error_function, shift
+from gears3d.verification.papers.measures.tooth_errors import ERRORS, disconnection, error_function, shift
 
 FOLDER = Path(__file__).resolve().parents[3] / "scenarios/ottewill-2010"
 
@@ -37,7 +37,7 @@ def flown(case, amplitude, phase, damping=2.3, contact=4.2, fine=200_000):
 
 @pytest.mark.parametrize("phase", [2.60, 5.14, 0.25])
 def test_the_twin_flies_as_the_dimensionless_form(bench, phase):
-    found = disconnection(bench.case("ottewill-2010/case-i"), 0.43, phase)
+    found = disconnection(bench.case("ottewill-2010/case-i"), 0.43, [phase])[0]
     assert found == pytest.approx(flown("i", 0.43, phase), rel=1e-3)
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from gears3d.errors import InputError
 from gears3d.verification.papers import PAPERS, Bench, hold, paper
+from gears3d.verification.papers.measures.responses import losses
 from gears3d.verification.papers.published import cases, evaluate, parse
 
 ROW = """
@@ -85,6 +86,12 @@ def test_a_row_is_evaluated_for_every_combination_and_reduced(bench):
     row |= {"args": [{"of": "impacts"}, {"of": "impacts_per_period"}], "over": "relative_change"}
     first, last = found[0].outcome["impacts"], found[-1].outcome["impacts_per_period"]
     assert evaluate(bench, row) == pytest.approx(first / last - 1.0)
+
+
+def test_arrays_are_reduced_before_the_values_of_several_cases(bench):
+    row = {"scenario": ["rigaud-2020/fig10", "rigaud-2020/fig11"], "measure": "losses", "over": ["mean", "ratio"]}
+    means = [losses(bench.case(name)).mean() for name in row["scenario"]]
+    assert evaluate(bench, row) == pytest.approx(means[0] / means[1])
 
 
 def test_numbers_and_words_become_the_words_of_the_paper(bench):

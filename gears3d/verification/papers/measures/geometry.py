@@ -63,19 +63,7 @@ def parts(signal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @measure
-def rolled_error(case: Case, part: str) -> float:
-    """Return the transmission error of the active flanks per ``revolution`` or per ``mesh``, peak to peak [m]."""
-    return float(np.ptp(parts(rolled(case).phi_active)[("revolution", "mesh").index(part)]))
-
-
-@measure
-def rolled_backlash(case: Case) -> float:
-    """Return the mean backlash over a revolution [m]."""
-    return float(rolled(case).backlash.mean())
-
-
-@measure
-def rolled_backlash_range(case: Case) -> float:
-    """Return the range of the backlash over a revolution, over its mean."""
-    backlash = rolled(case).backlash
-    return float(np.ptp(backlash) / backlash.mean())
+def rolled_curve(case: Case, curve: str, part: str = "") -> np.ndarray:
+    """Return ``phi_active`` or ``backlash`` over a revolution, or its ``revolution`` or ``mesh`` part [m]."""
+    found = getattr(rolled(case), curve)
+    return parts(found)[("revolution", "mesh").index(part)] if part else found

@@ -1,7 +1,7 @@
 """Measures and reductions by name.
 
-A measure takes a case and returns a value in SI units, or a word; one whose first parameter is ``cases`` takes all
-cases of its row together. A reduction makes one value of several.
+A measure takes a case and returns a value or an array in SI units, or a word; one whose first parameter is ``cases``
+takes all cases of its row together. A reduction makes one value of several.
 """
 
 from __future__ import annotations
@@ -37,6 +37,30 @@ def mean(values: Sequence[float]) -> float:
 def spread(values: Sequence[float]) -> float:
     """Return the largest value less the smallest."""
     return float(np.ptp(values))
+
+
+@reduction
+def relative_spread(values: Sequence[float]) -> float:
+    """Return the largest value less the smallest, over the mean."""
+    return float(np.ptp(values) / np.mean(values))
+
+
+@reduction
+def deviation(values: Sequence[float]) -> float:
+    """Return the standard deviation."""
+    return float(np.std(values))
+
+
+@reduction
+def relative_deviation(values: Sequence[float]) -> float:
+    """Return the standard deviation over the magnitude of the mean."""
+    return float(np.std(values) / abs(np.mean(values)))
+
+
+@reduction
+def smallest_share(values: Sequence[float]) -> float:
+    """Return the smallest value over the largest."""
+    return float(min(values) / max(values))
 
 
 @reduction

@@ -91,6 +91,7 @@ def phases(run: Recording, times: np.ndarray) -> np.ndarray:
     return np.mod(times / run.meta["period_s"], 1.0)
 
 
+@measure
 def losses(case: Case) -> np.ndarray:
     """Return the phase of the first loss of the active flank in each settled period [cycles], (n,).
 
@@ -108,12 +109,6 @@ def losses(case: Case) -> np.ndarray:
 
 
 @measure
-def loss_phase(case: Case) -> float:
-    """Return the mean phase at which the active flank is left [cycles]."""
-    return float(losses(case).mean())
-
-
-@measure
 def loss_advance(cases: list[Case]) -> float:
     """Return by how much the effects of the cases make the loss of the active flank earlier [cycles]."""
     first = cases[0]
@@ -121,22 +116,19 @@ def loss_advance(cases: list[Case]) -> float:
     return float(losses(perfect).mean() - np.concatenate([losses(case) for case in cases]).mean())
 
 
-def crossing_speeds(cases: list[Case], flank: int) -> np.ndarray:
-    """Return the speeds of the settled impacts on a flank after flights across the backlash, of all cases [m/s]."""
-    found = []
+@measure
+def crossing_velocities(cases: list[Case], flank: str) -> np.ndarray:
+    """Return the velocities of the settled impacts after flights across the backlash, of all cases [m/s].
+
+    They are signed as in the paper: positive on the ``active`` flank, negative on the ``reverse`` one.
+    """
+    code, found = ("active", "reverse").index(flank), []
     for run in (case.run for case in cases):
         hits, meta = run.impacts, run.meta
         across = hits["flight_height_m"] > 0.9 * meta["backlash_m"]
         settled = hits["time_s"] > meta["settle_s"]
-        found.append(np.abs(hits["velocity_m_s"][across & settled & (hits["flank"] == flank)]))
-    return np.concatenate(found)
-
-
-@measure
-def crossing_velocity(cases: list[Case], flank: str) -> float:
-    """Return the mean impact velocity after crossings, positive on ``active`` and negative on ``reverse`` [m/s]."""
-    code = ("active", "reverse").index(flank)
-    return float(crossing_speeds(cases, code).mean()) * (1, -1)[code]
+        found.append(np.abs(hits["velocity_m_s"][across & settled & (hits["flank"] == code)]))
+    return np.concatenate(found) * (1, -1)[code]
 
 
 @measure
@@ -144,17 +136,10 @@ def crossing_change(cases: list[Case], perfect: str, overrides: dict[str, Any]) 
     """Return the larger relative change of the two mean impact speeds from those of a case without effects."""
     before = cases[0].bench.case(perfect, overrides).outcome
     ratios = [
-        crossing_speeds(cases, code).mean() / abs(before[f"{flank}_velocity_mean_m_s"])
-        for code, flank in enumerate(("active", "reverse"))
+        crossing_velocities(cases, flank).mean() / before[f"{flank}_velocity_mean_m_s"]
+        for flank in ("active", "reverse")
     ]
-    return float(np.abs(np.array(ratios) - 1).max())
-
-
-@measure
-def crossing_dispersion(cases: list[Case]) -> float:
-    """Return the larger standard deviation of the impact speeds on one flank, over their mean."""
-    speeds = [crossing_speeds(cases, flank) for flank in (0, 1)]
-    return max(float(each.std() / each.mean()) for each in speeds)
+    return float(np.abs(np.abs(ratios) - 1).max())
 
 
 @measure
@@ -228,6 +213,7 @@ def phase_scatter(case: Case) -> float:
     return float(max(np.sqrt(-2 * np.log(mean)) / (2 * pi) for mean in means))
 
 
+@measure
 def durations(case: Case, stiffness: float) -> np.ndarray:
     """Return how long compliant flanks push in impacts faster than 20 mm/s [s]; longer contacts are permanent."""
     mass = equivalent_mass(case.rig.inertia, case.rig.base_radius_loose)
@@ -242,12 +228,6 @@ def durations(case: Case, stiffness: float) -> np.ndarray:
     lasted = run.time[ends] - run.time[begins]
     impact = (active | reverse)[begins] & (np.abs(v[begins]) > 0.02) & (run.time[begins] > 0.2)
     return lasted[impact & (lasted < 2 * np.pi * np.sqrt(mass / stiffness))]
-
-
-@measure
-def impact_duration(case: Case, stiffness: float, of: str = "mean") -> float:
-    """Return the ``mean`` or ``std`` of the durations of impacts on compliant flanks [s]."""
-    return float(getattr(durations(case, stiffness), of)())
 
 
 def at_excitation(case: Case, wanted: float, run: str) -> Case:

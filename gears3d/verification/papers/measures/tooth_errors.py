@@ -198,16 +198,9 @@ def loss_amplitude(case: Case, error: str) -> float:
 
 
 @measure
-def disconnection(case: Case, amplitude: float, phase: float, orders: list[int] | None = None) -> float:
-    """Return the disconnection at an amplitude and a phase of the drive [rad]."""
-    return float(disconnections(case, [(amplitude, phase)], orders=orders)[0])
-
-
-@measure
-def phase_spread(case: Case, amplitude: float, phases: int, orders: list[int]) -> float:
-    """Return the spread of the disconnections over equally spaced phases, over their mean."""
-    found = disconnections(case, [(amplitude, 2 * pi * i / phases) for i in range(phases)], orders=orders)
-    return float(np.ptp(found) / found.mean())
+def disconnection(case: Case, amplitude: float, phases: list[float], orders: list[int] | None = None) -> np.ndarray:
+    """Return the disconnection at an amplitude and phases of the drive, with some orders of the error only [rad]."""
+    return disconnections(case, [(amplitude, phase) for phase in phases], orders=orders)
 
 
 @measure
@@ -227,16 +220,9 @@ def phase_sensitivity(case: Case, amplitude: float, phase: float, step: float) -
 
 
 @measure
-def phase_range(case: Case, amplitude: float) -> float:
-    """Return the smallest over the largest disconnection of all phases at an amplitude of the contours."""
-    found = contour(case)[int(np.argmin(np.abs(np.array(AMPLITUDES) - amplitude)))]
-    return float(found.min() / found.max())
-
-
-@measure
-def mean_disconnection(case: Case, amplitude: float) -> float:
-    """Return the mean disconnection of all phases at an amplitude of the contours [rad]."""
-    return float(contour(case)[int(np.argmin(np.abs(np.array(AMPLITUDES) - amplitude)))].mean())
+def contour_row(case: Case, amplitude: float) -> np.ndarray:
+    """Return the disconnections of all phases at an amplitude of the contours [rad], (30,)."""
+    return contour(case)[int(np.argmin(np.abs(np.array(AMPLITUDES) - amplitude)))]
 
 
 @measure
