@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
-from gears3d.scenario.shipped import ROWS, shipped
+from gears3d.scenario.shipped import ROWS, names, shipped
 from gears3d.verification.papers.bench import Bench, Case
 from gears3d.verification.papers.claim import Claim, Figure, Paper
 from gears3d.verification.papers.drawings import DRAWINGS
@@ -95,9 +95,9 @@ def parse(name: str, file: Path) -> Paper:
         for key in ("row", "figure")
     )
     for number, row in enumerate(rows):
-        faults += _faults(row, f"row[{number}]", ROW, ("figure", "quantity", "published", "measure"), notes)
+        faults += _faults(row, f"row[{number}]", ROW, ("figure", "quantity", "published", "scenario", "measure"), notes)
     for number, figure in enumerate(figures):
-        faults += _faults(figure, f"figure[{number}]", FIGURE, ("name", "title", "drawing"), notes)
+        faults += _faults(figure, f"figure[{number}]", FIGURE, ("name", "title", "scenario", "drawing"), notes)
     if faults:
         raise InputError([Fault(each.key, each.message, each.remedy, str(file)) for each in faults])
     return Paper(
@@ -138,6 +138,11 @@ def _faults(
         for name in _listed(table.get(key, [])):
             if name not in registry:
                 yield Fault(f"{place}.{key}", f"{name!r} does not exist", did_you_mean(name, [*registry]))
+    for name in _listed(table.get("scenario", [])):
+        if name not in names():
+            yield Fault(f"{place}.scenario", f"{name!r} is not shipped", did_you_mean(name, names()))
+    if table.get("recorded", "agrees") not in ("agrees", "disagrees"):
+        yield Fault(f"{place}.recorded", f"is {table['recorded']!r}", 'give "agrees" or "disagrees"')
     note = table.get("note", "")
     if note and " " not in note and note not in notes:
         yield Fault(f"{place}.note", f"{note!r} is not in [notes]", did_you_mean(note, [*notes]))
@@ -194,6 +199,9 @@ def evaluate(bench: Bench, row: Mapping[str, Any]) -> float | str:
     for reduce in (REDUCTIONS[name] for name in _listed(row.get("over", []))):
         found = [reduce(each) for each in found] if isinstance(found[0], np.ndarray) else [reduce(found)]
     value = found[0]
+    if len(found) > 1 or isinstance(value, np.ndarray):
+        where = f"{row['figure']}, {row['quantity']}"
+        raise InputError(Fault(where, f"{row['measure']} gives several values", "reduce them with over"))
     if "words" in row:
         return _word(value, row["words"])
     return value if isinstance(value, str) else float(value) * SCALE.get(row.get("unit", ""), 1.0)

@@ -58,6 +58,8 @@ def test_a_table_added_to_a_file_is_a_row(tmp_path, bench):
     [
         ("measure =", "measured =", ["row[0].measured", "did you mean 'measure'", "row[0].measure: is missing"]),
         ('"outcome"', '"outcom"', ["row[0].measure", "did you mean 'outcome'"]),
+        ("rigaud-2020/fig10", "rigaud-2020/fig1", ["row[0].scenario", "did you mean 'rigaud-2020/fig1"]),
+        ('"fig. 1"\nquantity', '"fig. 1"\nrecorded = "yes"\nquantity', ["row[0].recorded", '"agrees" or']),
         ("of =", "off =", ["row[0].args", "responses.outcome"]),
         ('"fig. 1"\nquantity', '"fig. 1"\nnote = "nowhere"\nquantity', ["row[0].note", "[notes]"]),
         ("tolerance = 0.1", "tolerance = 0.0", ["numbers a positive one"]),
@@ -86,6 +88,12 @@ def test_a_row_is_evaluated_for_every_combination_and_reduced(bench):
     row |= {"args": [{"of": "impacts"}, {"of": "impacts_per_period"}], "over": "relative_change"}
     first, last = found[0].outcome["impacts"], found[-1].outcome["impacts_per_period"]
     assert evaluate(bench, row) == pytest.approx(first / last - 1.0)
+
+
+def test_several_values_need_a_reduction(bench):
+    row = {"figure": "fig. 1", "quantity": "q", "scenario": "rigaud-2020/fig10", "measure": "losses"}
+    with pytest.raises(InputError, match=r"fig\. 1, q: losses gives several values \(reduce them with over\)"):
+        evaluate(bench, row)
 
 
 def test_arrays_are_reduced_before_the_values_of_several_cases(bench):
