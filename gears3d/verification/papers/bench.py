@@ -46,7 +46,12 @@ class Bench:
 
     @contextmanager
     def working_on(self, text: str, figure: str) -> Iterator[None]:
-        """Report a text as progress, and note the commands that are needed meanwhile for a figure."""
+        """Report a text as progress, and note the commands that are needed meanwhile for a figure.
+
+        Args:
+            text: of the progress line.
+            figure: paper and name of the figure.
+        """
         self._text = text
         self.breathe()
         before, self._figure = self._figure, figure
@@ -60,11 +65,25 @@ class Bench:
         self._progress(self._text)
 
     def case(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> Case:
-        """Return a shipped scenario with changed values, and the model that runs it."""
+        """Return a shipped scenario with changed values, and the model that runs it.
+
+        Args:
+            name: file below ``scenarios/``, without ``.toml``.
+            overrides: changed values by key, ``{"mount.backlash": "150 um"}``.
+            model: of the simulation.
+        """
         return Case(self, name.removesuffix(".toml"), overrides or {}, model)
 
     def scenario(self, name: str, overrides: Overrides | None = None) -> Scenario:
-        """Return a shipped scenario with changed values."""
+        """Return a shipped scenario with changed values.
+
+        Args:
+            name: file below ``scenarios/``, without ``.toml``.
+            overrides: changed values by key, ``{"mount.backlash": "150 um"}``.
+
+        Raises:
+            InputError: the scenario is invalid.
+        """
         from gears3d.scenario import load
 
         case = self.case(name, overrides)
@@ -72,7 +91,17 @@ class Bench:
         return self._keep(key, lambda: load(shipped() / f"{case.name}.toml", dict(case.overrides)))
 
     def run(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> Recording:
-        """Return the recording of a shipped scenario with changed values."""
+        """Return the recording of a shipped scenario with changed values.
+
+        Args:
+            name: file below ``scenarios/``, without ``.toml``.
+            overrides: changed values by key, ``{"mount.backlash": "150 um"}``.
+            model: of the simulation.
+
+        Raises:
+            InputError: the scenario is invalid.
+            EngineError: the simulation cannot continue.
+        """
         from gears3d.simulation import simulate
 
         self.breathe()
@@ -81,7 +110,13 @@ class Bench:
         return self._keep(command, lambda: simulate(self.scenario(name, overrides), model))
 
     def outcome(self, name: str, overrides: Overrides | None = None, model: str = "rigid") -> dict[str, Any]:
-        """Return the summary of a run: regime, speeds, energies, durations (:func:`gears3d.signals.describe`)."""
+        """Return the summary of a run: regime, speeds, energies, durations (:func:`gears3d.signals.describe`).
+
+        Args:
+            name: file below ``scenarios/``, without ``.toml``.
+            overrides: changed values by key, ``{"mount.backlash": "150 um"}``.
+            model: of the simulation.
+        """
         from gears3d.signals import describe
 
         run = self.run(name, overrides, model)
@@ -90,6 +125,10 @@ class Bench:
 
     def once(self, key: str, compute: Callable[[], T]) -> T:
         """Compute a quantity that several rows and figures need once; commands it needs count for all of them.
+
+        Args:
+            key: unique name of the quantity.
+            compute: how it is computed.
 
         >>> bench = Bench()
         >>> bench.once("sum", lambda: 3), bench.once("sum", lambda: 4)
