@@ -13,11 +13,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from gears3d.scenario.shipped import names
 from typer.main import get_command
 
 from gears3d import cli, load
 from gears3d.effects import catalogue
+from gears3d.scenario.document import names
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from gears3d.scenario.shipped import names, shipped
 
 from gears3d.runs import judge
 from gears3d.runs.summary import outcome_of
 from gears3d.scenario import load
+from gears3d.scenario.document import names, shipped
 from gears3d.simulation import simulate
 
 ROOT = Path(__file__).resolve().parents[2]

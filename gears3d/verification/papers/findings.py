@@ -195,7 +195,7 @@ def _size(rig: Rig, effect: Any) -> str:
 
 
 def _torque(rig: Rig, effect: Any, order: str) -> str:
-    from gears3d.simulation.resistance import resisting
+    from gears3d.simulation.excitation import resisting
 
     row, angles = effect.rows(rig)[0], np.linspace(0.0, 2 * pi, 361)
     if row.code == Code.TORQUE_FRICTION:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from gears3d.errors import Fault, InputError, UsageError, did_you_mean
-from gears3d.scenario.shipped import ROWS, names, shipped
+from gears3d.scenario.document import ROWS, names, shipped
 from gears3d.verification.papers.bench import Bench, Case
 from gears3d.verification.papers.claim import Claim, Figure, Paper
 from gears3d.verification.papers.drawings import DRAWINGS

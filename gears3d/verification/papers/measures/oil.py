@@ -89,7 +89,7 @@ def viscosity(temperature: float) -> float:
     >>> round(viscosity(20.0), 6), round(viscosity(50.0), 6)
     (0.08, 0.03)
     """
-    from gears3d.laws.oil import density, kinematic_viscosity
+    from gears3d.laws.film import density, kinematic_viscosity
 
     points = tuple((at, mu / float(density(870.0, at))) for at, mu in ((20.0, 0.08), (50.0, 0.03)))
     return float(density(870.0, temperature) * kinematic_viscosity((points[0], points[1]), temperature))
