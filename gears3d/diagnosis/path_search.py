@@ -62,8 +62,13 @@ TRUE = 1.5
 """Usual mean square of residuals, in variances of the noise, up to which they are noise."""
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
-SIZES = {OIL: (0.03, 0.06, 0.12, 0.25, 0.5), SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0)}
-"""Sizes in units at which laws of contact are tried."""
+SIZES = {
+    OIL: (0.03, 0.06, 0.12, 0.25, 0.5),
+    SOFT: (1.6, 2.5, 4.0, 6.3, 10.0, 25.0, 100.0),
+    "backlash_offset": (-0.6, -0.4, -0.25, -0.1, 0.1, 0.25, 0.5, 1.0),
+}
+"""Sizes in units at which laws of contact are tried, and what moves a flank away from where the path meets it: slopes
+say nothing of those."""
 DAMPINGS = (0.05, 0.15)
 """Parts of the critical damping at which compliant teeth are tried."""
 NEAR, LIKE, EXCHANGES = 0.1, 0.5, 3
@@ -323,7 +328,7 @@ def _added(
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
             root = _part(few, mine, base)
             for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
-                for one in _lawful(few, known, first, start, least):
+                for one in _bold(few, known, first, start, least):
                     restore(few, one)
                     tries.append(polished(few, scanned(few, polished(few, one))))
         for one in _scattered(few, known, first, enough):
@@ -606,12 +611,11 @@ def _fits(
     return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))
 
 
-def _lawful(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
-    """Return causes to start from with a law of contact as well, each of which some windows promise to gain so much."""
-    if any(one.candidate.kind in LAWS for one in start.causes):
-        return []
-    made = []
-    for law in (one for one in known if one.kind in LAWS):
+def _bold(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
+    """Return causes to start from with one as well that is tried at several sizes, where some windows gain so much."""
+    made, there = [], {one.candidate.kind for one in start.causes}
+    there |= set(LAWS) if there & set(LAWS) else set()
+    for law in (one for one in known if one.kind in SIZES and one.kind not in there):
         restore(windows, start)
         few, mine = windows.some(SCORED // 2)
         zeros, best, most = windows.zeros, None, least * len(few) / len(windows)
@@ -637,9 +641,9 @@ def _lawful(windows: Windows, known: Sequence[Candidate], now: State, start: Sta
 
 
 def _begun(windows: Windows, law: Candidate) -> list[Cause]:
-    """Return a law of contact at the sizes at which it is tried."""
-    if law.kind == OIL:
-        return [begin(law, np.array([size])) for size in SIZES[OIL]]
+    """Return a cause at the sizes at which it is tried."""
+    if law.kind != SOFT:
+        return [begin(law, np.array([size])) for size in SIZES[law.kind]]
     mass = windows.values.inertia / windows.values.base_radius_loose**2
     return [
         begin(law._replace(shape={"damping": 2.0 * damping * float(np.sqrt(size * law.unit * mass))}), np.array([size]))
