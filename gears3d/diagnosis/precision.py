@@ -7,6 +7,7 @@ off, or a touch that is told a little late, move all points about them. So each 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,49 @@ KNOWN = 1e-12
 """Part of the best known combination of numbers below which another one is not known at all."""
 
 
+class Information(NamedTuple):
+    """What the readings of one record say of the numbers of causes, in units; those of several records add up.
+
+    Args:
+        normal: products of the slopes, (p, p).
+        scores: sums of slope times residual over stretches of the record, (s, p).
+        chi2: of the residuals.
+        count: of the residuals.
+    """
+
+    normal: Array
+    scores: Array
+    chi2: float
+    count: float
+
+
+def information(one: Evidence, causes: Sequence[Cause], others: Sequence[Cause] = ()) -> Information:
+    """Return what the events of a record say of causes, zeros that are not known being free.
+
+    Args:
+        one: the record.
+        causes: that act in it, with their numbers.
+        others: that do not act in it; their numbers follow those of the causes.
+    """
+    effects = [cause.effect for cause in causes if cause.effect is not None]
+    slopes = np.column_stack([column for cause in (*causes, *others) for column in slopes_of([one], cause)])
+    own, told = contribution([one], effects), residuals(one)
+    rest = np.concatenate([told[name] for name in CHANNELS]) - own
+    if len(across := _zeros(one, effects, own)):
+        slopes = slopes - across.T @ (across @ slopes)
+    where = np.concatenate([np.arange(len(told[n])) * STRETCHES[0] // max(len(told[n]), 1) for n in CHANNELS])
+    voted = np.zeros((STRETCHES[0], slopes.shape[1]))
+    np.add.at(voted, where, slopes * rest[:, None])
+    return Information(slopes.T @ slopes, voted, float(rest @ rest), len(rest))
+
+
+def combined(parts: Sequence[Information]) -> Array:
+    """Return the covariance of the numbers of causes, in units, from the events of several records, (p, p)."""
+    normal = sum((one.normal for one in parts), np.zeros_like(parts[0].normal))
+    level = sum(one.chi2 for one in parts) / max(sum(one.count for one in parts), 1)
+    return _wider(normal, np.array([one.scores for one in parts]), max(level, 1.0))
+
+
 def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
     """Return the covariance of the numbers of causes, zeros of records that are not known being free [SI], (p, p).
 
@@ -37,22 +81,7 @@ def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
     Source: Liang and Zeger 1986, theorem 1, for errors that hang together.
     """
     units = np.concatenate([cause.units for cause in causes])
-    effects = [cause.effect for cause in causes if cause.effect is not None]
-    normal, scores = np.zeros((len(units), len(units))), []
-    chi2, count = 0.0, 0
-    for one in records:
-        slopes = np.column_stack([column for cause in causes for column in slopes_of([one], cause)])
-        own, told = contribution([one], effects), residuals(one)
-        rest = np.concatenate([told[name] for name in CHANNELS]) - own
-        if len(across := _zeros(one, effects, own)):
-            slopes = slopes - across.T @ (across @ slopes)
-        normal += slopes.T @ slopes
-        chi2, count = chi2 + float(rest @ rest), count + len(rest)
-        where = np.concatenate([np.arange(len(told[n])) * STRETCHES[0] // max(len(told[n]), 1) for n in CHANNELS])
-        voted = np.zeros((STRETCHES[0], len(units)))
-        np.add.at(voted, where, slopes * rest[:, None])
-        scores.append(voted)
-    return _wider(normal, np.array(scores), max(chi2 / max(count, 1), 1.0)) * np.outer(units, units)
+    return combined([information(one, causes) for one in records]) * np.outer(units, units)
 
 
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:

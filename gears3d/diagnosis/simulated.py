@@ -41,14 +41,14 @@ def simulated(one: Admitted, rig: Scenario, seed: int = 0) -> Admitted:
     ]  # fmt: skip
     run = {"run.duration": f"{span!r} s", "run.settle": "0 s", "run.output_rate": f"{rate!r} Hz", "run.seed": seed}
     made = simulate(rig.with_({**run, "motion.harmonics": shifted}), "rigid")
-    drive, loose = (_sensor(time, columns[f"theta_{gear}_rad"]) for gear in ("drive", "loose"))
+    drive, loose = (sensor_of(time, columns[f"theta_{gear}_rad"]) for gear in ("drive", "loose"))
     sensors = Sensors(sample_rate=rate, drive=drive, loose=loose)
     read = encode(made, sensors, seed)
     kept = {name: read.signals[name] for name in ("time_s", "theta_drive_rad", "theta_loose_rad")}
     return replace(one, channels=replace(one.channels, columns=kept), rig=rig, findings=())
 
 
-def _sensor(time: np.ndarray, angle: np.ndarray) -> Sensor:
+def sensor_of(time: np.ndarray, angle: np.ndarray) -> Sensor:
     """Return an encoder with the counts and the noise of a record."""
     count = quantum(angle)
     white = estimate_noise(time, angle).white
