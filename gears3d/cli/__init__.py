@@ -30,7 +30,7 @@ GROUPS = {
     "Simulate": ("run", "sweep", "synthesize", "bench"),
     "Look": ("replay", "camera", "report", "sound", "export", "bundle"),
     "Measure": ("inspect", "segment", "identify"),
-    "Explain": ("diagnose", "compare"),
+    "Explain": ("diagnose", "plan", "compare"),
     "Verify": ("validate", "papers", "challenge", "reveal"),
 }
 """The verbs in the order of the help, under the headings of the help."""

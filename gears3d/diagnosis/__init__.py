@@ -14,6 +14,8 @@ from gears3d.diagnosis.evidence import uncut as uncut
 from gears3d.diagnosis.extending import extended_text as extended_text
 from gears3d.diagnosis.freed import in_units as in_units
 from gears3d.diagnosis.placing import pulled as pulled
+from gears3d.diagnosis.planner import MeasurementPlan as MeasurementPlan
+from gears3d.diagnosis.planner import plan as plan
 from gears3d.diagnosis.prediction import CHANNELS as CHANNELS
 from gears3d.diagnosis.prediction import added as added
 from gears3d.diagnosis.prediction import bend as bend

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from gears3d.comparison import ModelVerdict
-    from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis import Diagnosis, MeasurementPlan
     from gears3d.measured.segmentation import Measurement, Segments
     from gears3d.simulation.excitation import Assessment
 
@@ -202,6 +202,34 @@ def regime_map(found: Assessment, title: str = "") -> Figure:
     axes.set_ylabel("dimensionless backlash j/H")
     axes.set_title(f"{title}\nregimes of perfectly plastic impacts (e = 0)".strip(), fontsize=10, loc="left")
     axes.legend(handles=handles, fontsize=8, loc="lower left", framealpha=0.9)
+    return figure
+
+
+def plan_picture(found: MeasurementPlan) -> Figure:
+    """Return what runs come to over their number: sizes that show, and standard deviations between sets."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    aims = [one for option in found.options for one in option.aims if one.possible]
+    kinds = [pair for pair in (False, True) if any((" or " in one.name) == pair for one in aims)]
+    figure = Figure(figsize=(7.5, 3.6 * max(len(kinds), 1)), layout="constrained")
+    FigureCanvasAgg(figure)
+    marks = "os^Dv"
+    for place, pair in enumerate(kinds, 1):
+        axes = figure.add_subplot(len(kinds), 1, place)
+        scale = 1.0 if pair else 100.0
+        for number, option in enumerate(found.options):
+            for one in option.aims:
+                if one.possible and (" or " in one.name) == pair:
+                    values = [scale * run.reaches[one.name] for run in option.runs]
+                    label = one.name if len(found.options) == 1 else f"{one.name}, {option.encoder}"
+                    axes.plot(range(1, len(values) + 1), values, marker=marks[number % len(marks)], label=label)
+        asked = next(one.asked for one in aims if (" or " in one.name) == pair)
+        axes.axhline(scale * asked, color="black", lw=1.0, ls="--", label="asked for")
+        axes.set(yscale="log", xlabel="runs")
+        axes.set_xticks(range(1, max(len(option.runs) for option in found.options) + 1))
+        axes.set_ylabel("standard deviations apart" if pair else "size that shows at 5 sigma, % of unit size")
+        axes.legend(fontsize=8)
     return figure
 
 

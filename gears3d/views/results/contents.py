@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from gears3d.bench import Drops, Rundown, StaticError, Thresholds
     from gears3d.comparison import Comparison, ModelVerdict
-    from gears3d.diagnosis import Diagnosis
+    from gears3d.diagnosis import Diagnosis, MeasurementPlan
     from gears3d.identify import Identified
     from gears3d.measured.segmentation import Measurement
     from gears3d.recording import Recording
@@ -374,6 +374,28 @@ def diagnosis(result: Diagnosis) -> Contents:
     )
 
 
+def measurement_plan(result: MeasurementPlan) -> Contents:
+    """Return the content of a plan of runs to measure, each a scenario file."""
+    from gears3d.views.plots.pictures import plan_picture
+    from gears3d.views.results.rows import plan_answer, plan_rows
+
+    scenarios = dict(result.scenarios())
+    tables: dict[str, Writer] = {
+        name: (lambda path, text=one.document: path.write_text(text, encoding="utf-8"))
+        for name, one in scenarios.items()
+    }
+    excluded = [f"{name}: {why}" for option in result.options for name, why in option.excluded.items()]
+    shown = any(run.reaches for option in result.options for run in option.runs)
+    return Contents(
+        "plan", "measurement plan", result.rig.title or "Runs to measure",
+        "Which runs make the causes known, and how well?", plan_answer(result),
+        [row for option in result.options for row in plan_rows(option)], result.to_dict(),
+        (lambda: plan_picture(result)) if shown else None, "Smallest size that shows over the number of runs",
+        tables, notes=[f"not possible: {one}" for one in dict.fromkeys(excluded)],
+        tone="good" if any(one.reached for one in result.options) else "open", source=result.rig.source,
+    )  # fmt: skip
+
+
 def static_error(result: StaticError) -> Contents:
     """Return the content of slow revolutions in the engine."""
     from gears3d.bench import static_picture
@@ -491,6 +513,7 @@ KINDS: dict[str, Callable[[Any], Contents]] = {
     "DataSheet": sheet,
     "Measurement": measurement,
     "Diagnosis": diagnosis,
+    "MeasurementPlan": measurement_plan,
     "StaticError": static_error,
     "Rundown": rundown,
     "Thresholds": thresholds,

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gears3d.views.pages.engine import Key
-from gears3d.views.plots.numbers import SUFFIXES, Figure, figure, kind_of, spread
+from gears3d.views.plots.numbers import SUFFIXES, Figure, figure, kind_of, sized, spread
 
 if TYPE_CHECKING:
     from gears3d.comparison import Comparison
+    from gears3d.diagnosis.planner import Aim, MeasurementPlan, Option, Run
     from gears3d.identify import Identified
     from gears3d.recording import Recording
     from gears3d.simulation.excitation import Assessment
@@ -315,3 +316,54 @@ def sweep_answer(done: Done) -> tuple[str, str, list[Key]]:
     what = "; ".join(parts) if parts else f"{count} of {done.plan.size} points done"
     answer = f"{what[:1].upper()}{what[1:]}{f', for {over}' if over else ''}."
     return title, answer, keys
+
+
+def plan_answer(found: MeasurementPlan) -> str:
+    """Return what the runs of a plan come to, a sentence for each kind of encoders."""
+    told = []
+    for option in found.options:
+        runs, lasts = len(option.runs), sum(one.duration for one in option.runs)
+        many = f"{runs} run{'s' if runs != 1 else ''}, {figure(lasts, 'time').text} in all"
+        lost = [one.name for one in option.aims if not one.possible]
+        short = [one.name for one in option.aims if one.possible and not one.reached]
+        word = f"{many} reach all that is asked for" if option.reached else f"{many}"
+        word += f"; not reached: {', '.join(short)}" if short else ""
+        word += f"; not observable, or not separable, in any of these runs: {', '.join(lost)}" if lost else ""
+        told.append(f"{option.encoder}: {word}.")
+    return " ".join(told)
+
+
+def plan_rows(option: Option) -> list[tuple[str, str]]:
+    """Return the runs for one kind of encoders, and what they come to, as (name, value)."""
+    rows = [("encoders", str(option.encoder))]
+    for k, run in enumerate(option.runs, 1):
+        rows.append((f"run {k}", f"{run.name}, {figure(run.duration, 'time').text}"))
+        rows += [(f"   {name}", f"{alone} alone, {both} with those before") for name, alone, both in interval_rows(run)]
+        rows += [(f"   {name}", f"{value:.3g} sigma apart, alone") for name, value in run.apart.items()]
+    return [*rows, *(aim_row(one) for one in option.aims)]
+
+
+def interval_rows(run: Run) -> Iterator[tuple[str, str, str]]:
+    """Yield name and 95 % interval of each parameter, from a run alone, and from it and those before it."""
+    for kind, own in run.alone.items():
+        for name, one in own.items():
+            both = run.together.get(kind, {}).get(name)
+            yield f"{kind} {name}", _half(one), _half(both) if both is not None else ""
+
+
+def _half(one: Any) -> str:
+    """Return half of an interval with its unit."""
+    half = 0.5 * (one.high - one.low)
+    return f"± {sized(half, one.unit).text}" if np.isfinite(half) else "not observable"
+
+
+def aim_row(one: Aim) -> tuple[str, str]:
+    """Return what all runs come to for one cause, or one pair of sets."""
+    pair = " or " in one.name
+    if not one.possible:
+        return one.name, "not separable in any of these runs" if pair else "not observable in any of these runs"
+    word = "reached" if one.reached else "not reached"
+    if pair:
+        return one.name, f"{one.value:.3g} sigma apart, {one.asked:.3g} asked for: {word}"
+    value, asked = (figure(each, "ratio", 3).text for each in (one.value, one.asked))
+    return one.name, f"{value} of its unit size shows at 5 sigma, {asked} asked for: {word}"

@@ -1,0 +1,252 @@
+"""What the readings of a run that could be made would say of causes, and how well several runs would know these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gears3d.diagnosis.named import table
+from gears3d.diagnosis.path_fit import (
+    ACCOUNTS,
+    STEP,
+    TURNED,
+    columns_of,
+    effects_of,
+    fitted,
+    polished,
+    settled,
+    state_of,
+)  # fmt: skip
+from gears3d.diagnosis.paths import Paths
+from gears3d.diagnosis.precision import Information, combined, information
+from gears3d.diagnosis.readied import delay_of, ready
+from gears3d.diagnosis.search import given
+from gears3d.diagnosis.shooting import MOST, Windows, shootable
+from gears3d.diagnosis.zeros import GEARS, goes_by, turn
+from gears3d.errors import Fault, InputError
+from gears3d.measured.checks import Admitted, examine
+from gears3d.measured.readers import Channels
+from gears3d.scenario.model import Sensor, Sensors
+from gears3d.simulation import encode, simulate
+from gears3d.units import show
+
+if TYPE_CHECKING:
+    from gears3d.diagnosis.wanted import Truth
+    from gears3d.recording import Recording
+    from gears3d.scenario import Scenario
+
+Array = np.ndarray
+Parts = Sequence[tuple[Information, float]]
+"""Information of runs, and how often each counts."""
+NOTHING = 1e-9
+"""Part of the information of a number, others known, below which it is not known at all."""
+
+
+class Encoder(NamedTuple):
+    """What both encoders do.
+
+    Args:
+        counts: per revolution, ``None``: exact.
+        noise: standard deviation of a reading of drive and loose gear [rad].
+    """
+
+    counts: tuple[int | None, int | None]
+    noise: tuple[float, float]
+
+    def __str__(self) -> str:
+        each = [f"{count} counts" if count else "no counts" for count in self.counts]
+        own = " and ".join(dict.fromkeys(each))
+        return f"{own}, noise {' and '.join(dict.fromkeys(show(one, 'angle', 3) for one in self.noise))}"
+
+
+class Look(NamedTuple):
+    """What a simulated run says of all numbers, in units.
+
+    Args:
+        path: windows along the path, the information of one record; ``None`` where the path is not followed.
+        events: the same of flights, contacts, impacts and losses of contact.
+        windows: of the simulated record.
+        dense: windows that a second of it holds.
+        runs: readings whose residual is the same.
+    """
+
+    path: Information | None
+    events: Information | None
+    windows: int = 0
+    dense: float = 0.0
+    runs: float = 1.0
+
+
+class Setting(NamedTuple):
+    """Mean speed and fluctuation of a run: name, keys of the scenario, and the scenario itself."""
+
+    name: str
+    keys: dict[str, Any]
+    rig: Scenario
+
+
+def simulated(setting: Setting, truth: Truth, lasts: float) -> Recording:
+    """Return the motion of a run with the true causes, at the samples of the encoders."""
+    rate = setting.rig.sensors.sample_rate
+    rig = setting.rig.with_({"run.duration": f"{lasts!r} s", "run.output_rate": f"{rate!r} Hz"})
+    tables = [("effect[+]", table(one)) for one in truth.effects]
+    return simulate(rig.with_(tables) if tables else rig, "rigid")
+
+
+def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, free: bool, seed: int = 0) -> Look:
+    """Return what the readings of a simulated run say of the numbers of causes.
+
+    Args:
+        made: the motion.
+        setting: of the run.
+        encoder: that reads it.
+        truth: causes that act, and others.
+        free: whether the angles count from anywhere.
+        seed: of the noise.
+    """
+    drive, loose = (Sensor(*own) for own in zip(encoder.counts, encoder.noise, strict=True))
+    read = encode(made, Sensors(setting.rig.sensors.sample_rate, drive, loose), seed)
+    meta = {"zero_arbitrary": ("drive", "loose")} if free else {}
+    channels = Channels(dict(read.signals), setting.name, meta)
+    sensed = setting.rig.with_(keys_of(encoder))
+    findings = examine(channels, sensed)
+    for one in findings:
+        if one.fatal:
+            raise InputError(Fault(one.channel, f"{one.evidence} [{one.kind}]", one.remedy))
+    admitted, paths = Admitted(channels, sensed, findings, setting.name), Paths()
+    known = paths.of(admitted)
+    look = Look(None, None)
+    if shootable(sensed):
+        period = sensed.period if sensed.motion.harmonics else np.inf
+        windows = Windows(sensed, [known], [period], [meta.get("zero_arbitrary", ())])
+        look = _along_path(windows, truth, free) if len(windows) else look
+        if len(windows) < MOST:
+            dense = len(windows) / (known.time[-1] - known.time[0])
+        else:  # more would fit
+            dense = 0.96 / float(max(windows.step[0] * (windows.drive[0].shape[1] - 1), min(period, 1e9)))
+        look = look._replace(windows=len(windows), dense=float(dense))
+    if truth.lawful:
+        return look
+    try:
+        seen = ready(admitted, delay_of([admitted]), paths=paths)
+        seen = turn(seen, 2.0 * np.pi, 2.0 * np.pi) if free else seen  # not the record from whose zeros angles count
+        found = given([seen], truth.causes, ()).records[0]
+        return look._replace(events=information(found, truth.causes, truth.others))
+    except InputError:
+        if look.path is None:
+            raise
+        return look
+
+
+def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
+    """Return what windows say of the numbers of causes; nothing where they do not follow the readings.
+
+    Args:
+        windows: of one record.
+        truth: causes that act, and others.
+        free: whether the angles count from anywhere.
+    """
+    effects = truth.effects
+    windows.restart(effects, anew=True)
+    now = polished(windows, fitted(windows, state_of(windows, truth.causes, windows.residuals(effects))))
+    # a shape that a small cause hardly shows may be anywhere by now: all is worked out at the causes as they are
+    now = state_of(windows, truth.causes, settled(windows, effects, windows.residuals(effects)))
+    if float(np.median(windows.level(now.rest))) > ACCOUNTS:
+        return Look(None, None)
+    along = windows.along(effects_of(now.causes))
+    weight = windows.weights(along.rest)
+    away = windows.without_starts([one * weight for one in along.starts()])
+    numbers = sum(len(one.numbers) for one in now.causes)
+    made = columns_of(along, now.causes)
+    own, local = made[:numbers], made[numbers:]
+    for gear, by in zip(GEARS, ((TURNED, 0.0), (0.0, TURNED)), strict=True):
+        turning = [one.effect for one in now.causes if free and goes_by(one.candidate) == gear and one.effect]
+        local += [sum((along.column(one, one, by) for one in turning), np.zeros(len(along.rest)))]
+    for cause in truth.others:
+        for k, unit in enumerate(cause.units):
+            moved = cause.numbers.copy()
+            moved[k] += STEP * unit
+            own.append(along.column(cause._replace(numbers=moved).effect, cause.effect) / STEP)
+    slopes = np.column_stack([away(one * weight) for one in own])
+    rest = away(now.rest * weight)
+    zeros = np.column_stack([away(one * weight) for one in local])
+    if np.any(zeros):
+        size = np.sqrt(np.sum(zeros**2, axis=0))
+        left, size, _ = np.linalg.svd(zeros / np.where(size > 0.0, size, 1.0), full_matrices=False)
+        left = left[:, size > 1e-9 * size[0]]
+        slopes, rest = slopes - left @ (left.T @ slopes), rest - left @ (left.T @ rest)
+    every = windows.every[: len(rest)]
+    scores = np.column_stack([np.bincount(every, one * rest, len(windows)) for one in slopes.T])
+    count = max(len(rest) - slopes.shape[1] - 2 * len(windows), 1)
+    made = Information(slopes.T @ slopes, scores, float(rest @ rest), count)
+    return Look(made, None, runs=windows.runs(now.rest))
+
+
+def keys_of(encoder: Encoder) -> dict[str, Any]:
+    """Return encoders as keys of a scenario."""
+    made: dict[str, Any] = {}
+    for gear, count, noise in zip(("drive", "loose"), encoder.counts, encoder.noise, strict=True):
+        made |= {f"sensors.{gear}.counts_per_revolution": count} if count else {}
+        made |= {f"sensors.{gear}.noise": f"{noise!r} rad"} if noise else {}
+    return made
+
+
+def _total(parts: Parts) -> tuple[Array, float]:
+    """Return the products of the slopes of all runs, and the level of their residuals, 1 at least."""
+    normal = np.sum([times * one.normal for one, times in parts], axis=0)
+    chi2, count = (sum(times * getattr(one, name) for one, times in parts) for name in ("chi2", "count"))
+    return normal, max(chi2 / max(count, 1.0), 1.0)
+
+
+def spread_of(parts: Parts, size: int, of: Callable[[Parts], Array]) -> Array:
+    """Return a covariance in units, infinite for numbers that are not known, (size, size)."""
+    made = np.diag(np.full(size, np.inf))
+    if not parts:
+        return made
+    normal = _total(parts)[0]
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    value, vector = np.linalg.eigh(normal / np.outer(scale, scale))
+    lost = np.sum(vector[:, value < NOTHING * value[-1]] ** 2, axis=1) > 1e-6
+    known = ~(lost | (np.diag(normal) <= 0.0))
+    if np.any(known):
+        made[np.ix_(known, known)] = of(parts)[np.ix_(known, known)]
+    return made
+
+
+def of_events(parts: Parts) -> Array:
+    """Return the covariance from events: a longer run counts as often as it holds what was simulated."""
+    return combined([
+        Information(times * one.normal, np.sqrt(times) * one.scores, times * one.chi2, max(round(times * one.count), 1))
+        for one, times in parts
+    ])  # fmt: skip
+
+
+def of_windows(parts: Parts) -> Array:
+    """Return the covariance along the path, at least as wide as windows scatter, as the diagnosis has it."""
+    normal, level = _total(parts)
+    scatter = np.sum([times * one.scores.T @ one.scores for one, times in parts], axis=0)
+    inverse = np.linalg.pinv(normal)
+    wide = np.diag(inverse @ scatter @ inverse) / np.maximum(level * np.diag(inverse), 1e-300)
+    wide = np.sqrt(np.maximum(wide, 1.0))
+    return level * inverse * np.outer(wide, wide)
+
+
+def separation_of(parts: Parts, true: Array, ways: Sequence[Array]) -> float:
+    """Return the expected chi-square, over its level, of the best fit of another set to the readings of the true one.
+
+    Args:
+        parts: of all runs.
+        true: numbers of the set, in units, (p,).
+        ways: directions that are free in the other's place, (p, k) each, the best of which counts.
+    """
+    if not parts:
+        return 0.0
+    normal, level = _total(parts)
+    least = np.inf
+    for free in ways:
+        across = free.T @ normal @ true
+        inner = np.linalg.pinv(free.T @ normal @ free, rcond=NOTHING, hermitian=True)
+        least = min(least, float(true @ normal @ true - across @ inner @ across))
+    return max(least, 0.0) / level
