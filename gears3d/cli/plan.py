@@ -122,5 +122,7 @@ def _print(option: Option) -> None:
     console.print(table)
     for one in option.aims:
         console.print(escape(": ".join(aim_row(one))))
+    if option.ended:
+        console.print(escape(f"no further run: {option.ended}"))
     for name, why in option.excluded.items():
         console.print(escape(f"excluded: {name}: {why}"))

@@ -70,6 +70,7 @@ class Look(NamedTuple):
         windows: of the simulated record.
         dense: windows that a second of it holds.
         runs: readings whose residual is the same.
+        driven: as path, without what the uncertainty of the drive's motion may explain: by it sets are told apart.
     """
 
     path: Information | None
@@ -77,6 +78,7 @@ class Look(NamedTuple):
     windows: int = 0
     dense: float = 0.0
     runs: float = 1.0
+    driven: Information | None = None
 
 
 class Setting(NamedTuple):
@@ -181,7 +183,10 @@ def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
     scores = np.column_stack([np.bincount(every, one * rest, len(windows)) for one in slopes.T])
     count = max(len(rest) - slopes.shape[1] - 2 * len(windows), 1)
     made = Information(slopes.T @ slopes, scores, float(rest @ rest), count)
-    return Look(made, None, runs=windows.runs(now.rest))
+    waves = np.column_stack([np.zeros((len(rest), 0)), *(away(one * weight) for _, one in along.driven())])
+    across = waves.T @ slopes
+    less = across.T @ np.linalg.solve(waves.T @ waves + np.eye(waves.shape[1]), across)
+    return Look(made, None, runs=windows.runs(now.rest), driven=made._replace(normal=made.normal - less))
 
 
 def keys_of(encoder: Encoder) -> dict[str, Any]:

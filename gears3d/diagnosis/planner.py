@@ -146,6 +146,7 @@ class Option:
         grid: all runs that were tried, each as long as the longest.
         excluded: runs that cannot be made or measured, with the reason.
         keys: of the scenario that describe the encoders.
+        ended: why there is no further run although not all is reached; empty otherwise.
     """
 
     encoder: Encoder
@@ -154,6 +155,7 @@ class Option:
     grid: tuple[Run, ...]
     excluded: dict[str, str]
     keys: dict[str, Any]
+    ended: str = ""
 
     @property
     def reached(self) -> bool:
@@ -164,7 +166,8 @@ class Option:
         """Return what JSON can hold."""
         return {
             "counts_per_revolution": list(self.encoder.counts), "noise_rad": list(self.encoder.noise),
-            "set": self.keys, "reached": self.reached, "aims": [one.to_dict() for one in self.aims],
+            "set": self.keys, "reached": self.reached, "ended": self.ended,
+            "aims": [one.to_dict() for one in self.aims],
             "runs": [one.to_dict() for one in self.runs], "grid": [one.to_dict() for one in self.grid],
             "excluded": self.excluded,
         }  # fmt: skip
@@ -435,7 +438,10 @@ class _Choice:
             replace(self._run(one), alone=self._intervals([one]), apart=self._apart([one])) for one in self.longest
         )
         aims = tuple(self._aims(fresh if chosen else []))
-        return Option(self.encoder, tuple(runs), aims, tried, excluded, keys_of(self.encoder))
+        short = bool(chosen) and not all(one.reached for one in aims)
+        more = f"a further run brings less than 1 %; a diagnosis reads {MOST} windows of all records"
+        ended = (more if len(chosen) < most else f"{most} runs at most") if short else ""
+        return Option(self.encoder, tuple(runs), aims, tried, excluded, keys_of(self.encoder), ended)
 
     def _chosen(self, most: int) -> list[_Slot]:
         """Return runs one after the other, each the one that brings most together with those before."""
@@ -461,14 +467,20 @@ class _Choice:
                     break
         return chosen
 
-    def _parts(self, chosen: Sequence[_Slot], truth: int) -> tuple[Parts, Parts]:
-        """Return the information of runs along their paths and in their events, and how often each counts."""
+    def _parts(self, chosen: Sequence[_Slot], truth: int, driven: bool = False) -> tuple[Parts, Parts]:
+        """Return the information of runs along their paths and in their events, and how often each counts.
+
+        Args:
+            chosen: runs.
+            truth: number of the causes that are taken for true.
+            driven: whether the drive's motion is as uncertain as its encoder leaves it.
+        """
         path, events = [], []
         for number, one in enumerate(chosen):
             look = one.looks[truth][-1 if number else 0]
-            if look.path is not None:
+            if (own := look.driven if driven else look.path) is not None:
                 count = min(MOST // len(chosen), look.dense * one.lasts)
-                path.append((look.path, count / max(look.windows, 1)))
+                path.append((own, count / max(look.windows, 1)))
             if look.events is not None:
                 events.append((look.events, one.lasts / one.span))
         return path, events
@@ -515,7 +527,7 @@ class _Choice:
         made = {}
         for number, truth in enumerate(self.asked.truths):
             for name, true, ways in truth.pairs:
-                path, events = self._parts(chosen, number)
+                path, events = self._parts(chosen, number, driven=True)
                 alike = max((one.looks[number][0].runs for one in chosen), default=1.0)
                 worth = separation_of(path, true, ways) / alike, separation_of(events, true, ways)
                 made[name] = float(np.sqrt(max(worth)))

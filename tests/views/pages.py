@@ -38,6 +38,8 @@ PAGES: dict[str, tuple[str, ...]] = {
     "backlash": ("identify", "backlash", "{slow}", "--rig", "rigaud-2020/fig2"),
     "diagnose": ("diagnose", "{blind}/record.toml", "--rig", "{blind}/rig.toml", "--no-3d", "--no-replay"),
     "diagnose-nothing": ("diagnose", "{none}/record.toml", "--rig", "{none}/rig.toml", "--no-3d", "--no-replay"),
+    "plan": ("plan", NAME, "--causes", "drag_coulomb,restitution_offset", "--speeds", "30 rpm",
+             "--amplitudes", "20 rpm", "--lengths", "4 s", "--most", "2"),
     "reveal": ("reveal", "{blind}", "{diagnose}"),
     "papers": ("papers", "--only", "ottewill-2010"),
 }  # fmt: skip

@@ -11,7 +11,7 @@ from tests.views.test_report import Reader
 pytestmark = pytest.mark.browser
 MOST = 2_000_000
 """Bytes of a page."""
-SLOW = ("diagnose", "diagnose-nothing", "reveal", "papers", "run-bodies", "run-lubricated", "sweep-grid")
+SLOW = ("diagnose", "diagnose-nothing", "plan", "reveal", "papers", "run-bodies", "run-lubricated", "sweep-grid")
 """Pages whose results take more than a few seconds."""
 NAMES = [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in pages.PAGES]
 WINDOWS = [(1400, "light"), (400, "dark")]

@@ -340,7 +340,8 @@ def plan_rows(option: Option) -> list[tuple[str, str]]:
         rows.append((f"run {k}", f"{run.name}, {figure(run.duration, 'time').text}"))
         rows += [(f"   {name}", f"{alone} alone, {both} with those before") for name, alone, both in interval_rows(run)]
         rows += [(f"   {name}", f"{value:.3g} sigma apart, alone") for name, value in run.apart.items()]
-    return [*rows, *(aim_row(one) for one in option.aims)]
+    rows += [aim_row(one) for one in option.aims]
+    return [*rows, ("no further run", option.ended)] if option.ended else rows
 
 
 def interval_rows(run: Run) -> Iterator[tuple[str, str, str]]:
