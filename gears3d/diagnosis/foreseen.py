@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gears3d.diagnosis.gaplaw import yields
 from gears3d.diagnosis.named import table
 from gears3d.diagnosis.path_fit import (
     ACCOUNTS,
@@ -30,7 +31,6 @@ from gears3d.measured.checks import Admitted, examine
 from gears3d.measured.readers import Channels
 from gears3d.scenario.model import Sensor, Sensors
 from gears3d.simulation import encode, simulate
-from gears3d.units import show
 
 if TYPE_CHECKING:
     from gears3d.diagnosis.wanted import Truth
@@ -56,9 +56,9 @@ class Encoder(NamedTuple):
     noise: tuple[float, float]
 
     def __str__(self) -> str:
-        each = [f"{count} counts" if count else "no counts" for count in self.counts]
-        own = " and ".join(dict.fromkeys(each))
-        return f"{own}, noise {' and '.join(dict.fromkeys(show(one, 'angle', 3) for one in self.noise))}"
+        counts = " and ".join(dict.fromkeys(f"{count} counts" if count else "no counts" for count in self.counts))
+        noise = " and ".join(dict.fromkeys(f"{1e6 * one:.3g} µrad" for one in self.noise))
+        return f"{counts}, noise {noise}" if any(self.noise) else counts
 
 
 class Look(NamedTuple):
@@ -129,7 +129,7 @@ def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, f
         else:  # more would fit
             dense = 0.96 / float(max(windows.step[0] * (windows.drive[0].shape[1] - 1), min(period, 1e9)))
         look = look._replace(windows=len(windows), dense=float(dense))
-    if truth.lawful:
+    if truth.lawful or yields(sensed):
         return look
     try:
         seen = ready(admitted, delay_of([admitted]), paths=paths)

@@ -440,7 +440,7 @@ class _Choice:
         aims = tuple(self._aims(fresh if chosen else []))
         short = bool(chosen) and not all(one.reached for one in aims)
         more = f"a further run brings less than 1 %; a diagnosis reads {MOST} windows of all records"
-        ended = (more if len(chosen) < most else f"{most} runs at most") if short else ""
+        ended = (more if len(chosen) < most else f"--most {most}") if short else ""
         return Option(self.encoder, tuple(runs), aims, tried, excluded, keys_of(self.encoder), ended)
 
     def _chosen(self, most: int) -> list[_Slot]:
