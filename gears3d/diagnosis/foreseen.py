@@ -29,7 +29,7 @@ from gears3d.diagnosis.zeros import GEARS, goes_by, turn
 from gears3d.errors import Fault, InputError
 from gears3d.measured.checks import Admitted, examine
 from gears3d.measured.readers import Channels
-from gears3d.scenario.model import Sensor, Sensors
+from gears3d.scenario.models import Sensor, Sensors
 from gears3d.simulation import encode, simulate
 
 if TYPE_CHECKING:

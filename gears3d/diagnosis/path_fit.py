@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gears3d.diagnosis.cause import Cause, moved
-from gears3d.diagnosis.shooting import KICKS, NOISE, Linearised, Starts, Windows, WithoutStarts
+from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
 from gears3d.diagnosis.zeros import GEARS, goes_by, order_of
 from gears3d.errors import InputError
 
@@ -263,7 +263,7 @@ def followed(windows: Windows, effects: Sequence[object], rest: Array) -> Array:
     Returns:
         Residuals.
     """
-    poor = np.flatnonzero(windows.level(rest) > NOISE)
+    poor = windows.poor(effects, rest)
     if not len(poor):
         return rest
     part, mine = windows.only(poor)

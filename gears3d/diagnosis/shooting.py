@@ -488,10 +488,19 @@ class Windows:
             anew: whether the present starts are discarded.
             until: part of a window, from its beginning on, that is to be met.
         """
-        poor = np.arange(len(self)) if anew else np.flatnonzero(self.level(self.residuals(effects)) > NOISE)
+        poor = np.arange(len(self)) if anew else self.poor(effects, self.residuals(effects))
         if len(poor):
             part = self if len(poor) == len(self) else self.only(poor)[0]
             self.starts = self.starts.put(poor, part.started(effects, anew=anew, until=until))
+
+    def poor(self, effects: Sequence[Any], rest: Array) -> Array:
+        """Return the windows whose residuals are more than noise, (k,); all where impacts have kicks that follow them.
+
+        Args:
+            effects: in addition to those of the rig.
+            rest: residuals.
+        """
+        return np.flatnonzero((self.level(rest) > NOISE) | (self.spread(effects) > 0.0))
 
     def started(self, effects: Sequence[Any], *, anew: bool, until: float) -> Starts:
         """Return the start of each window that :meth:`restart` chooses."""
