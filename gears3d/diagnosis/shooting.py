@@ -382,7 +382,7 @@ class Windows:
               path, pace, events, counts, flow)  # fmt: skip
         made = np.zeros(len(self.window))
         read(path, pace, self.step, self.window, self.node, self.beyond, made)
-        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, made)
+        made += self.zeros[self.record[self.window]] + self.shown(sensors, wrong, loose, speed, path)
         return _Run(made, path, pace, starts, (seen, loose), (angle, speed), ahead, events, counts, flanks, flow)
 
     def misread(self, sensors: Sequence[Any], seen: Array) -> tuple[Array, Array, Array] | None:
@@ -394,9 +394,8 @@ class Windows:
         return wrong, slope, np.gradient(slope, axis=1) / self.step[:, None]
 
     def shown(
-        self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, speed: Array,
-        path: Array | float = 0.0,
-    ) -> Array | float:  # fmt: skip
+        self, sensors: Sequence[Any], wrong: tuple[Array, ...] | None, loose: Array, speed: Array, path: Array
+    ) -> Array | float:
         """Return by how much readings of the displacement are wrong [m], (n,).
 
         Args:
@@ -404,13 +403,14 @@ class Windows:
             wrong: of :meth:`misread`.
             loose: angles of the loose gear at rest on its flank, at the nodes [rad].
             speed: of the drive there [rad/s].
-            path: displacement at the readings [m], (n,).
+            path: displacement there [m], (w, nodes).
         """
         made: Array | float = 0.0
         if own := [one for one in sensors if one.gear == "loose"]:
-            turn = self.between(loose) + path / self.radii[1]
-            fast = speed[self.window, self.node] * self.radii[0] / self.radii[1]
-            made = self.radii[1] * reading_error(own, "loose", turn, fast)
+            turn = self.between(loose + path / self.radii[1])
+            w, i = self.window, self.node
+            rate = self.radii[0] * self.between(speed) + (path[w, i + 1] - path[w, i]) / self.step[w]
+            made = self.radii[1] * reading_error(own, "loose", turn, rate / self.radii[1])
         if wrong is not None:
             made = made - self.radii[0] * self.between(wrong[0])
         return made
@@ -769,8 +769,7 @@ class Linearised:
                 wrong = windows.misread([one], seen)
                 if wrong is not None:
                     pushed = pushed + sign * windows.radii[0] * wrong[2]
-                path = windows.between(run.path)
-                shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], path)
+                shown = shown + sign * windows.shown([one], wrong, loose, windows.drive[1], run.path)
         none = np.zeros(len(windows))
         made = self._followed((pushed, active, reverse), rebound, (none, none)) + shown
         return made / windows.sigma

@@ -303,6 +303,8 @@ def _anywhere(part: str, seed: int, noise: tuple[str, float]) -> Iterator[Case]:
         return
     places = [[kind for kind in place if kind in able] for place in PLACES]
     chosen = [str(random.choice(places[int(k)])) for k in random.permutation(len(places)) if places[int(k)]]
+    if "tooth_compliance" in chosen[:many]:  # compliant teeth rebound by their damping: no restitution can be seen
+        chosen = [kind for kind in chosen if not kind.startswith("restitution")]
     yield Case(part, seed, tuple(chosen[:many]))
 
 
