@@ -12,9 +12,12 @@ def names_of(new: str, old: str, names: Mapping[str, str] | None = None) -> Call
     """Return the ``__getattr__`` of a package that was renamed, with new names by old ones where they differ."""
 
     def name_of(name: str) -> Any:
+        missing = AttributeError(f"module {old!r} has no attribute {name!r}")
+        if name.startswith("__"):  # what doctest and pytest look for in every module imports nothing
+            raise missing
         named, now = importlib.import_module(new), (names or {}).get(name, name)
-        if name.startswith("__") or not hasattr(named, now):  # what doctest and pytest look for in every module
-            raise AttributeError(f"module {old!r} has no attribute {name!r}")
+        if not hasattr(named, now):
+            raise missing
         warnings.warn(f"{old} is called {new} now; the old name will be removed", DeprecationWarning, stacklevel=2)
         return getattr(named, now)
 

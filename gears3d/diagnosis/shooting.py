@@ -87,12 +87,7 @@ class Starts(NamedTuple):
     kicks: Array
 
     def where(self, better: Array, other: Starts) -> Starts:
-        """Return these where they are better, and others elsewhere.
-
-        Args:
-            better: windows, (w,).
-            other: starts.
-        """
+        """Return these where they are better, and others elsewhere."""
         return Starts(
             *(np.where(better[:, None] if a.ndim > 1 else better, a, b) for a, b in zip(self, other, strict=True))
         )
@@ -102,12 +97,7 @@ class Starts(NamedTuple):
         return Starts(*(one[picked] for one in self))
 
     def put(self, picked: Array, other: Starts) -> Starts:
-        """Return these with others in the place of some.
-
-        Args:
-            picked: numbers of windows, (k,).
-            other: starts of these.
-        """
+        """Return these with others in the place of some."""
         made = [one.copy() for one in self]
         for own, new in zip(made, other, strict=True):
             own[picked] = new
@@ -115,13 +105,7 @@ class Starts(NamedTuple):
 
 
 def at_rest(place: Array, rate: Array, mode: Array | int = 0) -> Starts:
-    """Return starts without scatter of the restitution.
-
-    Args:
-        place: displacement [m], (w,).
-        rate: of the same [m/s], (w,).
-        mode: of the starts.
-    """
+    """Return starts without scatter of the restitution."""
     return Starts(place, rate, np.full(len(place), mode), np.zeros((len(place), KICKS)))
 
 
@@ -265,11 +249,7 @@ class Windows:
         return roots_of(time[None], np.ones((1, len(time))), slow / seen[0][2], whole)[0]
 
     def whitened(self, columns: Array) -> Array:
-        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them.
-
-        Args:
-            columns: of the readings, (n,) or (k, n).
-        """
+        """Return readings, in their standard deviations, without the correlation that 1/f noise gives them."""
         if all(root is None for root in self.roots):
             return columns
         dense = self._dense(np.atleast_2d(columns))
@@ -302,11 +282,7 @@ class Windows:
         return few, number[self.every] >= 0
 
     def until(self, part: float) -> Windows:
-        """Return the same windows, each only as long as a part of it, with starts, zeros and weights of their own.
-
-        Args:
-            part: of each window, 0 to 1.
-        """
+        """Return the same windows, each only as long as a part of it, with starts, zeros and weights of their own."""
         nodes = max(round(part * (self.drive[0].shape[1] - 1)) + 1, 3)
         mine = self.node + self.beyond <= nodes - 1
         few = copy(self)
@@ -331,22 +307,12 @@ class Windows:
         return self.read - self._run(effects, self.starts).made
 
     def rest(self, made: Array, starts: Starts, spread: float) -> Array:
-        """Return readings less what is made of them, and minus the kicks, in standard deviations.
-
-        Args:
-            made: displacement at the readings [m], (n,).
-            starts: with the kicks.
-            spread: standard deviation of the restitution.
-        """
+        """Return readings less what is made of them, and minus the kicks, in standard deviations."""
         rest = self.whitened((self.read - made) / self.sigma)
         return np.concatenate([rest, -starts.kicks.ravel() / spread]) if spread else rest
 
     def spread(self, effects: Sequence[Any]) -> float:
-        """Return the standard deviation of the restitution, for which windows have kicks; of oil, 0.
-
-        Args:
-            effects: in addition to those of the rig.
-        """
+        """Return the standard deviation of the restitution, for which windows have kicks; of oil, 0."""
         rows = [*self.base, *(row for effect in effects for row in effect.rows(self.values))]
         own = [row.p[0] for row in rows if row.code == Code.IMPACT_SCATTER]
         return float(np.hypot.reduce(own)) if own and not len(film_of(rows)) else 0.0
@@ -416,11 +382,7 @@ class Windows:
         return made
 
     def between(self, nodes: Array) -> Array:
-        """Return at the readings what is given at the nodes, straight lines in between, (n,).
-
-        Args:
-            nodes: values, (w, nodes).
-        """
+        """Return at the readings what is given at the nodes, straight lines in between, (n,)."""
         made = np.zeros(len(self.window))
         read(nodes, nodes[:, :0], self.step, self.window, self.node, self.beyond, made)
         return made
@@ -471,23 +433,12 @@ class Windows:
         return max(float(np.sum(sums**2) / np.sum(rest[good] ** 2)), 0.25 * BINS * model, 1.0)
 
     def early(self, until: float, count: int) -> Array:
-        """Return 1 for readings in the first part of their window, and for kicks, else 0, (count,).
-
-        Args:
-            until: that part of a window.
-            count: of readings, or of these and kicks.
-        """
+        """Return 1 for readings in the first part of their window, and for kicks, else 0, (count,)."""
         kept = (self.node + self.beyond) / (self.drive[0].shape[1] - 1) <= until
         return np.concatenate([kept, np.ones(count - len(kept), dtype=bool)]).astype(float)
 
     def restart(self, effects: Sequence[Any], *, anew: bool = False, until: float = 1.0) -> None:
-        """Choose the start of each window among flights through its first readings and rests on either flank.
-
-        Args:
-            effects: in addition to those of the rig.
-            anew: whether the present starts are discarded.
-            until: part of a window, from its beginning on, that is to be met.
-        """
+        """Choose the start of each window among flights through its first readings and rests on either flank."""
         poor = np.arange(len(self)) if anew else self.poor(effects, self.residuals(effects))
         if len(poor):
             part = self if len(poor) == len(self) else self.only(poor)[0]
@@ -587,11 +538,7 @@ class Windows:
         return rows[:, self._at(like.shape[-1])[0]].reshape(like.shape)
 
     def without_starts(self, columns: Sequence[Array]) -> WithoutStarts:
-        """Return what takes all that starts explain out of a column, each window by itself.
-
-        Args:
-            columns: of :meth:`Linearised.starts`, weighted as the columns that are asked about.
-        """
+        """Return what takes all that starts explain out of a column, each window by itself."""
         return WithoutStarts(self, columns)
 
 
@@ -724,11 +671,7 @@ class Linearised:
         return made
 
     def extended(self, columns: Array) -> Array:
-        """Return columns of readings, in their standard deviations, made white, with zeros for kicks where these are.
-
-        Args:
-            columns: of the readings, (n,) or (k, n).
-        """
+        """Return columns of readings, in their standard deviations, made white, with zeros for kicks where these are."""
         kicks = np.zeros((*columns.shape[:-1], len(self.rest) - columns.shape[-1]))
         return np.concatenate([self.windows.whitened(columns), kicks], axis=-1)
 
@@ -826,12 +769,7 @@ def film_of(rows: Sequence[Row]) -> Array:
 
 
 def torques_of(rows: Sequence[Row], drag: float = 0.0) -> Array:
-    """Return torques as the kernels have them: code, gate, three numbers.
-
-    Args:
-        rows: normal forms; those that are no torques are passed over.
-        drag: of the rig [N·m].
-    """
+    """Return torques as the kernels have them: code, gate, three numbers."""
     made = [[float(Code.TORQUE_CONSTANT), 0.0, drag, 0.0, 0.0]] if drag else []
     for row in rows:
         if 100 < row.code < 200 and row.code != Code.TORQUE_FRICTION:

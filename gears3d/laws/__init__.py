@@ -35,14 +35,13 @@ from gears3d.laws.orbit import drift as drift
 from gears3d.laws.orbit import landing as landing
 from gears3d.laws.orbit import loss_phases as loss_phases
 from gears3d.laws.orbit import regions as regions
+from gears3d.renamed import module_of, renamed_in
 
 _RENAMED = {"cycle": "orbit", "immersion": "drag", "oil": "film", "plastic": "orbit", "restitution": "contact"}
 
 
 def __getattr__(name: str) -> Any:
     """Load a module or a class by its old name, and warn."""
-    from gears3d.renamed import module_of, renamed_in
-
     return (
         renamed_in(__name__, {"Swing": "SineDrive"}, name) if name == "Swing" else module_of(__name__, _RENAMED, name)
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from gears3d.renamed import renamed_in
 from gears3d.signals.impacts import FLIGHT_HEIGHT_MIN as FLIGHT_HEIGHT_MIN
 from gears3d.signals.impacts import Flights as Flights
 from gears3d.signals.impacts import contacts as contacts
@@ -58,6 +59,4 @@ from gears3d.signals.spectra import synchronous_average as synchronous_average
 
 def __getattr__(name: str) -> Any:
     """Load a function by its old name, and warn."""
-    from gears3d.renamed import renamed_in
-
     return renamed_in(__name__, {"strikes": "impact_values"}, name)

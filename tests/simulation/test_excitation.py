@@ -131,7 +131,7 @@ def test_the_expected_regime_is_the_rigid_models_at_many_points():
 @pytest.mark.parametrize(
     ("effects", "changes", "why"),
     [
-        ([{"kind": "tooth_compliance", "stiffness": "1e7 N/m"}], {}, "yield"),
+        ([{"kind": "tooth_compliance", "stiffness": "1e7 N/m"}], {}, "compliant"),
         ([{"kind": "pitch_error", "tooth": 3, "offset": "5 um"}], {}, "single teeth"),
         ([{"kind": "drive_motion", "amplitude": "1 rpm", "frequency": "7 Hz"}], {}, "2 harmonics"),
         ([{"kind": "eccentricity", "offset": "10 um"}], {}, "wavy"),
