@@ -671,7 +671,7 @@ class Linearised:
         return made
 
     def extended(self, columns: Array) -> Array:
-        """Return columns of readings, in their standard deviations, made white, with zeros for kicks where these are."""
+        """Return columns, (n,) or (k, n), in their standard deviations, made white, with zeros for kicks if any."""
         kicks = np.zeros((*columns.shape[:-1], len(self.rest) - columns.shape[-1]))
         return np.concatenate([self.windows.whitened(columns), kicks], axis=-1)
 
