@@ -1,4 +1,4 @@
-"""The search for causes in records whose encoders begin anywhere: align, search, and align anew by what was found."""
+"""The search for causes in records with unknown angular datums: align, search, re-align by the causes found."""
 
 from __future__ import annotations
 
@@ -20,24 +20,19 @@ from gears3d.diagnosis.zeros import GEARS, Phases, apart, free, goes_by, order_o
 
 Array = np.ndarray
 TOOTH = "pitch_error"
+# Chi-square threshold of a single tooth, beyond that of its free places, to fix the angular datums.
 LEAST = 60.0
-"""Chi-square that a single tooth must gain beyond what its free places do, to tell the zeros."""
+# Maximum number of joint fits of datums and causes, and the change of chi-square that ends them.
 SETTLED, ENOUGH = 2, 1.0
-"""Times that zeros are fitted beside the causes at most, and the change in chi-square below which they are not."""
+# Maximum number of rounds of alignment and search.
 ROUNDS = 3
-"""Times that records are aligned and searched at most."""
 
 
 def aligned(records: list[Evidence], highest: int, first: Sequence[Cause] = ()) -> tuple[list[Evidence], Search]:
-    """Return the records with angles that count from the zeros of one of them, and what a search finds there.
+    """Return the records with angles counted from the datum of one of them, and the result of a search there.
 
-    Each gear is aligned by the strongest that goes by its angle. First that is taken from the records as they are;
-    later what was found without it is taken out before.
-
-    Args:
-        records: all; those whose encoders count from marks stay as they are.
-        highest: order that is looked for.
-        first: causes that are known to be there.
+    Each gear is aligned by the strongest candidate that depends on its angle. In the first round it is taken from the
+    records as they are; in later rounds the effects of the other causes are removed before.
     """
     gears = [gear for gear in GEARS if free(records, gear)]
     if not gears:
@@ -63,7 +58,7 @@ def aligned(records: list[Evidence], highest: int, first: Sequence[Cause] = ()) 
 
 
 def _told(known: Library, rest: Array, gear: str) -> tuple[Array, Phases] | None:
-    """Return by how much records must be turned, by what gains most with an order, or by a single tooth."""
+    """Return the datum shifts of records from the candidate of largest gain with an order, or from a single tooth."""
     told, single = turns(known, rest, gear), tooth(known, rest, gear)
     lost = np.array([gear in one.unmarked for one in known.records])
     if not np.all(lost) or single.gain < (told[1].gain if told is not None else LEAST):
@@ -73,7 +68,7 @@ def _told(known: Library, rest: Array, gear: str) -> tuple[Array, Phases] | None
 
 
 def _by(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | None) -> Array:
-    """Return by how much records are turned, so that one in which something is to be seen stays as it was read."""
+    """Return the datum shifts of records; a record that shows the candidate clearly keeps its datum."""
     if told is None:
         return np.zeros(len(records))
     by, seen = told
@@ -84,7 +79,7 @@ def _by(records: Sequence[Evidence], gear: str, told: tuple[Array, Phases] | Non
 
 
 def _anew(found: Search, gear: str) -> tuple[Array, Phases] | None:
-    """Return by how much records must still be turned, by what the causes of other angles leave."""
+    """Return the remaining datum shifts of records, from the residuals without the causes of other angles."""
     own = [cause for cause in found.fit.causes if goes_by(cause.candidate) == gear]
     effects = [cause.effect for cause in own if cause.effect is not None]
     parts = contribution(found.records, effects)
@@ -97,7 +92,7 @@ def _anew(found: Search, gear: str) -> tuple[Array, Phases] | None:
 
 
 def _branched(told: tuple[Array, Phases], other: tuple[Array, Phases] | None) -> tuple[Array, Phases]:
-    """Return turns by whole periods of the strongest order, of which another order tells which."""
+    """Return shifts by whole periods of the strongest order, selected by another order."""
     if other is None:
         return told
     period, own = 2.0 * pi / order_of(told[1].candidate), 2.0 * pi / order_of(other[1].candidate)

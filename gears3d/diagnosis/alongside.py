@@ -1,4 +1,4 @@
-"""Laws of contact beside other causes: visits to the flanks are held against both, for cutting sees neither rightly."""
+"""Laws of contact combined with other causes: contact episodes are compared with both, without segmentation."""
 
 from __future__ import annotations
 
@@ -13,47 +13,38 @@ from gears3d.diagnosis.visits import Visits, some
 from gears3d.effects import Rig
 from gears3d.errors import InputError
 
+# Kinds that are tried in addition to a law of contact.
 KINDS = ("backlash_offset", "backlash_variation", "eccentricity", "transmission_error", "drag_coulomb",
          "drag_viscous", "drag_position")  # fmt: skip
-"""Kinds that are looked for beside a law of contact."""
+# Highest order that is tried.
 HIGHEST = 4
-"""Order that is looked for."""
+# Number of contact episodes that are used in the search for causes.
 FEW = 40
-"""Visits that are used while causes are looked for."""
 ROUNDS, TRIAL = 10, 3
+# Maximum number of causes in addition to a law.
 MOST = 2
-"""Causes beside a law at most."""
+# Number of candidates that are fitted in each round.
 TRIED = 3
-"""Candidates that are fitted in each round."""
+# Chi-square per point at which the causes explain the contact episodes.
 ENOUGH = 1.5
-"""Chi-square a point at which visits are what the causes make of them."""
+# Largest ratio of the cost with a further cause to the cost without it.
 FALLS = 0.9
-"""Part of the cost that a further cause may leave at most."""
+# Chi-square that a parameter must gain against a competing hypothesis with fewer parameters.
 PRICE = 8.0
-"""Chi-square that a number must be worth against a rival with fewer."""
+# Size in units below which a cause is ignored.
 SMALLEST = 0.02
-"""Size in units below which a cause is none."""
+# Sizes in units: initial value of a fit, and the value that stands for zero.
 BEGIN, NOTHING = 1e-3, 1e-6
-"""Sizes in units from which a cause is fitted, and that stand for none."""
 
 
 def shortlist(rig: Rig) -> list[Candidate]:
-    """Return the candidates that are looked for beside a law of contact.
-
-    Args:
-        rig: constants of the bench.
-    """
+    """Return the candidates that are tried in addition to a law of contact."""
     every = candidates(rig, 1.0, HIGHEST)
     return [one for one in every if one.kind in KINDS and one.shape.get("flank", "both") == "both"]
 
 
 def beside(records: Sequence[Visits], laws: Iterable[list[Cause]]) -> Held | None:
-    """Return the law of contact and the causes beside it that leave least of some visits.
-
-    Args:
-        records: visits of all records.
-        laws: each at the sizes from which it is fitted.
-    """
+    """Return the law of contact with further causes that has the smallest cost over the contact episodes."""
     few, known = some(records, FEW), shortlist(records[0].rig)
     found = None
     for started in laws:
@@ -67,13 +58,7 @@ def beside(records: Sequence[Visits], laws: Iterable[list[Cause]]) -> Held | Non
 
 
 def further(records: Sequence[Visits], now: Held, known: Sequence[Candidate]) -> Held:
-    """Return visits held against further causes, as long as each takes much of what is left.
-
-    Args:
-        records: visits of all records, or some of them.
-        now: held against the causes so far.
-        known: candidates.
-    """
+    """Return the fit with further causes, added as long as each reduces the cost considerably."""
     for _ in range(MOST):
         if now.level < ENOUGH and now.cost < ENOUGH * now.count:
             break
@@ -90,21 +75,12 @@ def further(records: Sequence[Visits], now: Held, known: Sequence[Candidate]) ->
 
 
 def size_of(cause: Cause) -> float:
-    """Return the size of a cause in units.
-
-    Args:
-        cause: with its numbers.
-    """
+    """Return the size of a cause in units."""
     return float(np.linalg.norm(cause.numbers[: 1 + cause.candidate.phased])) / cause.candidate.unit
 
 
 def needed(records: Sequence[Visits], held: Held) -> list[float]:
-    """Return by how much chi-square rises without each of the causes, the others fitted anew.
-
-    Args:
-        records: visits of all records.
-        held: against all causes.
-    """
+    """Return the rise of chi-square without each of the causes, the others refitted."""
     found = []
     for k in range(len(held.causes)):
         others = held.causes[:k] + held.causes[k + 1 :]
@@ -113,7 +89,7 @@ def needed(records: Sequence[Visits], held: Held) -> list[float]:
 
 
 def _begun(records: Sequence[Visits], started: list[Cause]) -> Held | None:
-    """Return the best of the sizes at which a law is begun."""
+    """Return the best of the initial sizes of a law."""
     found = None
     for cause in started:
         try:

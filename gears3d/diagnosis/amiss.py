@@ -1,4 +1,4 @@
-"""Channels that are off as a whole: no coordinate tells what remains, but too much of it does."""
+"""Channels that deviate as a whole: their chi-square is too large, although no coordinate shows a pattern."""
 
 from __future__ import annotations
 
@@ -18,21 +18,17 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.search import Search
 
 Array = np.ndarray
+# Root mean square in standard deviations above which a channel is not explained. The right causes leave 1.5 at most in
+# blind tests.
 FAR = 3.0
-"""Standard deviations: a channel whose points are farther off in the root mean square is not explained. The right
-causes leave 1.5 at most in blind tests."""
+# Standard deviations at which a single point is clipped: 1 % wrongly segmented points must not flag a channel.
 STRAY = 15.0
-"""Standard deviations at which a single point counts at most: a hundredth of them, cut wrongly, is no whole channel."""
+# Channels that are tested.
 ASKED = ("flight", "contact", "drive")
-"""Channels that are asked."""
 
 
 def unspent(found: Search) -> list[Structure]:
-    """Return what is left where a search ended at as many causes as it may name, and one more would be accepted.
-
-    Args:
-        found: by the search.
-    """
+    """Return the remaining candidate where a search ended at the maximum number of causes and would accept one more."""
     if len(found.fit.causes) < MOST or (one := next_cause(found)) is None:
         return []
     name = one.candidate.channels[0]
@@ -41,21 +37,16 @@ def unspent(found: Search) -> list[Structure]:
 
 
 def amiss(records: Sequence[Evidence], rest: Array) -> list[Structure]:
-    """Return the channels whose errors stay far above their noise whatever the causes, farthest off first.
+    """Return the channels whose residuals stay far above their noise with all causes, largest first.
 
-    Args:
-        records: all.
-        rest: residuals that the causes leave, stacked, (n,).
-
-    Returns:
-        One ``CHANNEL.all`` each, with the root mean square of its points, and no place.
+    One ``CHANNEL.all`` each, with the root mean square of its points and no place; rest: (n,).
     """
     found = [off for name in ASKED if (off := _off(records, rest, name, FAR)) is not None]
     return sorted(found, key=lambda one: -one.gain)
 
 
 def _off(records: Sequence[Evidence], rest: Array, name: str, far: float = 0.0) -> Structure | None:
-    """Return a channel as a whole; ``None`` where its points are nearer than so many standard deviations."""
+    """Return a channel as a whole; ``None`` where its root mean square is below a number of standard deviations."""
     own = [np.clip(part, -STRAY, STRAY) for part in parts_of(records, rest)[name]]
     whole = np.concatenate([np.zeros(0), *own])
     if not whole.size or float(np.mean(whole**2)) <= far**2:

@@ -1,7 +1,7 @@
-"""Blows on the flanks, whether their rebound was seen or not, and the rebound below which a record sees none.
+"""Impacts on the flanks with and without a detected rebound, and the detection limit of rebounds.
 
-Of rebounds that scatter a record shows the strong ones; those that fail are contact at once. To hold the strong ones
-for all of them makes restitution too large and its scatter too small.
+Of scattering rebounds a record shows the strong ones; the weak ones appear as immediate contact. To take the strong
+ones for all makes restitution too large and its scatter too small.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ Array = np.ndarray
 
 
 class Blows(NamedTuple):
-    """Blows of a record that ended a flight which passes for one, (b,).
+    """Impacts of a record that end a free flight, (b,).
 
     Args:
         time: [s].
         drive: angle [rad].
         loose: angle [rad].
         flank: 0 active, 1 reverse.
-        velocity: against the flank, before, above 0 [m/s].
+        velocity: approach speed towards the flank, above 0 [m/s].
         velocity_sigma: [m/s].
-        rebound: above 0; NaN where none above ``lowest`` was seen [m/s].
-        rebound_sigma: [m/s]; 0 where none was seen.
-        lowest: rebound above which the record overlooks none [m/s].
+        rebound: above 0; NaN where none above ``lowest`` was detected [m/s].
+        rebound_sigma: [m/s]; 0 without a detected rebound.
+        lowest: detection limit of rebounds [m/s].
     """
 
     time: Array
@@ -46,16 +46,12 @@ class Blows(NamedTuple):
 
     @property
     def seen(self) -> Array:
-        """Whether the rebound was seen, (b,)."""
+        """Whether the rebound was detected, (b,)."""
         return np.isfinite(self.rebound)
 
 
 def blows(cut: Segments) -> Blows:
-    """Return the blows of a record; none where it shows no bounce, for then it tells nothing of what it overlooks.
-
-    Args:
-        cut: of :func:`gears3d.measured.segmentation.measure`.
-    """
+    """Return the impacts of a record; none without a bounce, as its detection limit is then unknown."""
     hits, path = cut.impacts, cut.path
     time, flank = hits["time_s"], np.asarray(hits["flank"], dtype=int)
     if not len(time):
@@ -64,10 +60,10 @@ def blows(cut: Segments) -> Blows:
     height = clearance(path, cut.flanks)
     lowest = lowest_rebound(time, flank, velocity, rebound, height, path.width)
     sane = hits["testifies"] == 1
-    after = np.append(sane[1:], False)  # the flight that a rebound begins is told by the impact that ends it
+    after = np.append(sane[1:], False)  # the flight after a rebound is described by the impact that ends it
     good = sane & (after | np.isnan(rebound)) & (velocity > 0.0) & (hits["velocity_sigma_m_s"] > 0.0)
     good &= np.isfinite(lowest)
-    good[-1] = False  # what follows the last one is cut off
+    good[-1] = False  # the record ends within the motion after the last one
     rebound = np.where(rebound > lowest, rebound, np.nan)
     slack = np.where(np.isfinite(rebound), hits["rebound_sigma_m_s"], 0.0)
     drive, loose = (np.interp(time, cut.track.time, angle) for angle in (cut.track.drive, cut.track.loose))
@@ -76,5 +72,5 @@ def blows(cut: Segments) -> Blows:
 
 
 def none() -> Blows:
-    """Return the blows of a record that could not be cut."""
+    """Return the impacts of a record that could not be segmented."""
     return Blows(*[np.zeros(0)] * len(Blows._fields))

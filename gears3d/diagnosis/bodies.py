@@ -1,9 +1,9 @@
-"""What an extension is worth when rigid bodies in PyBullet make the steps: the errors of held-out data once more.
+"""Held-out error reduction of an extension when PyBullet simulates rigid bodies.
 
-Flights, impacts and contacts are those of :mod:`gears3d.diagnosis.prediction`, with the same
-standard deviations and the same nuisances, but each is predicted by the engine from its measured start state: a flight
-follows from the torques alone, an impact acts along the common normal of two true flanks, a contact rolls on them. The
-engine knows nothing of the columns by which the causes were found.
+Flights, impacts and contacts are those of :mod:`gears3d.diagnosis.prediction`, with the same standard deviations and
+nuisances, but the engine predicts each from its measured initial state: a flight follows from the torques alone, an
+impact acts along the common normal of two true flanks, a contact rolls on them. The engine does not use the regressors
+by which the causes were found.
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Channels that the engine predicts: the drive's motion is prescribed, and contact loss is not a single step.
 SEEN: tuple[str, ...] = ("flight", "contact", "impact")
-"""Channels that the engine predicts: the drive's motion is imposed on it, and how a flank is left is no single step."""
+# Maximum number of held-out records or stretches.
 HELD = 3
-"""Records, or stretches, that are held out at most."""
+# Maximum number of events of each held-out part.
 EVENTS = {"flights": 60, "impacts": 80}
-"""Of each held-out part at most."""
+# Maximum number of contact stretches of each held-out part.
 STRETCHES = 12
-"""Of contact, of each held-out part at most."""
+# Minimum number of points of a contact stretch.
 FEWEST = 3
-"""Points that a stretch of contact needs."""
+# Median distances between points above which a new contact begins.
 APART = 4.0
-"""Usual distances of points from which on a contact is another."""
 
 
 class Bodies(NamedTuple):
-    """Worth of causes in the engine.
+    """Held-out error reduction of causes in the engine.
 
     Args:
-        splits: by the engine, for each held-out part.
-        rigid: by the rigid model over the same events.
-        events: how many of each channel were predicted.
-        why: the engine was not asked, or could not answer; empty where it did.
+        splits: from the engine, for each held-out part.
+        rigid: from the rigid model over the same events.
+        events: number of predicted events by channel.
+        why: reason why the engine was not run or failed; empty otherwise.
     """
 
     splits: tuple[Split, ...]
@@ -65,13 +65,7 @@ class Bodies(NamedTuple):
 def in_bodies(
     records: Sequence[Evidence], causes: Sequence[Cause], progress: Callable[[float], None] | None = None
 ) -> Bodies:
-    """Return the worth of causes on held-out data, predicted by the engine.
-
-    Args:
-        records: that the search kept.
-        causes: that were accepted; their numbers are fitted anew each time.
-        progress: called with the part that is done.
-    """
+    """Return the held-out error reduction of causes, predicted by the engine."""
     if not causes:
         return Bodies((), (), {}, "there is no cause to try")
     if not any(name in SEEN for cause in causes for name in cause.candidate.channels):
@@ -104,14 +98,10 @@ def in_bodies(
 
 
 def predicted(one: Evidence, effects: Sequence[Any]) -> dict[str, Array]:
-    """Return the data less what the engine predicts, by channel, in standard deviations.
-
-    Args:
-        one: the record.
-        effects: added to its rig.
+    """Return the data minus the prediction of the engine, by channel, in standard deviations.
 
     Raises:
-        InputError: the engine cannot do what an effect or the rig asks for.
+        InputError: the engine does not support an effect or the rig.
         EngineError: a step failed.
     """
     from gears3d.engine import Bench
@@ -127,12 +117,7 @@ def predicted(one: Evidence, effects: Sequence[Any]) -> dict[str, Array]:
 
 
 def extended(one: Evidence, effects: Sequence[Any]) -> Scenario:
-    """Return the scenario of a record with effects, the drive moving as it was measured to.
-
-    Args:
-        one: the record.
-        effects: added; scatter, which predicts nothing, is left out.
-    """
+    """Return the scenario of a record with effects and the measured motion of the drive, without scatter effects."""
     waves = [
         {"amplitude": f"{turn * np.hypot(cosine, sine):.17g} rad/s", "frequency": f"{turn / (2.0 * pi):.17g} Hz",
          "phase": f"{atan2(sine, -cosine):.17g} rad"}
@@ -145,15 +130,11 @@ def extended(one: Evidence, effects: Sequence[Any]) -> Scenario:
 
 
 def upright(one: Evidence, rows: Sequence[Row] = ()) -> list[tuple[str, Any]]:
-    """Return changes that put the spur gears of the transverse section in the place of helical ones.
+    """Return changes that replace helical gears by the spur gears of their transverse section.
 
-    Helical flanks without corrections roll on each other in every transverse section alike: displacement, backlash and
-    forces along the transverse line of action are those of that section, and the engine is faster with it. A single
-    tooth that is off carries over another part of the path; rigs with one keep their helix.
-
-    Args:
-        one: the record.
-        rows: normal forms of all effects.
+    Helical flanks without corrections roll on each other equally in every transverse section: displacement, backlash
+    and forces along the transverse line of action are those of that section, and the engine is faster with it. A single
+    tooth deviation carries over another part of the path; rigs with one keep their helix.
     """
     gears = one.pair.drive, one.pair.loose
     if not gears[0].helix_angle or any(row.code == Code.FLANK_TOOTH for row in rows):
@@ -172,11 +153,7 @@ def upright(one: Evidence, rows: Sequence[Row] = ()) -> list[tuple[str, Any]]:
 
 
 def heldout_3d(found: Bodies | None) -> dict[str, Any]:
-    """Return the worth in the engine, as the contract has it.
-
-    Args:
-        found: of :func:`in_bodies`; ``None`` where it was not asked for.
-    """
+    """Return the held-out error reduction in the engine in the form of the contract."""
     told = heldout(found.splits if found is not None else ())
     if found is None or not found.splits:
         return {**told, "why": found.why if found is not None else "not asked for"}
@@ -184,11 +161,7 @@ def heldout_3d(found: Bodies | None) -> dict[str, Any]:
 
 
 def began(one: Evidence) -> float:
-    """Return the drive's angle at time 0 of a record, as its motion has it [rad].
-
-    Args:
-        one: the record.
-    """
+    """Return the drive's angle at time 0 of a record by its motion model [rad]."""
     seen, motion = one.channels.drive, one.motion
     angle = motion.mean * seen.time
     for cosine, sine, turn in motion.harmonics:
@@ -198,12 +171,7 @@ def began(one: Evidence) -> float:
 
 
 def thinned(one: Evidence, effects: Sequence[Any] = ()) -> Evidence:
-    """Return a record with some of its events, evenly over time, and with contacts in which effects show most.
-
-    Args:
-        one: the record.
-        effects: by what they predict contacts are chosen; what was measured there has no part in that.
-    """
+    """Return a record with some of its events, evenly over time, and contacts where effects predict most."""
     seen, cut = one.channels, {}
     hits = _some(len(seen.impacts.time), EVENTS["impacts"])
     cut["impacts"] = type(seen.impacts)(*(column[hits] for column in seen.impacts))
@@ -225,9 +193,7 @@ def thinned(one: Evidence, effects: Sequence[Any] = ()) -> Evidence:
 def stretches(time: Array, flank: Array) -> list[Array]:
     """Return which points belong to one contact, contact by contact.
 
-    Args:
-        time: of the points [s], (n,).
-        flank: 0 active, 1 reverse, (n,).
+    time: (n,) [s]; flank: (n,).
 
     >>> [rows.tolist() for rows in stretches(np.array([0.0, 0.1, 0.2, 0.9, 1.0]), np.array([0, 0, 0, 0, 1]))]
     [[0, 1, 2], [3], [4]]

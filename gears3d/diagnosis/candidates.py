@@ -1,4 +1,4 @@
-"""Every cause that a rig may have: an effect with its shape fixed and its size free."""
+"""All candidate causes of a rig: an effect with a fixed shape and a free size."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from gears3d.effects import Rig, catalogue
 
 Array = np.ndarray
 
+# Channels in which effects show, by their place.
 SHOWS = {
     "geometry": ("contact",),
     "torque": ("flight",),
@@ -18,16 +19,15 @@ SHOWS = {
     "motion": ("drive",),
     "sensor": ("contact", "flight", "drive"),
 }
-"""Channels in which effects show, by their place."""
 
 
+# Sizes in units at which regressors are computed: of most effects, and of effects that delay contact loss, whose
+# response is quadratic.
 SMALL, LATE = 0.01, 0.2
-"""Sizes in units at which columns are taken: of most, and of what makes a flank be left later, which is felt with its
-square."""
 
 
 class Bend(NamedTuple):
-    """A parameter of a shape that is refined once the cause is in.
+    """A shape parameter that is refined once the cause is accepted.
 
     Args:
         low: smallest value.
@@ -40,6 +40,7 @@ class Bend(NamedTuple):
     log: bool = True
 
 
+# By kind and parameter; ``mesh_drag`` has none, but its response is quadratic and needs as many rounds.
 FREE: dict[str, dict[str, Bend]] = {
     "drag_power": {"exponent": Bend(0.2, 4.0)},
     "drag_drift": {"time_constant": Bend(0.1, 1e4)},
@@ -48,25 +49,24 @@ FREE: dict[str, dict[str, Bend]] = {
     "tooth_compliance": {"damping": Bend(1e-9, 1e9)},
     "drive_motion": {"frequency": Bend(1e-2, 1e5), "order": Bend(1e-3, 1e4)},
 }
-"""By kind and parameter; ``mesh_drag`` has none, but is felt with its square and needs as many rounds."""
 EXPONENTS = (0.5, 1.5, 2.0, 2.5, 3.0)
+# Tried speeds of a shaft, in mean speeds of the loose gear.
 SHAFTS = (-1.0, 0.5, 2.0)
-"""Speeds of a shaft that are tried, in mean speeds of the loose gear."""
+# Tried time constants of a drift, in durations of a record.
 TIMES = (0.03, 0.1, 0.3, 1.0, 3.0)
-"""Time constants of a drift that are tried, in durations of a record."""
 
 
 class Candidate(NamedTuple):
-    """One cause with its shape fixed and its size free.
+    """One cause with a fixed shape and a free size.
 
     Args:
         kind: of the effect.
-        shape: parameters that are fixed.
-        size: name of the parameter that is free.
+        shape: fixed parameters.
+        size: name of the free parameter.
         unit: size that changes its channel by 100 %.
         phased: whether its phase is free, too; it then has two numbers, a cosine's and minus a sine's.
-        channels: that it shows in.
-        tried: size in units at which its column is taken.
+        channels: in which it shows.
+        tried: size in units at which its regressor is computed.
     """
 
     kind: str
@@ -78,7 +78,7 @@ class Candidate(NamedTuple):
     tried: float = SMALL
 
     def effect(self, numbers: Array) -> Any | None:
-        """Return the effect of given numbers; ``None`` where they are nothing.
+        """Return the effect of given numbers; ``None`` for numbers of no effect.
 
         Args:
             numbers: size, or cosine and minus sine, [SI].
@@ -93,14 +93,9 @@ class Candidate(NamedTuple):
 def candidates(
     rig: Rig, duration: float, highest: int, frequencies: tuple[float, ...] = (), orders: tuple[float, ...] = ()
 ) -> list[Candidate]:
-    """Return every cause that is looked for.
+    """Return all candidate causes of a rig.
 
-    Args:
-        rig: constants of the bench.
-        duration: of a record [s].
-        highest: order that is looked for.
-        frequencies: of the drive's motion that are tried [Hz].
-        orders: of the drive's motion that are tried.
+    duration: of a record [s]; frequencies: tried, of the drive's motion [Hz].
     """
     return [*_geometry(rig, highest), *_torques(rig, duration, highest), *_impacts(rig), *_sensors(rig, highest),
             *_motions(rig, frequencies, orders)]  # fmt: skip

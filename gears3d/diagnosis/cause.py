@@ -1,4 +1,4 @@
-"""A cause with its numbers, and the fit of several together."""
+"""A cause with its numbers, and the joint fit of several causes."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from gears3d.diagnosis.prediction import CHANNELS, added
 from gears3d.errors import InputError
 
 Array = np.ndarray
+# Step of a number in units, for slopes.
 STEP = 1e-3
-"""Of a number in units, for slopes."""
+# Dampings of a step, tried in turn until chi-square falls.
 DAMPED = (0.0, 0.01, 1.0)
-"""Dampings of a step, one after the other, until chi-square falls."""
+# The same with a drag of the mesh among the causes: its response is quadratic, so distant steps overshoot.
 SQUARED = (*DAMPED, 10.0, 100.0)
-"""The same where a drag of the mesh is among the causes: felt with its square, steps from far off overshoot."""
+# Largest step of a number in a round, in units.
 FARTHEST = 3.0
-"""Units that a number moves in one round at most."""
+# Fall of chi-square in a round below which the fit ends.
 ENOUGH = 0.01
-"""Gain of a round in chi-square below which it was the last."""
 
 
 class Cause(NamedTuple):
@@ -43,7 +43,7 @@ class Cause(NamedTuple):
 
     @property
     def effect(self) -> Any | None:
-        """The effect; ``None`` where it is nothing."""
+        """The effect; ``None`` if it is zero."""
         sizes = 2 if self.candidate.phased else 1
         shape = dict(self.candidate.shape)
         for name, number in zip(self.free, self.numbers[sizes:], strict=True):
@@ -52,7 +52,7 @@ class Cause(NamedTuple):
 
     @property
     def possible(self) -> bool:
-        """Whether all numbers are such as the catalogue admits: no drag drives a gear."""
+        """Whether the catalogue admits all numbers: no drag drives a gear."""
         effect: Any = self.effect
         if effect is None:
             return False
@@ -82,7 +82,7 @@ def begin(candidate: Candidate, units: Array) -> Cause:
 
 
 class Fit(NamedTuple):
-    """Several causes together.
+    """Several causes fitted together.
 
     Args:
         causes: with their numbers.
@@ -98,7 +98,7 @@ class Fit(NamedTuple):
 
 
 def contribution(records: Sequence[Evidence], effects: Sequence[Any], names: Sequence[str] = CHANNELS) -> Array:
-    """Return what effects add to the predictions of all records, channel by channel, (n,).
+    """Return the contribution of effects to the predictions of all records, channel by channel, (n,).
 
     Args:
         records: in their order.
@@ -109,13 +109,9 @@ def contribution(records: Sequence[Evidence], effects: Sequence[Any], names: Seq
 
 
 def fit(records: Sequence[Evidence], base: Array, causes: Sequence[Cause], rounds: int = 8) -> Fit:
-    """Return causes with the numbers that leave the least chi-square.
+    """Return causes with the numbers of least chi-square.
 
-    Args:
-        records: all.
-        base: residuals without causes, (n,).
-        causes: where to start from.
-        rounds: of Gauss-Newton at most.
+    base: (n,).
     """
     causes = tuple(causes)
     parts = [_part(records, cause) for cause in causes]
@@ -150,13 +146,7 @@ def _part(records: Sequence[Evidence], cause: Cause) -> Array:
 
 
 def slopes_of(records: Sequence[Evidence], cause: Cause, part: Array | None = None) -> list[Array]:
-    """Return how the predictions change with each number of a cause, per unit, each (n,).
-
-    Args:
-        records: all.
-        cause: with its numbers.
-        part: what it adds to the predictions, where that is known already.
-    """
+    """Return the derivatives of the predictions with respect to each number of a cause, per unit, each (n,)."""
     part = _part(records, cause) if part is None else part
     found = []
     for k, unit in enumerate(cause.units):
@@ -167,16 +157,13 @@ def slopes_of(records: Sequence[Evidence], cause: Cause, part: Array | None = No
 
 
 def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]:
-    """Return causes with their numbers moved, those of the shapes within their bounds.
+    """Return causes with their numbers moved, shape parameters within their bounds.
 
-    A power keeps its torque at the pivot, a usual speed, while its exponent moves: its coefficient goes with that
-    speed's power, along which straight steps lead nowhere. What of it is of first order, the step has already. A torque
-    over a difference of speeds is straight in its coefficient and in the product of that and the other speed.
+    A power keeps its torque at the pivot, a typical speed, while its exponent changes: its coefficient scales with a
+    power of that speed, so a linear step fails. The step already contains the first-order part. A torque over a
+    difference of speeds is linear in its coefficient and in the product of that and the other speed.
 
-    Args:
-        causes: with their numbers.
-        by: which these move [SI], (p,).
-        pivot: a usual speed of the loose gear [rad/s].
+    by: (p,) [SI]; pivot: [rad/s].
     """
     at, made = 0, []
     for cause in causes:
@@ -194,7 +181,7 @@ def moved(causes: Sequence[Cause], by: Array, pivot: float) -> tuple[Cause, ...]
 
 
 def _within(cause: Cause, numbers: Array) -> Array:
-    """Return numbers with those of the shape within their bounds."""
+    """Return numbers with those of the shape clipped to their bounds."""
     bends = [FREE[cause.candidate.kind][name] for name in cause.free]
     kept = numbers.copy()
     for k, bend in enumerate(bends, start=len(numbers) - len(bends)):

@@ -1,4 +1,4 @@
-"""What a measured record shows, in channels: flights, contact, impacts, losses of contact, the drive's motion."""
+"""The channels of a measured record: flights, contact, impacts, contact losses, the drive's motion."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
+# Points of a flight.
 BINS = 12
-"""Points of a flight."""
+# Approximate number of contact points of a record.
 CONTACT = 4000
-"""Points of contact of a record, about."""
+# Approximate number of points of the drive's motion of a record.
 DRIVE = 4000
-"""Points of the drive's motion of a record, about."""
+# Largest movement, in its noise, over this many blocks before and after, of a point off both flanks that counts as
+# contact.
 STILL, BESIDE = 6.0, 4
-"""Times its noise that what is off both flanks may move from so many blocks before to as many after, to be contact."""
+# Ratio of the error that the contact-loss rates of a record have in common to their standard deviation.
 COMMON = 0.3
-"""Part of its standard deviation by which the rate at leaving a flank is off in common to a record."""
+# Largest common rounding of path corners, relative to the noise; blocks are as long as that allows.
 ROUNDED = 1.0
-"""Part of the noise by which all corners may be rounded off alike; blocks are as long as that allows."""
+# Standard deviations between the ends of a flight and its points.
 CLEAR = 4.0
-"""Standard deviations of its ends that a flight's points keep away from them."""
 
 
 class Flights(NamedTuple):
@@ -55,9 +56,9 @@ class Contacts(NamedTuple):
         drive: angle [rad].
         loose: angle [rad].
         flank: 0 active, 1 reverse.
-        place: displacement, zero anywhere [m].
+        place: displacement, with an arbitrary datum [m].
         sigma: standard deviation of ``place`` [m].
-        width: over which each is a mean [s].
+        width: averaging time of each [s].
     """
 
     time: Array
@@ -77,11 +78,11 @@ class Impacts(NamedTuple):
         drive: angle [rad].
         loose: angle [rad].
         flank: 0 active, 1 reverse.
-        velocity: against the flank, before [m/s].
+        velocity: towards the flank, before [m/s].
         velocity_sigma: [m/s].
         rebound: after [m/s].
         rebound_sigma: [m/s].
-        seen: whether the rebound was seen; else it is what a scatter of restitution makes of its absence.
+        seen: whether the rebound was detected; otherwise it is the expected value under scatter of restitution.
     """
 
     time: Array
@@ -96,21 +97,21 @@ class Impacts(NamedTuple):
 
 
 class Losses(NamedTuple):
-    """Flanks left without a blow, (l,), by the flights that follow (:mod:`gears3d.diagnosis.leaving`).
+    """Contact losses without an impact, (l,), by the flights that follow (:mod:`gears3d.diagnosis.leaving`).
 
     Args:
-        time: at which the gap that the flight would have had opens slowest [s].
+        time: of the slowest opening of the gap of the back-extrapolated flight [s].
         drive: angle [rad].
         loose: angle [rad].
-        flank: that is left, 0 active, 1 reverse.
+        flank: of the contact loss, 0 active, 1 reverse.
         rate: of the gap at that time, 0 where contact and flight have the same torques [m/s].
         sigma: of the rate [m/s].
         growth: of the gap's acceleration after that time, by powers of time [m/s³, ...], (l, 3).
-        span: time after that until which that holds [s].
+        span: time after that until which this holds [s].
         after: times after that, to the last reading of the flight [s], (l, n).
         ahead: angle that the loose gear has turned by then [rad], (l, n).
         begun: time after that of the flight's first reading [s].
-        curved: change of the deceleration with the loose gear's speed by which the flight was followed back [1/s].
+        curved: change of the deceleration with the loose gear's speed in the back-extrapolation [1/s].
     """
 
     time: Array
@@ -128,13 +129,13 @@ class Losses(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Angle of the drive gear in means over equal times, (d,).
+    """Angle of the drive gear, averaged over equal times, (d,).
 
     Args:
         time: [s].
         angle: [rad].
         sigma: standard deviation of each [rad].
-        width: over which each is a mean [s].
+        width: averaging time of each [s].
     """
 
     time: Array
@@ -144,12 +145,12 @@ class Drive(NamedTuple):
 
 
 class Partings(NamedTuple):
-    """Ends of contacts, however they end, (p,).
+    """Ends of contacts of any type, (p,).
 
     Args:
         drive: angle [rad].
         loose: angle [rad].
-        flank: that is left, 0 active, 1 reverse.
+        flank: of the contact, 0 active, 1 reverse.
     """
 
     drive: Array
@@ -158,13 +159,13 @@ class Partings(NamedTuple):
 
 
 class Corners(NamedTuple):
-    """Where the path turns back sharply, whether or not a flank was drawn there, (k,).
+    """Sharp reversals of the path, at an estimated flank or not, (k,).
 
     Args:
         drive: angle [rad].
         loose: angle [rad].
-        flank: that it turns back from, 0 active, 1 reverse.
-        off: from where that flank was drawn [m].
+        flank: at which it reverses, 0 active, 1 reverse.
+        off: distance from the estimated flank [m].
         sigma: standard deviation of ``off`` [m].
     """
 
@@ -176,17 +177,17 @@ class Corners(NamedTuple):
 
 
 class Channels(NamedTuple):
-    """One record in channels.
+    """The channels of one record.
 
     Args:
         flights: angles in flight.
         contacts: displacement in contact.
         impacts: speeds before and after.
-        losses: of contact, without a blow.
+        losses: contact losses without an impact.
         drive: its motion.
-        left_out: how many points each channel does without, by name.
+        left_out: number of excluded points by channel.
         partings: ends of contacts.
-        blows: with and without a rebound that was seen.
+        blows: impacts with and without a detected rebound.
         corners: of the path.
         slow: 1/f noise, in addition to the standard deviations of the points.
     """
@@ -204,14 +205,7 @@ class Channels(NamedTuple):
 
 
 def channels(cut: Segments) -> Channels:
-    """Return the channels of a measured record.
-
-    Args:
-        cut: the record.
-
-    Returns:
-        The channels; what did not pass its own test of noise is left out and counted.
-    """
+    """Return the channels of a measured record; points that fail their noise test are excluded and counted."""
     (flights, few), (losses, stray) = _flights(cut), _losses(cut)
     impacts, silent = _impacts(cut)
     contacts, moving = _contacts(cut)
@@ -227,7 +221,7 @@ def channels(cut: Segments) -> Channels:
 
 
 def nothing() -> Channels:
-    """Return channels without a point, of a record that could not be cut."""
+    """Return channels without a point, of a record that could not be segmented."""
     none, bins = np.zeros(0), np.zeros((0, BINS))
     losses = Losses(none, none, none, none, none, none, np.zeros((0, 3)), none, bins, bins, none, none)
     contacts, impacts = Contacts(*[none] * len(Contacts._fields)), Impacts(*[none] * len(Impacts._fields))
@@ -255,10 +249,10 @@ def _flights(cut: Segments) -> tuple[Flights, int]:
 
 
 def _contacts(cut: Segments) -> tuple[Contacts, int]:
-    """Return means over neighbouring blocks well within contacts, each of the flank that is nearer.
+    """Return means over neighbouring blocks well within contacts, each of the nearer flank.
 
-    A tooth that stands out holds the gear away from where the flanks are drawn, unless they are drawn with it; flights
-    that begin or end there are not seen for what they are, but they move.
+    A tooth with a positive thickness deviation holds the gear away from the estimated flanks unless they include it;
+    flights that begin or end there are not detected as flights, but they move.
     """
     path, table = cut.path, cut.contacts
     lasts = table["end_s"] - table["start_s"]
@@ -278,7 +272,7 @@ def _contacts(cut: Segments) -> tuple[Contacts, int]:
         side = np.argmin(off, axis=0)
         ends = [path.place[np.clip(at[:, 0] + k * BESIDE, 0, len(path.place) - 1)] for k in (-1, 1)]
         still = np.abs(ends[1] - ends[0]) < STILL * np.maximum(path.noise, path.slack)
-        known = bool(path.shapes) and all(shape.known for shape in path.shapes)  # nothing else holds the gear away
+        known = bool(path.shapes) and all(shape.known for shape in path.shapes)  # no other cause holds the gear away
         resting = (off.min(axis=0) < clearance(path, cut.flanks)) | (still & (not known))
     sigma = max(path.noise / np.sqrt(few), path.slack, 1e-12)
     width = path.time[at[:, -1]] - path.time[at[:, 0]] + path.width
@@ -287,9 +281,9 @@ def _contacts(cut: Segments) -> tuple[Contacts, int]:
 
 
 def _corners(cut: Segments) -> tuple[Corners, Contacts]:
-    """Return the corners of the path, and those of them on a single tooth that a flank was drawn with, as contact.
+    """Return the corners of the path, and as contact those on a single tooth that the flank estimate includes.
 
-    A tooth that stands out throws the gear off: bounces are all that is seen of it.
+    A tooth with a positive thickness deviation makes the gear bounce: only bounces are observed on it.
     """
     path = cut.path
     found = kinks(path)
@@ -306,7 +300,7 @@ def _corners(cut: Segments) -> tuple[Corners, Contacts]:
 
 
 def _impacts(cut: Segments) -> tuple[Impacts, int]:
-    """Return impacts on flanks; those on a tooth that is off are on its edges, too, which throw otherwise."""
+    """Return impacts on flanks, without those on a deviating tooth: on its edges the rebound differs."""
     table = cut.impacts
     good = np.isfinite(table["rebound_m_s"]) & np.isfinite(table["rebound_sigma_m_s"]) & (table["testifies"] == 1)
     drive, loose = _angles(cut, table["time_s"])
@@ -331,7 +325,7 @@ def _losses(cut: Segments) -> tuple[Losses, int]:
 
 
 def _scattered(value: Array, sigma: Array, flank: Array) -> Array:
-    """Return standard deviations that hold the scatter, and a common error that all losses of a flank share."""
+    """Return standard deviations that include the scatter, and an error common to all losses of a flank."""
     wider = sigma.copy()
     for side in (0, 1):
         own = np.flatnonzero(flank == side)

@@ -1,8 +1,8 @@
-"""Weights of readings under white and 1/f noise: residuals and predictions are made white before they are compared.
+"""Weights of readings under white and 1/f noise: residuals and predictions are whitened before the comparison.
 
-Noise whose power falls with the frequency is largest where the strongest causes are looked for, once a turn of a gear.
-Held for white, it is a cause. Readings in contact and of the drive are filtered in time (innovations of a Kalman
-filter), those of flights by the inverse root of their covariance, flight by flight.
+Noise whose power falls with the frequency is largest at the lowest orders of a gear, where the strongest causes are
+expected. Taken for white noise, it is mistaken for a cause. Readings in contact and of the drive are filtered in time
+(innovations of a Kalman filter), those of flights by the inverse root of their covariance, flight by flight.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ import numpy as np
 from gears3d.kernels import njit
 
 Array = np.ndarray
+# Ratio of neighbouring relaxation rates: the sum of their spectra is 1/f within 10 %.
 APART = 4.0
-"""Ratio of neighbouring relaxation rates: the sum of their spectra is 1/f within a tenth."""
+# Ratio of the slowest relaxation time to the record's duration; the fastest is at the Nyquist frequency of the
+# readings, which are means over the sampling interval: white to 15 % there, and to 3 % at the lowest frequencies
+# (simulated).
 OUTLASTS = 2.0
-"""Times that the slowest relaxation outlasts the record; the fastest is at the Nyquist frequency of the readings, which
-are means over the time to the next: white to 15 % there, and to 3 % at the lowest frequencies (simulated)."""
 
 
 class Slow(NamedTuple):
@@ -36,13 +37,13 @@ class Slow(NamedTuple):
 
 
 class Filter(NamedTuple):
-    """What makes readings of one record white.
+    """Whitening filter of readings of one record.
 
     Args:
         order: of the readings in time, (n,).
-        decay: of each part of the slow noise since the reading before, (n, m).
+        decay: of each part of the slow noise since the previous reading, (n, m).
         gain: of each part, (n, m).
-        root: standard deviation of what is new in each reading, (n,).
+        root: standard deviation of the innovation of each reading, (n,).
     """
 
     order: Array
@@ -52,12 +53,9 @@ class Filter(NamedTuple):
 
 
 def filter_of(time: Array, sigma: Array, slow: float) -> Filter:
-    """Return the filter of readings whose noise is white and 1/f.
+    """Return the whitening filter of readings with white and 1/f noise.
 
-    Args:
-        time: of the readings, in any order [s], (n,).
-        sigma: standard deviation of the white noise of each, (n,).
-        slow: root of the power of the 1/f noise per unit of ln f, in the unit of ``sigma``.
+    time [s], sigma: (n,); slow: root of the power of the 1/f noise per unit of ln f, in the unit of ``sigma``.
 
     Source: Kalman 1960; 1/f noise as a sum of relaxations (van der Ziel 1950).
     """
@@ -72,11 +70,9 @@ def filter_of(time: Array, sigma: Array, slow: float) -> Filter:
 
 
 def whitened(values: Array, by: Filter) -> Array:
-    """Return readings in standard deviations of what is new in each, (n,).
+    """Return the innovations of readings in standard deviations, (n,).
 
-    Args:
-        values: in their unit, (n,).
-        by: of :func:`filter_of`.
+    values: (n,).
 
     >>> random, slow = np.random.default_rng(1), np.zeros(8193, complex)
     >>> slow[1:] = random.standard_normal((8192, 2)) @ [1.0, 1.0j] / np.sqrt(np.arange(1, 8193))
@@ -93,11 +89,9 @@ def whitened(values: Array, by: Filter) -> Array:
 
 
 def restored(white: Array, by: Filter) -> Array:
-    """Return the readings that :func:`whitened` makes some values of, in their unit, (n,).
+    """Return the readings that :func:`whitened` maps to given innovations, in their unit, (n,).
 
-    Args:
-        white: in standard deviations of what is new in each, (n,).
-        by: of :func:`filter_of`.
+    white: (n,).
 
     >>> by = filter_of(np.arange(4.0), np.full(4, 0.1), 1.0)
     >>> restored(whitened(np.array([1.0, -2.0, 0.5, 3.0]), by), by).round(9).tolist()
@@ -110,13 +104,9 @@ def restored(white: Array, by: Filter) -> Array:
 
 
 def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Array:
-    """Return matrices that make the points of each flight white, (f, b, b).
+    """Return the whitening matrices of the points of each flight, (f, b, b).
 
-    Args:
-        time: of the points of each flight [s], (f, b).
-        sigma: standard deviation of the white noise of each, (f, b).
-        slow: root of the power of the 1/f noise per unit of ln f, in the unit of ``sigma``.
-        longest: time that matters, where that is longer than a flight [s].
+    time: (f, b) [s]; sigma: (f, b); longest: [s].
     """
     lasts = time[:, -1] - time[:, 0]
     rates, variance = _relaxations(
@@ -129,7 +119,7 @@ def roots_of(time: Array, sigma: Array, slow: float, longest: float = 0.0) -> Ar
 
 
 def _relaxations(longest: float, shortest: float, slow: float) -> tuple[Array, float]:
-    """Return rates [1/s] whose relaxations of equal variance add up to 1/f noise, and that variance."""
+    """Return rates [1/s] of relaxations of equal variance whose sum is 1/f noise, and that variance."""
     ends = 2.0 * np.pi / (OUTLASTS * max(longest, shortest)), np.pi / shortest
     count = max(int(np.ceil(np.log(ends[1] / ends[0]) / np.log(APART))), 1) + 1
     ratio = (ends[1] / ends[0]) ** (1.0 / max(count - 1, 1))
@@ -138,7 +128,7 @@ def _relaxations(longest: float, shortest: float, slow: float) -> tuple[Array, f
 
 @njit(cache=True, error_model="numpy")
 def _gains(decay: Array, variance: Array, sigma: Array, gain: Array, root: Array) -> None:
-    """Write the gains and what is new in each reading, which do not depend on the readings themselves."""
+    """Write the Kalman gains and the standard deviation of each innovation, which do not depend on the readings."""
     count, parts = decay.shape
     known = np.diag(variance)
     for i in range(count):
@@ -158,7 +148,7 @@ def _gains(decay: Array, variance: Array, sigma: Array, gain: Array, root: Array
 
 @njit(cache=True, error_model="numpy")
 def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Array) -> None:
-    """Write what is new in each reading, in its standard deviations."""
+    """Write the innovation of each reading in its standard deviations."""
     count, parts = decay.shape
     state = np.zeros(parts)
     for i in range(count):
@@ -173,7 +163,7 @@ def _innovations(decay: Array, gain: Array, root: Array, values: Array, made: Ar
 
 @njit(cache=True, error_model="numpy")
 def _readings(decay: Array, gain: Array, root: Array, white: Array, made: Array) -> None:
-    """Write the readings of which some values are what is new, in its standard deviations."""
+    """Write the readings that have given innovations, in their standard deviations."""
     count, parts = decay.shape
     state = np.zeros(parts)
     for i in range(count):

@@ -1,4 +1,4 @@
-"""Laws of contact held against visits to the flanks: what the rig and some effects make of each, and their fit."""
+"""Laws of contact compared with contact episodes: predictions of the rig with effects, and their fit."""
 
 from __future__ import annotations
 
@@ -16,38 +16,38 @@ from gears3d.errors import InputError
 from gears3d.lumped import visits as paths
 
 Array = np.ndarray
+# Maximum number of Gauss-Newton rounds.
 ROUNDS = 12
-"""Of Gauss and Newton at most."""
+# Chi-square per point above which a contact episode contributes by its logarithm only.
 HELD = 25.0
-"""Chi-square a point from which on a visit counts with its logarithm only."""
+# Relative change of the cost that ends the fit.
 ENOUGH = 1e-3
-"""Part of the cost below which a round was the last."""
+# Step of a number in units, for slopes.
 SMALL = 1e-3
-"""Of a number in units, for slopes."""
+# Steps of place [m] and speed [m/s], for slopes.
 ASIDE = (1e-7, 1e-4)
-"""Steps of place [m] and speed [m/s], for slopes."""
+# Largest step of a number in a round, in units or in its natural logarithm.
 FARTHEST = 0.7
-"""Units, or parts of e, that a number moves in one round at most."""
 
+# Rows that act at the flanks only, and the position of their numbers in a law.
 _LAWS = {Code.IMPACT_OFFSET: (paths.RESTITUTION,), Code.IMPACT_SLOPE: (paths.SLOPE,),
          Code.IMPACT_FLANK: (paths.ASYMMETRY,), Code.TORQUE_FRICTION: (paths.FRICTION,),
          Code.GAP_SPRING: (paths.STIFFNESS, paths.DAMPING)}  # fmt: skip
-"""Normal forms that do nothing away from the flanks, and where their numbers stand in a law."""
+# Channels of laws of contact.
 OWN = ("visit",)
-"""Channels of laws of contact."""
+# Smallest ratio of sizes of a cause after and before a round: laws of contact have no sign.
 SHRINKS = 0.3
-"""Part of its size that a cause keeps in a round at least: laws of contact have no sign."""
 
 
 class Held(NamedTuple):
-    """Visits held against effects.
+    """Contact episodes fitted with effects.
 
     Args:
         causes: with their numbers, fitted.
-        zeros: of each record [m].
-        starts: of each record's visits, (w, 2).
-        points: chi-square a point of every visit, by record, (w,).
-        cost: chi-square, visits far off by their logarithm.
+        zeros: datum of each record [m].
+        starts: of each record's contact episodes, (w, 2).
+        points: chi-square per point of every contact episode, by record, (w,).
+        cost: chi-square, outlying contact episodes by their logarithm.
         count: points.
         covariance: of the causes' numbers [SI], (p, p).
         rest: residuals of each record [m], (w, k).
@@ -64,17 +64,12 @@ class Held(NamedTuple):
 
     @property
     def level(self) -> float:
-        """Chi-square a point of the visit in the middle."""
+        """Median chi-square per point of the contact episodes."""
         return float(np.median(np.concatenate(self.points)))
 
 
 def law_of(rows: Iterable[Row], one: Visits) -> Array:
-    """Return the numbers of the law of contact.
-
-    Args:
-        rows: normal forms; those that do not act between the flanks are passed over.
-        one: record with its rig.
-    """
+    """Return the numbers of the law of contact; rows that act outside it are skipped."""
     law = np.zeros(paths.NUMBERS)
     law[paths.MASS] = one.rig.inertia / one.rig.base_radius_loose**2
     law[paths.RESTITUTION] = one.rig.restitution
@@ -90,13 +85,13 @@ def law_of(rows: Iterable[Row], one: Visits) -> Array:
 
 
 class _Grids:
-    """What is given over the visits' grids of each record, made once as long as only laws of contact change."""
+    """Inputs on the grids of each record's contact episodes, reused as long as only laws of contact change."""
 
     def __init__(self) -> None:
         self._made: dict[int, tuple[list[Row], Array]] = {}
 
     def of(self, rows: Sequence[Row], one: Visits) -> Array:
-        """Return what :func:`_given` does."""
+        """Return the result of :func:`_given`."""
         acting = [
             row._replace(p=row.p[2:4]) if row.code == Code.GAP_FILM else row for row in rows if row.code not in _LAWS
         ]
@@ -107,12 +102,7 @@ class _Grids:
 
 
 def _given(rows: Sequence[Row], one: Visits) -> Array:
-    """Return what is given over the visits' grids, the record's zero apart, (w, n, COLUMNS).
-
-    Args:
-        rows: normal forms of all effects.
-        one: record with its rig.
-    """
+    """Return the inputs on the grids of contact episodes, without the record's datum, (w, n, COLUMNS)."""
     rig, shape = one.rig, one.time.shape
     speed = np.gradient(one.loose, STEP, axis=1)
     flat = [x.ravel() for x in (speed, one.loose, one.time)]
@@ -133,14 +123,9 @@ def _given(rows: Sequence[Row], one: Visits) -> Array:
 
 
 def followed(law: Array, over: Array, starts: Array, zero: float, one: Visits) -> Array:
-    """Return the paths of visits at their points [m], (w, k).
+    """Return the paths of contact episodes at their points [m], (w, k).
 
-    Args:
-        law: numbers of the law.
-        over: what is given on the grids, the zero apart.
-        starts: (w, 2).
-        zero: of the record [m].
-        one: the record.
+    starts: (w, 2); zero: datum of the record [m].
     """
     out = np.zeros(one.place.shape)
     paths.follow_all(law, starts, zero, over, one.sizes, STEP, PER, out)
@@ -154,15 +139,7 @@ def hold(
     begin: Held | None = None,
     rounds: int = ROUNDS,
 ) -> Held:
-    """Hold visits against the rig with effects; starts, zeros and the causes' numbers are fitted.
-
-    Args:
-        records: all.
-        effects: that are held as they are.
-        causes: whose numbers are fitted, from where they stand.
-        begin: zeros and starts to begin from.
-        rounds: of Gauss and Newton at most.
-    """
+    """Fit contact episodes with the rig and effects; starts, datums and the causes' numbers are free."""
     zeros = np.array([one.zero for one in records]) if begin is None else begin.zeros
     starts = [one.starts for one in records] if begin is None else begin.starts
     grids = _Grids()
@@ -213,8 +190,8 @@ def _rows(one: Visits, effects: Sequence[Any], causes: Sequence[Cause]) -> list[
 
 
 class _Slopes(NamedTuple):
-    own: Array  # of the visits' starts, (w, k, 2)
-    shared: Array  # of the zero and the causes' numbers in units, (w, k, 1 + p)
+    own: Array  # of the starts, (w, k, 2)
+    shared: Array  # of the datum and the causes' numbers in units, (w, k, 1 + p)
 
 
 def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held, grids: _Grids) -> list[_Slopes]:
@@ -233,13 +210,7 @@ def _slopes(records: Sequence[Visits], effects: Sequence[Any], now: Held, grids:
 
 
 def gains(records: Sequence[Visits], now: Held, others: Sequence[Cause]) -> list[float]:
-    """Return the fall of chi-square that each of some causes promises beside those that are held, to first order.
-
-    Args:
-        records: all.
-        now: visits held against the causes so far.
-        others: small.
-    """
+    """Return the first-order fall of chi-square by each of some small causes in addition to those in the fit."""
     slopes, found = _slopes(records, (), now, _Grids()), []
     normal, right, _ = _normal(records, now, slopes, 1e-3)
     without = float(right @ np.linalg.pinv(normal) @ right)
@@ -252,7 +223,7 @@ def gains(records: Sequence[Visits], now: Held, others: Sequence[Cause]) -> list
 
 
 def _columns(one: Visits, now: Held, k: int, other: Cause) -> Array:
-    """Return what each size of a further cause does to the visits of a record, per unit, (w, k, p)."""
+    """Return the derivatives of a record's contact episodes with respect to a further cause, per unit, (w, k, p)."""
     here, columns = one.place - now.rest[k], []
     for size in np.eye(1 + other.candidate.phased):
         rows = _rows(one, (other.candidate.effect(SMALL * other.candidate.unit * size),), now.causes)
@@ -262,7 +233,7 @@ def _columns(one: Visits, now: Held, k: int, other: Cause) -> Array:
 
 
 def _stepped(causes: tuple[Cause, ...]) -> list[tuple[Cause, ...]]:
-    """Return the causes with each of their numbers a little larger, one after the other."""
+    """Return the causes with each of their numbers increased slightly, in turn."""
     found = []
     for i, cause in enumerate(causes):
         for k, unit in enumerate(units_of(cause)):
@@ -273,11 +244,7 @@ def _stepped(causes: tuple[Cause, ...]) -> list[tuple[Cause, ...]]:
 
 
 def units_of(cause: Cause) -> Array:
-    """Return the sizes by which a cause's numbers are counted: their own where these are larger than small ones.
-
-    Args:
-        cause: with its numbers.
-    """
+    """Return the scales of a cause's numbers: their own sizes where these exceed the unit steps."""
     return np.maximum(np.minimum(cause.units, np.abs(cause.numbers) + 0.02 * cause.units), 1e-300) * np.where(
         cause.units == 1.0, 0.0, 1.0
     ) + np.where(cause.units == 1.0, 1.0, 0.0)
@@ -286,7 +253,7 @@ def units_of(cause: Cause) -> Array:
 def _move(
     records: Sequence[Visits], now: Held, slopes: list[_Slopes], damping: float
 ) -> tuple[tuple[list[Array], Array, Array], Array]:
-    """Return the moves of starts, zeros and numbers, and the covariance of the numbers."""
+    """Return the steps of starts, datums and numbers, and the covariance of the numbers."""
     normal, right, kept = _normal(records, now, slopes, damping)
     inverse = np.linalg.pinv(normal)
     numbers = np.clip(inverse @ right, -FARTHEST, FARTHEST)
@@ -299,7 +266,7 @@ def _move(
 def _normal(
     records: Sequence[Visits], now: Held, slopes: list[_Slopes], damping: float
 ) -> tuple[Array, Array, list[tuple[Array, Array, Array, float]]]:
-    """Return the normal equations of the shared numbers, starts and zeros eliminated, and what gives these back."""
+    """Return the normal equations of the shared numbers without starts and datums, and the back-substitution."""
     width = slopes[0].shared.shape[-1] - 1
     normal, right, kept = np.zeros((width, width)), np.zeros(width), []
     for one, rest, points, (own, shared) in zip(records, now.rest, now.points, slopes, strict=True):
