@@ -1,4 +1,4 @@
-"""Where flanks stand off their nominal place, at measured angles, from the normal forms of effects."""
+"""Deviations of flanks from their nominal place at measured angles, from the rows of effects."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = np.ndarray
+# Thickness, relative to the backlash, at which the gap of a tooth next to loaded teeth is computed, and the negative
+# thickness of a tooth that can no longer touch [m].
 THICK, THIN = 0.95, 1e-3
-"""Thickness, as a part of the backlash, with which the gap of a tooth is worked out where others carry, and by which
-one stands back that might as well be missing [m]."""
+# Gap of a tooth that never comes near [m].
 NEVER = 1.0
-"""Gap of a tooth that does not come near, in any case [m]."""
+# Thickness of a tooth with a negligible deviation [m].
 BENT = 1e-6
-"""Thickness of a tooth that is off by next to nothing [m]."""
+# Range of a tooth's influence to either side, in pitches, and number of points over it.
 REACH, POINTS = 2.25, 289
-"""Pitches to either side that a tooth's influence is looked for, and points there."""
 Gear = Literal["drive", "loose"]
 Side = Literal["active", "reverse"]
 
@@ -37,17 +37,12 @@ def deviation(
     flank: Array,
     known: dict[Any, Any] | None = None,
 ) -> Array:
-    """Return by how much effects move the loose gear that lies on a flank [m].
+    """Return the displacement by effects of the loose gear on a flank [m].
 
-    An eccentric gear counts to first order in its offset, a single tooth as gears roll on it (:func:`influence`).
+    An eccentric gear counts to first order in its offset, a single tooth by the contact of rolling gears
+    (:func:`influence`). The cache ``known`` holds the shapes at exactly these points.
 
-    Args:
-        rows: normal forms; those that are no flanks are passed over.
-        pair: nominal gears.
-        drive: angle [rad], (n,).
-        loose: angle [rad], (n,).
-        flank: 0 active, 1 reverse, (n,).
-        known: gets, and has, the shapes at these very points; without it none is kept.
+    drive: (n,) [rad]; loose: (n,) [rad]; flank: (n,).
 
     >>> from gears3d.effects.rows import flank_harmonic
     >>> from gears3d.gears import Gear, Pair
@@ -73,14 +68,9 @@ def deviation(
 
 
 def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any, Any] | None = None) -> Array:
-    """Return the cosine of an order of a gear's angle.
+    """Return the cosine of an order of a gear's angle; the cache ``known`` is for exactly these points.
 
-    Args:
-        gear: 0 drive, 1 loose.
-        order: any.
-        phase: [rad].
-        angle: of the gear [rad], (n,).
-        known: gets, and has, cosine and sine of each gear and order at these very points.
+    gear: 0 drive, 1 loose; phase: [rad]; angle: [rad], (n,).
 
     >>> wave(0, 2, np.pi / 2.0, np.array([np.pi / 4.0]), {}).round(9).tolist()
     [-1.0]
@@ -94,7 +84,7 @@ def wave(gear: float, order: float, phase: float, angle: Array, known: dict[Any,
 
 
 def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any] | None) -> Array:
-    """Return what a tooth does to its flank, nothing to the other [m]."""
+    """Return the effect of a tooth on its flank, 0 on the other [m]."""
     key = ("tooth", *row.p[:4])
     if known is not None and key in known:
         return known[key]
@@ -108,28 +98,18 @@ def _tooth(row: Row, pair: Pair, own: Array, flank: Array, known: dict[Any, Any]
 
 
 def over_tooth(pair: Pair, gear: Gear, tooth: float, side: Side, thickness: float, own: Array) -> Array:
-    """Return what a tooth does to the displacement [m].
+    """Return the effect of a tooth on the displacement [m].
 
-    Args:
-        pair: nominal gears.
-        gear: whose tooth it is.
-        tooth: its number.
-        side: which flank.
-        thickness: by which it stands out; back where it is negative [m].
-        own: angle of its gear [rad], (n,).
+    thickness: deviation [m]; own: angle of its gear [rad], (n,).
     """
     angle, moved = influence(pair, gear, side, thickness)
     return np.interp(2.0 * pi * pitches_from(pair, gear, tooth, own), angle, moved, left=0.0, right=0.0)
 
 
 def pitches_from(pair: Pair, gear: Gear, tooth: float, own: Array) -> Array:
-    """Return by how many pitches a gear has turned beyond a tooth's place in mesh, half a turn to either side.
+    """Return the pitches from a tooth's place in mesh to the gear's angle, up to half a revolution to either side.
 
-    Args:
-        pair: nominal gears.
-        gear: whose tooth it is.
-        tooth: its number.
-        own: angle of its gear [rad], (n,).
+    own: (n,) [rad].
 
     >>> from gears3d.gears import Gear, Pair
     >>> pair = Pair.from_backlash(Gear(3.5e-3, 30), Gear(3.5e-3, 30), 1e-4)
@@ -141,17 +121,14 @@ def pitches_from(pair: Pair, gear: Gear, tooth: float, own: Array) -> Array:
 
 
 def influence(pair: Pair, gear: Gear, side: Side, thickness: float) -> tuple[Array, Array]:
-    """Return what a tooth does to the displacement [m], over its gear's angle times its teeth.
+    """Return the effect of a tooth on the displacement [m], over its gear's angle times its teeth.
 
-    Rigid gears lie on the pair of teeth that holds them furthest apart. A tooth that stands out does so wherever the
-    gap that it would have without is less than its thickness, before and behind its place in mesh, too; one that stands
-    back lets them as near as it is thin, or as the edges of its neighbours let them, whichever is less.
+    Rigid gears touch at the pair of teeth with the largest centre distance. A tooth with a positive thickness deviation
+    is that pair wherever its nominal gap is less than the deviation, before and behind its place in mesh, too; with a
+    negative deviation the gears approach by the deviation, or to contact with the edges of the neighbouring teeth,
+    whichever is less.
 
-    Args:
-        pair: nominal gears.
-        gear: whose tooth it is.
-        side: which flank.
-        thickness: by which it stands out; back where it is negative [m].
+    thickness: deviation [m].
     """
     at, here, gap, depth = _beside(pair, gear, side)
     sign = 1.0 if side == "active" else -1.0
@@ -166,15 +143,15 @@ def influence(pair: Pair, gear: Gear, side: Side, thickness: float) -> tuple[Arr
 
 
 def _ahead(pair: Pair, gear: Gear, thickness: float) -> float:
-    """Return by how much earlier a flank comes by that stands out of the drive, times its teeth [rad]."""
+    """Return the advance of a flank with a positive deviation on the drive, times its teeth [rad]."""
     return thickness / pair.drive.base_radius * pair.drive.teeth if gear == "drive" else 0.0
 
 
 @lru_cache(maxsize=64)
 def _beside(pair: Pair, gear: Gear, side: Side) -> tuple[Array, Array, Array, Array]:
-    """Return the gap of one tooth where others carry, over its own angle, and how deep the gear falls without it [m].
+    """Return the gap of one tooth next to loaded teeth over its own angle, and the approach without that tooth [m].
 
-    Angles are of the drive, times its teeth: first those of the depth, then those of the gap.
+    Angles are of the drive, times its teeth: first those of the approach, then those of the gap.
     """
     at = 2.0 * pi * np.linspace(-REACH, REACH, POINTS)
     size, column = THICK * pair.backlash, 0 if side == "active" else 1
@@ -188,6 +165,6 @@ def _beside(pair: Pair, gear: Gear, side: Side) -> tuple[Array, Array, Array, Ar
 
 @lru_cache(maxsize=32)
 def _rolled(pair: Pair) -> tuple[Array, Array]:
-    """Return the displacement that the active and the reverse flank impose about tooth 1 [m]."""
+    """Return the displacement imposed by the active and the reverse flank about tooth 1 [m]."""
     found = quasi_static(pair, 2.0 * pi * np.linspace(-REACH, REACH, POINTS) / pair.drive.teeth)
     return found.phi_active, found.phi_reverse

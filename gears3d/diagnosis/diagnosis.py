@@ -1,4 +1,4 @@
-"""The whole way: records and a rig in; what is wrong, why, the extended rig, and what it is worth out."""
+"""The complete diagnosis: from records and a rig to deviations, causes, the extended rig and its held-out gain."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ from gears3d.measured.drive_motion import DriveMotion
 from gears3d.results import Result
 from gears3d.scenario import Scenario, load
 
+# Highest order that is searched, unless the numbers of teeth require more.
 HIGHEST = 40
-"""Order that is looked for, unless the teeth make more."""
 _RIGID = Bodies(
     (), (), {}, "the contact law is identified from complete contact episodes, which the engine cannot start in between"
 )
@@ -56,26 +56,26 @@ _RIGID = Bodies(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Result):
-    """What a rig gets wrong, why, and what mending it is worth.
+    """Deviations of a rig from records, their causes, and the held-out error reduction of the extension.
 
     Args:
         verdict: ``nothing_to_add``, ``explained``, ``partly_explained``, ``unexplained`` or ``not_decidable``.
         causes: those of greatest gain first.
-        left: structure that remains, strongest first, then channels that are off as a whole.
-        held: worth on held-out records or stretches.
-        power: smallest size, in units of its channel, that would show, by place.
+        left: residual patterns, strongest first, then channels that deviate as a whole.
+        held: held-out error reduction by record or stretch.
+        power: minimum detectable effect, in units of its channel, by place.
         extended: the rig with the causes; the rig itself without any.
-        records: what each brought.
+        records: contribution of each record.
         findings: of the sensor gate, by record.
-        found: by the search.
-        others: rivals of each cause of the search.
-        notes: what makes the diagnosis weaker, or impossible.
-        suspects: causes that the search found, but records and rig do not carry.
-        bodies: worth in the 3D engine; ``None`` where it was not asked for.
-        law: of contact, where visits to the flanks ask for one; then nothing stands that cutting found.
-        runs: that would tell causes from rivals.
-        rings: a resonance of the readings, where there is one.
-        motions: of the drive as its encoder measured it, by record.
+        found: result of the search.
+        others: competing hypotheses of each cause of the search.
+        notes: conditions that weaken or prevent the diagnosis.
+        suspects: candidate causes with insufficient data.
+        bodies: held-out error reduction in the 3D engine; ``None`` if not requested.
+        law: law of contact from contact episodes, if any; results of segmentation are then discarded.
+        runs: proposed runs that separate causes from competing hypotheses.
+        rings: a resonance of the readings, if any.
+        motions: of the drive as measured by its encoder, by record.
     """
 
     verdict: str
@@ -116,7 +116,7 @@ class Diagnosis(Result):
         return notebook.table(f"Diagnosis: {self.verdict.replace('_', ' ')}", rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold, as the contract has it."""
+        """Return a JSON-compatible dictionary in the form of the contract."""
         return {
             "verdict": self.verdict,
             "causes": [one.to_dict() for one in self.causes],
@@ -144,22 +144,22 @@ def diagnose(
     runs: bool = False,
     stated_motion: bool = False,
 ) -> Diagnosis:
-    """Say what a rig gets wrong of measured records, name the cause, extend the rig and measure the gain.
+    """Find the deviations of a rig from measured records, name the causes, extend the rig and measure the gain.
 
     Args:
         records: that passed the sensor gate, each with the rig of its own condition; or files, or maps that name them,
-            which have to pass it first (:func:`gears3d.measured.checks.admit_all`).
-        rig: scenario of the bench, or its file.
-        progress: called with what is being done and the part of the whole that is done.
+            which the sensor gate tests first (:func:`gears3d.measured.checks.admit_all`).
+        rig: scenario of the test rig, or its file.
+        progress: called with the current task and the completed part of the whole.
         bodies: whether the gain is measured in the 3D engine as well.
-        runs: whether runs are sought that would tell causes from rivals that are not excluded.
+        runs: whether runs are proposed that separate causes from competing hypotheses that are not excluded.
         stated_motion: whether the rig's ``[motion]`` is a statement about records that are given as files.
 
     Returns:
         The diagnosis.
 
     Raises:
-        InputError: a record cannot be read or measured, or there is none.
+        InputError: a record cannot be read or measured, or is missing.
     """
     admitted, bench = _opened(records, rig, stated_motion)
     found = _diagnosed(admitted, bench, progress or (lambda doing, part: None), bodies, runs)
@@ -188,7 +188,7 @@ def _diagnosed(
     rings = resonance(admitted, paths)
     try:
         records, notes = _measured(admitted, notes, tell, paths)
-    except InputError:  # what yields, swims in oil, or rings, may not be cut at all
+    except InputError:  # compliance, an oil film or a resonance may prevent segmentation
         if rings is None:
             whole = along_path([], admitted, paths, highest, searching)
             if whole is not None and whole.decides:
@@ -240,7 +240,7 @@ def _diagnosed(
     left, odd = [*left, *off, *far], [*odd, *more]
     told = (*parted.notes, *of_phases(causes), *of_teeth(found.records), *of_counts(found.records, odd))
     if whole is not None and whole.agrees and not causes and not parted.suspects:
-        left = []  # what is left of single events is how they were cut
+        left = []  # residuals of single events come from segmentation
         limits = {place: min(limit, whole.limits[place]) for place, limit in limits.items()}
     verdict = judged(causes, left, limits) if parted.decides else "not_decidable"
     return Diagnosis(verdict, causes, tuple(left), held, limits, extended, tuple(evidence_of(found.records)), findings,
@@ -251,7 +251,7 @@ def _along(
     admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], whole: AlongPath,
     tell: Callable[[str, float], None], bodies: bool, runs: bool,
 ) -> Diagnosis:  # fmt: skip
-    """Return the diagnosis of records whose path comes true by causes, or without any."""
+    """Return the diagnosis of records whose path is explained with causes, or without any."""
     found, others = whole.found()
     notes = [
         one._replace(text=one.text.replace("record excluded:", "not segmented, only its path is used:"))
@@ -277,7 +277,7 @@ def _along(
 def _opened(
     records: Sequence[Admitted] | Sequence[str | Path] | str | Path, rig: Scenario | str | Path, stated_motion: bool
 ) -> tuple[Sequence[Admitted], Scenario]:
-    """Return admitted records and the rig, read from their files where those are given."""
+    """Return admitted records and the rig, read from their files where these are given."""
     bench = load(rig) if isinstance(rig, str | Path) else rig
     named = [records] if isinstance(records, str | Path) else records
     admitted = [one for one in named if isinstance(one, Admitted) and not one.repeats]
@@ -291,7 +291,7 @@ def _opened(
 def _further(
     found: Search, others: list[list[Rival]], tell: Callable[[str, float], None], bodies: bool, runs: bool
 ) -> tuple[Bodies | None, tuple[Experiment, ...]]:
-    """Return what the 3D engine says of the causes, and what would tell them from rivals, as far as asked for."""
+    """Return the check of causes in the 3D engine and the runs that separate hypotheses, each if requested."""
     solid, apart = None, ()
     if bodies:
         doing = "predicting held-out events in the 3D engine"
@@ -303,7 +303,7 @@ def _further(
 
 
 def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
-    """Return the records whose motion is that of the rig, as long as there is one; of the others the notes tell."""
+    """Return the records with the motion of the rig, if there is one; notes report the others."""
     bad = {note.record for note in notes if note.blocks}
     if len(bad) == len({one.file for one in admitted}):
         return list(admitted)
@@ -315,7 +315,7 @@ def _moving(admitted: Sequence[Admitted], notes: list[Note]) -> list[Admitted]:
 
 
 def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law: GapLaw, bodies: bool) -> Diagnosis:
-    """Return the diagnosis of a law of contact; cut by flanks held for rigid, the records say nothing beside it."""
+    """Return the diagnosis of a law of contact; segmentation by rigid flanks adds nothing to it."""
     causes = name_law(law)
     extended = rig.with_([("effect[+]", one.table) for one in causes])
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
@@ -327,7 +327,7 @@ def _lawful(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], law:
 
 
 def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen: Seen) -> Diagnosis:
-    """Return what is said of a rig that has a law of contact already: that it agrees, or that this is not decided."""
+    """Return the diagnosis of a rig that has a law of contact already: it agrees, or this is not decided."""
     if not seen.agrees:
         text = (
             "records are not segmented with compliant or lubricated flanks, and too few contact episodes were observed"
@@ -343,7 +343,7 @@ def _beside(admitted: Sequence[Admitted], rig: Scenario, notes: list[Note], seen
 def _uncut(
     admitted: Sequence[Admitted], rig: Scenario, notes: Sequence[Note], verdict: str, rings: Resonance | None = None
 ) -> Diagnosis:
-    """Return what is said of records that are not cut, or cannot be."""
+    """Return the diagnosis of records that are not, or cannot be, segmented."""
     findings = {one.file: [each.to_dict() for each in one.findings] for one in admitted}
     found = blind([uncut(one.rig, one.file) for one in admitted if one.rig is not None])
     left = () if rings is None else (rings.structure,)
@@ -354,7 +354,7 @@ def _uncut(
 def _measured(
     admitted: Sequence[Admitted], notes: list[Note], tell: Callable[[str, float], None], paths: Paths
 ) -> tuple[list[Evidence], list[Note]]:
-    """Return the records that can be measured, and what is to be said of them and of the others."""
+    """Return the records that can be measured, and notes on these and the others."""
     records: dict[str, Evidence] = {}
     faults: dict[str, InputError] = {}
     delay = delay_of(admitted)
@@ -385,7 +385,7 @@ def _measured(
 
 
 def _left(found: Search, highest: int) -> tuple[list[Structure], list[Structure]]:
-    """Return the structure that remains, and what coarse encoders make of one record."""
+    """Return the residual patterns, and those that coarse encoders cause in one record."""
 
     def looked(records: Sequence[Evidence], rest: np.ndarray) -> list[Structure]:
         return [one for one in structures(records, rest, highest) if one.chance < CHANCE]

@@ -1,4 +1,4 @@
-"""One record as evidence: its channels, the rig it was taken on, and the states at which predictions are made."""
+"""One record as evidence: its channels, its rig, and the states at which predictions are made."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Largest ratio of the jerk of a gap at contact loss to the largest jerk of the drive.
 STEEP = 4.0
-"""Times the largest rate at which the drive's acceleration changes that a gap's may, where a flank is left."""
+# Integration steps per bin of a flight.
 FINE = 4
-"""Steps of integration to a bin of a flight."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The drive's motion of a record: mean speed and harmonics as measured at the frequencies of the claim.
+    """The drive's motion of a record: mean speed and harmonics, measured at the nominal frequencies.
 
     Args:
         mean: [rad/s].
@@ -39,11 +39,9 @@ class Motion:
     harmonics: Array
 
     def acceleration(self, time: Array, extra: tuple[Row, ...] = ()) -> Array:
-        """Return the drive's acceleration [rad/s²].
+        """Return the drive's acceleration [rad/s²], with the motions of effects added.
 
-        Args:
-            time: [s], (n,).
-            extra: motions of effects, added.
+        time: [s], (n,).
         """
         total = np.zeros_like(time)
         for cosine, sine, turn in self.harmonics:
@@ -63,26 +61,26 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """One record, ready to be held against predictions.
+    """One record, prepared for the comparison with predictions.
 
     Args:
         name: of the record.
-        scenario: of the bench under this record's conditions.
+        scenario: of the test rig under this record's conditions.
         rig: its constants.
         pair: its nominal gears.
-        rows: normal forms of the effects that the rig has already.
+        rows: rows of the effects that the rig has already.
         channels: of the record.
         motion: of the drive.
         fine: time [s], angle [rad] and speed [rad/s] of the loose gear in flight, each (f, FINE*(BINS-1)+1).
-        at: where the points of flights stand among the fine ones, (f, BINS).
-        spared: sensor effects that were taken out of the readings before the record was cut; predictions without them
-            miss them, as they would have missed the readings as they came.
-        unmarked: gears whose encoders begin anywhere in this record.
-        turned: what was added to the angles of drive and loose gear as they were read [rad].
-        flanks: that it was cut along, over the angles as they were read.
-        doubt: part of it that its cut does not explain.
-        stated: whether the harmonics of the drive's motion are stated of it, so that the drive can deviate from them.
-        kept: what was worked out from the others and is asked for again; a record with other points starts anew.
+        at: indices of the points of flights among the fine ones, (f, BINS).
+        spared: sensor effects that were removed from the readings before segmentation; predictions omit them.
+        unmarked: gears whose encoders have an unknown angular datum in this record.
+        turned: added to the angles of drive and loose gear as read [rad].
+        flanks: used in its segmentation, over the angles as read.
+        doubt: fraction of the record that its segmentation does not explain.
+        stated: whether the harmonics of the drive's motion are specified for it, so that the drive can deviate from
+            them.
+        kept: cache of derived values; a record with other points starts with an empty one.
     """
 
     name: str
@@ -109,7 +107,7 @@ class Evidence:
 
     @property
     def drive(self) -> Drive:
-        """Points of the drive's motion that are compared with a stated one; none where none is stated."""
+        """Points of the drive's motion that are compared with a specified one; empty without one."""
         seen = self.channels.drive
         return seen if self.stated else seen._replace(time=seen.time[:0], angle=seen.angle[:0])
 
@@ -117,30 +115,14 @@ class Evidence:
 def evidence(
     found: Measurement, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = (), *, stated: bool = True
 ) -> Evidence:
-    """Return a measured record as evidence.
-
-    Args:
-        found: of :func:`gears3d.measured.segmentation.measure`.
-        scenario: of the bench under this record's conditions.
-        name: of the record.
-        spared: sensor effects that were taken out of the readings before the record was cut.
-        stated: whether the harmonics of the drive's motion are stated of the record.
-    """
+    """Return a measured record as evidence."""
     return of_cut(found.segments, scenario, name, spared, stated=stated)
 
 
 def of_cut(
     cut: Segments, scenario: Scenario, name: str = "", spared: tuple[Any, ...] = (), *, stated: bool = True
 ) -> Evidence:
-    """Return a record that was cut as evidence.
-
-    Args:
-        cut: of :func:`gears3d.measured.segmentation.segments_of`.
-        scenario: as for :func:`evidence`.
-        name: of the record.
-        spared: as for :func:`evidence`.
-        stated: whether the harmonics of the drive's motion are stated of the record.
-    """
+    """Return a segmented record as evidence."""
     seen = channels(cut)
     fine, at = _fine(seen)
     motion = _motion(seen, scenario)
@@ -150,7 +132,7 @@ def of_cut(
 
 
 def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:
-    """Return channels without losses whose gap opens faster than the drive's motion makes it: tips of bounces."""
+    """Return channels without losses whose gap opens faster than the drive's motion explains: peaks of bounces."""
     if not len(motion.harmonics):
         return seen
     cosine, sine, turn = motion.harmonics.T
@@ -160,10 +142,10 @@ def _clear_losses(seen: Channels, motion: Motion, radius: float) -> Channels:
 
 
 def uncut(scenario: Scenario, name: str = "") -> Evidence:
-    """Return a record that could not be cut: no channel has a point.
+    """Return a record that could not be segmented: no channel has a point.
 
     Args:
-        scenario: of the bench under this record's conditions.
+        scenario: of the test rig under this record's conditions.
         name: of the record.
     """
     seen = nothing()

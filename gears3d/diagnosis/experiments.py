@@ -1,8 +1,8 @@
-"""Which further run would tell a cause from a rival that the data do not exclude, and by how much.
+"""Further runs that separate a cause from a competing hypothesis that the data do not exclude.
 
-Each candidate run is made by the rigid twin with the causes as found, seen through encoders as noisy as those of the
-records, and cut into channels. There the causes' predictions stand for the data; the rival is fitted to them and to the
-records that there are, with all its numbers free. The rise of chi-square is what the run is worth.
+The rigid twin simulates each proposed run with the found causes, encoders with the noise of the records read it, and it
+is segmented into channels. The causes' predictions replace its data; the competing hypothesis is fitted to them and to
+the existing records, with all its numbers free. The value of the run is the rise of chi-square.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Maximum number of pairs of a cause and a competing hypothesis for which runs are proposed.
 PAIRS = 3
-"""Pairs of a cause and a rival that runs are sought for."""
+# Duration of a proposed run [s].
 LASTS = 12.0
-"""Duration of a proposed run [s]."""
+# Minimum simulated duration of it, in seconds and in periods of the drive.
 TWIN, PERIODS = 3.0, 8.0
-"""Duration that is simulated of it: so many seconds, and so many periods of the drive, at least."""
+# Tried factors of the drive's amplitude and frequency.
 SWINGS = ((2.0, 1.0, "amplitude twice"), (0.7, 1.0, "amplitude 0.7 times"), (1.0, 1.6, "frequency 1.6 times"))
-"""Factors of the drive's amplitude and frequency that are tried."""
+# Duration ratio of the run that is only longer.
 LONG = 5
-"""Times the duration of the run that is only longer."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run that could be made.
+    """One possible run.
 
     Args:
-        change: against the record of middle speed, in words.
+        change: difference from the record of middle speed, in words.
         keys: of the scenario that change, with their values.
         duration: [s].
-        sigma: predicted standard deviations between cause and rival, all records together; ``None`` where the run
-            cannot be predicted.
+        sigma: predicted standard deviations between the cause and the other hypothesis, over all records; ``None`` for
+            a run that cannot be predicted.
     """
 
     change: str
@@ -58,12 +58,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What would tell a cause from a rival.
+    """Runs that separate a cause from a competing hypothesis.
 
     Args:
         cause: kind of the cause.
-        rival: kinds of the rival.
-        now: standard deviations between the two in the records that there are.
+        rival: kinds of the competing hypothesis.
+        now: standard deviations between the two in the existing records.
         runs: best first.
     """
 
@@ -73,7 +73,7 @@ class Experiment:
     runs: tuple[Run, ...]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         runs = [
             {"change": one.change, "set": one.keys, "duration_s": one.duration, "sigma": one.sigma} for one in self.runs
         ]
@@ -83,13 +83,7 @@ class Experiment:
 def experiments(
     found: Search, others: Sequence[Sequence[Rival]], progress: Callable[[float], None] | None = None
 ) -> tuple[Experiment, ...]:
-    """Return for each cause and each rival that is not excluded what runs would tell them apart.
-
-    Args:
-        found: by the search.
-        others: rivals of each cause.
-        progress: called with the part that is done.
-    """
+    """Return, for each pair of a cause and a hypothesis that is not excluded, the runs that separate them."""
     pairs = [(k, one) for k, each in enumerate(others) for one in each if not one.excluded][:PAIRS]
     if not pairs:
         return ()
@@ -123,11 +117,7 @@ def experiments(
 
 
 def runs(like: Evidence) -> list[Run]:
-    """Return the runs that are tried: another speed, swing, frequency or drag, or only longer.
-
-    Args:
-        like: record that they depart from.
-    """
+    """Return the tried runs: another speed, fluctuation amplitude, frequency or drag, or only a longer one."""
     mean, drag, waves = like.motion.mean, like.scenario.drag.torque, like.scenario.motion.harmonics
     tried: list[tuple[str, dict[str, Any]]] = [
         (f"mean speed {word}", {"motion.mean": show(by * mean, "speed", 4)})
@@ -155,13 +145,7 @@ def _wave(one: Any, by: float, faster: float) -> dict[str, str]:
 
 
 def twin(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
-    """Return a run as evidence, by the twin with some effects; ``None`` where it cannot be made or measured.
-
-    Args:
-        like: record that it departs from.
-        run: that is tried.
-        effects: of the rig.
-    """
+    """Return a run as evidence from the twin with effects; ``None`` if it cannot be simulated or measured."""
     from gears3d.measured.segmentation import measure
     from gears3d.simulation import record
 
@@ -177,7 +161,7 @@ def twin(like: Evidence, run: Run, effects: Sequence[Any]) -> Evidence | None:
 
 
 def _noise(like: Evidence) -> list[tuple[str, str]]:
-    """Return the noise that the record's encoders have, as keys of a scenario."""
+    """Return the noise of the record's encoders as keys of a scenario."""
     seen, rate = like.channels, like.scenario.sensors.sample_rate
     found = []
     if len(seen.flights.time):
@@ -189,14 +173,9 @@ def _noise(like: Evidence) -> list[tuple[str, str]]:
 
 
 def apart(found: Search, run: Evidence, duration: float, effects: Sequence[Any], rival: Sequence[Cause]) -> float:
-    """Return by how many standard deviations a run would tell causes from a rival, all records together.
+    """Return the standard deviations between causes and another hypothesis with a further run, over all records.
 
-    Args:
-        found: by the search.
-        run: the run, by the twin with the causes.
-        duration: that it would have [s]; what was simulated counts as often as it takes.
-        effects: the causes.
-        rival: all causes with a rival in the place of one.
+    The run is evidence from the twin with the causes; what was simulated is repeated to the duration [s].
     """
     times = max(round(duration / float(np.ptp(run.channels.drive.time))), 1)
     records = [*found.records, *[run] * times]

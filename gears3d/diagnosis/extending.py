@@ -1,4 +1,4 @@
-"""The extended scenario as a file: the rig's own text, and above each cause what is known of it."""
+"""The extended scenario as a file: the rig's own text, with a comment above each cause."""
 
 from __future__ import annotations
 
@@ -34,11 +34,7 @@ def extended_text(found: Diagnosis) -> str:
 
 
 def about(cause: Named) -> list[str]:
-    """Return what is known of a cause, line by line.
-
-    Args:
-        cause: of a diagnosis.
-    """
+    """Return the known facts on a cause, line by line."""
     told = [f"found by gears3d diagnose: {cause.kind}", *(f"95 %: {each}" for each in intervals(cause))]
     if cause.zero:
         told.append(
@@ -48,11 +44,7 @@ def about(cause: Named) -> list[str]:
 
 
 def intervals(cause: Named) -> list[str]:
-    """Return the 95 % intervals of a cause's numbers, as a scenario has them.
-
-    Args:
-        cause: of a diagnosis.
-    """
+    """Return the 95 % intervals of a cause's numbers in the form of a scenario."""
     told = []
     for name, one in cause.parameters.items():
         family, digits = cause.effect.params[name].family, worth_of(one)

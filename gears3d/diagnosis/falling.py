@@ -1,4 +1,4 @@
-"""What torques in flight come to at the points of flights: accelerations integrated twice along their fine paths."""
+"""Angle deficits of flights by torques: accelerations integrated twice along their fine paths."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ Array = np.ndarray
 
 
 def fallen(values: Array, step: Array) -> Array:
-    """Return what an acceleration comes to when it is integrated twice from rest, (f, n).
+    """Return the double integral of an acceleration from rest, with linear interpolation, (f, n).
 
-    Args:
-        values: at points of equal distance, straight lines between, (f, n).
-        step: their distance, (f, 1).
+    values: (f, n); step: (f, 1).
 
     >>> fallen(np.full((1, 3), 2.0), np.ones((1, 1))).tolist()
     [[0.0, 1.0, 4.0]]
@@ -26,11 +24,9 @@ def fallen(values: Array, step: Array) -> Array:
 
 
 def held_back(one: Evidence, slowing: Array) -> Array:
-    """Return the angle by which decelerations hold flights back at their points [rad], (f, BINS).
+    """Return the angle deficit of flights at their points by decelerations [rad], (f, BINS).
 
-    Args:
-        one: the record.
-        slowing: on the fine grid of its flights, real or complex [rad/s²], (f, n).
+    slowing: on the fine grid of flights, real or complex [rad/s²], (f, n).
     """
     if not len(one.at):
         return np.zeros_like(one.at)
@@ -40,20 +36,12 @@ def held_back(one: Evidence, slowing: Array) -> Array:
 
 
 def step_of(one: Evidence) -> Array:
-    """Return the step of each flight's fine grid [s], (f, 1).
-
-    Args:
-        one: the record.
-    """
+    """Return the step of each flight's fine grid [s], (f, 1)."""
     time = one.fine[0]
     return (time[:, -1:] - time[:, :1]) / (time.shape[1] - 1)
 
 
 def between(one: Evidence) -> tuple[Array, Array, Array]:
-    """Return the fine points before those of the flights, the part of the way to the next, and whose they are.
-
-    Args:
-        one: the record.
-    """
+    """Return the fine points before those of the flights, the fraction to the next one, and the flight of each."""
     below = np.clip(one.at.astype(int), 0, one.fine[0].shape[1] - 2)
     return below, one.at - below, np.arange(len(below))[:, None]

@@ -1,8 +1,8 @@
-"""What torques in flight and wrong readings do to the rate at which a flight, followed back, leaves its flank.
+"""Effect of torques in flight and reading errors on the back-extrapolated gap rate at contact loss.
 
-A torque that changes along a flight bends its path into no parabola, and an encoder's wave so bends what is read of
-it. The parabola through the readings of the flight then is off where the flank was left, before the first of them: by a
-speed that passes for a loss that comes late.
+A torque that changes along a flight makes its path deviate from a parabola, and an error of the encoder does so to its
+readings. The parabola through the readings of the flight is then wrong at contact loss, which precedes the first of
+them: by a speed that looks like a late loss.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ Array = np.ndarray
 
 
 def followed_back(one: Evidence, rows: Iterable[Row] | None) -> Array:
-    """Return what torques in flight add to the rate of the gap where the parabola has it open slowest [m/s], (l,).
+    """Return the effect of torques in flight on the minimum gap rate of the parabola [m/s], (l,).
 
-    Parabolas with a deceleration that follows the speed fit no constant torque: then the drag of the rig counts, too.
-
-    Args:
-        one: the record.
-        rows: normal forms of effects; ``None`` for the drag of the rig.
+    Parabolas with a deceleration that follows the speed fit no constant torque: then the drag of the rig counts, too;
+    ``None`` as rows stands for it.
     """
     seen, after = one.channels.losses, one.channels.losses.after
     step, (angle, speed) = _step(one), flown(one)
@@ -37,13 +34,11 @@ def followed_back(one: Evidence, rows: Iterable[Row] | None) -> Array:
 
 
 def misread(one: Evidence, wrong: Array) -> Array:
-    """Return what wrong readings along flights add to the rate of the gap where it opens slowest [m/s], (l,).
+    """Return the effect of reading errors along flights on the minimum gap rate [m/s], (l,).
 
-    Flanks are drawn as they are read, and so have the error that readings have when the flank is left.
+    Flanks are estimated from the same readings, and so have the reading error at contact loss.
 
-    Args:
-        one: the record.
-        wrong: what is added to the loose gear's readings at the times of its flights [rad], (l, n).
+    wrong: added to the loose gear's readings at the times of its flights [rad], (l, n).
     """
     step = _step(one)
     rate = np.gradient(wrong, axis=1, edge_order=2)[:, 0] / step[:, 0]
@@ -53,11 +48,7 @@ def misread(one: Evidence, wrong: Array) -> Array:
 
 
 def flown(one: Evidence) -> tuple[Array, Array]:
-    """Return angle [rad] and speed [rad/s] of the loose gear along the flights that follow losses, each (l, n).
-
-    Args:
-        one: the record.
-    """
+    """Return angle [rad] and speed [rad/s] of the loose gear along the flights that follow losses, each (l, n)."""
     if "flown" not in one.kept:
         seen = one.channels.losses
         one.kept["flown"] = seen.loose[:, None] + seen.ahead, np.gradient(seen.ahead, axis=1) / _step(one)
@@ -71,11 +62,9 @@ def _step(one: Evidence) -> Array:
 
 
 def _told_by_parabolas(one: Evidence, path: Array) -> Array:
-    """Return the rate of the gap at the loss by the parabola through a path from the first reading on [m/s], (l,).
+    """Return the gap rate at the loss by the parabola through a path from the first reading on [m/s], (l,).
 
-    Args:
-        one: the record.
-        path: of the loose gear, from the loss on [rad], (l, n).
+    path: (l, n) [rad].
     """
     if "parabola" not in one.kept:
         one.kept["parabola"] = _weights(one)
@@ -84,7 +73,7 @@ def _told_by_parabolas(one: Evidence, path: Array) -> Array:
 
 
 def _weights(one: Evidence) -> Array:
-    """Return by what points of a path count for its rate at the loss, by the parabola through them [1/s], (l, n)."""
+    """Return the weights of points of a path in its rate at the loss by the fitted parabola [1/s], (l, n)."""
     seen, after = one.channels.losses, one.channels.losses.after
     middle = 0.5 * (seen.begun + after[:, -1])[:, None]
     half = after[:, -1:] - middle

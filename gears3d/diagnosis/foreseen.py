@@ -1,4 +1,4 @@
-"""What the readings of a run that could be made would say of causes, and how well several runs would know these."""
+"""Predicted information on causes from runs that could be measured, and the precision from several runs."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Information of runs, and the multiplicity of each.
 Parts = Sequence[tuple[Information, float]]
-"""Information of runs, and how often each counts."""
+# Fraction of the information of a number, others known, below which it is not identifiable.
 NOTHING = 1e-9
-"""Part of the information of a number, others known, below which it is not known at all."""
 
 
 class Encoder(NamedTuple):
-    """What both encoders do.
+    """Properties of both encoders.
 
     Args:
-        counts: per revolution, ``None``: exact.
+        counts: per revolution; ``None`` for an exact encoder.
         noise: standard deviation of a reading of drive and loose gear [rad].
     """
 
@@ -62,15 +62,15 @@ class Encoder(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What a simulated run says of all numbers, in units.
+    """Information of a simulated run on all numbers, in units.
 
     Args:
         path: windows along the path, the information of one record; ``None`` where the path is not followed.
         events: the same of flights, contacts, impacts and losses of contact.
         windows: of the simulated record.
-        dense: windows that a second of it holds.
-        runs: readings whose residual is the same.
-        driven: as path, without what the uncertainty of the drive's motion may explain: by it sets are told apart.
+        dense: number of windows per second.
+        runs: number of readings with the same residual.
+        driven: as path, without the part that the uncertainty of the drive's motion may explain; it separates sets.
     """
 
     path: Information | None
@@ -98,16 +98,7 @@ def simulated(setting: Setting, truth: Truth, lasts: float) -> Recording:
 
 
 def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, free: bool, seed: int = 0) -> Look:
-    """Return what the readings of a simulated run say of the numbers of causes.
-
-    Args:
-        made: the motion.
-        setting: of the run.
-        encoder: that reads it.
-        truth: causes that act, and others.
-        free: whether the angles count from anywhere.
-        seed: of the noise.
-    """
+    """Return the information on the numbers of causes from the readings of a simulated run."""
     drive, loose = (Sensor(*own) for own in zip(encoder.counts, encoder.noise, strict=True))
     read = encode(made, Sensors(setting.rig.sensors.sample_rate, drive, loose), seed)
     meta = {"zero_arbitrary": ("drive", "loose")} if free else {}
@@ -126,14 +117,14 @@ def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, f
         look = _along_path(windows, truth, free) if len(windows) else look
         if len(windows) < MOST:
             dense = len(windows) / (known.time[-1] - known.time[0])
-        else:  # more would fit
+        else:  # the maximum number is reached
             dense = 0.96 / float(max(windows.step[0] * (windows.drive[0].shape[1] - 1), min(period, 1e9)))
         look = look._replace(windows=len(windows), dense=float(dense))
     if truth.lawful or yields(sensed):
         return look
     try:
         seen = ready(admitted, delay_of([admitted]), paths=paths)
-        seen = turn(seen, 2.0 * np.pi, 2.0 * np.pi) if free else seen  # not the record from whose zeros angles count
+        seen = turn(seen, 2.0 * np.pi, 2.0 * np.pi) if free else seen  # not the reference record of the angular datums
         found = given([seen], truth.causes, ()).records[0]
         return look._replace(events=information(found, truth.causes, truth.others))
     except InputError:
@@ -143,17 +134,11 @@ def look_at(made: Recording, setting: Setting, encoder: Encoder, truth: Truth, f
 
 
 def _along_path(windows: Windows, truth: Truth, free: bool) -> Look:
-    """Return what windows say of the numbers of causes; nothing where they do not follow the readings.
-
-    Args:
-        windows: of one record.
-        truth: causes that act, and others.
-        free: whether the angles count from anywhere.
-    """
+    """Return the information of windows on the numbers of causes; none where they do not follow the readings."""
     effects = truth.effects
     windows.restart(effects, anew=True)
     now = polished(windows, fitted(windows, state_of(windows, truth.causes, windows.residuals(effects))))
-    # a shape that a small cause hardly shows may be anywhere by now: all is worked out at the causes as they are
+    # a shape with little influence on a small cause may have drifted: all is computed at the causes as given
     now = state_of(windows, truth.causes, settled(windows, effects, windows.residuals(effects)))
     if float(np.median(windows.level(now.rest))) > ACCOUNTS:
         return Look(None, None)
@@ -199,14 +184,14 @@ def keys_of(encoder: Encoder) -> dict[str, Any]:
 
 
 def _total(parts: Parts) -> tuple[Array, float]:
-    """Return the products of the slopes of all runs, and the level of their residuals, 1 at least."""
+    """Return the products of the slopes of all runs, and the level of their residuals, at least 1."""
     normal = np.sum([times * one.normal for one, times in parts], axis=0)
     chi2, count = (sum(times * getattr(one, name) for one, times in parts) for name in ("chi2", "count"))
     return normal, max(chi2 / max(count, 1.0), 1.0)
 
 
 def spread_of(parts: Parts, size: int, of: Callable[[Parts], Array]) -> Array:
-    """Return a covariance in units, infinite for numbers that are not known, (size, size)."""
+    """Return a covariance in units, infinite for numbers that are not identifiable, (size, size)."""
     made = np.diag(np.full(size, np.inf))
     if not parts:
         return made
@@ -221,7 +206,7 @@ def spread_of(parts: Parts, size: int, of: Callable[[Parts], Array]) -> Array:
 
 
 def of_events(parts: Parts) -> Array:
-    """Return the covariance from events: a longer run counts as often as it holds what was simulated."""
+    """Return the covariance from events: a longer run repeats the simulated part."""
     return combined([
         Information(times * one.normal, np.sqrt(times) * one.scores, times * one.chi2, max(round(times * one.count), 1))
         for one, times in parts
@@ -229,7 +214,7 @@ def of_events(parts: Parts) -> Array:
 
 
 def of_windows(parts: Parts) -> Array:
-    """Return the covariance along the path, at least as wide as windows scatter, as the diagnosis has it."""
+    """Return the covariance along the path, at least as wide as the scatter of windows, as in the diagnosis."""
     normal, level = _total(parts)
     scatter = np.sum([times * one.scores.T @ one.scores for one, times in parts], axis=0)
     inverse = np.linalg.pinv(normal)
@@ -239,12 +224,9 @@ def of_windows(parts: Parts) -> Array:
 
 
 def separation_of(parts: Parts, true: Array, ways: Sequence[Array]) -> float:
-    """Return the expected chi-square, over its level, of the best fit of another set to the readings of the true one.
+    """Return the expected chi-square, over its level, of the best fit of another set to data of the true one.
 
-    Args:
-        parts: of all runs.
-        true: numbers of the set, in units, (p,).
-        ways: directions that are free in the other's place, (p, k) each, the best of which counts.
+    true: numbers of the set in units, (p,); ways: free directions of the other set, (p, k) each.
     """
     if not parts:
         return 0.0

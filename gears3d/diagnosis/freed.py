@@ -1,4 +1,4 @@
-"""Residuals freed of what nobody knows of a record: start of each flight, zero of the displacement, drive's phase."""
+"""Residuals without the nuisances of a record: start of each flight, datum of the displacement, drive's phase."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ Array = np.ndarray
 
 
 def without(rest: Array, free: tuple[Array, ...]) -> Array:
-    """Return residuals, each row freed of columns by least squares.
+    """Return residuals with columns projected out of each row by least squares.
 
     Args:
         rest: (m, n).
-        free: columns in the same weights, each (m, n); those that are nothing but the others are passed over.
+        free: columns in the same weights, each (m, n); linearly dependent ones are skipped.
 
     >>> without(np.array([[1.0, 2.0, 4.0]]), (np.ones((1, 3)), np.array([[0.0, 1.0, 2.0]]))).round(6).tolist()
     [[0.166667, -0.333333, 0.166667]]
@@ -28,15 +28,14 @@ def without(rest: Array, free: tuple[Array, ...]) -> Array:
 
 
 def orthonormal(free: tuple[Array, ...]) -> list[Array]:
-    """Return columns made orthonormal row by row; what is nothing but the ones before becomes zero.
+    """Return columns orthonormalised row by row; linearly dependent ones become zero.
 
-    Args:
-        free: columns, each (m, n).
+    free: (m, n).
     """
     taken: list[Array] = []
     for column in free:
         whole, own = np.sum(column * column, axis=1, keepdims=True), column
-        for _ in range(2):  # twice is enough
+        for _ in range(2):  # two passes are sufficient
             for other in taken:
                 own = own - other * np.sum(other * own, axis=1, keepdims=True)
         size = np.sum(own * own, axis=1, keepdims=True)
@@ -45,11 +44,9 @@ def orthonormal(free: tuple[Array, ...]) -> list[Array]:
 
 
 def freed(rest: Array, columns: list[Array]) -> Array:
-    """Return residuals, each row without its share of orthonormal columns.
+    """Return residuals with orthonormal columns projected out of each row.
 
-    Args:
-        rest: (m, n).
-        columns: of :func:`orthonormal`, each (m, n).
+    rest: (m, n); columns: (m, n).
     """
     for own in columns:
         rest = rest - own * np.einsum("ij,ij->i", own, rest)[:, None]
@@ -57,11 +54,9 @@ def freed(rest: Array, columns: list[Array]) -> Array:
 
 
 def free_flight(one: Evidence, path: Array) -> Array:
-    """Return angles of flights in standard deviations, free of start angle and speed, (f * BINS,).
+    """Return angles of flights in standard deviations, without start angle and speed, (f * BINS,).
 
-    Args:
-        one: the record.
-        path: angle at the points of its flights, real or complex [rad], (f, BINS).
+    path: angle at the points of its flights, real or complex [rad], (f, BINS).
     """
     if not len(path):
         return np.zeros(0)
@@ -71,9 +66,7 @@ def free_flight(one: Evidence, path: Array) -> Array:
 def back_flight(one: Evidence, rest: Array) -> Array:
     """Return the transpose of :func:`free_flight`, applied to residuals of flights, (f, BINS).
 
-    Args:
-        one: the record.
-        rest: in standard deviations, (f * BINS,).
+    rest: in standard deviations, (f * BINS,).
     """
     flights = one.channels.flights
     value = freed(rest.reshape(flights.time.shape), _starts(one))
@@ -87,7 +80,7 @@ def _weighted(one: Evidence, path: Array) -> Array:
 
 
 def _roots(one: Evidence) -> Array | None:
-    """Return what makes the points of flights white; ``None`` where they have no noise but white."""
+    """Return the whitening matrices of flights; ``None`` with white noise only."""
     flights, slow = one.channels.flights, one.channels.slow.loose_angle
     if slow <= 0.0 or not len(flights.time):
         return None
@@ -106,21 +99,17 @@ def _starts(one: Evidence) -> list[Array]:
 
 
 def free_contact(one: Evidence, place: Array) -> Array:
-    """Return displacements in contact in standard deviations, free of the record's zero, (c,).
+    """Return displacements in contact in standard deviations, without the record's datum, (c,).
 
-    Args:
-        one: the record.
-        place: at its points of contact [m], (c,).
+    place: [m], (c,).
     """
     return _free_in_time(one, "contact", place, (np.ones_like(place),)) if len(place) else place
 
 
 def free_drive(one: Evidence, angle: Array) -> Array:
-    """Return angles of the drive in standard deviations, free of its zero, mean speed and phase, (d,).
+    """Return angles of the drive in standard deviations, without its datum, mean speed and phase, (d,).
 
-    Args:
-        one: the record.
-        angle: at its points of the drive's motion [rad], (d,).
+    angle: [rad], (d,).
     """
     seen = one.channels.drive
     swing = one.motion.speed(seen.time) - one.motion.mean
@@ -133,7 +122,7 @@ def in_units(one: Evidence, name: str, rest: Array) -> Array:
     Args:
         one: the record.
         name: ``"contact"`` or ``"drive"``.
-        rest: in standard deviations, as :func:`free_contact` or :func:`free_drive` has them, (n,).
+        rest: in standard deviations, in the form of :func:`free_contact` or :func:`free_drive`, (n,).
     """
     if not len(rest):
         return rest
@@ -143,7 +132,7 @@ def in_units(one: Evidence, name: str, rest: Array) -> Array:
 
 
 def _filter(one: Evidence, name: str) -> Filter | None:
-    """Return what makes readings of contact or of the drive white; ``None`` where they have no noise but white."""
+    """Return the whitening filter of contact or of the drive; ``None`` with white noise only."""
     seen, slow = one.channels, one.channels.slow
     size = slow.place if name == "contact" else slow.drive_angle
     if (key := ("white", name)) not in one.kept:
@@ -156,7 +145,7 @@ def _filter(one: Evidence, name: str) -> Filter | None:
 
 
 def _free_in_time(one: Evidence, name: str, values: Array, free: tuple[Array, ...]) -> Array:
-    """Return readings of contact or of the drive made white, without their share of columns that are free."""
+    """Return whitened readings of contact or of the drive with columns projected out."""
     by = _filter(one, name)
     sigma = one.channels.contacts.sigma if name == "contact" else one.channels.drive.sigma
 
@@ -169,12 +158,7 @@ def _free_in_time(one: Evidence, name: str, values: Array, free: tuple[Array, ..
 
 
 def speed_of(one: Evidence, channel: str) -> Array:
-    """Return the drive's speed at the points of contact, or of its motion [rad/s].
-
-    Args:
-        one: the record.
-        channel: ``"contacts"`` or ``"drive"``.
-    """
+    """Return the drive's speed at the points of ``"contacts"`` or ``"drive"`` [rad/s]."""
     if (key := ("speed", channel)) not in one.kept:
         one.kept[key] = one.motion.speed(getattr(one.channels, channel).time)
     return one.kept[key]

@@ -1,4 +1,4 @@
-"""Laws of contact that cutting a record cannot see: oil between the flanks, teeth that yield, friction on them."""
+"""Laws of contact, which segmentation cannot resolve: oil between the flanks, compliant teeth, friction."""
 
 from __future__ import annotations
 
@@ -25,45 +25,45 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Chi-square per point at which the rig explains the contact episodes.
 PLAIN = 1.5
-"""Chi-square a point at which visits are what the rig makes of them."""
+# The same of the median episode, up to which a rig with its own law of contact agrees; twice that of all.
 ALIKE = 2.0
-"""The same of the visit in the middle, up to which a rig with a law of contact of its own agrees; twice that of all."""
+# Median chi-square per point up to which a law may be the cause: a wrong one leaves far more.
 GOOD = 4.0
-"""Chi-square a point of a usual visit up to which a law may be the cause: one that is not leaves far more."""
+# Largest ratio of the cost with a law to the cost without one.
 BETTER = 0.7
-"""Part of the cost that a law may leave at most."""
+# Median chi-square per point of the first fits up to which a law is fitted to all contact episodes.
 HOPE = 30.0
-"""And up to which it is fitted to all visits."""
+# Median chi-square per point above which a law that fits worse than the rig is not fitted further.
 LOST = 1e4
-"""Chi-square a point of the visit in the middle from which on a law that does worse than none is not fitted further."""
+# Contact episodes and rounds of the fits that select initial sizes.
 FEW, TRIAL = 20, 4
-"""Visits and rounds with which sizes are tried."""
+# Minimum number of contact episodes.
 FEWEST = 12
-"""Visits without which nothing is said."""
+# Minimum relative standard deviation of a number: the resolution of the grids.
 EXACT = 1.5e-3
-"""Part of a number that its standard deviation is at least: the grids of visits know no more."""
+# Fall of the cost that a law must bring.
 GAIN = 30.0
-"""Fall of the cost that a law must bring."""
+# Initial viscosities of the fits, in units.
 VISCOSITIES = (0.2, 0.05, 0.6)
-"""That are tried to begin with, in units."""
 STIFFNESSES = (3.0, 10.0, 40.0)
+# Initial ratio to the critical damping.
 DAMPED = 0.08
-"""Part of the critical damping to begin with."""
 FRICTIONS = (0.1,)
 
 
 class GapLaw(NamedTuple):
-    """A law of contact that visits to the flanks ask for.
+    """A law of contact, inferred from contact episodes.
 
     Args:
-        causes: the law, then what stands beside it, with their numbers.
+        causes: the law, then its additional causes, with their numbers.
         covariance: of all numbers [SI], (p, p).
-        base: visits held against the rig as it is.
-        held: against the rig with the law.
-        records: the visits.
-        splits: worth on records held out.
-        alternatives: ``kind`` and ``why`` of causes that the visits do not exclude.
+        base: contact episodes compared with the rig as it is.
+        held: compared with the rig with the law.
+        records: the contact episodes.
+        splits: held-out error reduction by record.
+        alternatives: ``kind`` and ``why`` of causes that the contact episodes do not exclude.
         gains: rise of chi-square without each of the causes.
     """
 
@@ -78,12 +78,12 @@ class GapLaw(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What visits to the flanks tell.
+    """Result of the analysis of contact episodes.
 
     Args:
-        law: of contact that they ask for, if any.
-        plain: visits held against the rig as it is; ``None`` where there are too few of them.
-        records: the visits.
+        law: of contact, if they indicate one.
+        plain: contact episodes compared with the rig as it is; ``None`` if there are too few of them.
+        records: the contact episodes.
     """
 
     law: GapLaw | None
@@ -92,29 +92,21 @@ class Seen(NamedTuple):
 
     @property
     def agrees(self) -> bool:
-        """Whether the rig as it is makes the visits what they are."""
+        """Whether the rig as it is explains the contact episodes."""
         return self.plain is not None and self.plain.level < ALIKE and self.plain.cost < 2.0 * ALIKE * self.plain.count
 
 
 def yields(rig: Scenario) -> bool:
-    """Whether a rig has a law of contact already, so that no cut by rigid flanks holds.
-
-    Args:
-        rig: scenario of the bench.
-    """
+    """Whether a rig has a law of contact already, so that segmentation by rigid flanks is invalid."""
     return any(row.code in (Code.GAP_SPRING, Code.GAP_FILM) for row in rig.rows())
 
 
 def law_of(
     admitted: Sequence[Admitted], notes: Sequence[Note], tell: Callable[[str, float], None], paths: Paths
 ) -> Seen:
-    """Return the law of contact that records ask for, before anything is cut by rigid flanks.
+    """Return the law of contact that records indicate, before any segmentation by rigid flanks.
 
-    Args:
-        admitted: records that passed the sensor gate, each with the rig of its own condition.
-        notes: of their motion; where one blocks there is no law.
-        tell: called with what is being done and the part of the whole that is done.
-        paths: of the records.
+    Notes of their motion that block prevent a law.
     """
     seen: list[Visits | None] = []
     if any(note.blocks for note in notes):
@@ -128,11 +120,7 @@ def law_of(
 
 
 def gap_law(records: Sequence[Visits]) -> Seen:
-    """Return the law of contact that explains visits to the flanks as nothing else does, if there is one.
-
-    Args:
-        records: visits of all records.
-    """
+    """Return the law of contact that explains contact episodes better than all other causes, if any."""
     if sum(len(one.sizes) for one in records) < FEWEST:
         return Seen(None, None)
     plain = hold(records, [])
@@ -146,13 +134,9 @@ def gap_law(records: Sequence[Visits]) -> Seen:
 
 
 def with_others(seen: Seen) -> GapLaw | None:
-    """Return the law of contact that explains visits together with other causes, where no law does alone.
-
-    Args:
-        seen: what visits tell.
-    """
+    """Return the law of contact that explains contact episodes with other causes, where no law does alone."""
     plain = seen.plain
-    if plain is None or plain.level < PLAIN:  # a few paths that part are no law: that acts in all of them
+    if plain is None or plain.level < PLAIN:  # a few divergent paths do not indicate a law, which acts in all of them
         return None
     best = beside(seen.records, _laws(seen.records[0]))
     if best is None or len(best.causes) < 2 or not accepted(best, plain):
@@ -161,7 +145,7 @@ def with_others(seen: Seen) -> GapLaw | None:
 
 
 def _named(records: Sequence[Visits], best: Held, plain: Held) -> GapLaw | None:
-    """Return a law, and what stands beside it; ``None`` where other rebounds do as well, or a cause is needless."""
+    """Return a law and its additional causes; ``None`` if other rebounds fit equally, or a cause is needless."""
     rival = hold(records, [], [*best.causes[1:], *_rebounds(records[0].rig)], best if best.causes[1:] else None)
     if rival.cost <= best.cost:
         return None
@@ -176,7 +160,7 @@ def _named(records: Sequence[Visits], best: Held, plain: Held) -> GapLaw | None:
 
 
 def _rebounds(rig: Rig) -> list[Cause]:
-    """Return what rigid flanks may do in the place of a law of contact: rebound otherwise, in proportion to speed."""
+    """Return other rebounds of rigid flanks as the alternative to a law of contact, in proportion to speed."""
     made = {one.kind: one for one in candidates(rig, 1.0, 0)}
     return [begin(made[kind], np.array([0.01])) for kind in ("restitution_offset", "restitution_speed")]
 
@@ -188,19 +172,14 @@ def _alternative(rival: Held, worse: float) -> dict[str, str]:
 
 
 def accepted(law: Held, plain: Held) -> bool:
-    """Whether a law is the cause: of much less is left, and of usual visits too.
-
-    Args:
-        law: visits held against the rig with it.
-        plain: against the rig as it is.
-    """
+    """Whether a law is the cause: it reduces the cost considerably, of median contact episodes, too."""
     size = size_of(law.causes[0])
     gains = plain.cost - law.cost > GAIN * max(law.level, 1.0) and law.cost < BETTER * plain.cost
     return bool(law.level < min(GOOD, plain.level) and gains and size > SMALLEST)
 
 
 def _laws(one: Visits) -> Iterator[list[Cause]]:
-    """Return each law at the sizes from which it is fitted."""
+    """Return each law at its initial sizes."""
     rig, rows = one.rig, one.scenario.rows()
     yields = any(row.code == Code.GAP_SPRING for row in rows)
     if yields and not any(row.code == Code.TORQUE_FRICTION for row in rows):
@@ -222,7 +201,7 @@ def _laws(one: Visits) -> Iterator[list[Cause]]:
 
 
 def _best(records: Sequence[Visits], started: list[Cause], plain: Held) -> Held | None:
-    """Return the fit of a law to all visits; ``None`` where a few of them exclude it."""
+    """Return the fit of a law to all contact episodes; ``None`` if a few of them exclude it."""
     few, found = some(records, FEW), None
     for cause in started:
         try:
@@ -240,7 +219,7 @@ def _best(records: Sequence[Visits], started: list[Cause], plain: Held) -> Held 
 
 
 def _held_out(records: Sequence[Visits], best: Held) -> tuple[tuple[Split, ...], Array]:
-    """Return the worth of the law on each record held out, and the covariance that these fits themselves show."""
+    """Return the held-out error reduction of the law by record, and the covariance over these fits."""
     covariance = best.covariance * max(best.cost / best.count, 1.0)
     exact = EXACT * np.concatenate([_sizes(one) for one in best.causes])
     covariance = covariance + np.diag(exact**2)
@@ -260,7 +239,7 @@ def _held_out(records: Sequence[Visits], best: Held) -> tuple[tuple[Split, ...],
 
 
 def _sizes(cause: Cause) -> Array:
-    """Return what the errors of a cause's numbers are counted by: its size, and 1 for logarithms of a shape."""
+    """Return the scales of errors of a cause's numbers: its size, and 1 for logarithms of a shape."""
     sizes = 1 + cause.candidate.phased
     return np.concatenate([np.full(sizes, np.linalg.norm(cause.numbers[:sizes])), np.ones(len(cause.free))])
 

@@ -1,4 +1,4 @@
-"""Whether records and rig are grounds for a diagnosis at all, before and after causes are looked for."""
+"""Data sufficiency for a diagnosis, before and after the search for causes."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Minimum periods of the drive's fluctuation in at least one record, so that its motion repeats.
 PERIODS = 3.0
-"""Periods of the drive's fluctuation below which no record repeats enough to blame anything."""
+# Minimum number of flights, or impacts, for torques, or restitution, as causes.
 EVENTS = 8
-"""Flights, or impacts, below which torques, or restitution, are not blamed."""
+# Minimum number of periods of an order, or revolutions of a tooth, in one record.
 TURNS = 2.0
-"""Times that an order, or a tooth, must come by in one record."""
+# Ratio of mean speeds below which they count as one.
 ALIKE = 1.25
-"""Ratio of mean speeds below which they count as one."""
+# Minimum ratio of the measured fluctuation to the nominal one; below it the motion is another.
 SWING = 0.5
-"""Part of the claimed fluctuation: where less of it is there, the motion is another."""
+# Relative deviation of the mean speed from the nominal one that is reported.
 OTHER_SPEED = 0.05
-"""Part by which the mean speed may differ from the claim before that is told."""
+# Relative deviation of two of the rig's numbers that indicates another test rig.
 OTHER_RIG = 0.5
-"""Part of what the rig claims by which two of its numbers must be off to doubt that it is this bench."""
+# Ratio of a deviation to the backlash above which a note on the gears' size is given.
 SIZED = 0.1
-"""Part of the backlash from which on a deviation is told to be one of the gears' size as well."""
+# Torques that depend on speed alone, with the number of parameters of each.
 OF_SPEED = {"drag_coulomb": 1, "drag_viscous": 1, "drag_power": 2, "drag_differential": 2}
-"""Torques that depend on speed alone, with how many numbers each has."""
 POINTS = 20_000
 NEEDS = {"torque": "flights", "impact": "impacts"}
 
 
 class Note(NamedTuple):
-    """What makes a diagnosis weaker, or impossible.
+    """A condition that weakens or prevents a diagnosis.
 
     Args:
         kind: one word with hyphens.
-        text: what was seen, with its size.
-        remedy: what to do about it.
-        record: that it was seen in; empty for all together.
-        blocks: whether nothing may be blamed as long as it stands.
+        text: the observation, with its size.
+        remedy: recommended action.
+        record: of the observation; empty for all together.
+        blocks: whether no cause may be named while it holds.
     """
 
     kind: str
@@ -58,16 +58,12 @@ class Note(NamedTuple):
     blocks: bool = False
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         return self._asdict()
 
 
 def of_channels(admitted: Iterable[Admitted]) -> list[Note]:
-    """Return what is wrong with the motion of records as they came in.
-
-    Args:
-        admitted: through the gate, each with the rig of its condition.
-    """
+    """Return defects of the motion of records as admitted."""
     return [note for one in admitted for note in _of_channels(one)]
 
 
@@ -115,7 +111,7 @@ def _of_channels(one: Admitted) -> list[Note]:
 
 
 def _apart(time: Array, angle: Array, turns: Sequence[float]) -> tuple[float, float, float]:
-    """Return how far an angle is off steady fluctuations [rad rms], their size [rad], and the mean speed [rad/s]."""
+    """Return the deviation of an angle from steady fluctuations [rad rms], its size and mean speed [rad, rad/s]."""
     x = time - time.mean()
     columns = [np.ones_like(x), x]
     for turn in turns:
@@ -126,13 +122,9 @@ def _apart(time: Array, angle: Array, turns: Sequence[float]) -> tuple[float, fl
 
 
 def of_records(records: Sequence[Evidence]) -> list[Note]:
-    """Return what measured records cannot tell.
-
-    Args:
-        records: as they were cut.
-    """
+    """Return the limits of the information in measured records."""
     notes: list[Note] = []
-    if not any(len(one.channels.drive.time) for one in records):  # known by their paths alone
+    if not any(len(one.channels.drive.time) for one in records):  # identified by their paths alone
         return notes
     spans = [float(np.ptp(one.channels.drive.time)) for one in records]
     periods = [span / one.scenario.period for span, one in zip(spans, records, strict=True)]
@@ -158,12 +150,7 @@ def of_records(records: Sequence[Evidence]) -> list[Note]:
 
 
 def carried(records: Sequence[Evidence], cause: Cause) -> Note | None:
-    """Return why records are too few or too short to blame a cause; ``None`` where they carry it.
-
-    Args:
-        records: all.
-        cause: that the search accepted.
-    """
+    """Return the reason why records are too few or too short for a cause; ``None`` if they suffice."""
     effect: Any = cause.effect
     if effect is None:
         return None
@@ -190,12 +177,7 @@ def _turns(one: Evidence, gear: str) -> float:
 
 
 def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
-    """Return doubts that the causes themselves raise.
-
-    Args:
-        rig: scenario of the bench.
-        effects: that were accepted.
-    """
+    """Return doubts raised by the causes themselves."""
     claims = {
         "backlash": (rig.rig().backlash, "backlash_offset", "offset", "length"),
         "drag torque": (rig.rig().drag_torque, "drag_coulomb", "torque", "torque"),
@@ -220,12 +202,7 @@ def of_causes(rig: Scenario, effects: Iterable[Any]) -> list[Note]:
 
 
 def of_speeds(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Note]:
-    """Return that a law of speed has as many numbers as records have mean speeds, so that no record tests it.
-
-    Args:
-        records: all.
-        effects: that were accepted.
-    """
+    """Return a note if a law of speed has as many numbers as records have mean speeds, so that no record tests it."""
     speeds = np.sort([abs(one.motion.mean) for one in records if len(one.channels.flights.time)])
     if len(speeds) < 2:
         return []
@@ -242,11 +219,7 @@ def of_speeds(records: Sequence[Evidence], effects: Iterable[Any]) -> list[Note]
 
 
 def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:
-    """Return what a rig has that goes by the angle of a gear whose encoder begins anywhere.
-
-    Args:
-        admitted: through the gate, each with the rig of its condition.
-    """
+    """Return the elements of a rig that depend on the angle of a gear with an unknown angular datum."""
     told = []
     for one in admitted:
         lost = one.recording.meta.get("zero_arbitrary", ())
@@ -260,11 +233,7 @@ def of_zeros(admitted: Iterable[Admitted]) -> list[Note]:
 
 
 def of_phases(causes: Iterable[Any]) -> list[Note]:
-    """Return from where phases count that go by no mark.
-
-    Args:
-        causes: as they are told, with ``kind`` and ``zero``.
-    """
+    """Return the reference of phases without an index mark."""
     told: dict[str, list[str]] = {}
     for one in causes:
         if one.zero:
@@ -278,11 +247,7 @@ def of_phases(causes: Iterable[Any]) -> list[Note]:
 
 
 def of_teeth(records: Sequence[Evidence]) -> list[Note]:
-    """Return that single teeth are not excluded in several records without marks.
-
-    Args:
-        records: all.
-    """
+    """Return a note that single teeth are not excluded in several records without marks."""
     gears = sorted({gear for one in records for gear in one.unmarked})
     if len(records) < 2 or not gears:
         return []

@@ -1,4 +1,4 @@
-"""What an extension is worth on data that it was not fitted to: whole records, or whole stretches of one."""
+"""Held-out error reduction of an extension: over whole records, or over stretches of one."""
 
 from __future__ import annotations
 
@@ -14,26 +14,25 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, residuals, rms_of
 
 Array = np.ndarray
+# Number of stretches of each of one or two records.
 STRETCHES = 4
-"""Stretches that a lone record is cut into."""
+# Fall of the held-out log-likelihood that refutes causes: the gain required to accept a cause, half of Δχ² = 30.
 WORSE = 15.0
-"""Fall of the log-likelihood of held-out data that refutes causes: as much as a cause must gain to be accepted, half of
-30 in chi-square."""
+# Largest loss of a channel in a split, relative to the gain of the causes: torques move the back-extrapolated contact
+# losses, which are less precise than flights.
 AGAINST = 0.25
-"""Part of what causes gain in a split that a channel may lose there: torques move what losses of contact are followed
-back to, and that is known less well than flights are."""
+# Units of the channels, and of contact episodes.
 UNITS = {"flight": "rad", "contact": "m", "impact": "m/s", "loss": "m/s", "drive": "rad", "visit": "m"}
-"""Units of the channels, and of visits to the flanks."""
 
 
 class Split(NamedTuple):
     """One split into training and held-out data.
 
     Args:
-        held: names of the records, or stretches, that were held out.
+        held: names of the held-out records or stretches.
         base: mean squared standardised error of the rig as it is, over the channels.
         extended: the same with the causes, fitted to the rest.
-        noise: the same of noise alone.
+        noise: the same for noise alone.
         likelihood: gain in log-likelihood.
         sizes: root mean square errors by channel, of base and extended [its unit].
         gains: gain in log-likelihood by channel.
@@ -49,17 +48,12 @@ class Split(NamedTuple):
 
     @property
     def gain(self) -> float:
-        """Part of the error beyond noise that the causes take away."""
+        """Relative reduction of the held-out error beyond noise: (base - extended) / (base - noise)."""
         return 1.0 - (self.extended - self.noise) / max(self.base - self.noise, 1e-12)
 
 
 def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
-    """Return the worth of causes for each held-out record, or stretch of the only two.
-
-    Args:
-        records: all.
-        causes: that were accepted; their numbers are fitted anew each time.
-    """
+    """Return the held-out error reduction of causes, refitted each time, by record or stretch."""
     parts = parts_of(records)
     found = []
     for k, held in enumerate(parts):
@@ -71,11 +65,7 @@ def splits(records: Sequence[Evidence], causes: Sequence[Cause]) -> list[Split]:
 
 
 def parts_of(records: Sequence[Evidence]) -> list[Evidence]:
-    """Return what is held out in turn: whole records, or stretches of the only two.
-
-    Args:
-        records: all.
-    """
+    """Return the parts that are held out in turn: whole records, or stretches of one or two."""
     return list(records) if len(records) > 2 else [part for one in records for part in _stretches(one)]
 
 
@@ -86,13 +76,7 @@ def _worth(held: Evidence, effects: Sequence[object]) -> Split:
 
 
 def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> Split:
-    """Return the worth of an extension on held-out data.
-
-    Args:
-        held: the record, or stretch.
-        before: errors of the rig as it is, by channel, in standard deviations.
-        after: those of the extension.
-    """
+    """Return the error reduction of an extension in one held-out part."""
     seen = [name for name in CHANNELS if name in before and len(before[name])]
     level = {n: max(float(np.median(after[n] ** 2)) / 0.4549, 1e-6) for n in seen}
     base, extended = (float(np.mean([np.mean(rest[n] ** 2) for n in seen])) for rest in (before, after))
@@ -103,10 +87,7 @@ def worth(held: Evidence, before: dict[str, Array], after: dict[str, Array]) -> 
 
 
 def refuted(found: Sequence[Split]) -> set[str]:
-    """Return the channels that causes predict worse than the rig as it is, in held-out data of any split or of all.
-
-    Args:
-        found: for each held-out record or stretch.
+    """Return the channels that causes predict worse than the rig as it is, in any held-out split or in all.
 
     >>> one = Split(("a",), 3.0, 1.1, 1.0, 40.0, {}, {"flight": 60.0, "loss": -20.0})
     >>> refuted([one, one._replace(gains={"flight": 12.0, "loss": 25.0})])
@@ -123,7 +104,7 @@ def refuted(found: Sequence[Split]) -> set[str]:
 
 
 def _stretches(one: Evidence) -> list[Evidence]:
-    """Return a record cut into stretches of time."""
+    """Return a record as stretches of time."""
     time = one.channels.drive.time
     edges = np.linspace(time[0], time[-1], STRETCHES + 1)
     found = []
