@@ -1,4 +1,4 @@
-"""Zeros of records and numbers of causes fitted together: no cause makes up for a zero that is off."""
+"""Joint fit of angular datums and numbers of causes, so that no cause compensates a wrong datum."""
 
 from __future__ import annotations
 
@@ -12,22 +12,14 @@ from gears3d.diagnosis.prediction import CHANNELS, residuals
 from gears3d.diagnosis.zeros import GEARS, kept, slopes_of_zeros, turn
 
 Array = np.ndarray
+# Number of Gauss-Newton rounds.
 ROUNDS = 4
-"""Of Gauss and Newton."""
+# Largest step in a round, in radians of a datum and in units of a number.
 FARTHEST = 0.3
-"""Radians that a record is turned, and units that a number moves, in a round at most."""
 
 
 def settled(records: Sequence[Evidence], causes: Sequence[Cause]) -> tuple[Array, float]:
-    """Return by how much records must still be turned once their zeros are fitted beside the causes, (r, 2) [rad].
-
-    Args:
-        records: turned to the zeros of one of them.
-        causes: fitted to them.
-
-    Returns:
-        The turns, and what they change of the predictions, in chi-square.
-    """
+    """Return datum shifts of records, (r, 2) [rad], from the joint fit with causes, and the change of chi-square."""
     turned, changed, now, begun = np.zeros((len(records), 2)), 0.0, list(records), tuple(causes)
     for _ in range(ROUNDS if causes else 0):
         width, count = sum(len(cause.numbers) for cause in causes), 0

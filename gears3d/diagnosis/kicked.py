@@ -1,7 +1,8 @@
-"""Teeth that kick: contact that ends at one place of a gear's turn far more often than anywhere else.
+"""Teeth that repel the loose gear: contact ends at one place of a revolution far more often than elsewhere.
 
-A tooth that stands out by more than the drag can follow throws the loose gear off whenever it comes by. No contact is
-seen on it then, and what happens beside it is cut wrongly; but where it throws, turn after turn, tells which it is.
+A tooth with a positive deviation larger than the drag can follow makes the loose gear leave whenever the tooth passes
+through mesh. No contact is then detected on it, and neighbouring events are segmented wrongly; but the place of the
+contact losses, revolution after revolution, identifies the tooth.
 """
 
 from __future__ import annotations
@@ -18,27 +19,22 @@ from gears3d.diagnosis.struck import GEARS, SIDES
 from gears3d.diagnosis.structure import Structure
 
 Array = np.ndarray
+# Probability, anywhere in the search, below which a number of contact ends at one place is significant.
 CHANCE = 1e-6
-"""Probability, anywhere in the search, below which so many ends of contact at one place are no chance."""
+# Smallest reported probability, as the chi-square with 2 degrees of freedom.
 LEAST = 1e-300
-"""Chance that is told at least, as the chi-square of two freedoms that comes by it."""
+# Bins per pitch; a window has as many.
 PARTS = 2
-"""Bins to a pitch; a window has as many."""
+# Minimum distance in pitches of a second place with as many ends: an order of the gear has several places.
 AWAY = 3
-"""Pitches from a place to where as many may end: an order of the gear throws at more places than one."""
+# Displacement of the other gear, relative to the thickness of a tooth, at which the contact loss begins.
 BEGINS = 0.02
-"""Part of a tooth's thickness by which it moves the other gear where it begins to throw it."""
 
 
 def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure]:
-    """Return what a tooth that kicks leaves unexplained where no pitch error is among the causes.
+    """Return the unexplained tooth-synchronous contact loss if no pitch error is among the causes.
 
-    Args:
-        records: all.
-        causes: that were found.
-
-    Returns:
-        One structure at most: its size is the part of the contacts that end there, its place the tooth.
+    At most one structure: its size is the fraction of the contacts that end there, its place the tooth.
     """
     if any(cause.candidate.kind == "pitch_error" for cause in causes):
         return []
@@ -49,7 +45,7 @@ def thrown(records: Sequence[Evidence], causes: Sequence[Any]) -> list[Structure
 
 
 class _Peak(NamedTuple):
-    """Where most contacts of a flank end: by what chance, place in pitches, and their part of all."""
+    """Place at which most contacts of a flank end: probability, place in pitches, and fraction of all ends."""
 
     chance: float
     place: float
@@ -59,21 +55,21 @@ class _Peak(NamedTuple):
 
 
 def _tooth(one: Evidence, peak: _Peak) -> int:
-    """Return the tooth that begins to throw at the place where contact ends."""
+    """Return the tooth whose contact loss begins where contact ends."""
     at, moved = influence(one.pair, peak.gear, SIDES[peak.flank], BENT)
     there = at[np.abs(moved) > BEGINS * BENT]
     return round(peak.place - float(there[0]) / (2.0 * pi)) % one.pair.gear(peak.gear).teeth + 1
 
 
 def _sharpest(records: Sequence[Evidence]) -> _Peak | None:
-    """Return the place at which contact ends by the least chance, ``None`` where it may end so anywhere."""
+    """Return the place of contact ends of least probability; ``None`` if no place is significant."""
     found = [each for gear in GEARS for flank in (0, 1) if (each := _peak(records, gear, flank)) is not None]
     best = min(found, default=None)
     return best if best is not None and best.chance * len(found) < CHANCE else None
 
 
 def _peak(records: Sequence[Evidence], gear: Gear, flank: int) -> _Peak | None:
-    """Return where most contacts of a flank end; ``None`` where too few of them do."""
+    """Return the place at which most contacts of a flank end; ``None`` with too few of them."""
     from scipy.stats import binom
 
     teeth = records[0].pair.gear(gear).teeth

@@ -1,10 +1,11 @@
-"""How flanks are left without a blow: the speed at which the gap would close where it opens slowest.
+"""Contact loss without an impact: the back-extrapolated gap rate at the slowest opening of the gap.
 
-A flank is left when the loose gear would have to be pulled. Where flight and contact have the same torques, the gap
-then opens from rest with the third power of time, and no clock can tell when. But the flight is a parabola that is
-known far better than its beginning. Followed back to the moment at which the gap's acceleration passes through zero, it
-meets the flank at rest; where the torques of contact hold the gear back by Δa more than those of flight, the flank is
-left later, and the parabola followed back closes there at ½·Δa²/j, j being the rate at which the acceleration grows.
+Contact is lost when the loose gear would have to be pulled. Where flight and contact have the same torques, the gap
+then opens from rest with the third power of time, and its time cannot be resolved. But the flight is a parabola that is
+known far better than its beginning. Back-extrapolated to the moment at which the gap's acceleration passes through
+zero, it meets the flank at rest; where the torques of contact decelerate the gear by Δa more than those of flight,
+contact is lost later, and the back-extrapolated parabola closes there at ½·Δa²/j, j being the rate at which the
+acceleration grows.
 """
 
 from __future__ import annotations
@@ -20,30 +21,30 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation.segments import Segments
 
 Array = np.ndarray
+# Distance of a flight's readings from its ends, in standard deviations of the ends, of at most that many seconds each.
 CLEAR, LATEST = 4.0, 1e-3
-"""Standard deviations of its ends, of at most that many seconds each, that a flight's readings keep away from them."""
+# Minimum number of readings of a flight.
 FEWEST = 24
-"""Readings that a flight needs here."""
+# Search range of the slowest opening of the gap, back from and into a flight, relative to its duration.
 BACK, INTO = 0.75, 0.3
-"""Parts of a flight that are looked back and into it for the moment at which the gap opens slowest."""
+# Number of moments in the search range.
 POINTS = 192
-"""Moments that are looked at."""
+# Moments to either side for the derivative of rates.
 BESIDE = 3
-"""Of these, to either side, over which rates are taken."""
+# Points of the flight from that moment on.
 LATER = 65
-"""Points of the flight from that moment on."""
 
 
 class Leaving(NamedTuple):
-    """How flights leave their flanks.
+    """Contact losses of flights.
 
     Args:
-        flight: which of them, (l,).
-        time: at which the gap that the flight would have had opens slowest [s], (l,).
+        flight: index of each, (l,).
+        time: of the slowest opening of the gap of the back-extrapolated flight [s], (l,).
         rate: of the gap at that time [m/s], (l,).
         sigma: of the rate [m/s], (l,).
         growth: the gap's acceleration after that time is g1·τ + g2·τ² + g3·τ³ [m/s³, m/s⁴, m/s⁵], (l, 3).
-        span: τ until which that holds [s], (l,).
+        span: τ until which this holds [s], (l,).
         after: τ from 0 to the last reading of the flight [s], (l, LATER).
         ahead: angle that the loose gear then has turned on its parabola [rad], (l, LATER).
         begun: τ of the first reading [s], (l,).
@@ -63,11 +64,9 @@ class Leaving(NamedTuple):
 
 
 def leaving(cut: Segments, which: Array) -> Leaving:
-    """Return how flights leave their flanks, those that do it in no clear way left out.
+    """Return the contact losses of flights that begin without an impact, ambiguous ones excluded.
 
-    Args:
-        cut: a record.
-        which: flights that are asked about, all of which leave without a blow, (f,).
+    which: (f,).
     """
     paths, kept = _paths(cut, which)
     if not len(kept):
@@ -94,7 +93,7 @@ def leaving(cut: Segments, which: Array) -> Leaving:
 
 
 def _paths(cut: Segments, which: Array) -> tuple[Parabolas, Array]:
-    """Return the parabolas of flights with the deceleration that all of a record share, and which of them have one."""
+    """Return the parabolas of flights with the deceleration shared in a record, and which flights have one."""
     known, table = cut.track, cut.flights
     spacing = float(np.median(np.diff(known.time)))
     first = table["start_s"] + CLEAR * np.minimum(table["start_sigma_s"], LATEST) + spacing
@@ -108,7 +107,7 @@ def _paths(cut: Segments, which: Array) -> tuple[Parabolas, Array]:
 
 
 def _rate(paths: Parabolas, where: Shafts, grid: Array, flank: Array) -> Array:
-    """Return the rate of the gap that parabolas have at times [m/s], (l, g)."""
+    """Return the gap rate of parabolas at times [m/s], (l, g)."""
     step = BESIDE * (grid[:, 1:2] - grid[:, :1])
     side = np.broadcast_to(flank[:, None], grid.shape)
     later, sooner = (where.gap(grid + k * step, paths.at(grid + k * step), side) for k in (1.0, -1.0))
@@ -116,7 +115,7 @@ def _rate(paths: Parabolas, where: Shafts, grid: Array, flank: Array) -> Array:
 
 
 def _slowest(paths: Parabolas, where: Shafts, grid: Array, rate: Array) -> tuple[Array, Array, Array, Array]:
-    """Return where rates are least within: time (NaN without one), rate, its standard deviation, index, each (l,)."""
+    """Return the interior minima of rates: time (NaN without one), rate, its standard deviation, index, each (l,)."""
     each, step = np.arange(len(grid)), grid[:, 1] - grid[:, 0]
     least = np.argmin(rate, axis=1)
     reach = np.minimum(4 * BESIDE, np.minimum(least, POINTS - 1 - least))
@@ -128,14 +127,14 @@ def _slowest(paths: Parabolas, where: Shafts, grid: Array, rate: Array) -> tuple
     good = inner & (bow[:, 0] > 0.0)
     ahead = np.where(good, -0.5 * bow[:, 1] / np.where(good, bow[:, 0], 1.0), 0.0)
     time = grid[each, best] + np.clip(ahead, -reach * step, reach * step)
-    lowest = bow[:, 2] + 0.5 * bow[:, 1] * ahead - bow[:, 0] * (BESIDE * step) ** 2 / 3.0  # what the differences add
+    lowest = bow[:, 2] + 0.5 * bow[:, 1] * ahead - bow[:, 0] * (BESIDE * step) ** 2 / 3.0  # by the differences
     _, turning = paths.spread(time[:, None])
     sigma = np.hypot(where.radii[1] * turning[:, 0], where.radii[0] * where.drive.speed_sigma)
     return np.where(good, time, np.nan), lowest, sigma, best
 
 
 def _growth(grid: Array, rate: Array, time: float, least: float, best: int) -> Array:
-    """Return how the gap's acceleration grows after its rate was least, (3,)."""
+    """Return the growth of the gap's acceleration after its slowest opening, (3,)."""
     after = grid[best:-BESIDE] - time
     if not np.isfinite(time) or len(after) < 4 * BESIDE or after[-1] <= 0.0:
         return np.full(3, np.nan)

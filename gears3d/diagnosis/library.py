@@ -1,4 +1,4 @@
-"""The columns of all candidates: how the predictions of all channels change with each."""
+"""The regressors of all candidates: derivatives of the predictions of all channels."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import CHANNELS, added
 
 Array = np.ndarray
+# Tables of the evidence with the points of each channel.
 TABLES = {"flight": "flights", "contact": "contacts", "impact": "impacts", "loss": "losses", "drive": "drive"}
-"""Where the points of a channel stand in the evidence."""
+# Chi-square that a deviation must gain to be assigned to one flank only.
 ONE_SIDED = 4.0
-"""Chi-square that it must be worth to say that a deviation is on one flank only."""
+# Fraction of a regressor's square that must be independent of the accepted causes.
 ALIKE = 1e-5
-"""Part of a column's square that must be its own beside the causes that are in."""
+# Number of regressors that are converted to double precision at a time.
 AT_ONCE = 16
-"""Columns that are made double precision at a time."""
 _UNITS: dict[bool, Array] = {False: np.eye(1), True: np.eye(2)}
 
 
 class Scored(NamedTuple):
-    """What one candidate would gain beside the causes that are in already.
+    """Gain of one candidate in addition to the accepted causes.
 
     Args:
         candidate: which.
@@ -40,13 +40,13 @@ class Scored(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """Columns of one channel.
+    """Regressors of one channel.
 
     Args:
         columns: per unit of size, float32 (r, n of the channel).
         owner: candidate of each, (r,).
         number: of the candidate's numbers, 0 or 1, (r,).
-        normal: products of the columns of each candidate, (candidates, 2, 2).
+        normal: products of the regressors of each candidate, (candidates, 2, 2).
     """
 
     columns: Array
@@ -56,14 +56,14 @@ class Stack(NamedTuple):
 
 
 class Library(NamedTuple):
-    """Candidates and their columns.
+    """Candidates and their regressors.
 
     Args:
         candidates: all.
-        stacks: their columns, by channel.
-        spans: where channels lie in the stacked residuals, by name.
-        records: that the columns are of.
-        parts: where each record lies in the columns of a channel, by name.
+        stacks: their regressors, by channel.
+        spans: position of channels in the stacked residuals, by name.
+        records: of the regressors.
+        parts: position of each record in the regressors of a channel, by name.
     """
 
     candidates: list[Candidate]
@@ -73,21 +73,14 @@ class Library(NamedTuple):
     parts: dict[str, list[slice]]
 
     def square(self, which: int) -> float:
-        """Return the chi-square of a unit of a candidate's first number.
-
-        Args:
-            which: of the candidates.
-        """
+        """Return the chi-square of a unit of a candidate's first number."""
         return sum(float(one.normal[which, 0, 0]) for one in self.stacks.values())
 
 
 def library(records: Sequence[Evidence], every: list[Candidate], before: Library | None = None) -> Library:
-    """Return the columns of candidates for some records.
+    """Return the regressors of candidates for some records.
 
-    Args:
-        records: all.
-        every: the candidates.
-        before: of the same records, some of whose channels may have had other points; the others need no work again.
+    Those of channels with the same points as in an earlier library are reused.
     """
     spans, parts, at = {}, {}, 0
     for name in CHANNELS:
@@ -108,7 +101,7 @@ def _behind(sizes: Sequence[int]) -> list[slice]:
 def _stack(
     records: Sequence[Evidence], every: list[Candidate], name: str, parts: list[slice], before: Library | None
 ) -> Stack:
-    """Return the columns of a channel; where a record's points are as before they are taken over."""
+    """Return the regressors of a channel; those of a record with unchanged points are reused."""
     mine = [k for k, one in enumerate(every) if name in one.channels]
     owner = np.array([k for k in mine for _ in range(1 + every[k].phased)], int)
     number = np.array([j for k in mine for j in range(1 + every[k].phased)], int)
@@ -130,7 +123,7 @@ def _stack(
 
 
 def _normal(columns: Array, owner: Array, number: Array, count: int) -> Array:
-    """Return the products of the columns of each candidate, (count, 2, 2)."""
+    """Return the products of the regressors of each candidate, (count, 2, 2)."""
     made = np.zeros((count, 2, 2))
     begins = np.flatnonzero(number == 0)
     for begin, end in zip(begins, np.append(begins[1:], len(owner))[: len(begins)], strict=True):
@@ -140,16 +133,16 @@ def _normal(columns: Array, owner: Array, number: Array, count: int) -> Array:
 
 
 def _among(old: Evidence, new: Evidence, name: str) -> slice | Array | None:
-    """Return where the points of a channel are among those that it had; ``None`` where they are not.
+    """Return the indices of a channel's points among its former ones; ``None`` if some are new.
 
-    Of channels that are free of something besides the zero of contact nothing is known but that they are the same.
+    Channels with nuisances other than the datum of contact are only tested for equality.
     """
     before, now = (getattr(one.channels, TABLES[name]) for one in (old, new))
     if before is now:
         return slice(None)
     if name not in ("contact", "impact") or len(now.time) > len(before.time):
         return None
-    if name == "contact" and new.channels.slow.place > 0.0:  # points are made white by those before them
+    if name == "contact" and new.channels.slow.place > 0.0:  # points are whitened by the preceding ones
         return None
     order = np.argsort(before.time, kind="stable")
     place = order[np.minimum(np.searchsorted(before.time, now.time, sorter=order), len(order) - 1)]
@@ -158,7 +151,7 @@ def _among(old: Evidence, new: Evidence, name: str) -> slice | Array | None:
 
 
 def _free(one: Evidence, name: str, columns: Array) -> Array:
-    """Return columns at some of their points, free of what these are free of."""
+    """Return regressors at some of their points without the nuisances of these."""
     if name != "contact" or not columns.size:
         return columns
     sure = 1.0 / one.channels.contacts.sigma
@@ -170,21 +163,14 @@ def _free(one: Evidence, name: str, columns: Array) -> Array:
 
 
 def price(candidate: Candidate) -> float:
-    """Return the chi-square by which a candidate must be better than one on both flanks, to be preferred.
-
-    Args:
-        candidate: any.
-    """
+    """Return the chi-square by which a candidate must be better than one on both flanks to be preferred."""
     return ONE_SIDED if candidate.shape.get("flank", "both") != "both" else 0.0
 
 
 def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scored]:
-    """Return what each candidate would gain, most first.
+    """Return the gain of each candidate, largest first.
 
-    Args:
-        known: all candidates.
-        rest: residuals with the causes that are in, (n,).
-        slopes: of the numbers of these causes, orthonormal, (n, p).
+    rest: residuals with the accepted causes, (n,); slopes: of their numbers, orthonormal, (n, p).
     """
     wanted = rest[:, None] if slopes is None else np.column_stack([rest, slopes])
     normal, found = np.zeros((len(known.candidates), 2, 2)), np.zeros((len(known.candidates), 2, wanted.shape[1]))
@@ -206,7 +192,7 @@ def score(known: Library, rest: Array, slopes: Array | None = None) -> list[Scor
 
 
 def _products(columns: Array, wanted: Array) -> Array:
-    """Return the products of columns, a few at a time in double precision, with some others, (r, q)."""
+    """Return the products of regressors with others, (r, q), a few at a time in double precision."""
     made = np.zeros((len(columns), wanted.shape[1]))
     wanted = np.ascontiguousarray(wanted)
     for first in range(0, len(columns), AT_ONCE):
@@ -216,12 +202,11 @@ def _products(columns: Array, wanted: Array) -> Array:
 
 
 def _solved(normal: Array, right: Array, scale: Array) -> tuple[Array, Array, Array]:
-    """Return the numbers that leave least, their covariance, and whether there is anything of their own to tell them.
+    """Return the least-squares numbers, their covariance, and whether the regressors are independent of the causes.
 
-    Args:
-        normal: products of the columns, less what causes that are in have of them, (k, size, size).
-        right: products with the residuals, (k, size).
-        scale: length of the columns, (k, size).
+    The products of the regressors are without the projections on accepted causes.
+
+    normal: (k, size, size); right: (k, size); scale: (k, size).
     """
     value, vector = np.linalg.eigh(normal / (scale[:, :, None] * scale[:, None, :]))
     own = value > ALIKE

@@ -1,4 +1,4 @@
-"""Frequencies and orders at which the drive moves more, or less, than its claim."""
+"""Frequencies and orders at which the drive's motion deviates from the nominal one."""
 
 from __future__ import annotations
 
@@ -10,22 +10,18 @@ import numpy as np
 from gears3d.diagnosis.evidence import Evidence
 from gears3d.diagnosis.prediction import residuals
 
+# Number of lines that are examined in each record.
 PEAKS = 3
-"""Lines of each record that are looked at."""
+# Ratio of a line to the median line from which it is examined.
 CLEAR = 5.0
-"""Times the usual line that a line must rise to be looked at."""
+# Counts of the encoder: samples that beat with its counts make lines of up to 1/pi of a count.
 COUNTED = 0.35
-"""Counts of the encoder: samples that beat with its counts make lines up to 1/pi of one."""
 
 
 def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the strongest lines of what the drive does beyond its claim.
+    """Return the strongest lines of the drive's deviation from its nominal motion.
 
-    Args:
-        records: all.
-
-    Returns:
-        Frequencies [Hz], and the same lines as orders of the mean speed.
+    As frequencies [Hz], and the same lines as orders of the mean speed.
     """
     frequencies, orders = [], []
     for one in records:
@@ -47,7 +43,7 @@ def lines(records: Sequence[Evidence]) -> tuple[tuple[float, ...], tuple[float, 
 
 
 def _counted(one: Evidence) -> float:
-    """Return the height of a line that the counts of the drive's encoder may make by themselves."""
+    """Return the height of a line that the counts of the drive's encoder may cause."""
     drive, counts = one.channels.drive, one.scenario.sensors.drive.counts_per_revolution
     if not counts:
         return 0.0

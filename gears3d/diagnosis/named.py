@@ -14,18 +14,16 @@ from gears3d.identify import Parameter
 from gears3d.units import FAMILIES, show
 
 Array = np.ndarray
+# Digits of numbers without an interval in a scenario.
 DIGITS = 8
-"""Of numbers without an interval that go into a scenario."""
+# Digits of those with an interval.
 FEWEST, MOST = 3, 12
-"""Digits of those with an interval."""
 
 
 def parameters(cause: Cause, covariance: Array) -> dict[str, Parameter]:
     """Return the free parameters of a cause with 95 % intervals.
 
-    Args:
-        cause: with its numbers.
-        covariance: of its numbers [SI], (p, p).
+    covariance: (p, p) [SI].
     """
     effect: Any = cause.effect
     found, sizes = {}, 2 if cause.candidate.phased else 1
@@ -60,12 +58,7 @@ def _units(effect: Any) -> dict[str, str]:
 
 
 def table(effect: Any, numbers: Mapping[str, Parameter] | None = None, digits: int = DIGITS) -> dict[str, Any]:
-    """Return an effect as the table that a scenario has under ``[[effect]]``.
-
-    Args:
-        effect: any.
-        numbers: parameters with intervals; they are rounded to what their intervals are worth.
-        digits: of the others.
+    """Return an effect as its table under ``[[effect]]`` of a scenario, numbers rounded by their intervals.
 
     >>> from gears3d.effects import catalogue
     >>> table(catalogue()["transmission_error"](amplitude=2e-5, order=3))
@@ -88,10 +81,7 @@ def table(effect: Any, numbers: Mapping[str, Parameter] | None = None, digits: i
 
 
 def worth_of(number: Parameter) -> int:
-    """Return how many digits of a number its interval is worth: rounding moves it by a twentieth of that at most.
-
-    Args:
-        number: with its 95 % interval.
+    """Return the significant digits of a number: rounding changes it by at most 5 % of its 95 % interval.
 
     >>> worth_of(Parameter(41.69612, "", 41.69533, 41.69691)), worth_of(Parameter(1.0, "", 0.2, 1.8))
     (7, 3)

@@ -1,4 +1,4 @@
-"""Whether rebounds know of those before them: what scatters by itself does not."""
+"""Whether rebounds depend on earlier ones: a real scatter is independent."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 Array = np.ndarray
+# Lags in impacts at which rebounds are compared: those of a period return after a few.
 LAGS = (1, 2, 3, 4)
-"""Blows apart at which rebounds are compared: those of a period return after a few."""
 
 
 def alike(rest: Sequence[Array]) -> tuple[float, float, int]:
-    """Return how alike rebounds are to earlier ones: correlation, its standard deviations, and the lag of the most.
+    """Return the largest autocorrelation of rebounds, its standard deviations, and its lag.
 
-    Args:
-        rest: residuals of each record's impacts in the order of time, in standard deviations.
+    rest: residuals of each record's impacts in the order of time, in standard deviations.
 
     >>> white = np.random.default_rng(3).standard_normal(400)
     >>> slow = np.convolve(white, np.ones(20), "valid")

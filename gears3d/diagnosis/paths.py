@@ -1,4 +1,4 @@
-"""Uncut paths of records, each worked out once: visits to the flanks, cutting and cutting anew all begin with it."""
+"""Paths of records without segmentation, each computed once: contact episodes and segmentation begin with them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from gears3d.recording import Recording
 if TYPE_CHECKING:
     from gears3d.measured.checks import Admitted
 
+# Rows above which a path is not cached, because of its memory.
 LONG = 1 << 20
-"""Rows from which on a path is not kept: a long record has no room for much beside it."""
 
 
 class Paths:
@@ -23,11 +23,9 @@ class Paths:
         self._known: dict[tuple[int, float], tuple[Admitted, Track]] = {}
 
     def of(self, one: Admitted, delay: float = 0.0) -> Track:
-        """Return displacement and angles of a record, as if the loose gear had been read in time with the drive.
+        """Return displacement and angles of a record without a delay [s] of the loose gear's readings.
 
-        Args:
-            one: the record.
-            delay: of the loose gear's readings [s].
+        delay: [s].
 
         Raises:
             InputError: there are too few readings, or a gear stands still.
@@ -38,14 +36,14 @@ class Paths:
         record = one.recording if delay == 0.0 else _read_in_time(one.recording, delay)
         known = path_of(record, one.rig, one.file)
         if len(record.time) <= LONG:
-            self._known[key] = (one, known)  # with the record: as long as it is held, no other has its id
+            self._known[key] = (one, known)  # with the record: while it is held, no other has its id
         return known
 
 
 def _read_in_time(record: Recording, delay: float) -> Recording:
-    """Return a record whose loose gear is read earlier by a delay; what is then not known of it is cut off.
+    """Return a record without a delay of the loose gear's readings, shortened by it.
 
-    The loose gear is moved by whole rows, so that its noise stays what it is; parts of a row go to the drive, which
+    The loose gear is shifted by whole rows, so that its noise is unchanged; fractions of a row shift the drive, which
     moves smoothly.
     """
     time = record.time

@@ -1,4 +1,4 @@
-"""What pulls at gears in flight at some place in the gap: decelerations over the place, in the paths of flights."""
+"""Decelerations in flight as a function of the place in the gap, from the paths of flights."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from gears3d.diagnosis.waving import paths_of
 
 Array = np.ndarray
 NEAR = (0.0, 0.03, 0.07, 0.12, 0.2, 0.35)
+# Places in the gap, from the active to the reverse flank, between which decelerations are interpolated linearly.
 KNOTS = np.array([*NEAR, 0.5, *(1.0 - x for x in reversed(NEAR))])
-"""Places in the gap, from the active to the reverse flank, between which decelerations go in straight lines."""
 
+# Fraction of the largest information on the curve below which a place is skipped: few flights reach every place.
 WEAK = 1e-3
-"""Part of what is best known of the curve below which nothing is said of it: few flights come everywhere."""
+# Places at which the curve is evaluated.
 PLACES = 201
-"""Places at which the curve is judged."""
+# Fraction of the curvature of flights beyond noise that the place must explain; a correlated cause explains less.
 SHARE = 0.4
-"""Part of what bends flights beyond noise that the place must explain: else it only comes along with something else."""
 
 
 class Pull(NamedTuple):
-    """Decelerations over the place in the gap, beside a constant one in each record.
+    """Decelerations over the place in the gap, in addition to a constant one in each record.
 
     Args:
         place: from the active flank, 0, to the reverse one, 1, (n,).
-        common: that all records together tell [rad/s²], (n,).
-        own: that each tells by itself; zero where its flights do not come [rad/s²], (r, n).
-        gains: fall of chi-square in each record by the common one, noise taken as its level, (r,).
-        excess: beyond noise that there was, (r,).
+        common: of all records together [rad/s²], (n,).
+        own: of each record alone; zero where its flights do not reach [rad/s²], (r, n).
+        gains: fall of chi-square in each record by the common one, with its noise level, (r,).
+        excess: chi-square beyond noise before, (r,).
         likely: twice the logarithm of the likelihood instead, (r,).
         level: of the noise in standard deviations.
     """
@@ -48,9 +48,9 @@ class Pull(NamedTuple):
 
 
 def pulled(records: Sequence[Evidence], rest: Sequence[Array]) -> Pull | None:
-    """Return the deceleration over the place in the gap; ``None`` where fewer than two records reach both flanks.
+    """Return the deceleration over the place in the gap; ``None`` with fewer than two records that reach both flanks.
 
-    Of one record alone nothing is told: whatever comes back with the drive's fluctuation goes by the place there.
+    One record is not sufficient: effects that repeat with the drive's fluctuation depend on the place there, too.
 
     Args:
         records: all.
@@ -75,11 +75,9 @@ def pulled(records: Sequence[Evidence], rest: Sequence[Array]) -> Pull | None:
 
 
 def placed(records: Sequence[Evidence], rest: Sequence[Array]) -> Iterator[Structure]:
-    """Return the deceleration over the place in the gap, the same in all records, where it explains what bends flights.
+    """Return the deceleration over the place in the gap if it explains the curvature of flights, equal in all records.
 
-    Args:
-        records: all.
-        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
+    rest: by record, in standard deviations, each (f * BINS,).
     """
     from scipy.stats import chi2
 
@@ -102,12 +100,12 @@ def _solved(heavy: Array, pull: Array) -> Array:
 
 
 def _both(one: Evidence) -> bool:
-    """Whether both flanks are struck, so that it is known where they are."""
+    """Whether both flanks have impacts, so that their places are known."""
     return len(np.unique(one.channels.impacts.flank)) == 2
 
 
 def _columns(one: Evidence) -> Array:
-    """Return what decelerations about each place do to the points of flights, free of a constant one, (f * BINS, k)."""
+    """Return the response of flight points to decelerations about each place, constant removed, (f * BINS, k)."""
     (drive, loose), struck = one.radii, one.channels.impacts
     where = drive * struck.drive - loose * struck.loose
     active, reverse = (float(np.median(where[struck.flank == side])) for side in (0, 1))

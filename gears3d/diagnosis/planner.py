@@ -1,9 +1,9 @@
-"""Which runs to measure: how well records that could be made would know chosen causes, or separate sets of them.
+"""Runs to measure: the precision of chosen causes, or the separation of sets of them, in possible records.
 
-Each run of a grid is made by the rigid model and read through the encoders as they are, or would be. Along its path,
-and in its events, the readings' Fisher information of the causes is worked out as the diagnosis works out the precision
-of what it found: starts of windows, zeros of records and of encoders without index marks free. Information of runs adds
-up, so that sets of them are chosen without another simulation. Source: Fedorov 1972, Theory of Optimal Experiments.
+The rigid model simulates each run of a grid, and the encoders as they are, or could be, read it. Along its path, and in
+its events, the Fisher information on the causes is computed like the precision in a diagnosis: starts of windows,
+datums of records and of encoders without index marks are free. Information of runs is additive, so that sets of them
+are chosen without another simulation. Source: Fedorov 1972, Theory of Optimal Experiments.
 """
 
 from __future__ import annotations
@@ -46,36 +46,36 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Standard deviations that a cause of the chosen size must have.
 SIGMAS = 5.0
-"""Standard deviations that a cause of the chosen size must be worth."""
+# Default size, in units: the smallest that the diagnosis calls a cause.
 SIZE = 0.01
-"""Size that is asked for unless stated, in units: the smallest that the diagnosis calls a cause."""
+# Default mean speeds and fluctuations, relative to those of the rig.
 SLOWER, SWINGS = (1.0 / 3.0, 1.0, 3.0), (0.7, 1.0, 2.0)
-"""Mean speeds and fluctuations that are tried unless stated, in those of the rig."""
+# Default durations [s].
 LENGTHS = (5.0, 20.0, 60.0)
-"""Durations that are tried unless stated [s]."""
+# Simulated part of a longer run: minimum seconds, periods of the fluctuation and revolutions of the slower gear, and
+# maximum samples; beyond it information grows in proportion to the duration.
 LEAST, PERIODS, TURNS, SAMPLES = 4.0, 16, 3, 400_000
-"""Seconds, periods of the fluctuation and revolutions of the slower gear that are simulated of a longer run, and
-samples at most: from there on information grows in proportion to the duration."""
+# Largest ratio of fluctuations to the mean speed if those of the rig stay below it: the drive does not reverse.
 BACK = 0.9
-"""Part of the mean speed that fluctuations come to at most where those of the rig do: no drive turns back."""
+# Sizes of causes before a measurement, in units: the prior for the comparison of runs in which some numbers are not
+# identifiable. Intervals do not use it.
 WIDE = 3.0
-"""Sizes of causes before anything is measured, in units: the prior by which runs are compared that leave some numbers
-free. No interval has it."""
+# Standard deviations of a one-sided probability of 95 %.
 SURE = 1.645
-"""Standard deviations of a probability of 95 %, to one side."""
+# Number of simulations of each chosen run, and fraction of a period by which their starts differ: the start of the
+# windows of a periodic motion alone may change an interval by a factor of four, so that the median is reported.
 TIMES, GOLDEN = 3, 0.618034
-"""Times that each chosen run is simulated again, and part of a period by which it then begins later: where the windows
-of a periodic motion begin alone may change an interval by a factor of four, so that the median is stated."""
+# Fraction of the requested values that runs must reach when they are chosen: information of a short record scatters.
 MARGIN = 0.8
-"""Part of what is asked for that runs must come to when they are chosen: information of a short record scatters."""
+# Largest ratio of the criterion after and before a further run for which the run is added.
 GROWS = 0.99
-"""Part of the criterion to which a further run must bring it to be worth while."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run that could be made.
+    """One possible run.
 
     Args:
         name: mean speed and fluctuation in words.
@@ -85,8 +85,8 @@ class Run:
         frequency: of that [Hz].
         duration: [s].
         alone: 95 % intervals of each cause's parameters from this run, by kind and parameter.
-        together: the same from this run and those before it; empty of runs that are not proposed.
-        apart: standard deviations between the sets that are to be separated, of this run alone, by pair.
+        together: the same from this run and those before it; empty for runs that are not proposed.
+        apart: standard deviations between the sets to be separated, of this run alone, by pair.
         reaches: values of all aims from this run and those before it, by name.
     """
 
@@ -102,7 +102,7 @@ class Run:
     reaches: dict[str, float] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         return {
             "name": self.name, "set": self.keys, "mean_rad_s": self.mean, "amplitude_rad_s": self.amplitude,
             "frequency_Hz": self.frequency, "duration_s": self.duration, "alone": _plain(self.alone),
@@ -112,14 +112,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Aim:
-    """What a set of runs comes to for one cause, or one pair of sets.
+    """Result of a set of runs for one cause, or one pair of sets.
 
     Args:
-        name: kind of the cause, or the pair, with a mark of the one that is true.
-        reached: whether it is what was asked for.
-        value: size seen at 5 standard deviations, in units; of a pair standard deviations between the two.
-        asked: the largest that was asked for; of a pair the smallest.
-        possible: whether any run of the grid says anything of it.
+        name: kind of the cause, or the pair, with a mark of the true one.
+        reached: whether it meets the request.
+        value: size detected at 5 standard deviations, in units; of a pair standard deviations between the two.
+        asked: largest requested value; of a pair the smallest.
+        possible: whether any run of the grid has information on it.
     """
 
     name: str
@@ -129,7 +129,7 @@ class Aim:
     possible: bool
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         value = _finite({"": self.value})[""]
         return {"name": self.name, "reached": self.reached, "value": value, "asked": self.asked,
                 "possible": self.possible}  # fmt: skip
@@ -137,16 +137,16 @@ class Aim:
 
 @dataclass(frozen=True)
 class Option:
-    """The runs that one kind of encoders asks for.
+    """Proposed runs for one kind of encoders.
 
     Args:
         encoder: both.
-        runs: in the order of what they are worth.
+        runs: in the order of their value.
         aims: of all runs together.
-        grid: all runs that were tried, each as long as the longest.
-        excluded: runs that cannot be made or measured, with the reason.
+        grid: all tried runs, each with the longest duration.
+        excluded: runs that cannot be simulated or measured, with the reason.
         keys: of the scenario that describe the encoders.
-        ended: why there is no further run although not all is reached; empty otherwise.
+        ended: reason for the end before all is reached; empty otherwise.
     """
 
     encoder: Encoder
@@ -159,11 +159,11 @@ class Option:
 
     @property
     def reached(self) -> bool:
-        """Whether all is reached that was asked for."""
+        """Whether all requested values are reached."""
         return all(one.reached for one in self.aims)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         return {
             "counts_per_revolution": list(self.encoder.counts), "noise_rad": list(self.encoder.noise),
             "set": self.keys, "reached": self.reached, "ended": self.ended,
@@ -175,12 +175,12 @@ class Option:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasurementPlan(Result):
-    """Runs to measure, by kind of encoders, with what they will know.
+    """Runs to measure, by kind of encoders, with their predicted precision.
 
     Args:
-        rig: scenario of the bench.
+        rig: scenario of the test rig.
         causes: effects at the sizes for which intervals are predicted, as tables of a scenario.
-        size: that is asked for, in units.
+        size: requested, in units.
         options: by kind of encoders.
     """
 
@@ -194,12 +194,12 @@ class MeasurementPlan(Result):
         return f"MeasurementPlan({'; '.join(told)})"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         return {"rig": self.rig.title, "causes": list(self.causes), "size": self.size, "sigmas": SIGMAS,
                 "options": [one.to_dict() for one in self.options]}  # fmt: skip
 
     def scenarios(self) -> Iterator[tuple[str, Scenario]]:
-        """Yield name and scenario of each run, with the encoders it is for."""
+        """Generate name and scenario of each run, with its encoders."""
         for number, option in enumerate(self.options, 1):
             for k, run in enumerate(option.runs, 1):
                 stem = f"run-{k}" if len(self.options) == 1 else f"encoder-{number}-run-{k}"
@@ -224,26 +224,26 @@ def plan(
     marks: bool = True,
     progress: Callable[[str, float], None] | None = None,
 ) -> MeasurementPlan:
-    """Return the runs that know chosen causes to a size, or separate sets of causes, with predicted intervals.
+    """Return the runs that determine chosen causes to a size, or separate sets of causes, with predicted intervals.
 
     Args:
-        rig: scenario of the bench, or its file; its effects are there in all runs.
-        causes: that are to be known: kinds of effects, each with shapes that it is to have: ``"drag_viscous"``,
+        rig: scenario of the test rig, or its file; its effects act in all runs.
+        causes: to be determined: kinds of effects, each with required shapes: ``"drag_viscous"``,
             ``"transmission_error:order=2:gear=loose"``. Without any, and without ``separate``, these are drag,
             restitution and backlash.
-        separate: sets of causes that are to be told apart, members joined by +: ``("drag_viscous", "drag_power")``.
-        nuisances: kinds that are free as well, whose sizes nobody asks for.
-        size: of each cause that must show at 5 standard deviations, as a part of its unit size.
+        separate: sets of causes to be separated, members joined by +: ``("drag_viscous", "drag_power")``.
+        nuisances: kinds that are free as well, without a requested size.
+        size: of each cause that must be detected at 5 standard deviations, relative to its unit size.
         at: size at which intervals are predicted, in the same units; that size unless given.
-        speeds: mean speeds of the drive that can be run [rad/s].
+        speeds: possible mean speeds of the drive [rad/s].
         amplitudes: of the strongest harmonic of its speed [rad/s].
         lengths: durations of a record [s].
         counts: per revolution of both encoders, one plan for each.
         noise: of both encoders [rad]; that of the rig unless given.
-        like: measured record whose counts and noise the encoders have.
-        most: runs at most.
-        marks: whether encoders count from index marks; otherwise from anywhere in each record.
-        progress: called with what is being done and the part of the whole that is done.
+        like: measured record with the counts and noise of the encoders.
+        most: maximum number of runs.
+        marks: whether encoders have index marks; otherwise the angular datum of each record is unknown.
+        progress: called with the current task and the completed part of the whole.
 
     Raises:
         InputError: the rig cannot be planned for.
@@ -298,7 +298,7 @@ def plan(
 
 
 def _lasts(asked: Wanted, setting: Setting, lasts: float) -> float:
-    """Return what is simulated for a run of some duration [s]: just that where a cause changes with time."""
+    """Return the simulated duration of a run [s]: the full one if a cause changes with time."""
     if asked.in_time:
         return lasts
     rig = setting.rig
@@ -323,7 +323,7 @@ def _check(
     rig: Scenario, speeds: Sequence[float], amplitudes: Sequence[float], lengths: Sequence[float],
     counts: Sequence[int], noise: float | None, most: int, size: float,
 ) -> None:  # fmt: skip
-    """Refuse values that no run can have."""
+    """Reject values that no run can have."""
     for name, values, low in (
         ("--speeds", speeds, None), ("--amplitudes", amplitudes, 0.0), ("--lengths", lengths, 0.0),
         ("--counts", counts, 3.0), ("--noise", [] if noise is None else [noise], -1e-300), ("--most", [most], 0.0),
@@ -338,7 +338,7 @@ def _check(
 
 
 def _encoders(rig: Scenario, counts: Sequence[int], noise: float | None, like: str | Path | None) -> list[Encoder]:
-    """Return the encoders that are planned for."""
+    """Return the encoders of the plan."""
     own = [rig.sensors.drive, rig.sensors.loose]
     if like is not None:
         columns = admit(like, rig).channels.columns
@@ -354,7 +354,7 @@ def _encoders(rig: Scenario, counts: Sequence[int], noise: float | None, like: s
 
 
 def _settings(rig: Scenario, speeds: Sequence[float], amplitudes: Sequence[float]) -> Iterator[Setting]:
-    """Yield mean speeds and fluctuations that are tried; no drive turns back that does not on the rig."""
+    """Generate the tried mean speeds and fluctuations; a drive that does not reverse on the rig does not in a run."""
     motion = rig.motion
     mean, waves = motion.mean, motion.harmonics
     largest = max((one.amplitude for one in waves), default=0.0)
@@ -379,19 +379,19 @@ def _settings(rig: Scenario, speeds: Sequence[float], amplitudes: Sequence[float
 
 
 def _wave(one: Any, factor: float) -> dict[str, Any]:
-    """Return a harmonic with another amplitude; one of an order keeps that."""
+    """Return a harmonic with another amplitude; one with an order keeps the order."""
     at = {"order": one.order} if one.order else {"frequency": show(one.frequency, "frequency", 8)}
     return {"amplitude": show(factor * one.amplitude, "speed", 6), **at, "phase": show(one.phase, "angle", 6)}
 
 
 class _Slot(NamedTuple):
-    """A run that may be made.
+    """A possible run.
 
     Args:
         setting: of it.
         lasts: its duration [s].
-        span: what was simulated of that [s].
-        looks: what the simulated run says, by truth, then as the first run and as another one.
+        span: simulated part of that [s].
+        looks: information of the simulated run, by truth, then as the first run and as another one.
     """
 
     setting: Setting
@@ -404,8 +404,8 @@ class _Choice:
     """The choice of runs for one kind of encoders.
 
     Args:
-        asked: for.
-        grid: runs that were tried, by setting and duration.
+        asked: the request.
+        grid: tried runs, by setting and duration.
         encoder: both.
     """
 
@@ -417,15 +417,9 @@ class _Choice:
         self.separable = {name: one >= needed() for name, one in self._apart(self.longest).items()}
 
     def option(self, most: int, excluded: dict[str, str], again: Callable[[_Slot, int], _Slot]) -> Option:
-        """Return the runs that are best, at most so many, each no longer than needed.
-
-        Args:
-            most: runs.
-            excluded: what cannot be made.
-            again: makes a run once more, with another phase and other noise, by number.
-        """
+        """Return the best runs up to a maximum number, each no longer than needed."""
         chosen = self._shortened(self._chosen(most))
-        # the run that was chosen is one that chance made good: what it is worth, others of the same kind say
+        # the chosen run is favoured by chance: its value is taken from others of the same kind
         fresh = [[again(one, k + most * turn) for k, one in enumerate(chosen)] for turn in range(TIMES)]
         runs = []
         for k, one in enumerate(chosen):
@@ -444,7 +438,7 @@ class _Choice:
         return Option(self.encoder, tuple(runs), aims, tried, excluded, keys_of(self.encoder), ended)
 
     def _chosen(self, most: int) -> list[_Slot]:
-        """Return runs one after the other, each the one that brings most together with those before."""
+        """Return runs in greedy order, each the best addition to those before."""
         chosen: list[_Slot] = []
         able = self.longest if any((*self.possible, *self.separable.values())) else []
         while len(chosen) < most and able:
@@ -458,7 +452,7 @@ class _Choice:
         return chosen
 
     def _shortened(self, chosen: list[_Slot]) -> list[_Slot]:
-        """Return the runs as short as they may be for all to be reached still, the last ones first."""
+        """Return the runs with the shortest durations that still reach all, the last ones first."""
         for k in reversed(range(len(chosen))):
             for lasts in self.lengths:
                 tried = [*chosen[:k], self.grid[chosen[k].setting.name, lasts], *chosen[k + 1 :]]
@@ -468,13 +462,7 @@ class _Choice:
         return chosen
 
     def _parts(self, chosen: Sequence[_Slot], truth: int, driven: bool = False) -> tuple[Parts, Parts]:
-        """Return the information of runs along their paths and in their events, and how often each counts.
-
-        Args:
-            chosen: runs.
-            truth: number of the causes that are taken for true.
-            driven: whether the drive's motion is as uncertain as its encoder leaves it.
-        """
+        """Return the information of runs along their paths and in their events, and the multiplicity of each."""
         path, events = [], []
         for number, one in enumerate(chosen):
             look = one.looks[truth][-1 if number else 0]
@@ -486,7 +474,7 @@ class _Choice:
         return path, events
 
     def _covariances(self, chosen: Sequence[_Slot]) -> list[Array]:
-        """Return the covariance of the numbers of the causes that are to be known, each from what knows it better."""
+        """Return the covariance of the causes' numbers, each from the more precise of path and events."""
         if not self.asked.wanted:
             return []
         causes = self.asked.truths[0].causes
@@ -513,7 +501,7 @@ class _Choice:
         return made
 
     def _sizes(self, chosen: Sequence[_Slot]) -> list[float]:
-        """Return the size of each cause that shows at 5 standard deviations, in units."""
+        """Return the size of each cause that is detected at 5 standard deviations, in units."""
         made = []
         for cause, own in zip(self.asked.truths[0].causes, self._covariances(chosen), strict=False):
             numbers = 2 if cause.candidate.phased else 1
@@ -523,7 +511,7 @@ class _Choice:
         return made
 
     def _apart(self, chosen: Sequence[_Slot]) -> dict[str, float]:
-        """Return by how many standard deviations each true set differs from the best fit of another."""
+        """Return the standard deviations between each true set and the best fit of another."""
         made = {}
         for number, truth in enumerate(self.asked.truths):
             for name, true, ways in truth.pairs:
@@ -534,9 +522,9 @@ class _Choice:
         return made
 
     def _criterion(self, chosen: Sequence[_Slot]) -> tuple[float, float]:
-        """Return the largest part of what is possible that is missing, 1 where all is reached, and the usual one.
+        """Return the largest missing fraction of the possible values, 1 if all is reached, and the median one.
 
-        Where some numbers are not known at all, the second is minus the information of all, with a wide prior.
+        If some numbers are not identifiable, the second is minus the information of all, with a wide prior.
         """
         parts = [one / self.asked.size for one, able in zip(self._sizes(chosen), self.possible, strict=True) if able]
         parts += [needed() / max(one, 1e-9) for name, one in self._apart(chosen).items() if self.separable[name]]
@@ -549,11 +537,7 @@ class _Choice:
         return np.inf, -max(known)
 
     def _aims(self, fresh: Sequence[Sequence[_Slot]]) -> Iterator[Aim]:
-        """Yield what runs come to; a cause that the whole grid does not show at 100 % is not possible.
-
-        Args:
-            fresh: the same runs, made several times; none where nothing was chosen.
-        """
+        """Generate the results of repeated runs; a cause that the grid does not show at 100 % is not possible."""
         sizes = np.median([self._sizes(own) for own in fresh] or [[np.inf] * self.asked.wanted], axis=0).tolist()
         for cause, value, able in zip(self.asked.truths[0].causes, sizes, self.possible, strict=False):
             yield Aim(name_of(cause), value <= self.asked.size, value, self.asked.size, able)
@@ -563,7 +547,7 @@ class _Choice:
             yield Aim(name, value >= needed(), value, needed(), able)
 
     def _run(self, one: _Slot) -> Run:
-        """Return a run without what it says."""
+        """Return a run without its information."""
         name, keys, rig = one.setting
         waves = rig.motion.harmonics
         largest = max(waves, key=lambda each: each.amplitude) if waves else None
@@ -573,7 +557,7 @@ class _Choice:
 
 
 def _median(known: Sequence[dict[str, dict[str, Parameter]]]) -> dict[str, dict[str, Parameter]]:
-    """Return intervals of the usual width."""
+    """Return intervals of the median width."""
     made = {}
     for kind, own in known[0].items():
         halves = {name: float(np.median([0.5 * (one[kind][name].high - one[kind][name].low) for one in known]))
@@ -587,7 +571,7 @@ def _median(known: Sequence[dict[str, dict[str, Parameter]]]) -> dict[str, dict[
 def needed() -> float:
     """Return the standard deviations between two sets at which the wrong one is excluded with a probability of 95 %.
 
-    The fall of chi-square scatters about its expectation by twice the root of that.
+    The fall of chi-square scatters about its expectation by twice its root.
 
     >>> round(needed(), 2), round((needed() ** 2 - EXCLUDED) / (2.0 * needed()), 3) == SURE
     (5.97, True)
@@ -596,15 +580,10 @@ def needed() -> float:
 
 
 def amounts(texts: str, family: str, option: str) -> list[float]:
-    """Return quantities parted by commas, in SI units.
-
-    Args:
-        texts: ``"300 rpm, 600 rpm"``; empty for none.
-        family: of their unit.
-        option: named in errors.
+    """Return quantities separated by commas, in SI units.
 
     Raises:
-        UsageError: one is no such quantity.
+        UsageError: one is not such a quantity.
 
     >>> amounts("2 s, 500 ms", "time", "--lengths")
     [2.0, 0.5]
@@ -616,12 +595,12 @@ def amounts(texts: str, family: str, option: str) -> list[float]:
 
 
 def _finite(values: dict[str, float]) -> dict[str, float | None]:
-    """Return numbers as JSON can hold them."""
+    """Return numbers in JSON-compatible form."""
     return {name: value if np.isfinite(value) else None for name, value in values.items()}
 
 
 def _plain(known: dict[str, dict[str, Parameter]]) -> dict[str, Any]:
-    """Return intervals as JSON can hold them."""
+    """Return intervals in JSON-compatible form."""
 
     def one(each: Parameter) -> dict[str, Any]:
         good = np.isfinite(each.low) and np.isfinite(each.high)

@@ -1,8 +1,8 @@
-"""Teeth that stand back, by the corners of paths: the gear turns back beyond the flank while that tooth should carry.
+"""Teeth with a negative deviation, from path corners: the gear reverses beyond the flank while that tooth is in mesh.
 
-Where few visits touch a flank, and none rests there, corners are all that is seen of it. They say which tooth it is
-without any doubt, but its depth no better than that it is at least as deep: gears fall no further than neighbours let
-them, and a corner is rounded off by the time over which readings are taken together.
+If few contact episodes reach a flank, and the gear never rests on it, corners are the only observation. They identify
+the tooth, but bound its depth only from below: gears approach no further than neighbouring teeth allow, and a corner is
+rounded by the averaging time of the readings.
 """
 
 from __future__ import annotations
@@ -24,33 +24,33 @@ from gears3d.effects import catalogue
 from gears3d.units import show
 
 Array = np.ndarray
+# Depth of a missing tooth [m].
 MISSING = 1.0
-"""Depth of a tooth that might as well not be there [m]."""
+# Tried depths, relative to the backlash.
 DEPTHS = tuple(np.geomspace(0.003, 0.6, 200))
-"""Depths that are tried, as parts of the backlash."""
+# Largest chi-square of a corner: a wrongly segmented path may have it anywhere.
 HELD = 64.0
-"""Chi-square that a corner may be worth: where the path was cut wrongly, it is anywhere."""
+# Minimum chi-square gain of a tooth, above that of a single corner, and the same without the best record: without a
+# short tooth the largest gain is at most 25 % of that (tests/diagnosis/test_pockets.py).
 LEAST, OTHERS = 70.0, 30.0
-"""Chi-square that a tooth must gain, more than a corner may be worth, and where none is known without the best record:
-where no tooth stands back, the best of all comes to a quarter of that at most (tests/diagnosis/test_pockets.py)."""
+# Minimum ratio of its gain to that of any tooth elsewhere on its flank.
 SINGLE = 2.0
-"""Times what any tooth elsewhere on its flank would gain that a single one must."""
+# Minimum number of improved corners of a tooth, each moved by at least that many standard deviations.
 FEWEST, CLEAR = 3, 3.0
-"""Corners that a tooth must bring nearer, where it moves them by so many standard deviations."""
+# Distance in pitches beyond which a neighbouring tooth is distinguishable.
 AWAY = 3
-"""Pitches from a tooth to where its neighbours no longer pass for it."""
+# Fall of the gain from its maximum with a probability of 5 % (chi-square, one degree of freedom).
 FALL = 3.84
-"""Fall of the gain from its top, of which only chance has more in one of twenty (chi-square, one degree of freedom)."""
 
 
 class Pocket(NamedTuple):
-    """A tooth that stands back, further than the gear was seen to fall there.
+    """A tooth with a negative deviation beyond the observed approach of the gears.
 
     Args:
-        effect: pitch error as deep as it is at least.
+        effect: pitch error of the least possible depth.
         gain: in chi-square.
-        why: it is held for one, a sentence without a stop.
-        others: teeth that corners do not exclude in its place: at a ratio of 1 the one that it always meets.
+        why: reason for the identification, a sentence without a stop.
+        others: teeth that corners do not exclude in its place: at a ratio of 1 the tooth that it always meets.
     """
 
     effect: Any
@@ -72,16 +72,12 @@ class _Tooth(NamedTuple):
 
     @property
     def clear(self) -> bool:
-        """Whether it is no chance."""
+        """Whether it is significant."""
         return self.gain > LEAST and self.corners >= FEWEST
 
 
 def pocket(records: Sequence[Evidence]) -> Pocket | None:
-    """Return the tooth that stands back by the corners of paths, as deep as it is at least; ``None`` if none does.
-
-    Args:
-        records: all, cut without that tooth.
-    """
+    """Return the short tooth from path corners with its least depth; ``None`` without one."""
     found = sorted(_teeth(records), key=lambda one: -one.gain)
     if not found or not found[0].clear or found[0].others < OTHERS:
         return None
@@ -105,9 +101,7 @@ def pocket(records: Sequence[Evidence]) -> Pocket | None:
 def as_cause(tooth: Any, unit: float) -> Cause:
     """Return a pitch error as a cause with its size.
 
-    Args:
-        tooth: the pitch error.
-        unit: of its size [m].
+    unit: [m].
     """
     shape = {"gear": tooth.gear, "tooth": tooth.tooth, "flank": tooth.flank}
     candidate = Candidate(tooth.kind, shape, "offset", unit, False, SHOWS[tooth.place])
@@ -115,46 +109,33 @@ def as_cause(tooth: Any, unit: float) -> Cause:
 
 
 def _effect(one: _Tooth) -> Any:
-    """Return a tooth that stands back as a pitch error, as deep as it is at least."""
+    """Return a short tooth as a pitch error of its least depth."""
     offset = -outward(SIDES.index(one.side)) * one.depth
     return catalogue()["pitch_error"](offset=offset, tooth=one.tooth, gear=one.gear, flank=one.side)
 
 
 def on_both(records: Sequence[Evidence], effect: Any) -> Any:
-    """Return a pitch error that is on both flanks where corners of paths say so; as it was where they do not.
+    """Return a pitch error on both flanks if path corners indicate it, else unchanged.
 
-    A tooth out of step stands out on one flank, where it is seen, and as far back on the other.
-
-    Args:
-        records: all.
-        effect: pitch error, with its size.
+    A displaced tooth has a positive deviation on the flank where it is detected, and a negative one on the other.
     """
     found = _behind(records, effect) if may_be_on_both(effect) else None
     return replace(effect, flank="both") if found is not None and found.clear else effect
 
 
 def may_be_on_both(effect: Any) -> bool:
-    """Whether a pitch error stands out on one flank; one that stands back there would throw the gear off the other.
-
-    Args:
-        effect: pitch error, with its size.
-    """
+    """Whether a pitch error is positive on one flank; a negative one there implies impacts on the other flank."""
     return effect.flank != "both" and effect.offset * outward(SIDES.index(effect.flank)) > 0.0
 
 
 def denied(records: Sequence[Evidence], effect: Any) -> bool:
-    """Whether corners of paths speak against a tooth that stands out on one flank standing back on the other.
-
-    Args:
-        records: all.
-        effect: pitch error of one flank, with its size.
-    """
+    """Whether path corners contradict a negative deviation on the other flank of a tooth with a positive one."""
     found = _behind(records, effect)
     return found is not None and found.gain < 0.0
 
 
 def _behind(records: Sequence[Evidence], effect: Any) -> _Tooth | None:
-    """Return what corners on a tooth's other flank gain where it stands back as far as it stands out on its own."""
+    """Return the gain of corners on a tooth's other flank by the opposite deviation there."""
     seen = _Corners(records, 1 - SIDES.index(effect.flank))
     return seen.tooth(effect.gear, effect.tooth, np.array([abs(effect.offset)]))
 
@@ -176,12 +157,9 @@ class _Corners:
         self.before = np.minimum((self.off / self.sigma) ** 2, HELD)
 
     def tooth(self, gear: Gear, tooth: int, depths: Array) -> _Tooth | None:
-        """Return what a tooth that stands back gains at the best of some depths; ``None`` where too few corners are.
+        """Return the gain of a short tooth at its best depth; ``None`` with too few corners.
 
-        Args:
-            gear: whose tooth it is.
-            tooth: its number.
-            depths: that are tried, growing [m], (k,).
+        depths: tried, increasing [m], (k,).
         """
         deepest = over_tooth(self.pair, gear, tooth, self.side, -MISSING, self.angles[gear])
         at = np.flatnonzero(deepest)
@@ -202,7 +180,7 @@ class _Corners:
 def _of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
     """Return both angles, distance from the flank, its error, and the record's number of each of its corners.
 
-    Errors are those that most of its corners have: where a flank was drawn wrongly, all are off.
+    Errors are those of most corners: at a wrongly estimated flank, all deviate.
     """
     seen = one.channels.corners
     mine = (seen.flank == flank) & np.isfinite(seen.off)
@@ -213,7 +191,7 @@ def _of(one: Evidence, flank: int, number: int) -> tuple[Array, ...]:
 
 
 def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
-    """Yield the teeth that would gain anything by standing back."""
+    """Generate the teeth that gain with a negative deviation."""
     pair = records[0].pair
     depths = np.array(DEPTHS) * pair.backlash
     for seen in (_Corners(records, flank) for flank in (0, 1)):
@@ -224,7 +202,7 @@ def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
 
 
 def _elsewhere(one: Evidence, this: _Tooth, that: _Tooth) -> bool:
-    """Whether two teeth are of one gear and flank, and not beside each other."""
+    """Whether two teeth are of one gear and flank, and not neighbours."""
     teeth = one.pair.gear(that.gear).teeth
     apart = (this.tooth - that.tooth) % teeth
     return (this.gear, this.side) == (that.gear, that.side) and min(apart, teeth - apart) > AWAY

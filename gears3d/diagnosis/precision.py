@@ -1,7 +1,7 @@
-"""How well the numbers of causes are known.
+"""Precision of the numbers of causes.
 
-Noise of readings is independent from point to point, but what cutting gets wrong is not: flanks that are drawn a little
-off, or a touch that is told a little late, move all points about them. So each stretch of a record speaks once, too.
+Noise of readings is independent from point to point, but errors of segmentation are not: a slightly wrong flank, or a
+late contact, moves all points about it. So the scatter of block estimates over stretches of records is used, too.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from gears3d.diagnosis.prediction import CHANNELS, residuals
 from gears3d.diagnosis.zeros import kept, slopes_of_zeros
 
 Array = np.ndarray
+# Number of stretches of a record for block estimates, each with as many points of every channel.
 STRETCHES = (16, 4, 1)
-"""Parts of a record over which errors may hang together, each of as many points of every channel."""
+# Minimum number of stretches for an estimate of their scatter.
 FEWEST = 4
-"""Stretches in all below which these say nothing of their scatter."""
+# Information relative to the best combination of numbers below which another one is not identifiable.
 KNOWN = 1e-12
-"""Part of the best known combination of numbers below which another one is not known at all."""
 
 
 class Information(NamedTuple):
-    """What the readings of one record say of the numbers of causes, in units; those of several records add up.
+    """Information of the readings of one record on the numbers of causes, in units; additive over records.
 
     Args:
         normal: products of the slopes, (p, p).
@@ -42,12 +42,9 @@ class Information(NamedTuple):
 
 
 def information(one: Evidence, causes: Sequence[Cause], others: Sequence[Cause] = ()) -> Information:
-    """Return what the events of a record say of causes, zeros that are not known being free.
+    """Return the information of a record's events on causes, unknown datums being free.
 
-    Args:
-        one: the record.
-        causes: that act in it, with their numbers.
-        others: that do not act in it; their numbers follow those of the causes.
+    Of causes that do not act in it the numbers follow those of the acting ones.
     """
     effects = [cause.effect for cause in causes if cause.effect is not None]
     slopes = np.column_stack([column for cause in (*causes, *others) for column in slopes_of([one], cause)])
@@ -69,23 +66,19 @@ def combined(parts: Sequence[Information]) -> Array:
 
 
 def covariance(records: Sequence[Evidence], causes: Sequence[Cause]) -> Array:
-    """Return the covariance of the numbers of causes, zeros of records that are not known being free [SI], (p, p).
+    """Return the covariance of the numbers of causes, unknown datums of records being free [SI], (p, p).
 
-    No combination of numbers is better known than points with independent errors of their own scatter make it, nor
-    better than sixteenths, quarters or the whole of records with errors that hang together do.
+    No combination of numbers is more precise than with independent errors of the observed scatter, nor than with errors
+    correlated over sixteenths, quarters or the whole of records.
 
-    Args:
-        records: turned to the zeros of one of them.
-        causes: fitted to them, all numbers free together.
-
-    Source: Liang and Zeger 1986, theorem 1, for errors that hang together.
+    Source: Liang and Zeger 1986, theorem 1, for correlated errors.
     """
     units = np.concatenate([cause.units for cause in causes])
     return combined([information(one, causes) for one in records]) * np.outer(units, units)
 
 
 def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
-    """Return what other zeros would do to a record, orthonormal, (0 to 2, n)."""
+    """Return the response of a record to its angular datums, orthonormal, (0 to 2, n)."""
     moves = slopes_of_zeros(one, effects, own, [gear for gear in one.unmarked if not kept(one, gear)])
     if not np.any(moves):
         return np.zeros((0, len(own)))
@@ -94,12 +87,10 @@ def _zeros(one: Evidence, effects: Sequence[object], own: Array) -> Array:
 
 
 def _wider(normal: Array, scores: Array, level: float) -> Array:
-    """Return the inverse of the normal matrix times the level, or the scatter of the scores where that is larger.
+    """Return the inverse of the normal matrix times the level, or the scatter of the scores if that is larger.
 
-    Args:
-        normal: of all points, (p, p).
-        scores: of the shortest stretches of each record, (r, s, p).
-        level: mean square of what is left of a point.
+    normal: of all points, (p, p); scores: of the shortest stretches of each record, (r, s, p); level: mean square
+    residual of a point.
 
     >>> alike = np.array([[[1.0], [-1.0]] * 8])
     >>> float(_wider(np.array([[16.0]]), 0.1 * alike, 1.0)[0, 0])
@@ -112,10 +103,10 @@ def _wider(normal: Array, scores: Array, level: float) -> Array:
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     known, turned = np.linalg.eigh(normal / np.outer(scale, scale))
     good = known > KNOWN * known[-1]
-    if not np.any(good):  # records with other zeros would show the same: nothing is known of the numbers
+    if not np.any(good):  # records with other datums would show the same: the numbers are not identifiable
         return np.diag(np.full(len(scale), np.inf))
     root = np.sqrt(level / known[good]) * turned[:, good] / scale[:, None]
-    moves = scores @ root / level  # of the numbers, by each stretch alone
+    moves = scores @ root / level  # numbers from each stretch alone
     for parts in STRETCHES:
         together = moves.reshape(-1, moves.shape[1] // parts, moves.shape[2]).sum(axis=1)
         if len(together) >= FEWEST:

@@ -1,9 +1,9 @@
-"""What the rig predicts of each channel at the measured states, and what effects add to it.
+"""Predictions of the rig in each channel at the measured states, and contributions of effects to them.
 
-One step, one flight, one impact at a time: nothing is integrated beyond a flight, for past the threshold the motion may
-be chaotic, and two right simulations part after a few impacts. Start angle and speed of each flight, the zero of the
-displacement, and the drive's mean speed and phase are nuisances of every record; they are taken out of data and
-predictions alike. Everything is in standard deviations of the data, and effects add up.
+One step, one flight, one impact at a time: nothing is integrated beyond a flight, as past the threshold the motion may
+be chaotic, and two right simulations diverge after a few impacts. Start angle and speed of each flight, the datum of
+the displacement, and the drive's mean speed and phase are nuisances of every record; they are projected out of data and
+predictions. All values are in standard deviations of the data, and effects are additive.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from gears3d.diagnosis.torque import torque
 from gears3d.effects import Code, Gate, Row
 
 Array = np.ndarray
+# Points of the two-point Gauss rule, in widths from the middle: every point of a channel is a mean over a width.
 GAUSS = 0.5 / sqrt(3.0)
-"""Points of Gauss's second rule, in widths from the middle: every point of a channel is a mean over so much time."""
+# Names of the channels, in the order of all stacked arrays.
 CHANNELS: tuple[str, ...] = ("flight", "contact", "impact", "loss", "drive")
-"""Names of the channels, in the order of everything that is stacked."""
 
 
 def residuals(one: Evidence) -> dict[str, Array]:
-    """Return the data less what the rig predicts, by channel.
+    """Return the data minus the prediction of the rig, by channel.
 
     Args:
         one: the record.
@@ -42,7 +42,7 @@ def residuals(one: Evidence) -> dict[str, Array]:
 
 
 def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
-    """Return what effects add to the prediction of a channel.
+    """Return the contribution of effects to the prediction of a channel.
 
     Args:
         one: the record.
@@ -56,12 +56,7 @@ def added(one: Evidence, effects: Iterable[Any], name: str) -> Array:
 
 
 def sigmas(one: Evidence, name: str) -> Array:
-    """Return the standard deviations of the points of a channel [its unit], in the order of its residuals.
-
-    Args:
-        one: the record.
-        name: of the channel.
-    """
+    """Return the standard deviations of the points of a channel [its unit], in the order of its residuals."""
     return _SIGMA[name](one)
 
 
@@ -80,9 +75,7 @@ def rms_of(rest: Array, records: Iterable[Evidence], name: str) -> float:
 def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]:
     """Return residuals by channel and record.
 
-    Args:
-        records: all.
-        rest: residuals, of each channel in turn, in it of each record in turn, (n,).
+    rest: stacked channel by channel, in each record by record, (n,).
     """
     sizes = {
         "flight": [one.channels.flights.time.size for one in records],
@@ -103,14 +96,9 @@ def parts_of(records: Sequence[Evidence], rest: Array) -> dict[str, list[Array]]
 def reading_error(
     sensors: Iterable[Any], gear: str, angle: Array, speed: Array, known: dict[Any, Any] | None = None
 ) -> Array:
-    """Return what sensor effects add to the reading of one gear [rad].
+    """Return the contribution of sensor effects to the reading of one gear [rad].
 
-    Args:
-        sensors: effects of the sensors.
-        gear: ``"drive"`` or ``"loose"``.
-        angle: of the gear [rad].
-        speed: of the gear [rad/s].
-        known: waves over the angles of points of contact, for :func:`gears3d.diagnosis.deviation.wave`.
+    angle: [rad]; speed: [rad/s].
     """
     total = np.zeros_like(angle)
     for one in sensors:
@@ -124,11 +112,7 @@ def reading_error(
 def restitution(rows: Iterable[Row], base: float, speed: Array, flank: Array) -> Array:
     """Return the coefficient of restitution of impacts.
 
-    Args:
-        rows: normal forms; those that are no impacts are passed over.
-        base: of the rig.
-        speed: before the impact [m/s].
-        flank: 0 active, 1 reverse.
+    speed: before the impact [m/s]; flank: 0 active, 1 reverse.
     """
     e = np.full_like(speed, base)
     for row in rows:
@@ -164,7 +148,7 @@ def _flight_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
 
 
 def bend(one: Evidence) -> Array:
-    """Return what a unit deceleration does to the points of flights, free of start angle and speed, (f, BINS).
+    """Return the response of flight points to a unit deceleration, without start angle and speed, (f, BINS).
 
     Args:
         one: the record.
@@ -207,7 +191,7 @@ def _impact_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
 
 
 def impact_sigma(one: Evidence) -> Array:
-    """Return the standard deviations of rebounds less what the rig predicts of them [m/s].
+    """Return the standard deviations of rebounds minus their prediction by the rig [m/s].
 
     Args:
         one: the record.
@@ -217,14 +201,14 @@ def impact_sigma(one: Evidence) -> Array:
 
 
 def _loss_base(one: Evidence) -> Array:
-    """Rate at which the gap closes where the flight after a loss, followed back, has it open slowest."""
+    """Return the minimum gap rate of the back-extrapolated flight after a loss."""
     if not len(one.channels.losses.time):
         return np.zeros(0)
     return (one.channels.losses.rate - followed_back(one, None)) / loss_sigma(one)
 
 
 def _loss_added(one: Evidence, rows: list[Row], sensors: list[Any]) -> Array:
-    """What torques do that change along a flight, those that act in contact only, and encoders that bend flights."""
+    """Return the effect of torques that change along a flight or act in contact only, and of reading errors."""
     seen = one.channels.losses
     rate = np.zeros_like(seen.time)
     if len(seen.time) and any(100 < row.code < 200 for row in rows):
@@ -240,7 +224,7 @@ def _late(one: Evidence, rows: list[Row]) -> Array:
     if not any(100 < row.code < 200 and row.gate != Gate.ALWAYS for row in rows):
         return np.zeros_like(seen.time)
     late, hold = np.zeros_like(seen.time), np.zeros_like(seen.time)
-    for _ in range(4):  # the torque changes little while the loss comes later
+    for _ in range(4):  # the torque changes little during the delay of the loss
         time = seen.time + late
         speed = one.motion.speed(time) * drive / loose
         more = torque(rows, speed, seen.loose, time, seen.flank) - torque(rows, speed, seen.loose, time)
@@ -248,12 +232,12 @@ def _late(one: Evidence, rows: list[Row]) -> Array:
         late = _when(seen, hold)
     g1, g2, g3 = seen.growth.T
     opened = late**2 * (g1 / 2.0 + late * (g2 / 3.0 + late * g3 / 4.0))
-    held = late >= seen.span  # never let go of within what is known
+    held = late >= seen.span  # no contact loss within the known range
     return np.where(held, opened + (hold - late * (g1 + late * (g2 + late * g3))) * seen.span, opened)
 
 
 def _when(seen: Losses, hold: Array) -> Array:
-    """Return how long after the gap opens slowest its acceleration would have reached a value [s], (l,)."""
+    """Return the time from the slowest opening of the gap until its acceleration reaches a value [s], (l,)."""
     low, high = np.zeros_like(hold), seen.span.copy()
     g1, g2, g3 = seen.growth.T
     for _ in range(40):
@@ -273,7 +257,7 @@ def loss_sigma(one: Evidence) -> Array:
 
 
 def _drive_base(one: Evidence) -> Array:
-    """The motion as claimed, from the moment on at which its first harmonic began."""
+    """Return the nominal motion from the start of its first harmonic on."""
     seen, claims = one.drive, one.scenario.motion.harmonics
     if not len(seen.time):
         return np.zeros(0)
@@ -287,7 +271,7 @@ def _drive_base(one: Evidence) -> Array:
 
 
 def _began(one: Evidence) -> float:
-    """Return by how much the claimed motion must be moved forward [s]."""
+    """Return the time shift of the nominal motion [s]."""
     if not len(one.motion.harmonics):
         return 0.0
     claim = one.scenario.motion.harmonics[0]
