@@ -1,7 +1,7 @@
-"""Quantisation by coarse encoders: what is off in one record alone is no gear's then.
+"""Quantisation by coarse encoders: a residual in one record alone is then not attributed to the gears.
 
-Where noise does not blur the counts, readings are off alike for as long as counts and samples keep pace: in a whole
-record, if that is its speed, and in no other.
+Without noise that dithers the counts, the reading errors repeat while the count rate is commensurate with the sampling
+rate: in a complete record at such a speed, and in no other.
 """
 
 from __future__ import annotations
@@ -24,19 +24,15 @@ if TYPE_CHECKING:
     from gears3d.diagnosis.structure import Structure
 
 Array = np.ndarray
+# Count on the base circle, relative to the backlash, above which encoders are coarse: over 20 times that of ordinary
+# test rigs, less than half of that of 8192 counts (tests/diagnosis/test_quantisation.py).
 COARSE = 0.05
-"""Count on the base circle, as a part of the backlash, from which on encoders are coarse: over twenty times that of
-ordinary benches, less than half of that of 8192 counts (tests/diagnosis/test_quantisation.py)."""
+# Residual pattern of counts in any record: they repeat with the motion, and so do the errors of earlier impacts.
 REPEATED = "impact.time"
-"""Structure that counts make in any record: they come back with the motion, and so do the errors of earlier blows."""
 
 
 def quantum_of(one: Evidence) -> float:
-    """Return a count of the coarser encoder on its base circle, as a part of the backlash; 0 without counts.
-
-    Args:
-        one: the record.
-    """
+    """Return a count of the coarser encoder on its base circle, relative to the backlash; 0 without counts."""
     sensors = one.scenario.sensors
     counts = (sensors.drive.counts_per_revolution, sensors.loose.counts_per_revolution)
     steps = [2.0 * pi * radius / count for radius, count in zip(one.radii, counts, strict=True) if count]
@@ -44,11 +40,7 @@ def quantum_of(one: Evidence) -> float:
 
 
 def are_coarse(records: Sequence[Evidence]) -> bool:
-    """Return whether encoders are coarse in any of some records.
-
-    Args:
-        records: any.
-    """
+    """Return whether encoders are coarse in any of some records."""
     return max(map(quantum_of, records)) > COARSE
 
 
@@ -58,15 +50,10 @@ def shared(
     left: Sequence[Structure],
     looked: Callable[[Sequence[Evidence], Array], Sequence[Structure]],
 ) -> tuple[list[Structure], list[Structure]]:
-    """Return the structure that belongs to the gears, and what coarse encoders may have made.
+    """Return the residual patterns of the gears, and those that coarse encoders may cause.
 
-    That is what is gone without the record that is farthest off, and rebounds that are like those before them.
-
-    Args:
-        records: all.
-        rest: residuals that the causes leave, stacked, (n,).
-        left: structure in all of them.
-        looked: how it was found.
+    The latter vanish without the record of largest residuals, or are correlations of rebounds with earlier ones; rest:
+    (n,).
     """
     if not left or not are_coarse(records):
         return list(left), []
@@ -81,7 +68,7 @@ def shared(
 def _without_farthest(
     records: Sequence[Evidence], rest: Array, channel: str
 ) -> tuple[Sequence[Evidence], Array] | None:
-    """Return records and residuals without the record farthest off; ``None`` where no other has points there."""
+    """Return data without the record of largest residuals; ``None`` if no other has points in the channel."""
     parts = parts_of(records, rest)
     worst = farthest(parts[channel])
     if not any(own.size for k, own in enumerate(parts[channel]) if k != worst):
@@ -92,12 +79,9 @@ def _without_farthest(
 
 
 def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None:
-    """Return that a cause rests on one of several records of coarse encoders alone; ``None`` where not.
+    """Return a note if a cause depends on one of several records of coarse encoders alone, else ``None``.
 
-    Args:
-        records: all.
-        rest: residuals that all causes leave, stacked, (n,).
-        cause: one of them.
+    rest: (n,).
     """
     if cause.effect is None or len(records) < 2:
         return None
@@ -111,12 +95,7 @@ def alone(records: Sequence[Evidence], rest: Array, cause: Cause) -> Note | None
 
 
 def of_counts(records: Sequence[Evidence], gone: Sequence[Structure]) -> list[Note]:
-    """Return what was not told of the gears.
-
-    Args:
-        records: all.
-        gone: structure that coarse encoders may have made.
-    """
+    """Return notes on the residual patterns that are not attributed to the gears."""
     names = sorted({one.name for one in gone})
     return [_note(records, f"the residual patterns {', '.join(names)}", "")] if names else []
 

@@ -1,7 +1,7 @@
-"""Records made ready for cutting: what the sensors do to them is taken out first, and given back to the evidence.
+"""Preprocessing of records: sensor effects are removed before segmentation and recorded in the evidence.
 
-Encoders that are read one after the other make the displacement follow the speed; by a large part of the backlash no
-flank stands still then, and nothing is cut rightly. The gate tells the delay without any cutting.
+If the encoders are read in sequence, the displacement follows the speed; if that is a large fraction of the backlash,
+the flanks appear to move and segmentation fails. The sensor gate estimates the delay without segmentation.
 """
 
 from __future__ import annotations
@@ -37,22 +37,18 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
+# Maximum number of re-segmentations with the teeth found.
 AGAIN = 2
-"""Times that records are cut anew with the teeth that were found."""
+# Maximum number of single teeth of the flanks in a re-segmentation.
 MOST_TEETH = 2
-"""Teeth that flanks may have when they are cut anew."""
+# Fraction of a record that another's flanks must explain in addition to its own flanks to replace them.
 BETTER = 0.005
-"""Part of a record that another's flanks must explain in addition to its own, for them to be believed."""
+# Fraction of the records with a delay in the sensor gate above which all are corrected for it.
 MOST = 0.5
-"""Part of the records in which the gate must see a delay for all of them to have it."""
 
 
 def delay_of(admitted: Sequence[Admitted]) -> float:
-    """Return by how much the loose gear is read later than the drive [s], 0 where the gate sees no such thing.
-
-    Args:
-        admitted: records that passed the sensor gate; a delay that was corrected there counts no more.
-    """
+    """Return the reading delay of the loose gear against the drive [s], 0 if the sensor gate finds none."""
     seen = [each.size for one in admitted for each in one.findings if each.kind == "skew" and not each.corrected]
     return float(np.median(seen)) if len(seen) > MOST * len(admitted) else 0.0
 
@@ -65,15 +61,15 @@ def ready(
     turned: tuple[float, float] = (0.0, 0.0),
     like: Flanks | None = None,
 ) -> Evidence:
-    """Return a record as evidence, cut as if the loose gear had been read in time with the drive.
+    """Return a record as evidence, segmented without the reading delay of the loose gear.
 
     Args:
         one: the record.
         delay: of the loose gear's readings [s]; the evidence has it as spared, so that it remains to be explained.
-        teeth: pitch errors that the flanks are known to have, whatever their sizes.
-        paths: of the records, as far as they are known.
-        turned: what is added to the angles of drive and loose gear [rad].
-        like: flanks of another record that it is cut along in place of those that it shows itself.
+        teeth: pitch errors that the flanks are known to have, of any size.
+        paths: of the records, as far as they are computed.
+        turned: added to the angles of drive and loose gear [rad].
+        like: flanks of another record that replace its own in the segmentation.
 
     Raises:
         InputError: the record cannot be measured.
@@ -88,15 +84,10 @@ def ready(
 
 
 def with_one_flank(admitted: Sequence[Admitted], records: list[Evidence], paths: Paths | None = None) -> list[Evidence]:
-    """Return the records, those that were cut badly cut along the flanks of the one that was cut best.
+    """Return the records; poorly segmented ones are re-segmented with the flanks of the best one.
 
-    All are records of the same gears. Those that explain no more of a record than its own did are not its flanks: its
-    zeros may be elsewhere.
-
-    Args:
-        admitted: records as they came in.
-        records: the same, those that could be measured.
-        paths: of the records, as far as they are known.
+    All are records of the same gears. Flanks that explain no more of a record than its own are rejected: its angular
+    datum may differ.
     """
     came, delay = {one.file: one for one in admitted}, delay_of(admitted)
     sure = [one for one in records if one.flanks is not None and one.flanks.gap is not None and one.doubt < DOUBTFUL]
@@ -119,16 +110,10 @@ def with_one_flank(admitted: Sequence[Admitted], records: list[Evidence], paths:
 def along_another(
     one: Admitted, records: Sequence[Evidence], delay: float, paths: Paths | None = None
 ) -> tuple[Evidence, str] | None:
-    """Return a record that cannot be measured by itself, cut from the flanks of another on, and whose these are.
+    """Return a record that cannot be segmented alone, segmented from the flanks of another, and that record's name.
 
-    Records of one rig have the same flanks; slow noise hides them in one record rather than in another. The cut must
-    explain as much as that of any record; else ``None``.
-
-    Args:
-        one: the record.
-        records: of the same rig, those that could be measured.
-        delay: as for :func:`ready`.
-        paths: of the records, as far as they are known.
+    Records of one rig have the same flanks; slow noise hides them in some records only. The segmentation must explain
+    as much as that of any record; else ``None``.
     """
     sure = [each for each in records if each.flanks is not None and each.flanks.gap is not None]
     if not sure:
@@ -142,11 +127,7 @@ def along_another(
 
 
 def single_teeth(found: Search) -> tuple[Any, ...]:
-    """Return the pitch errors among the causes of a search, by gear, tooth and whether they stand out.
-
-    Args:
-        found: by the search.
-    """
+    """Return the pitch errors among the causes of a search, by gear, tooth and sign."""
     effects = [cause.effect for cause in found.fit.causes if cause.candidate.kind == "pitch_error"]
     kept = {(one.gear, one.tooth, one.offset > 0.0): one for one in effects if one is not None}
     return tuple(kept[key] for key in sorted(kept)[:MOST_TEETH])
@@ -159,18 +140,12 @@ def searched(
     paths: Paths | None = None,
     tell: Callable[[str, float], None] = lambda doing, part: None,
 ) -> tuple[list[Evidence], Search, Pocket | None]:
-    """Return the records as a search saw them, what it finds, and a tooth that stands back out of reach.
+    """Return the records as a search used them, its result, and a short tooth out of reach.
 
-    A delay of the encoders moves the flanks with the speed, and blows with them: of one that the gate did not see the
-    records are freed once it is known. A tooth that stands out is not where flanks of low orders are drawn, and spoils
-    the cutting of what happens on it: the records are cut anew with a flank that may have it, and searched anew.
-
-    Args:
-        admitted: records as they came in.
-        records: the same, those that could be measured.
-        highest: order that is looked for.
-        paths: of the records, as far as they are known.
-        tell: called with what is being done and the part of the whole that is done.
+    A delay of the encoders moves the flanks with the speed, and impacts with them: if the sensor gate missed it, it is
+    removed from the records once it is known. A tooth with a positive deviation is not where flanks of low orders are
+    estimated, and corrupts the segmentation of events on it: the records are re-segmented with a flank that may have
+    it, and searched again.
     """
     known: tuple[Any, ...] = ()
     tell("searching for causes", 0.6)
@@ -196,18 +171,14 @@ def searched(
         )
     named = _places(single_teeth(found)) | _places(single_teeth(before[1]))
     if deep is None and not named & _places(known):
-        return *before, None  # what was suspected is no tooth
-    if deep is not None:  # its depth is not what the search makes of where the gear was seen
+        return *before, None  # the candidate is not a tooth
+    if deep is not None:  # the search finds a depth that contradicts the observed approach
         found = keeping(found, [one for one in found.fit.causes if one.candidate.kind != "pitch_error"])
     return records, whole_teeth(found), deep
 
 
 def whole_teeth(found: Search) -> Search:
-    """Return a search that has single teeth out of step, on both flanks, where nothing says that they are on one only.
-
-    Args:
-        found: by the search.
-    """
+    """Return a search whose single displaced teeth are on both flanks unless the records indicate one flank only."""
     causes = list(found.fit.causes)
     for k, cause in enumerate(found.fit.causes):
         effect = cause.effect
@@ -221,13 +192,13 @@ def whole_teeth(found: Search) -> Search:
 
 
 def _delay_in(found: Search) -> float:
-    """Return by how much a search has the loose gear read later than the drive [s], 0 where it is read in time."""
+    """Return the reading delay of the loose gear in a search [s], 0 without one."""
     late = [cause.effect for cause in found.fit.causes if cause.candidate.kind == "encoder_skew"]
     return sum(one.delay if one.gear == "loose" else -one.delay for one in late if one is not None)
 
 
 def _others(known: Sequence[Any], found: Sequence[Any]) -> Sequence[Any]:
-    """Return teeth that are not known already: what is still off on those is how records were cut."""
+    """Return teeth that are not known already: further deviations of known ones come from segmentation."""
     there = {(one.gear, one.tooth) for one in known}
     return [one for one in found if (one.gear, one.tooth) not in there]
 
@@ -241,7 +212,7 @@ def _places(teeth: Sequence[Any]) -> set[tuple[str, int, bool]]:
 
 
 def _cut_anew(one: Admitted, before: Evidence, delay: float, teeth: Sequence[Any], paths: Paths | None) -> Evidence:
-    """Return a record cut with flanks that may have single teeth, less impacts there; as before where it cannot be."""
+    """Return a record re-segmented with possible single teeth, without impacts there; unchanged if that fails."""
     try:
         made = ready(one, delay, teeth, paths, before.turned)
         return off_teeth(made, teeth) if teeth else made
@@ -255,7 +226,7 @@ def _flanks(tooth: Any) -> tuple[int, ...]:
 
 
 def _shape(rig: Scenario, tooth: Any, flank: int, turned: tuple[float, float]) -> Shape:
-    """Return what a pitch error of its sign does to a flank, over both angles, and the size it is expected to have."""
+    """Return the effect of a pitch error of its sign on a flank over both angles, and its expected size."""
     whole = replace(tooth, flank="both")
     rows, pair = whole.rows(rig.rig()), rig.pair()
 

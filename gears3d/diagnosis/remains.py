@@ -1,4 +1,4 @@
-"""What no cause explains: structure left in the residuals, and the coordinate it lives in."""
+"""Residual patterns that no cause explains, and the coordinate of each."""
 
 from __future__ import annotations
 
@@ -16,22 +16,20 @@ from gears3d.diagnosis.structure import FEWEST, PIECES, Structure, binned, held,
 from gears3d.diagnosis.waving import waved
 
 Array = np.ndarray
+# Standard deviations of a contact loss that count as 100 %: errors of all other channels move it, too.
 VAGUE = 1e3
-"""Standard deviations of a loss of contact that count as 100 %: everything that is off elsewhere moves it, too."""
+# Size in units of the channel below which a pattern comes from segmentation: moments of contact loss, for example, are
+# late by a fraction of their sigma.
 SMALL = {"flight": 0.02, "contact": 0.002, "impact": 0.05, "loss": 1e-3, "drive": 0.002}
-"""Size in units of the channel below which structure is the cutting's own: moments of losing contact, to name one, come
-late by part of their sigma."""
+# Minimum ratio of an order's gain, for rebounds, to that of the pattern over one revolution; below it the order is
+# attributed to that pattern.
 FOREIGN = 1.5
-"""Times what folds into a turn that an order must explain of rebounds, to be none that does."""
 
 
 def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[Structure]:
-    """Return what is left over each coordinate, those of the channel that is farthest off first.
+    """Return the residual patterns over each coordinate, those of the channel of largest residuals first.
 
-    Args:
-        records: all.
-        rest: residuals that the causes leave, stacked, (n,).
-        highest: order that is looked for.
+    rest: (n,).
     """
     parts = parts_of(records, rest)
     found = [*_flight(records, parts, highest), *_contact(records, parts, highest), *_impact(records, parts, highest),
@@ -47,10 +45,7 @@ def structures(records: Sequence[Evidence], rest: Array, highest: int) -> list[S
 
 
 def channel_of(name: str) -> str:
-    """Return the channel that a structure is seen in.
-
-    Args:
-        name: of the structure, as the contract has it.
+    """Return the channel of a structure by its name.
 
     >>> channel_of("contact.loss_phase"), channel_of("sensor.delay"), channel_of("flight.speed")
     ('loss', 'contact', 'flight')
@@ -71,10 +66,7 @@ def _units(records: Sequence[Evidence]) -> dict[str, float]:
 
 
 def farthest(parts: Sequence[Array]) -> int:
-    """Return the record whose points are farthest off.
-
-    Args:
-        parts: residuals of each record, in standard deviations.
+    """Return the index of the record of largest residuals, in standard deviations.
 
     >>> farthest([np.ones(3), np.zeros(0), np.full(2, -2.0)])
     2
@@ -83,7 +75,7 @@ def farthest(parts: Sequence[Array]) -> int:
 
 
 def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
-    """Deceleration that each flight has left, over its speed, angles, and time."""
+    """Return patterns of the residual deceleration of each flight over its speed, angles, and time."""
     slow, weight, columns, flown, own = [], [], [], [], []
     for one, rest in zip(records, parts["flight"], strict=True):
         flights = one.channels.flights
@@ -111,9 +103,9 @@ def _flight(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
 
 
 def _locked(records: Sequence[Evidence], gear: str) -> list[float]:
-    """Return the order of the drive's strongest fluctuation in each record, 0 where it has none.
+    """Return the order of the drive's strongest fluctuation in each record, 0 without one.
 
-    Rattle repeats with that one; a weak harmonic at an order of the drive has all whole orders for its multiples.
+    Rattle repeats with that one; all whole orders are multiples of a weak harmonic at order 1 of the drive.
     """
     ratio = {"drive": 1.0, "loose": records[0].radii[0] / records[0].radii[1]}[gear] if records else 1.0
     return [_strongest(one.motion.harmonics) / max(abs(one.motion.mean) * ratio, 1e-9) for one in records]
@@ -143,7 +135,7 @@ def _contact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest
 
 
 def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest: int) -> Iterator[Structure]:
-    """Rebounds; those that were not seen lie nearer to what is expected than their errors, so these are no smaller."""
+    """Return patterns of rebounds; residuals of undetected ones are below their errors, so errors are not reduced."""
     seen = [one.channels.impacts for one in records]
     sigma = np.concatenate([impact_sigma(one) for one in records])
     value, sure = np.concatenate(parts["impact"]) * sigma, 1.0 / sigma
@@ -153,7 +145,7 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
     yield from binned("impact.speed", value, sure, approach, "m/s", least=1.0, record=record)
     yield from binned("impact.flank", value, sure, flank.astype(float), "m/s", 2, 1.0, record)
     usual = float(np.median(np.abs(speed))) if len(speed) else 1.0
-    share = usual / np.maximum(np.abs(speed), 1e-9)  # what becomes of restitution at the usual speed
+    share = usual / np.maximum(np.abs(speed), 1e-9)  # change of restitution at the median speed
     value, sure = np.where(flank == 0, 1.0, -1.0) * value * share, sure / share
     teeth, orders = [], []
     for gear in ("drive", "loose"):
@@ -167,14 +159,14 @@ def _impact(records: Sequence[Evidence], parts: dict[str, list[Array]], highest:
 
 
 def _approach(one: Evidence) -> Array:
-    """Return speeds of approach [m/s] whose errors have nothing in common with those of e times speed less rebound."""
+    """Return approach speeds [m/s] with errors independent of those of e times speed minus rebound."""
     seen, e = one.channels.impacts, one.rig.restitution
     share = e * (seen.velocity_sigma / seen.rebound_sigma) ** 2
     return (np.abs(seen.velocity) + share * np.abs(seen.rebound)) / (1.0 + share * e)
 
 
 def _wander(value: Array, sure: Array, sizes: list[int]) -> Iterator[Structure]:
-    """Restitution that rebounds share with those shortly before them, whatever it comes from."""
+    """Return the pattern of restitution that rebounds share with those shortly before them, of any origin."""
     from scipy.special import log_ndtr
 
     if len(value) < FEWEST:

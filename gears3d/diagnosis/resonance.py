@@ -1,7 +1,7 @@
-"""A resonance in the readings: a frequency that stands out of every record's spectrum, whatever the speed.
+"""A resonance in the readings: a frequency that exceeds the background of every record's spectrum, at any speed.
 
-What comes back with the drive or with an angle moves with the speed. What rings where an encoder is mounted, or in the
-body that it is mounted on, does not; it shows before anything is cut, and spoils the cutting.
+Effects that repeat with the drive or with an angle move with the speed. A resonance of an encoder's mounting, or of the
+body that carries it, does not; it shows before segmentation, and corrupts it.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from gears3d.measured.segmentation import Track
 
 Array = np.ndarray
+# Tried frequencies [Hz], and ratio of neighbouring ones.
 LOWEST, HIGHEST, APART = 20.0, 1000.0, 1.01
-"""Frequencies that are tried [Hz], and from one to the next."""
+# Minimum number of readings per period of the highest frequency; means over as many as that allows are taken before.
 PER = 10.0
-"""Readings to a period of the highest at least; means of as many as that allows are taken before."""
+# Length of the stretches with averaged spectra.
 SECONDS = 1.0
-"""Length of the stretches whose spectra are averaged."""
+# Relative bandwidth of the power, at least the drive's fluctuation, of whose multiples it consists; and the frequency
+# ratios, up and down, of the background.
 WIDE, BESIDE = 0.06, 1.6
-"""Part of a frequency over which power is taken, at least the drive's fluctuation, of whose multiples it is made;
-times the frequency up and down where it is held against."""
+# Minimum ratio of the power to the interpolated background, in the record that shows it least.
 STANDS_OUT = 10.0
-"""Times what lies on a straight line between both sides that the power must be, in the record that shows it least."""
+# Minimum displacement (root mean square), relative to the backlash, that can affect a diagnosis.
 SMALL = 0.005
-"""Part of the backlash by which it must move the readings (root mean square), to spoil anything."""
+# Minimum number of records for a fixed frequency; minimum ratio of neighbouring speeds, and of the largest or fastest
+# of their fluctuations to the others.
 RECORDS, UNLIKE = 3, 1.2
-"""Records without which a frequency that does not move is none; by how much neighbours' speeds must differ, and the
-largest or fastest of their fluctuations from the others."""
 
 
 class Resonance(NamedTuple):
-    """A frequency that stands out of all records.
+    """A frequency that exceeds the background in all records.
 
     Args:
-        structure: as it is told.
-        frequency: that were tried [Hz], (t,).
-        power: of the displacement about each of them, a row a record [m²], (r, t).
+        structure: as reported.
+        frequency: tried [Hz], (t,).
+        power: of the displacement about each of them, one row per record [m²], (r, t).
     """
 
     structure: Structure
@@ -56,13 +56,7 @@ class Resonance(NamedTuple):
 def resonance(
     admitted: Sequence[Admitted], paths: Paths, expected: Callable[[Admitted], Track | None] | None = None
 ) -> Resonance | None:
-    """Return the resonance that stands out of all records; ``None`` where there is none.
-
-    Args:
-        admitted: records.
-        paths: of the records.
-        expected: gives the path of a record as the rig would have given it; by default simulated with the rigid model.
-    """
+    """Return the resonance of all records, if any; the expected path is by default from the rigid model."""
     expected = expected or _expected
     rigs = [one.rig for one in admitted if one.rig is not None]
     speeds = sorted(abs(rig.motion.mean) for rig in rigs)
@@ -93,24 +87,24 @@ def resonance(
 
 
 def _expected(one: Admitted) -> Track | None:
-    """Return the path of a record that the rig would have given; ``None`` where the rigid model gives none."""
+    """Return the path of a record by the rigid model; ``None`` where the model cannot run."""
     assert one.rig is not None
     try:
         return Paths().of(simulated(one, one.rig))
-    except (InputError, EngineError):  # the rig has what that model does not, or its path shows nothing
+    except (InputError, EngineError):  # the model does not cover the rig, or its path has no information
         return None
 
 
 def _means(values: Array, together: int) -> Array:
-    """Return means of neighbours."""
+    """Return means of neighbouring values."""
     whole = len(values) // together * together
     return values[:whole].reshape(-1, together).mean(axis=1)
 
 
 def _spectrum(one: Admitted, known: Track, tried: Array) -> tuple[Array, Array, Array]:
-    """Return by how much power about each frequency stands out, that power [m²], and how surely it is known, each (t,).
+    """Return the ratio of power about each frequency to the background, that power [m²], and its precision, each (t,).
 
-    The logarithm of power over a width, in so much time, is known to the root of one over their product.
+    The relative error of power over a bandwidth and a duration is the root of one over their product.
     """
     from scipy.signal import welch
 
@@ -120,7 +114,7 @@ def _spectrum(one: Admitted, known: Track, tried: Array) -> tuple[Array, Array, 
     rate = 1.0 / (known.step * together)
     turn, power = welch(place, rate, nperseg=min(int(SECONDS * rate), len(place)), detrend="linear")
     total = np.concatenate([[0.0], np.cumsum(power)]) * turn[1]
-    # lines stand apart by the strongest harmonic's frequency; weak ones are slower, but carry no rattle
+    # the strongest harmonic's frequency separates lines; weak ones are slower, but do not cause rattle
     strongest = max(one.rig.motion.harmonics, key=lambda each: each.amplitude, default=None)
     between = 0.0 if strongest is None else strongest.frequency
 

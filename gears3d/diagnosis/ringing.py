@@ -1,4 +1,4 @@
-"""What rings on after impacts: paths of flights against an oscillator that every blow strikes."""
+"""Ringing after impacts: paths of flights against an oscillator that every impact excites."""
 
 from __future__ import annotations
 
@@ -14,24 +14,22 @@ from gears3d.diagnosis.freed import free_flight
 from gears3d.diagnosis.structure import FEWEST, Structure, bounded, level_of, likelihood
 
 Array = np.ndarray
+# Tried frequencies [Hz], and ratio of neighbouring ones: lower ones do not ring, but repeat with the drive.
 LOWEST, HIGHEST, APART = 30.0, 250.0, 1.03
-"""Frequencies that are tried [Hz], and from one to the next: slower ones do not ring, but come back with the drive."""
+# Tried damping ratios; the lowest makes lines about as wide as their distance.
 DAMPING = (0.01, 0.03, 0.1)
-"""Shares of critical damping that are tried; the least makes lines about as wide as they stand apart."""
 
+# Relative step of the refined frequency, and ratios of the refined damping.
 FINER, SHARES = 0.003, (0.5, 1.0, 1.7)
-"""Part of the best frequency, and of its damping, from one to the next that is tried around it."""
 
 
 def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Iterator[Structure]:
-    """Return the strongest ringing after impacts, in proportion to the change of speed, the same in all records.
+    """Return the strongest ringing after impacts, in proportion to the change of speed, equal in all records.
 
-    Of one record alone nothing is told: whatever comes back with the drive's fluctuation rings there.
+    One record is not sufficient: effects that repeat with the drive's fluctuation look like ringing there.
 
-    Args:
-        records: all.
-        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
-        sure: one over the standard deviation of each flight's deceleration [s²/rad], (f,).
+    rest: by record, in standard deviations, each (f * BINS,); sure: one over the standard deviation of each flight's
+    deceleration [s²/rad], (f,).
     """
     from scipy.stats import chi2
 
@@ -59,11 +57,10 @@ def rung(records: Sequence[Evidence], rest: Sequence[Array], sure: Array) -> Ite
 
 
 def _gain(waves: list[Array], parts: list[Array]) -> tuple[float, float]:
-    """Return the fall of chi-square by one amplitude and phase in all records but the best, and its odds.
+    """Return the chi-square fall of one amplitude and phase in all records but the best, and twice its log-likelihood.
 
-    The odds are twice the logarithm of the likelihood, or that fall where it is less.
-
-    What comes back with the drive's fluctuation or with a gear's angle looks like a ringing at one speed only.
+    The latter is at most the former. Effects that repeat with the drive's fluctuation or with a gear's angle look like
+    a ringing at one speed only.
     """
     columns = [np.column_stack([np.real(wave), np.imag(wave)]) for wave in waves]
     heavy = [own.T @ own for own in columns]
@@ -79,15 +76,15 @@ def _gain(waves: list[Array], parts: list[Array]) -> tuple[float, float]:
 
 
 class _Blows(NamedTuple):
-    """Blows of a record, and where they are heard: at the points of its flights.
+    """Impacts of a record, and the points of its flights that respond to them.
 
     Args:
-        apart: time since the blow before, of each [s], (i,).
+        apart: time since the previous impact, of each [s], (i,).
         jump: change of speed, (i,).
-        last: blow before each flight, -1 before any, (f,).
+        last: last impact before each flight, -1 without one, (f,).
         since: time from it to the points of the flight [s], (f, BINS).
-        width: time that a point is a mean over [s], (f, 1).
-        heard: the record whose flights they are.
+        width: averaging time of a point [s], (f, 1).
+        heard: the record of the flights.
     """
 
     apart: Array
@@ -99,7 +96,7 @@ class _Blows(NamedTuple):
 
 
 def _blows(one: Evidence) -> _Blows:
-    """Return blows of a record, and the points at which these are heard."""
+    """Return the impacts of a record, and the points that respond to them."""
     struck, flights = one.channels.impacts, one.channels.flights
     order = np.argsort(struck.time)
     time, jump = struck.time[order], (struck.rebound - struck.velocity)[order]
@@ -110,7 +107,7 @@ def _blows(one: Evidence) -> _Blows:
 
 
 def _ringing(one: _Blows, turn: float, damping: float) -> Array:
-    """Return what each blow of a record sets ringing, at the points of its flights, free of start angle and speed."""
+    """Return the response of flight points to the impacts of a record, without start angle and speed."""
     pole = turn * (1j - damping)
     state, now = [], 0j
     for kept, jump in zip(np.exp(pole * one.apart).tolist(), one.jump.tolist(), strict=True):

@@ -1,4 +1,4 @@
-"""Other causes that the data do not exclude."""
+"""Competing hypotheses: other causes that the data do not exclude."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from gears3d.diagnosis.library import score
 from gears3d.diagnosis.search import Search, directions
 
 Array = np.ndarray
+# Chi-square difference that excludes a hypothesis, scaled by the level of the best fit if that is above one.
 EXCLUDED = 16.0
-"""Chi-square by which a rival must be worse to be excluded, over what the best leaves where that is above one."""
+# Number of hypotheses of other kinds that are fitted for each cause.
 LOOKED = 6
-"""Rivals of other kinds that are fitted for each cause."""
 
 
 class Rival(NamedTuple):
-    """One or two causes in the place of another.
+    """One or two causes that replace another.
 
     Args:
-        causes: of the rival.
-        worse: chi-square beyond that of the cause.
+        causes: of the hypothesis.
+        worse: rise of chi-square against the cause.
         excluded: whether the data exclude it.
     """
 
@@ -35,12 +35,7 @@ class Rival(NamedTuple):
 
 
 def rivals(records: Sequence[Evidence], found: Search) -> list[list[Rival]]:
-    """Return for each cause what could stand in its place, best first.
-
-    Args:
-        records: that the search kept.
-        found: by the search.
-    """
+    """Return for each cause the hypotheses that could replace it, best first."""
     now, told = found.fit, []
     level = max(now.chi2 / max(len(now.rest), 1), 1.0)
     for k, cause in enumerate(now.causes):
@@ -74,7 +69,7 @@ def _others(records: Sequence[Evidence], found: Search, less: Fit, cause: Cause)
 
 
 def _same(candidate: Candidate, cause: Cause) -> bool:
-    """Whether a candidate is the cause itself, but for parameters that are refined."""
+    """Whether a candidate is the cause itself, except for refined parameters."""
     own = cause.candidate
     bends = FREE.get(own.kind, {})
     shapes = [{name: value for name, value in one.shape.items() if name not in bends} for one in (candidate, own)]

@@ -1,8 +1,8 @@
-"""Restitution that scatters: more variance of the rebounds than their own errors, in proportion to the speed.
+"""Scatter of restitution: variance of the rebounds beyond their own errors, in proportion to the speed.
 
-Rebounds below a record's threshold of sight were not seen. They count by the chance of that: without them, restitution
-would be found too large and its scatter too small. Under noise a record overlooks stronger ones as well, whatever their
-speed; how often is estimated with the scatter, so that rebounds that were overlooked are not held for weak ones.
+Rebounds below a record's detection limit are not observed. They count by the probability of that: without them,
+restitution would be too large and its scatter too small. Noise hides stronger ones as well, independent of their speed;
+that probability is estimated with the scatter, so that missed rebounds are not taken for weak ones.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from gears3d.diagnosis.channels import Impacts
 from gears3d.diagnosis.evidence import Evidence
 
 Array = np.ndarray
+# Minimum number of rebounds.
 FEWEST = 20
-"""Rebounds without which nothing is said of their scatter."""
+# Fraction of outlying impacts: wrongly segmented, or merged.
 STRAY = 0.003
-"""Part of the blows that may be anything: cut wrongly, or run together."""
+# Maximum fraction of missed rebounds above the detection limit of a record, and its prior mean.
 MISSED, USUAL = 0.9, 0.1
-"""Part of the rebounds above the threshold of sight that a record overlooks at most, and its mean beforehand."""
+# Initial logits of that fraction: 2 % and half of ``MISSED``.
 OVERLOOKED = (-4.0, 0.0)
-"""Logits of that part at which a fit begins: 2 % and a half of ``MISSED``."""
+# Standard deviation of the logarithm of the factor on stated errors.
 TRUST = 0.3
-"""Standard deviation of the logarithm of the factor by which stated errors may be off."""
+# Chi-square gain above which a scatter of restitution is accepted.
 SURE = 30.0
-"""Gain in chi-square from which on a scatter of restitution is believed."""
+# Fraction of the rebounds that are weak.
 WEAK = 0.25
-"""Part of the rebounds that are weak."""
+# Information of an impact without rebound, relative to one with rebound, below which it is skipped.
 TELLS = 0.01
-"""Information of a blow without rebound, as part of that of one with, below which it tells nothing of restitution."""
 
 
 class Rebounds(NamedTuple):
-    """Blows of all records, in coefficients of restitution, (b,).
+    """Impacts of all records, in coefficients of restitution, (b,).
 
     Args:
-        ratio: rebound over speed before; NaN where no rebound was seen.
+        ratio: rebound over approach speed; NaN without a detected rebound.
         error: standard deviation of the ratio by the errors of both speeds.
-        cut: ratio above which none is overlooked.
-        speed: before [m/s].
+        cut: detection limit of the ratio.
+        speed: of approach [m/s].
         side: +1 on the active, -1 on the reverse flank.
         record: index of the record.
     """
@@ -58,19 +58,19 @@ class Rebounds(NamedTuple):
 
     @property
     def seen(self) -> Array:
-        """Whether the rebound was seen, (b,)."""
+        """Whether the rebound was detected, (b,)."""
         return np.isfinite(self.ratio)
 
 
 class Scatter(NamedTuple):
-    """How restitution scatters.
+    """The scatter of restitution.
 
     Args:
         value: standard deviation of the coefficient.
         sigma: of the value.
         gain: fall of chi-square against errors of the speeds alone.
         noise: factor on the stated errors of the speeds.
-        missed: part of the rebounds above the threshold of sight that were overlooked.
+        missed: fraction of missed rebounds above the detection limit.
     """
 
     value: float
@@ -81,11 +81,7 @@ class Scatter(NamedTuple):
 
 
 def rebounds(records: Sequence[Evidence]) -> Rebounds:
-    """Return the blows of records in coefficients of restitution.
-
-    Args:
-        records: all.
-    """
+    """Return the impacts of records in coefficients of restitution."""
     rows = []
     for k, one in enumerate(records):
         seen = one.channels.blows
@@ -98,18 +94,13 @@ def rebounds(records: Sequence[Evidence]) -> Rebounds:
 
 
 def _weakest(seen: Blows) -> float:
-    """Return the standard deviation of the weaker rebounds that were seen, which that of the unseen ones would have."""
+    """Return the standard deviation of the weaker detected rebounds, as an estimate for the undetected ones."""
     known = seen.seen & (seen.rebound <= np.nanquantile(seen.rebound, WEAK)) if np.any(seen.seen) else seen.seen
     return float(np.median(seen.rebound_sigma[known])) if np.any(known) else 0.0
 
 
 def means(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
-    """Return the coefficient that rig and effects give to each blow, (b,).
-
-    Args:
-        records: all.
-        effects: beside those of the rig.
-    """
+    """Return the coefficient of each impact by the rig and effects, (b,)."""
     from gears3d.diagnosis.prediction import restitution
 
     effects, found = list(effects), []
@@ -121,14 +112,9 @@ def means(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Array:
 
 
 def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter | None:
-    """Return how restitution scatters beside the errors of the speeds, whose size is left free.
+    """Return the maximum-likelihood scatter of restitution in addition to the errors of the speeds, whose size is free.
 
-    Args:
-        records: all.
-        effects: that make the mean what it is.
-
-    Returns:
-        The scatter of greatest likelihood; ``None`` of too few rebounds.
+    ``None`` with too few rebounds; effects determine the mean.
     """
     every = rebounds(records)
     if np.sum(every.seen) < FEWEST:
@@ -144,14 +130,11 @@ def scatter(records: Sequence[Evidence], effects: Iterable[Any] = ()) -> Scatter
 
 
 def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
-    """Return records whose impacts are known as well as restitution allows that really scatters.
+    """Return records whose impacts have the standard deviations of a scattering restitution.
 
-    A cause of the mean must be held against the scatter, and against the blows without a rebound. What speed and flank
-    explain is fitted with it. A normal error stands for each blow that has the slope and the bend of its likelihood
-    there; of one without a rebound it takes the place of the impact.
-
-    Args:
-        records: all.
+    A cause of the mean is compared with the scatter, and with the impacts without a rebound. The dependence on speed
+    and flank is fitted with it. A normal error with the slope and curvature of the likelihood replaces that of each
+    impact; one without a rebound becomes an impact.
 
     Source: the working response of iteratively reweighted least squares (McCullagh & Nelder 1989, section 2.5), of
     likelihoods that are censored (Tobin 1958).
@@ -175,14 +158,9 @@ def with_own_noise(records: Sequence[Evidence]) -> list[Evidence]:
 def working(
     every: Rebounds, mean: Array, deviation: float, noise: float = 1.0, missed: float = 0.0
 ) -> tuple[Array, Array]:
-    """Return for each blow the coefficient and its standard deviation that have its likelihood's slope and bend, (b,).
+    """Return, for each impact, a coefficient and standard deviation with its likelihood's slope and curvature, (b,).
 
-    Args:
-        every: the blows.
-        mean: coefficient of each, (b,).
-        deviation: of the scatter.
-        noise: factor on the stated errors.
-        missed: part of the rebounds above the threshold of sight that were overlooked.
+    mean: coefficient of each, (b,); noise: factor on the stated errors; missed: fraction of missed rebounds.
 
     >>> none, one = np.array([np.nan]), np.ones(1)
     >>> seen = Rebounds(np.array([0.5]), 0.0 * one, 0.2 * one, one, one, 0 * one)
@@ -196,7 +174,7 @@ def working(
     ratio = np.exp(-0.5 * at**2 - 0.5 * np.log(2.0 * np.pi) - log_ndtr(at))
     weak = 1.0 / (
         1.0 + missed / max(1.0 - missed, 1e-12) * np.exp(np.minimum(-log_ndtr(at), 700.0))
-    )  # chance that it was weak
+    )  # probability that it was weak
     pull = weak * ratio
     bend = np.maximum(pull * (pull + at), 1e-12)
     made = np.where(every.seen, every.ratio, mean - pull / bend * spread)
@@ -204,7 +182,7 @@ def working(
 
 
 def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
-    """Return a record with its blows as impacts, except those that tell nothing."""
+    """Return a record with its impacts, except those without information."""
     seen = one.channels.blows
     least = float(np.median(sigma[seen.seen])) if np.any(seen.seen) else 0.0
     kept = seen.seen | (sigma < least / np.sqrt(TELLS))
@@ -216,17 +194,17 @@ def _with(one: Evidence, made: Array, sigma: Array) -> Evidence:
 
 
 def _worse(log: float) -> float:
-    """Return the factor on the stated errors, no less than 1: what errors as they are stated explain is no scatter."""
+    """Return the factor on the stated errors, at least 1: stated errors are not attributed to scatter."""
     return float(np.exp(max(log, 0.0)))
 
 
 def _missed(logit: float) -> float:
-    """Return the part of the rebounds above the threshold of sight that were overlooked."""
+    """Return the fraction of missed rebounds above the detection limit."""
     return STRAY + (MISSED - STRAY) / (1.0 + float(np.exp(-np.clip(logit, -50.0, 50.0))))
 
 
 def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], float]:
-    """Return minus twice the log-likelihood of (log of the noise, scatter, part missed, what the mean has more...)."""
+    """Return minus twice the log-likelihood of (log noise, scatter, missed fraction, additions to the mean...)."""
     seen = every.seen
 
     def cost(numbers: Array) -> float:
@@ -246,7 +224,7 @@ def _cost(every: Rebounds, base: Array, columns: Array) -> Callable[[Array], flo
 
 
 def _likeliest(every: Rebounds, cost: Callable[[Array], float], begin: Array) -> tuple[Any, Any]:
-    """Return the likeliest noise alone, and noise and scatter together, each with what the mean has more."""
+    """Return the maximum-likelihood noise alone, and noise and scatter together, each with additions to the mean."""
     from scipy.optimize import minimize
 
     usual = max(float(np.median(every.error[every.seen])), 1e-4)

@@ -1,4 +1,4 @@
-"""Which causes, added one after the other, make the channels come true."""
+"""Stepwise selection of the causes that explain the channels."""
 
 from __future__ import annotations
 
@@ -19,41 +19,41 @@ from gears3d.diagnosis.sifting import badly_cut, emptied, without_outliers, with
 from gears3d.diagnosis.zeros import dear, goes_by
 
 Array = np.ndarray
+# Threshold Δχ² of a cause: false alarm probability 0.03 % over a thousand candidates of two numbers.
 ACCEPT = 30.0
-"""Fall of chi-square that a cause must bring: by chance, among a thousand candidates of two numbers, in 0.03 %."""
+# Size in units of its channel below which a cause is ignored: errors of segmentation have this size.
 SMALLEST = 0.01
-"""Size in units of its channel below which a cause is none: the cutting of records makes as much by itself."""
+# Size in units above which a cause is rejected: it compensates another. The drive's motion is measured as such, and may
+# be of any size.
 LARGEST = 3.0
-"""Size in units above which a cause is none: it makes up for what is hardly its own. The drive's motion is measured as
-such, and may be of any size."""
+# Ratio to the median contact error of a record above which one does not agree with the others.
 APART = 5.0
-"""Times the usual error of contact of a record from which on one does not agree with the others."""
+# Residuals from the strongest cause, in standard deviations, beyond which points of contact and impacts are excluded,
+# in turn.
 FAR = (100.0, 30.0, 12.0, 7.0)
-"""Standard deviations from what the strongest cause leaves beyond which points of contact and impacts are left out, one
-after the other."""
+# Expected chi-square gain of a cause in a record above which its absence there counts.
 OWN = 10.0
-"""Chi-square that a cause must be expected to gain in a record, for its absence there to count."""
+# Maximum number of causes.
 MOST = 5
-"""Causes at most."""
+# Torques with a fitted shape: another of the kind would only compensate the residual of the first.
 ONCE = ("drag_power", "drag_drift", "drag_differential")
-"""Torques whose shape is fitted: what one of them leaves, another of its kind only patches."""
+# Chi-square that a parameter must gain against a competing hypothesis with fewer parameters.
 PRICE = 8.0
-"""Chi-square that a number must be worth against a rival with fewer."""
+# Number of candidates that are fitted in each round.
 TRIED = 12
-"""Candidates that are fitted in each round."""
+# Minimum gain, relative to the best, of a candidate that is fitted.
 NEAR = 0.2
-"""Part of the best gain that a candidate needs to be fitted."""
 
 
 class Search(NamedTuple):
-    """What a search found.
+    """Result of a search.
 
     Args:
         fit: the causes.
         base: residuals of the rig as it is, (n,).
-        left: what further candidates would still gain, most first.
+        left: gain of further candidates, largest first.
         known: the candidates.
-        records: without the points that do not belong to their channel.
+        records: without excluded points.
     """
 
     fit: Fit
@@ -64,12 +64,9 @@ class Search(NamedTuple):
 
 
 def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause] = ()) -> Search:
-    """Return the causes that make the channels come true.
+    """Return the causes that explain the channels.
 
-    Args:
-        records: of one rig.
-        highest: order that is looked for.
-        first: causes that are known to be there, and tried before others; they must gain as those do.
+    highest: order that is searched; first: known causes, tried before others; they must gain as those do.
     """
     records = with_own_noise([without_strays(one) for one in records])
     strongest = _search(records, highest, 1, first)
@@ -77,7 +74,7 @@ def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause
     if now.causes and (better := without_rolling(records, now.rest)) is not None:
         records = better
         now = fit(records, _base(records), now.causes)
-    for far in FAR:  # the worst first: they bend the fit that the others are held against
+    for far in FAR:  # the worst first: they bias the fit that the others are compared with
         if (better := without_outliers(records, _held(records, now), far)) is not None:
             records = better
             now = fit(records, _base(records), now.causes)
@@ -87,13 +84,7 @@ def search(records: Sequence[Evidence], highest: int = 40, first: Sequence[Cause
 
 
 def given(records: Sequence[Evidence], causes: Sequence[Cause], kinds: Sequence[str]) -> Search:
-    """Return a search with causes that are known otherwise, without points that they leave far off.
-
-    Args:
-        records: of one rig.
-        causes: with their numbers.
-        kinds: of the candidates that it knows.
-    """
+    """Return a search with causes from another source, without points of large residuals."""
     records = with_own_noise([without_strays(one) for one in records])
     effects = [one.effect for one in causes if one.effect is not None]
     for far in FAR:
@@ -105,12 +96,7 @@ def given(records: Sequence[Evidence], causes: Sequence[Cause], kinds: Sequence[
 
 
 def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
-    """Return causes of some kinds that their channels ask for beside those that are known.
-
-    Args:
-        found: with the causes that are known.
-        kinds: that are looked for.
-    """
+    """Return causes of some kinds that their channels require in addition to the known ones."""
     asked = [one for one in found.known.candidates if one.kind in kinds]
     if not asked:
         return []
@@ -126,12 +112,7 @@ def in_own_channels(found: Search, kinds: Sequence[str]) -> list[Cause]:
 
 
 def _held(records: Sequence[Evidence], now: Fit) -> Array:
-    """Return residuals that causes leave with the numbers of those records that agree, (n,).
-
-    Args:
-        records: all.
-        now: causes with the numbers that a record that was cut badly may have bent.
-    """
+    """Return residuals from causes with the numbers of the records that agree, (n,)."""
     agree = _agreeing(records, now)
     if np.all(agree) or not now.causes:
         return now.rest
@@ -141,7 +122,7 @@ def _held(records: Sequence[Evidence], now: Fit) -> Array:
 
 
 def _agreeing(records: Sequence[Evidence], now: Fit) -> Array:
-    """Return whether contact of each record is as near to what a fit makes of it as that of most others, (r,)."""
+    """Return whether the contact residuals of each record are as small as those of most others, (r,)."""
     own = parts_of(records, now.rest)["contact"]
     errors = np.array([np.sqrt(np.mean(part**2)) if part.size else 0.0 for part in own])
     return errors <= APART * max(float(np.median(errors)), 1.0)
@@ -154,13 +135,7 @@ def _base(records: Sequence[Evidence]) -> Array:
 
 
 def known_of(records: Sequence[Evidence], highest: int, before: Library | None = None) -> tuple[Array, Library]:
-    """Return the residuals of the rig as it is, stacked, (n,), and the candidates that are looked for in them.
-
-    Args:
-        records: of one rig.
-        highest: order that is looked for.
-        before: candidates of the same records, some of whose channels may have had other points.
-    """
+    """Return the residuals of the rig as it is, stacked, (n,), and the candidates for them."""
     return _base(records), library(records, _candidates(records, highest), before)
 
 
@@ -189,21 +164,17 @@ def _search(
 
 
 def next_cause(found: Search) -> Scored | None:
-    """Return the cause that a search would accept next; ``None`` where no candidate gains enough.
-
-    Args:
-        found: by the search.
-    """
+    """Return the next cause that a search would accept; ``None`` if no candidate gains enough."""
     more = {gear: dear(found.records, gear) for gear in ("drive", "loose", "")}
     left = score(found.known, found.fit.rest, directions(found.records, found.fit))
     return next(iter(_able(left, more, found.fit.causes)), None)
 
 
 def _able(left: list[Scored], more: dict[str, float], causes: Sequence[Cause] = ()) -> list[Scored]:
-    """Return the candidates that would gain enough at a size that matters, most first.
+    """Return the candidates that gain enough at a relevant size, largest gain first.
 
-    Where one that is too small gains more in the same channel, that is what is there, and others only look like it. A
-    cause that is there already is none anew: what it leaves is not of its form.
+    If a candidate that is too small gains more in the same channel, it is the cause, and others only resemble it. An
+    accepted cause is not added again: its residual does not have its form.
     """
     able, small = [], set()
     there = [(one.candidate.kind, one.candidate.shape) for one in causes if not FREE.get(one.candidate.kind)]
@@ -243,7 +214,7 @@ def _best(records: Sequence[Evidence], base: Array, now: Fit, left: list[Scored]
 def on_both_flanks(one: Candidate) -> list[Candidate]:
     """Return the candidate on both flanks of a tooth on one.
 
-    Columns are straight lines in its thickness; how far a tooth that stands back lets gears fall is none.
+    Regressors are linear in its thickness; the approach of the gears at a short tooth is not.
     """
     beside = one.kind == "pitch_error" and one.shape["flank"] != "both"
     return [one._replace(shape={**one.shape, "flank": "both"})] if beside else []
@@ -270,13 +241,9 @@ def _pruned(records: Sequence[Evidence], base: Array, now: Fit, more: dict[str, 
 
 
 def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest: Array) -> bool:
-    """Whether a cause gains in most of the records in which it should show, not in a single one that was cut badly.
+    """Whether a cause gains in most of the records in which it should show, not in one poorly segmented record only.
 
-    Args:
-        records: all.
-        cause: that is asked about.
-        without: residuals without it, (n,).
-        rest: residuals with it, (n,).
+    without, rest: residuals without and with it, (n,).
     """
     if not _within(cause):
         return False
@@ -288,7 +255,7 @@ def _everywhere(records: Sequence[Evidence], cause: Cause, without: Array, rest:
 
 
 def _within(cause: Cause) -> bool:
-    """Whether the size of a cause is one that a rig may have."""
+    """Whether the size of a cause is possible for a rig."""
     sizes = 2 if cause.candidate.phased else 1
     size = float(np.hypot.reduce(cause.numbers[:sizes])) / cause.candidate.unit
     return SMALLEST / 2.0 < size < _largest(cause.candidate) and cause.possible
@@ -299,12 +266,7 @@ def _largest(one: Candidate) -> float:
 
 
 def directions(records: Sequence[Evidence], now: Fit) -> Array | None:
-    """Return the slopes of all numbers of a fit, orthonormal, (n, p); ``None`` without causes.
-
-    Args:
-        records: all.
-        now: the fit.
-    """
+    """Return the slopes of all numbers of a fit, orthonormal, (n, p); ``None`` without causes."""
     if not now.causes:
         return None
     slopes = np.column_stack([column for cause in now.causes for column in slopes_of(records, cause)])
@@ -312,22 +274,13 @@ def directions(records: Sequence[Evidence], now: Fit) -> Array | None:
 
 
 def keeping(found: Search, causes: Sequence[Cause]) -> Search:
-    """Return a search of whose causes only some were accepted after all.
-
-    Args:
-        found: by the search.
-        causes: that stay, in new fits.
-    """
+    """Return a search with only some of its causes, in new fits."""
     now = fit(found.records, found.base, causes)
     return found._replace(fit=now, left=score(found.known, now.rest))
 
 
 def blind(records: Sequence[Evidence]) -> Search:
-    """Return a search in records that could not be cut.
-
-    Args:
-        records: without a point in any channel.
-    """
+    """Return a search in records that could not be segmented."""
     none, nowhere = np.zeros(0), slice(0, 0)
     parts = {name: [nowhere] * len(records) for name in CHANNELS}
     known = Library([], {}, dict.fromkeys(CHANNELS, nowhere), tuple(records), parts)
