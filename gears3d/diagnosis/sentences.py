@@ -1,4 +1,4 @@
-"""What is said of a cause and its rivals, in sentences with sizes that an engineer can hold against the bench."""
+"""Sentences on a cause and its competing hypotheses, with sizes that an engineer can compare with the test rig."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from gears3d.diagnosis.search import ACCEPT, Search
 from gears3d.units import show
 
 Array = np.ndarray
+# Predicted quantity of each channel.
 SEEN = {
     "flight": "angle in free flight",
     "contact": "displacement in contact",
@@ -22,15 +23,10 @@ SEEN = {
     "loss": "separation speed",
     "drive": "angle of the drive gear",
 }
-"""Predicted quantity of each channel."""
 
 
 def alternative(rival: Rival) -> dict[str, str]:
-    """Return a rival that the data do not exclude, as ``kind`` and ``why``.
-
-    Args:
-        rival: of a cause.
-    """
+    """Return a hypothesis that the data do not exclude, as ``kind`` and ``why``."""
     if rival.worse > 0.5:
         why = f"fits worse by Δχ² = {rival.worse:.4g}, which "
         why += (
@@ -48,11 +44,7 @@ def alternative(rival: Rival) -> dict[str, str]:
 
 
 def refused(rival: Rival) -> dict[str, str]:
-    """Return a rival that the data exclude, as ``kind`` and ``why``.
-
-    Args:
-        rival: of a cause.
-    """
+    """Return a hypothesis that the data exclude, as ``kind`` and ``why``."""
     return {"kind": _kinds(rival), "why": f"fits worse by {sure(rival.worse)} ({_shapes(rival)})"}
 
 
@@ -66,10 +58,7 @@ def _shapes(rival: Rival) -> str:
 
 
 def sure(gain: float) -> str:
-    """Return a fall of chi-square as standard deviations; beyond a thousand nobody counts.
-
-    Args:
-        gain: of chi-square.
+    """Return a fall of chi-square as standard deviations, limited to 1000.
 
     >>> sure(144.0), sure(1e10)
     ('12 sigma', 'over 1000 sigma')
@@ -79,13 +68,9 @@ def sure(gain: float) -> str:
 
 
 def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> str:
-    """Return one sentence: where a cause shows, and what it mends there.
+    """Return one sentence: where a cause shows, and by how much it reduces the residual there.
 
-    Args:
-        found: by the search.
-        cause: one of it.
-        without: residuals that the others leave alone, (n,).
-        gain: fall of chi-square that it brings beside the others.
+    without: residuals from the other causes alone, (n,); gain: fall of chi-square in addition to the others.
     """
     best, text = 0.0, ""
     for name in cause.candidate.channels:
@@ -102,23 +87,14 @@ def evidence_for(found: Search, cause: Cause, without: Array, gain: float) -> st
 
 
 def along(path: Path, gain: float) -> str:
-    """Return one sentence: how much nearer the causes bring the path, and what one of them is worth.
-
-    Args:
-        path: that the causes account for.
-        gain: fall of chi-square over its level that the cause brings beside the others.
-    """
+    """Return one sentence: by how much the causes reduce the path error, and the gain of one of them."""
     before, after = np.sqrt(path.before), np.sqrt(path.after)
     text = f"displacement predicted in {path.windows} windows: error {before:.3g} times the noise without causes"
     return f"{text}, {after:.3g} times with all of them; significance of this one {sure(gain)}"
 
 
 def sized(size: float, unit: str) -> str:
-    """Return a size of a channel as it is read.
-
-    Args:
-        size: [unit].
-        unit: SI.
+    """Return a size of a channel [SI] with a readable unit.
 
     >>> sized(2.957e-5, "m"), sized(4.67e-8, "m"), sized(8.8e-7, "rad"), sized(1.2e-4, "m/s")
     ('29.6 um', '46.7 nm', '0.88 urad', '0.12 mm/s')

@@ -1,4 +1,4 @@
-"""Kernels of multiple shooting: a rigid pair through windows, node by node, and small changes along what it did."""
+"""Kernels of multiple shooting: a rigid pair through windows, node by node, and small changes along its motion."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from gears3d.kernels import njit
 from gears3d.lumped.compile import tight
 
 Array = np.ndarray
+# Types of events of a window: an impact, one whose bounces all end within half a step, and contact loss.
 BOUNCES, SETTLES, LEAVES = 1.0, 2.0, 3.0
-"""What an event of a window is: an impact, one whose bounces all end within half a step, and parting from a flank."""
 
 
 @tight
@@ -18,7 +18,7 @@ def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lev
     sign = 1.0 if speed > 0.0 else (-1.0 if speed < 0.0 else 0.0)
     total = 0.0
     for k in range(len(torques)):
-        code, gate = int(torques[k, 0]), int(torques[k, 1])  # a view of the numbers would cost more than the rest
+        code, gate = int(torques[k, 0]), int(torques[k, 1])  # a view of the numbers would take longer than the rest
         if gate == 1 and mode != 0:
             continue
         if (gate == 2 and mode == 0) or (gate > 2 and mode != gate - 2):
@@ -38,14 +38,14 @@ def _slowed(t: float, angle: float, speed: float, mode: int, torques: Array, lev
 
 @tight
 def _bent(place: Array, i: int, step: float) -> float:
-    """Return the second derivative of what is given at nodes, at one of them."""
+    """Return the second derivative of nodal values at one node."""
     k = min(max(i, 1), len(place) - 2)
     return (place[k + 1] - 2.0 * place[k] + place[k - 1]) / step**2
 
 
 @tight
 def _at(place: Array, i: int, f: float, step: float) -> tuple[float, float]:
-    """Return what is given at nodes, and its rate, at a part of the step after one of them: parabolas."""
+    """Return nodal values and their rate at a fraction of the step after a node, by parabolas."""
     bend = 0.5 * step**2 * (_bent(place, i, step) + _bent(place, i + 1, step))
     way = place[i + 1] - place[i]
     return place[i] + f * way + 0.5 * bend * (f * f - f), (way + bend * (f - 0.5)) / step
@@ -57,11 +57,10 @@ def _window(
     ahead: float, torques: Array, laws: Array, kicks: Array, s: float, v: float, mode: int, path: Array, pace: Array,
     events: Array,
 ) -> int:  # fmt: skip
-    """Work out one window: cubic steps from node to node, halted at impacts and where a flank is left.
+    """Integrate one window: cubic steps from node to node, interrupted at impacts and contact losses.
 
-    The first impacts have restitutions of their own, higher by as much as is given.
-
-    Events get node, part of the step, kind, flank, speed, restitution and acceleration, all relative to the flank.
+    The first impacts have restitutions of their own, higher by the given kicks. Events get node, fraction of the step,
+    type, flank, speed, restitution and acceleration, all relative to the flank.
     """
     r1, r2, lever = about[0], about[1], about[2]
     nodes, count, struck = len(angle), 0, 0
@@ -93,7 +92,7 @@ def _window(
                 bend = 0.5 * (_bent(own, i, step) + _bent(own, i + 1, step))
                 here, lean = _at(own, i, f, step)
                 low, high, m = 0.0, rest, rest
-                for _ in range(50):  # Newton's steps, halves where they leave the bracket
+                for _ in range(50):  # Newton steps, bisection where they leave the bracket
                     off = sign * (s - here + m * (v - lean + m * (0.5 * (a - bend) + m * jerk / 6.0)))
                     low, high = (m, high) if off >= 0.0 else (low, m)
                     slope = sign * (v - lean + m * (a - bend + 0.5 * m * jerk))
@@ -115,7 +114,7 @@ def _window(
                 back = e * abs(hits)
                 what = SETTLES
                 if back > 0.0 and (closing <= 0.0 or 2.0 * back / (closing * (1.0 - min(e, 0.98))) > 0.5 * step):
-                    mode, what = 0, BOUNCES  # else all its bounces end within half a step
+                    mode, what = 0, BOUNCES  # otherwise all its bounces end within half a step
                 if count < len(events):
                     events[count, 0], events[count, 1], events[count, 2] = i, 1.0 - rest / step, what
                     events[count, 3], events[count, 4], events[count, 5] = sign, hits, e
@@ -151,7 +150,7 @@ def _window(
 
 @tight
 def _films(gap: float, rate: float, film: Array, draws: float, rub: float) -> tuple[float, float, float]:
-    """Return by what one flank pushes [N], and its derivatives to gap and rate of the gap; friction takes its share.
+    """Return the force of one flank [N], and its derivatives to gap and rate of the gap, less its share of friction.
 
     Its film has wedge, squeeze, rolling radii of drive and loose gear, and the thickness at which flanks touch; oil is
     drawn in at a speed. Compliant teeth have stiffness and damping and never pull.
@@ -197,10 +196,10 @@ def _oiled(
     begin: float, step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array,
     ahead: float, torques: Array, laws: Array, film: Array, s: float, v: float, path: Array, pace: Array, flow: Array,
 ) -> None:  # fmt: skip
-    """Work out one window between lubricated or compliant flanks, by a Runge-Kutta pair of orders 3 and 2.
+    """Integrate one window between lubricated or compliant flanks, by a Runge-Kutta pair of orders 3 and 2.
 
-    Flanks that are not compliant rebound where they touch. The flow from node to node gets what small changes of place
-    and rate become, row by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
+    Flanks that are not compliant rebound where they touch. The flow from node to node is the derivative of place and
+    rate, row by row. Source: Bogacki and Shampine 1989, Appl. Math. Lett. 2(4).
     """
     wide = reverse[0] - active[0]
     place, fast = 1e-5 * wide, 1e-5 * wide / step
@@ -267,7 +266,7 @@ def _floats(
     step: float, angle: Array, speed: Array, rate: Array, active: Array, reverse: Array, about: Array, torques: Array,
     film: Array, mode: int,
 ) -> tuple[float, float]:  # fmt: skip
-    """Return place and rate of a gear that its drag rests on a flank, or on its film, when a window begins."""
+    """Return the initial place and rate of a gear that its drag holds on a flank, or on its film."""
     own, sign = (active, 1.0) if mode == 1 else (reverse, -1.0)
     lean = _at(own, 0, 0.0, step)[1]
     loose = (lean + about[0] * speed[0]) / about[1]
@@ -286,9 +285,9 @@ def carried(
     step: Array, flow: Array, path: Array, flanks: tuple[Array, Array], pushed: Array, active: Array, reverse: Array,
     place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Work out what small changes do to the displacement at the nodes, by the flow of a run with forces of contact.
+    """Compute the change of the displacement at the nodes by small changes, with the flow of a run with contact forces.
 
-    A film and compliant teeth go with their flank: changes are carried on relative to the nearer one.
+    A film and compliant teeth move with their flank: changes are propagated relative to the nearer one.
     """
     for w in range(len(step)):
         h, s, v = step[w], place[w], pace[w]
@@ -310,7 +309,7 @@ def shoot(
     ahead: Array, torques: Array, laws: Array, film: Array, place: Array, pace_0: Array, mode: Array, kicks: Array,
     path: Array, pace: Array, events: Array, counts: Array, flow: Array,
 ) -> None:  # fmt: skip
-    """Work out all windows: displacement and rate at their nodes; events of rigid dry flanks, the flow of others."""
+    """Integrate all windows: displacement and rate at nodes; events of rigid dry flanks, the flow of others."""
     for w in range(len(begin)):
         if len(film):
             s, v = place[w], pace_0[w]
@@ -334,7 +333,7 @@ def shoot(
 
 @njit(cache=True, error_model="numpy")
 def read(path: Array, pace: Array, step: Array, window: Array, node: Array, share: Array, made: Array) -> None:
-    """Work out values at readings between two nodes: straight lines, with rates cubics where no impact lies between.
+    """Interpolate values at readings between two nodes: linearly, or with rates cubically where no impact lies between.
 
     All is at nodes, (w, nodes), or at readings, (n,); the rate may be empty, (w, 0).
     """
@@ -355,7 +354,7 @@ def slowing(
     begin: Array, step: Array, angle: Array, speed: Array, about: Array, ahead: Array, torques: Array, path: Array,
     pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Work out the acceleration in flight by torques alone at the nodes of paths [m/s²]."""
+    """Compute the acceleration in flight by torques alone at the nodes of paths [m/s²]."""
     r1, r2, lever = about[0], about[1], about[2]
     for w in range(len(begin)):
         for i in range(angle.shape[1]):
@@ -370,11 +369,12 @@ def follow(
     step: Array, mode: Array, events: Array, counts: Array, pushed: Array, active: Array, reverse: Array,
     rebound: Array, place: Array, pace: Array, made: Array,
 ) -> None:  # fmt: skip
-    """Work out what small changes do to the displacement at the nodes, to first order, along the events of a run.
+    """Compute the first-order change of the displacement at the nodes by small changes, along the events of a run.
 
     Between events the change is a free flight under the change of the acceleration, in contact that of the flank; at an
     impact, which itself moves, place and speed relative to the flank change by its saltation matrix. Source: Leine and
     Nijmeijer 2004, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, ch. 7.
+
     All is at nodes, (w, n), or one per window or event; the mode is that of the starts.
     """
     for w in range(len(step)):

@@ -1,4 +1,4 @@
-"""What does not belong to a channel: points that cutting the record put on a wrong flank or at a wrong moment."""
+"""Exclusion of points that segmentation assigned to a wrong flank or moment."""
 
 from __future__ import annotations
 
@@ -15,23 +15,20 @@ from gears3d.diagnosis.prediction import bend, parts_of, residuals, without
 from gears3d.diagnosis.scatter import FEWEST
 
 Array = np.ndarray
+# Distance from the others of its flank, in median distances, beyond which a contact loss is excluded.
 STRAY = 6.0
-"""Usual distances from the others of its flank beyond which a loss of contact is left out."""
+# Difference from the other flights of a record, relative to the drag's deceleration, that is always accepted.
 UNLIKE = 0.5
-"""Part of the drag's deceleration by which a flight may always differ from the others of its record."""
+# Fraction of a record's flights that defines the usual deviation from a parabola.
 USUAL = 0.9
-"""Part of the flights of a record that tell how far from a parabola a flight is."""
+# Maximum fraction of excluded points of a channel of a record: errors of segmentation are fewer.
 MOST = 0.2
-"""Part of a channel of a record that may be left out: more are no mistakes of cutting."""
 
 
 def without_strays(one: Evidence) -> Evidence:
-    """Return a record without the losses of contact that stand apart from all others of their flank, and such flights.
+    """Return a record without contact losses, and flights, far from all others of their flank.
 
     A gear that rolls off the edge of a tooth moves on a parabola, too, but not on that of a flight.
-
-    Args:
-        one: the record.
     """
     told = residuals(one)
     one = _without_rolling(one, told["flight"])
@@ -49,7 +46,7 @@ def without_strays(one: Evidence) -> Evidence:
 
 
 def _without_rolling(one: Evidence, rest: Array) -> Evidence:
-    """Return a record without the few flights unlike all others: in deceleration, or no parabola where those are."""
+    """Return a record without the few flights that differ from all others in deceleration or shape."""
     flights = one.channels.flights
     if len(flights.time) < FEWEST:
         return one
@@ -69,21 +66,13 @@ def _without_rolling(one: Evidence, rest: Array) -> Evidence:
 
 
 def badly_cut(one: Evidence) -> bool:
-    """Whether more of a record's contact was left out than mistakes of cutting explain.
-
-    Args:
-        one: the record.
-    """
+    """Whether more of a record's contact was excluded than errors of segmentation explain."""
     out = one.channels.left_out.get("contact", 0)
     return out > MOST * (out + len(one.channels.contacts.time))
 
 
 def emptied(one: Evidence) -> Evidence:
-    """Return a record of which only the drive's motion is left.
-
-    Args:
-        one: the record.
-    """
+    """Return a record with only the drive's motion."""
     seen, names = one.channels, {"flights": "flight", "contacts": "contact", "impacts": "impact", "losses": "loss"}
     sizes = {channel: len(getattr(seen, name).time) for name, channel in names.items()}
     left_out = {channel: seen.left_out.get(channel, 0) + size for channel, size in sizes.items()}
@@ -98,11 +87,7 @@ def emptied(one: Evidence) -> Evidence:
 def off_teeth(one: Evidence, teeth: Sequence[Any]) -> Evidence:
     """Return a record without the impacts where single teeth are in mesh, on either flank.
 
-    Such a tooth throws the gear at the other flank, and back, within less than readings tell from one blow.
-
-    Args:
-        one: the record.
-        teeth: pitch errors.
+    Such a tooth makes the gear rebound between both flanks so fast that readings show one impact.
     """
     kept: dict[str, Any] = {}
     for name in ("impacts", "blows"):
@@ -116,25 +101,20 @@ def off_teeth(one: Evidence, teeth: Sequence[Any]) -> Evidence:
 
 
 def without_rolling(records: Sequence[Evidence], rest: Array) -> list[Evidence] | None:
-    """Return records without the few flights that a cause leaves unlike all others; ``None`` where there are none.
+    """Return records without the few flights that a cause leaves far from all others; ``None`` without any.
 
-    Where the readings of all flights are bent alike, those that were cut wrongly show only once that is explained.
+    If the readings of all flights are distorted equally, wrongly segmented ones show only once that is explained.
 
-    Args:
-        records: all.
-        rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
+    rest: stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
     """
     found = [_without_rolling(*each) for each in zip(records, parts_of(records, rest)["flight"], strict=True)]
     return found if any(a is not b for a, b in zip(found, records, strict=True)) else None
 
 
 def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> list[Evidence] | None:
-    """Return records without points of contact and impacts that a cause leaves far off; ``None`` where there are none.
+    """Return records without contact points and impacts of large residuals; ``None`` without any.
 
-    Args:
-        records: all.
-        rest: residuals that the cause leaves, stacked as :mod:`gears3d.diagnosis.prediction` does, (n,).
-        most: standard deviations that a point may be off.
+    rest: stacked as :mod:`gears3d.diagnosis.prediction` does, (n,); most: largest residual, in standard deviations.
     """
     parts, found = parts_of(records, rest), []
     for k, one in enumerate(records):
@@ -142,7 +122,7 @@ def without_outliers(records: Sequence[Evidence], rest: Array, most: float) -> l
         kept, left_out = {}, dict(seen.left_out)
         for name, own in (("contact", seen.contacts), ("impact", seen.impacts)):
             off = parts[name][k]
-            if name == "contact" and len(off):  # its zero is anywhere, and was drawn towards what is far off
+            if name == "contact" and len(off):  # its datum is arbitrary, and was biased by the outliers
                 off = off - np.median(off)
             far = np.abs(off) > most
             if not np.any(far) or np.mean(far) > MOST:

@@ -1,7 +1,7 @@
-"""Records that a rig would have given: simulated under the measured motion, read by the same encoders.
+"""Simulated records of a rig: under the measured motion, read by the same encoders.
 
-What segmentation and search find in such records, which hold nothing but the rig, is their own error: no cause, and
-no structure that a cause should explain.
+In such records, which contain nothing but the rig, results of segmentation and search are errors of these methods: not
+a cause, and not a residual pattern that a cause should explain.
 """
 
 from __future__ import annotations
@@ -24,13 +24,7 @@ if TYPE_CHECKING:
 
 
 def simulated(one: Admitted, rig: Scenario, seed: int = 0) -> Admitted:
-    """Return a record as the rig would have given it.
-
-    Args:
-        one: the measured record; its motion, sampling, counts and noise are taken.
-        rig: with the record's motion, and the effects that are believed.
-        seed: of the noise.
-    """
+    """Return a simulated record of the rig, with the motion, sampling, counts and noise of the measured one."""
     columns = one.channels.columns
     time, span = columns["time_s"], float(columns["time_s"][-1] - columns["time_s"][0])
     rate = (len(time) - 1) / span

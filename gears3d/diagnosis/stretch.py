@@ -1,7 +1,7 @@
-"""A short stretch of a record as it was measured, and as the rig and the extended rig go on from where it begins.
+"""A short stretch of a record as measured, and as the rig and the extended rig continue from its start.
 
-What a rig gets wrong is seen best where it starts from what was measured: over a few periods the motion has no time to
-part by chance. The stretch lies in the middle of its record, whatever it shows.
+Deviations of a rig show best from a measured initial state: over a few periods the motion has no time to diverge by
+chance. The stretch lies in the middle of its record, independent of its content.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Shown periods of the drive's slowest fluctuation, limited to the length of a window.
 PERIODS = 3.0
-"""Of the drive's slowest fluctuation that are shown, if they last no longer than a window may."""
+# Standard deviations of a sample within which the measured gear is shown on a flank.
 NEAR = 4.0
-"""Standard deviations of a sample within which the measured gear is shown on a flank."""
+# The same relative to the backlash.
 NEAREST = 5e-3
-"""And part of the backlash."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +38,13 @@ class Stretch:
 
     Args:
         name: of the record.
-        measured: readings, averaged; with impacts where the record was cut.
-        base: the rig picked up from the measured state at the beginning, under the drive's measured motion.
+        measured: readings, averaged; with impacts if the record was segmented.
+        base: the rig from the measured initial state, under the drive's measured motion.
         extended: the same with the causes.
         rig: scenario of the record's condition.
         extended_rig: the same with the causes.
         near: gaps within which each of the three is shown on a flank [m].
-        riding: flank on which the motion is picked up; ``None`` in flight.
+        riding: flank in contact at the start; ``None`` in flight.
     """
 
     name: str
@@ -58,15 +58,11 @@ class Stretch:
 
 
 def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
-    """Return a stretch of the record in which the causes gain most, or of the first.
-
-    Args:
-        found: the diagnosis.
-        admitted: the records that it was made from.
+    """Return a stretch of the record with the largest gain by the causes, or of the first.
 
     Raises:
-        InputError: no record tells where the loose gear is, or the rig holds what the rigid model cannot do.
-        EngineError: the motion cannot go on.
+        InputError: no record determines the place of the loose gear, or the rigid model does not cover the rig.
+        EngineError: the motion cannot be continued.
     """
     from gears3d.measured.segmentation import path_of
 
@@ -85,7 +81,7 @@ def stretch(found: Diagnosis, admitted: Sequence[Admitted]) -> Stretch:
 
 
 def _extended(found: Diagnosis, one: Admitted, known: Track) -> tuple[Evidence | None, Scenario, float]:
-    """Return a record's evidence by angles as they were read, its extended rig, and the displacement on the flank."""
+    """Return a record's evidence by angles as read, its extended rig, and the displacement on the flank."""
     assert one.rig is not None
     seen, tables = next((each for each in found.found.records if each.name == one.file), None), []
     if seen is None:
@@ -98,7 +94,7 @@ def _extended(found: Diagnosis, one: Admitted, known: Track) -> tuple[Evidence |
 
 
 def _best(found: Diagnosis, admitted: Sequence[Admitted]) -> Admitted:
-    """Return the record in which the causes gain most in likelihood, else the first that was used."""
+    """Return the record with the largest likelihood gain by the causes, or the first that was used."""
     used = {each.name for each in found.found.records}
     usable = [one for one in admitted if one.rig is not None and one.file in used] or list(admitted)
     if not usable:
@@ -114,7 +110,7 @@ def _span(rig: Scenario, known: Track, begin: Begin) -> float:
 
 
 def _of_law(known: Track, found: Diagnosis, file: str) -> float | None:
-    """Return the displacement on the active flank that whole paths to the flanks tell, where they were followed [m]."""
+    """Return the displacement on the active flank from complete contact episodes, if these were fitted [m]."""
     at = [k for k, one in enumerate(found.law.records) if one.name == file] if found.law is not None else []
     if found.law is None or not at:
         return None
@@ -123,7 +119,7 @@ def _of_law(known: Track, found: Diagnosis, file: str) -> float | None:
 
 
 def _middle(known: Track, rig: Scenario) -> float:
-    """Return the time from which on a stretch in the middle of a record is looked for [s]."""
+    """Return the start time of the search for a stretch in the middle of a record [s]."""
     half = 0.5 * float(known.time[0] + known.time[-1])
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
     return max(half - 0.5 * PERIODS * period, float(known.time[0]))

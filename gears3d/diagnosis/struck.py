@@ -1,4 +1,4 @@
-"""Teeth that are struck where no flank was drawn: corners of the path, all as far off, on one tooth and no other."""
+"""Protruding teeth, at which no flank was estimated: path corners of equal distance on a single tooth."""
 
 from __future__ import annotations
 
@@ -19,25 +19,24 @@ if TYPE_CHECKING:
 Array = np.ndarray
 GEARS: tuple[Gear, ...] = ("drive", "loose")
 SIDES: tuple[Side, Side] = ("active", "reverse")
+# Probability, anywhere in the search, below which a number of corners off the flank on one tooth is significant.
 CHANCE = 1e-6
-"""Probability, anywhere in the search, below which so many corners off the flank on one tooth are no chance."""
+# Minimum distance of a corner from its flank, in standard deviations.
 OFF = 8.0
-"""Standard deviations that a corner is off its flank by, at least."""
+# Ratio of the displacement to the thickness of a tooth above which its corners determine the thickness.
 WHOLE = 0.9
-"""Part of a tooth's thickness by which it moves the other gear where its corners tell how thick it is."""
+# Minimum number of corners on a tooth for its thickness.
 FEWEST = 4
-"""Corners on a tooth that tell its thickness."""
+# Largest median deviation of the corners from the thickness, relative to it.
 ALIKE = 0.1
-"""Part of the thickness by which half of the corners may differ from it."""
+# Minimum fraction of deviating corners on a tooth; with fewer, the tooth does not protrude.
 MOSTLY = 0.5
-"""Part of the corners on a tooth that must be off: where few are, it is no flank that they are off."""
 
 
 def outward(flank: int) -> float:
-    """Return the sign of a pitch error whose tooth stands out on a flank, towards the other gear.
+    """Return the sign of a pitch error with a positive deviation on a flank, towards the other gear.
 
-    Args:
-        flank: 0 active, 1 reverse.
+    flank: 0 active, 1 reverse.
 
     >>> outward(0), outward(1)
     (1.0, -1.0)
@@ -46,13 +45,10 @@ def outward(flank: int) -> float:
 
 
 def struck(records: Sequence[Evidence]) -> tuple[Any, ...]:
-    """Return the pitch error of the tooth that is struck off the flanks, with its size; none where there is none.
+    """Return the pitch error of the protruding tooth, with its size; none without one.
 
-    A tooth that stands out by more than the gear stays on it for is never seen at rest: the gear bounces off, always at
-    the same height. Flights and flanks need no drawing for that.
-
-    Args:
-        records: all.
+    A gear that bounces off a protruding tooth is never at rest there, but always rebounds at the same height. This
+    needs no estimated flights or flanks.
     """
     if not (found := [one for one in _teeth(records) if one.chance < CHANCE]):
         return ()
@@ -64,7 +60,7 @@ def struck(records: Sequence[Evidence]) -> tuple[Any, ...]:
 
 
 class _Tooth(NamedTuple):
-    """Tooth on which corners are off: how many more agree than do not, by what chance, how far [m], out or back."""
+    """Tooth with deviating corners: surplus of those that agree, probability, distance [m], sign."""
 
     worth: int
     chance: float
@@ -81,9 +77,9 @@ def _seen(records: Sequence[Evidence]) -> Corners:
 
 
 def _on(seen: Corners, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[Array, ...]:
-    """Return thicknesses that corners on a tooth tell, whether they are off, and whether those are on no such tooth."""
+    """Return thicknesses by the corners on a tooth, whether these deviate, and which of all deviate and miss it."""
     gear, tooth, flank, out = which
-    mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank that was not drawn is nowhere
+    mine = (seen.flank == flank) & np.isfinite(seen.off)  # a flank without an estimate has no place
     own = (seen.drive if gear == "drive" else seen.loose)[mine]
     shape = over_tooth(pair, gear, tooth, SIDES[flank], BENT if out else -BENT, own) / BENT
     whole = np.abs(shape) > WHOLE
@@ -92,7 +88,7 @@ def _on(seen: Corners, pair: Pair, which: tuple[Gear, int, int, bool]) -> tuple[
 
 
 def _teeth(records: Sequence[Evidence]) -> Iterator[_Tooth]:
-    """Yield the teeth on which enough corners agree."""
+    """Generate the teeth on which enough corners agree."""
     from scipy.stats import binom
 
     pair, seen = records[0].pair, _seen(records)

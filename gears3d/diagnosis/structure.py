@@ -1,4 +1,4 @@
-"""Structure over a coordinate: means in bins, the strongest order, distance of the flanks; each against noise alone."""
+"""Residual patterns over a coordinate: bin means, strongest order, distance of flanks; each tested against noise."""
 
 from __future__ import annotations
 
@@ -11,39 +11,40 @@ from gears3d.signals import robust_deviation
 from gears3d.signals.orders import off_multiples, power_at
 
 Array = np.ndarray
+# Lowest tried order; candidates have whole orders only.
 LOWEST = 0.125
-"""Order from which on they are looked through; candidates have whole ones only."""
+# Relative distance from a multiple of a fluctuation's order within which an order counts as that, and its maximum with
+# few revolutions.
 NEAR, WIDEST = 0.05, 0.2
-"""Part of the order of a fluctuation within which an order counts as its multiple, and the most where turns are few."""
+# Minimum number of records for the condition that an order shows in more than two of them.
 MANY = 4
-"""Records from which on an order must show in more than two of them."""
+# Number of independent trials per order that a record resolves.
 SIDES = 2.0
-"""Orders that noise may make the strongest, for each order that a record resolves."""
+# Bins over a coordinate other than an angle.
 PIECES = 8
-"""Bins over a coordinate other than an angle."""
+# Noise levels from the median at which values are clipped.
 FAR = 6.0
-"""Levels of noise from the median at which values are clipped."""
+# Largest fraction of the sum of squares that a pattern may explain.
 MOST = 1.0 - 1e-6
-"""Part of the sum of squares that a structure explains at most."""
+# Noise levels at which points of flights are clipped: curvature or ringing may be far larger than usual.
 BENDS = 60.0
-"""Levels of noise at which points of flights are clipped: curvature or ringing may be far larger than usual."""
+# Minimum number of points of a channel.
 FEWEST = 24
-"""Points without which a channel has no structure to show."""
 
 
 class Structure(NamedTuple):
-    """Something left in a channel.
+    """A residual pattern of a channel.
 
     Args:
         name: channel and coordinate, as the contract names them.
-        gain: fall of chi-square by a free curve over that coordinate, noise of the channel taken as its level.
-        chance: probability that noise makes as much anywhere in the search.
+        gain: fall of chi-square by a free curve over that coordinate, with the channel's noise level.
+        chance: false alarm probability over the complete search.
         size: root mean square of the curve in the channel's unit.
         unit: of the size.
-        where: order, or where over the coordinate it is largest; NaN for a whole channel.
-        worth: fall of chi-square, the noise taken as stated.
-        record: in which it is largest; empty where it is reported of all together.
-        rank: the part of ``worth`` without the record that shows it most, by which structures are ranked; 0 for all.
+        where: order, or place of its maximum over the coordinate; NaN for a whole channel.
+        worth: fall of chi-square with the stated noise.
+        record: of its maximum; empty where it is reported of all together.
+        rank: the part of ``worth`` without the record that shows it most, for the ranking; 0 for all.
     """
 
     name: str
@@ -69,19 +70,12 @@ def scanned(
 ) -> Iterator[Structure]:
     """Find the strongest order of an angle, an integer or not, with a phase of its own in each record.
 
-    The datum of an angle may differ between records and what disturbs them is not of whole orders, so that powers of
-    records are added, not phasors. Orders are as dense as the longest record resolves. Multiples of the order of the
-    drive's fluctuation are excluded in each record; of several records the one that shows an order most is excluded.
+    The datum of an angle may differ between records and disturbances are not of whole orders, so that powers of records
+    are added, not phasors. Orders are as dense as the longest record resolves. Multiples of the order of the drive's
+    fluctuation are excluded in each record; of several records the one that shows an order most is excluded.
 
-    Args:
-        name: of the structure.
-        value: in the channel's unit, all records in a row, (n,).
-        sure: one over its standard deviation, (n,).
-        angle: of each record [rad].
-        highest: order that is looked for.
-        unit: of the values.
-        locked: order of the drive's fluctuation in each record, 0 without one.
-        least: errors are no smaller than so many standard deviations.
+    value: in the channel's unit, (n,), records in sequence; sure: one over its standard deviation, (n,); locked: order
+    of the drive's fluctuation in each record, 0 without one; least: lower limit of the errors, in standard deviations.
     """
     if len(value) < FEWEST:
         return
@@ -99,11 +93,9 @@ def scanned(
 
 
 def orders_of(angle: Sequence[Array], highest: int) -> Array:
-    """Return orders as dense as the longest record resolves them.
+    """Return orders at the resolution of the longest record.
 
-    Args:
-        angle: of each record [rad].
-        highest: order that is looked for.
+    angle: [rad].
     """
     return np.arange(LOWEST, highest, 0.25 / max(*(_turns(one) for one in angle), 1.0))
 
@@ -115,16 +107,9 @@ def _turns(angle: Array) -> float:
 def strongest(
     name: str, orders: Array, gains: list[Array], best: int, level: float, heavy: float, unit: str
 ) -> Structure:
-    """Return an order chosen among many, with its gain without the record that shows it most.
+    """Return the selected one of many orders, with its gain without the record that shows it most.
 
-    Args:
-        name: of the structure.
-        orders: that were tried, (o,).
-        gains: of each record, noise taken as its level, each (o,).
-        best: index of the order.
-        level: of the noise in standard deviations.
-        heavy: sum of the squares of one over the noise, of a unit of the channel.
-        unit: of the channel.
+    orders: (o,); gains: of each record with its noise level, each (o,); heavy: sum of squares of one over the noise.
     """
     own = np.array([each[best] for each in gains])
     total, seen = float(np.sum(own)), len(own)
@@ -137,17 +122,16 @@ def strongest(
 
 
 def best_of(gains: list[Array]) -> int:
-    """Return the index of the order that gains most, without the record that shows it most.
+    """Return the index of the order of largest gain without the record that shows it most.
 
-    Args:
-        gains: of each record, each (o,).
+    gains: (o,).
     """
     total = np.sum(gains, axis=0)
     return int(np.argmax(total - np.max(gains, axis=0) if len(gains) > 1 else total))
 
 
 def _by_chance(gains: Array) -> float:
-    """Return the probability that noise gains as much at one order in all records but those that gain most.
+    """Return the probability of as much gain by noise at one order in all records but those of largest gain.
 
     One of two or three is excluded, two of more: multiples of a fluctuation coincide at two speeds by chance.
 
@@ -164,12 +148,9 @@ def _by_chance(gains: Array) -> float:
 
 
 def apart(orders: Array, spacing: float, angle: Array) -> Array:
-    """Return which orders are not multiples of a fluctuation's, as far as so many turns resolve them.
+    """Return which orders are not multiples of a fluctuation's, within the resolution of the revolutions.
 
-    Args:
-        orders: any, (o,).
-        spacing: order of the fluctuation, 0 without one.
-        angle: of the record [rad].
+    orders: (o,); angle: [rad].
     """
     turns = _turns(angle)
     if spacing <= 0.0 or turns <= 0.0:
@@ -187,18 +168,10 @@ def binned(
     least: float = 0.0,
     record: Array | None = None,
 ) -> Iterator[Structure]:
-    """Find means in bins over a coordinate that differ from one mean.
+    """Find bin means over a coordinate that differ from a common mean.
 
-    Args:
-        name: of the structure.
-        value: in the channel's unit, (n,).
-        sure: one over its standard deviation, (n,).
-        over: coordinate, (n,).
-        unit: of the values.
-        pieces: how many bins.
-        least: errors are no smaller than so many standard deviations.
-        record: index of each value's record, (n,). With it, and with several records, the one
-            that gains most is excluded.
+    value, sure, over, record: (n,); with several records the one of largest gain is excluded; least: lower limit of the
+    errors, in standard deviations.
     """
     from scipy.stats import chi2
 
@@ -226,14 +199,14 @@ def binned(
 
 
 def _means(at: Array, weight: Array, value: Array, count: int) -> tuple[Array, Array]:
-    """Return weight and mean of each bin, less the mean of all."""
+    """Return weight and mean of each bin, minus the mean of all."""
     heavy = np.bincount(at, weight, count)
     mean = np.bincount(at, weight * value, count) / np.maximum(heavy, 1e-300)
     return heavy, mean - np.sum(heavy * mean) / np.sum(heavy)
 
 
 def _told(at: Array, weight: Array, value: Array, curve: Array, own: Array) -> float:
-    """Return the fall of chi-square in some values by a curve, whose mean over them is free."""
+    """Return the fall of chi-square in some values by a curve with a free mean."""
     heavy = np.bincount(at[own], weight[own], len(curve))
     curve = curve - np.sum(heavy * curve) / np.sum(heavy)
     pull = np.bincount(at[own], weight[own] * value[own], len(curve))
@@ -265,11 +238,9 @@ def parted(name: str, value: Array, sure: Array, over: Array, flank: Array) -> I
 
 
 def held(value: Array, weight: Array) -> Array:
-    """Return values with outliers clipped to where noise ends: a few of them are not a structure.
+    """Return values with outliers clipped to the limit of noise: a few of them are not a pattern.
 
-    Args:
-        value: any, (n,).
-        weight: one over the level of noise of each, (n,).
+    value: (n,); weight: (n,).
 
     >>> held(np.array([-1.0, 0.0, 1.0, 50.0]), np.ones(4)).tolist()
     [-1.0, 0.0, 1.0, 6.5]
@@ -279,11 +250,9 @@ def held(value: Array, weight: Array) -> Array:
 
 
 def bounded(rest: Array, level: float) -> Array:
-    """Return points of flights in levels of noise, clipped so that none decides alone.
+    """Return points of flights in noise levels, clipped so that none decides alone.
 
-    Args:
-        rest: residuals in standard deviations, (n,).
-        level: of the noise.
+    rest: (n,).
 
     >>> bounded(np.array([3.0, -900.0]), 3.0).tolist()
     [1.0, -60.0]
@@ -292,14 +261,12 @@ def bounded(rest: Array, level: float) -> Array:
 
 
 def likelihood(gain: Any, rest: Array) -> Any:
-    """Return twice what a gain adds to the logarithm of a record's likelihood, its noise being the residual.
+    """Return twice the log-likelihood gain of a fall of the sum of squares, with the residual as noise.
 
     An order that explains almost all curvature of most records thus precedes one that gains more in one of them, and
-    errors of which a few are far larger than most are not a structure.
+    errors of which a few are far larger than most are not a pattern.
 
-    Args:
-        gain: fall of the sum of squares, any shape.
-        rest: the values, (n,).
+    rest: (n,).
 
     >>> float(round(likelihood(1.0, np.ones(1000)), 3)), float(round(likelihood(500.0, np.ones(1000)), 1))
     (1.001, 693.1)
@@ -308,10 +275,9 @@ def likelihood(gain: Any, rest: Array) -> Any:
 
 
 def level_of(rest: Array) -> float:
-    """Return the level of the noise in standard deviations, from the middle of the distribution.
+    """Return the noise level in standard deviations by the median absolute deviation.
 
-    Args:
-        rest: residuals in standard deviations, (n,).
+    rest: (n,).
 
     >>> level_of(np.array([-1.0, 0.0, 1.0]))
     1.4826

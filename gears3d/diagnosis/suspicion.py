@@ -1,4 +1,4 @@
-"""Causes that the search found, but that records, rig or predicted path do not support: they are not accepted."""
+"""Causes found by the search without support from records, rig or predicted path: they are not accepted."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Cause with random impacts, after which no path can be predicted.
 SCATTER = "restitution_scatter"
-"""Cause after whose impacts no path can be predicted."""
 
 
 class Parted(NamedTuple):
     """Causes that are accepted, and those that are not.
 
     Args:
-        found: the search with the causes that stay.
+        found: the search with the accepted causes.
         others: their competing hypotheses.
         causes: in words.
         suspects: those not accepted, in words.
@@ -58,16 +58,7 @@ def part(
     notes: Sequence[Note],
     path: Path | None = None,
 ) -> Parted:
-    """Part the causes that records and rig carry from those that they do not.
-
-    Args:
-        found: by the search.
-        others: competing hypotheses of each cause.
-        beside: causes that were found in addition to those of the search.
-        rig: scenario of the bench.
-        notes: of the records as they came in.
-        path: where it decides, which needs no cutting: however few events were cut, they refute nothing.
-    """
+    """Separate the causes that records and rig support from those that they do not."""
     named = sorted([*name_causes(found, others, path), *beside], key=lambda one: -one.gain)
     weak = _not_carried(found) if path is None else [None] * len(found.fit.causes)
     own = [cause.effect for cause, why in zip(found.fit.causes, weak, strict=True) if why is None]
@@ -90,18 +81,12 @@ def part(
 
 
 def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tuple[Parted, list[Structure]]:
-    """Return the causes with which the path is predicted better than without, and the residual of the path.
-
-    Args:
-        parted: causes so far.
-        admitted: the records.
-        paths: of the records.
-    """
+    """Return the causes that improve the prediction of the path, and the residual of the path."""
     if not parted.causes:
         return parted, []
     try:
         errors = path_errors(parted.found.records, parted.causes, admitted, paths.of)
-    except (EngineError, InputError):  # the rig holds what the rigid model does not
+    except (EngineError, InputError):  # the model does not cover the rig
         return parted, []
     refuted, chance = errors.refuted(), any(one.kind == SCATTER for one in parted.causes)
     left = [] if chance else errors.left()
@@ -129,13 +114,7 @@ def predicted(parted: Parted, admitted: Sequence[Admitted], paths: Paths) -> tup
 
 
 def unproven(parted: Parted, path: Path, wrong: Sequence[bool]) -> Parted:
-    """Return causes as suspects that the path gives another size, or that do not bring it much nearer.
-
-    Args:
-        parted: causes so far.
-        path: as far as it comes true.
-        wrong: whether it contradicts each cause of the search.
-    """
+    """Return candidate causes that the path contradicts in size, or that hardly reduce its error."""
     bad = [cause.effect for cause, own in zip(parted.found.fit.causes, wrong, strict=True) if own]
     refuted = tuple(one for one in parted.causes if one.effect in bad)
     if not refuted:

@@ -1,4 +1,4 @@
-"""Zeros of records in which a single tooth is off: it comes by once a turn, wherever the encoder began."""
+"""Angular datums of records with a single tooth deviation, which passes through mesh once per revolution."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from gears3d.diagnosis.zeros import SHOWS
 from gears3d.effects import catalogue
 
 Array = np.ndarray
+# Tried places per pitch.
 STEPS = 32
-"""Places to a pitch that are tried."""
+# Tried deviations of a tooth, in backlashes: larger ones carry before and behind their place, too.
 SIZES = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1, 0.2, 0.4)
-"""Backlashes that a tooth is off by when it is looked for: thicker ones carry before and behind their place, too."""
+# Residual at which a point is clipped, in backlashes.
 FAR = 0.5
-"""Backlashes that a point counts at most."""
 
 
 class Tooth(NamedTuple):
-    """A tooth that is off, at some angle of its gear in each record.
+    """A tooth deviation at some angle of its gear in each record.
 
     Args:
-        gain: of a common size and a place for each record, the number of places tried taken off, in chi-square.
-        place: angle at which it stands in each record [rad], (r,).
-        worth: what it gains in each record, (r,).
+        gain: in chi-square, of a common size and a place for each record, minus that of the trials.
+        place: angle of the tooth in each record [rad], (r,).
+        worth: gain in each record, (r,).
         teeth: of the gear.
     """
 
@@ -41,7 +41,7 @@ class Tooth(NamedTuple):
 
     @property
     def turns(self) -> Array:
-        """What each record is turned by, so that the tooth is where teeth are, as near as may be to where it was."""
+        """Shift of each record that moves the tooth to the nearest tooth position."""
         clear = np.flatnonzero(self.worth > SHOWS)
         first = int(clear[0]) if len(clear) else int(np.argmax(self.worth))
         pitch = 2.0 * pi / self.teeth
@@ -50,12 +50,9 @@ class Tooth(NamedTuple):
 
 
 def tooth(known: Library, rest: Array, gear: str) -> Tooth:
-    """Return the tooth of a gear that would explain most of what is off in contact.
+    """Return the tooth of a gear that explains most of the contact residuals.
 
-    Args:
-        known: the records, and where they lie in the residuals.
-        rest: residuals, stacked, (n,).
-        gear: drive or loose.
+    rest: (n,).
     """
     own = [rest[known.spans["contact"]][part] for part in known.parts["contact"]]
     teeth = known.records[0].rig.teeth_drive if gear == "drive" else known.records[0].rig.teeth_loose
@@ -70,7 +67,7 @@ def tooth(known: Library, rest: Array, gear: str) -> Tooth:
 
 
 def _binned(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, Array]:
-    """Return sums of what is off, in standard deviations, and of points over a turn of the gear, by flank, (2, n)."""
+    """Return sums of contact residuals, in standard deviations, and of points over a revolution, by flank, (2, n)."""
     seen = one.channels.contacts
     angle = seen.drive if gear == "drive" else seen.loose
     at = np.floor(np.mod(angle, 2.0 * pi) / (2.0 * pi) * count + 0.5).astype(int) % count + seen.flank * count
@@ -82,7 +79,7 @@ def _binned(one: Evidence, rest: Array, gear: str, count: int) -> tuple[Array, A
 
 
 def _shape(records: Sequence[Evidence], gear: str, flank: str, size: float, count: int) -> Array:
-    """Return what a tooth at angle 0 that is off by so many backlashes does over a turn, over its size, (2, n)."""
+    """Return the response over a revolution to a tooth at angle 0 of a size in backlashes, over that size, (2, n)."""
     one, angle = records[0], np.arange(count) * 2.0 * pi / count
     offset = size * one.rig.backlash
     rows = catalogue()["pitch_error"](offset=offset, tooth=1, gear=gear, flank=flank).rows(one.rig)

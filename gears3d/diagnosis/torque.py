@@ -1,4 +1,4 @@
-"""Torques on the loose gear at measured states, from the normal forms of effects."""
+"""Torques on the loose gear at measured states, from the rows of effects."""
 
 from __future__ import annotations
 
@@ -12,14 +12,9 @@ Array = np.ndarray
 
 
 def torque(rows: Iterable[Row], speed: Array, angle: Array, time: Array, flank: Array | None = None) -> Array:
-    """Return the resisting torque of effects on a loose gear that turns [N·m].
+    """Return the resisting torque of effects on a rotating loose gear [N·m].
 
-    Args:
-        rows: normal forms; those that are no torques are passed over.
-        speed: of the loose gear [rad/s].
-        angle: of the loose gear [rad].
-        time: [s].
-        flank: that it lies on, 0 active, 1 reverse; ``None`` in flight.
+    speed: [rad/s]; angle: [rad]; time: [s]; flank: 0 active, 1 reverse, ``None`` in flight.
 
     >>> from gears3d.effects.rows import torque_linear
     >>> torque([torque_linear(2.0, 1.0)], np.array([3.0]), np.zeros(1), np.zeros(1)).tolist()
@@ -54,7 +49,7 @@ def _value(row: Row, speed: Array, angle: Array, time: Array) -> Array:
         return p[1] * np.cos(p[0] * angle + p[2])
     if row.code == Code.TORQUE_RELAX:
         return p[0] * -np.expm1(-time / p[1]) * dry
-    if row.code == Code.TORQUE_CARRIED:  # its spring makes no torque of its own
+    if row.code == Code.TORQUE_CARRIED:  # its spring has no torque of its own
         return 0.0 * speed
     points = np.array(row.table)
     return np.interp((speed, angle, time)[int(p[0])], points[:, 0], points[:, 1])

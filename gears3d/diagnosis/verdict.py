@@ -1,4 +1,4 @@
-"""What is said of a rig and its records: the verdict, its causes with their evidence, and what remains."""
+"""The verdict on a rig and its records: its causes with their evidence, and the residual patterns."""
 
 from __future__ import annotations
 
@@ -29,34 +29,34 @@ from gears3d.identify import Parameter
 from gears3d.units import FAMILIES
 
 Array = np.ndarray
+# Largest false alarm probability of a residual pattern.
 CHANCE = 1e-4
-"""Structure that would come by chance more often is none."""
+# Largest residual pattern in the channel of a cause, relative to its gain there.
 SHARE = 0.25
-"""Part of what a cause takes from its channel that may be left there as structure: more, and it is not the cause."""
+# Size, in units of its channel, that must be detectable for the data to be sufficient.
 POWER = 0.1
-"""Size, in units of its channel, at which an effect must show for the data to have power."""
+# Minimum fraction of the total error beyond noise in a split whose own gain counts.
 SHOWS = 0.01
-"""Part of all error beyond noise that a split must hold for its own gain to say anything."""
+# Effect that represents each place in the minimum detectable effect.
 PLACES = {"geometry": "backlash_offset", "torque": "drag_coulomb", "impact": "restitution_offset"}
-"""Effect by which the power of each place is judged."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """One cause as it is told.
+    """One reported cause.
 
     Args:
         kind: of the effect.
-        place: where it acts.
+        place: of its action.
         parameters: with 95 % intervals.
         evidence: one sentence.
-        gain: fall of chi-square that it alone brings beside the others.
+        gain: fall of chi-square by it in addition to the others.
         alternatives: ``kind`` and ``why`` of causes that the data do not exclude.
         effect: of the scenario.
         table: for the scenario's ``[[effect]]``.
-        excluded: ``kind`` and ``why`` of causes that were tried in its place, and that the data exclude.
-        zero: record from whose zero its phase, or tooth, counts; empty where encoders count from marks.
-        at_least: parameters of which only that they are as large is known.
+        excluded: ``kind`` and ``why`` of causes that were tried in its place and that the data exclude.
+        zero: record whose angular datum its phase, or tooth, refers to; empty with index marks.
+        at_least: parameters that are lower bounds.
     """
 
     kind: str
@@ -72,7 +72,7 @@ class Named:
     at_least: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+        """Return a JSON-compatible dictionary."""
         numbers = {name: one.to_dict() for name, one in self.parameters.items()}
         for name in self.at_least:
             numbers[name]["at_least"] = True
@@ -87,13 +87,7 @@ class Named:
 
 
 def chosen(effect: Any, name: str, written: Any) -> Any:
-    """Return a parameter that was not fitted as JSON has it: with its unit, or as it is written where it has none.
-
-    Args:
-        effect: whose it is.
-        name: of the parameter.
-        written: as a scenario has it.
-    """
+    """Return a fixed parameter in JSON form: with its unit, or as in the scenario if it has none."""
     family = effect.params[name].family
     if family not in FAMILIES or isinstance(written, int | float):
         return written
@@ -101,13 +95,7 @@ def chosen(effect: Any, name: str, written: Any) -> Any:
 
 
 def name_causes(found: Search, others: list[list[Rival]], path: Path | None = None) -> list[Named]:
-    """Return the causes of a search in words, those of greatest gain first.
-
-    Args:
-        found: by the search.
-        others: rivals of each cause.
-        path: that says what each is worth, where it decides; the fit's covariance then holds.
-    """
+    """Return the reported causes of a search, largest gain first."""
     now, at, told = found.fit, 0, []
     known = covariance(found.records, now.causes) if now.causes and path is None else now.covariance
     for k, cause in enumerate(now.causes):
@@ -134,12 +122,7 @@ def name_causes(found: Search, others: list[list[Rival]], path: Path | None = No
 
 
 def beside(spread: Scatter | None, deep: Pocket | None) -> list[Named]:
-    """Return in words what was found beside a search.
-
-    Args:
-        spread: scatter of the restitution, where it was accepted.
-        deep: tooth that stands back out of reach.
-    """
+    """Return the reported causes in addition to those of a search: scatter of restitution and a short tooth."""
     found = [] if spread is None else [_scattered(spread)]
     return found if deep is None else [*found, _out_of_reach(deep)]
 
@@ -165,11 +148,7 @@ def _scattered(spread: Scatter) -> Named:
 
 
 def name_law(law: GapLaw) -> tuple[Named, ...]:
-    """Return a law of contact, and what stands beside it, in words.
-
-    Args:
-        law: that visits to the flanks ask for.
-    """
+    """Return the reported causes of a law of contact and its additional causes."""
     told, at = [], 0
     visits = sum(len(points) for points in law.held.points)
     before, after = np.sqrt(law.base.level), np.sqrt(law.held.level)
@@ -187,13 +166,7 @@ def name_law(law: GapLaw) -> tuple[Named, ...]:
 
 
 def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, float]) -> str:
-    """Return the verdict.
-
-    Args:
-        causes: that were accepted.
-        left: structure that remains, channels that are off as a whole among it.
-        power: smallest size, in units, that shows in each place.
-    """
+    """Return the verdict from the accepted causes, the residual patterns, and the minimum detectable effects."""
     if causes:
         return "partly_explained" if left else "explained"
     if left:
@@ -202,11 +175,7 @@ def judged(causes: Sequence[Named], left: Sequence[Structure], power: dict[str, 
 
 
 def power(known: Library) -> dict[str, float]:
-    """Return the smallest size of an effect, in units of its channel, that would be accepted, by place.
-
-    Args:
-        known: the candidates with their columns.
-    """
+    """Return the minimum detectable effect, in units of its channel, by place."""
     found = dict.fromkeys(PLACES, float("inf"))
     kinds = {kind: place for place, kind in PLACES.items()}
     for k, one in enumerate(known.candidates):
@@ -218,10 +187,7 @@ def power(known: Library) -> dict[str, float]:
 
 
 def heldout(found: Sequence[Split]) -> dict[str, Any]:
-    """Return what the splits came to, as the contract has it: without a gain where the rig leaves no more than noise.
-
-    Args:
-        found: for each held-out record or stretch.
+    """Return the result of the splits in the form of the contract, without a gain if the rig leaves noise only.
 
     >>> one = Split(("a",), 3.0, 1.1, 1.0, 40.0, {})
     >>> heldout([one])["gain"], heldout([one._replace(base=0.9)])["gain"]
@@ -249,11 +215,7 @@ def heldout(found: Sequence[Split]) -> dict[str, Any]:
 
 
 def remaining(left: Sequence[Structure]) -> dict[str, Any]:
-    """Return the strongest structure that remains, as the contract has it.
-
-    Args:
-        left: all of it, strongest first.
-    """
+    """Return the strongest residual pattern in the form of the contract."""
     if not left:
         return {"structure": "none", "size": 0.0}
     first, *others = (
@@ -266,12 +228,7 @@ def remaining(left: Sequence[Structure]) -> dict[str, Any]:
 
 
 def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
-    """Return the causes that the records determine and in whose channels no structure is left that refutes them.
-
-    Args:
-        found: by the search.
-        left: structure that remains.
-    """
+    """Return the causes that the records determine and that no residual pattern in their channels refutes."""
     worth: dict[str, float] = {}
     for one in left:
         worth[channel_of(one.name)] = max(worth.get(channel_of(one.name), 0.0), one.worth)
@@ -284,17 +241,14 @@ def upheld(found: Search, left: Sequence[Structure]) -> list[Cause]:
 
 
 def _determined(records: Sequence[Evidence], cause: Cause) -> bool:
-    """Return whether records depend on a cause; not where it takes the restitution out of its range from 0 to 1."""
+    """Return whether records depend on a cause; not if it moves the restitution out of its range from 0 to 1."""
     return any(bool(np.any(column)) for column in slopes_of(records, cause))
 
 
 def predictive(found: Search) -> list[Cause]:
     """Return the causes without the weakest of those that predict their channel worse than the rig as it is.
 
-    A law of as many numbers as there are speeds or turns fits anything; what is held out shows that it is none.
-
-    Args:
-        found: by the search.
+    A law with as many numbers as there are speeds or revolutions fits anything; held-out data show that it is wrong.
     """
     causes = list(found.fit.causes)
     if not causes or not (bad := refuted(splits(found.records, causes))):
@@ -308,11 +262,7 @@ def predictive(found: Search) -> list[Cause]:
 
 
 def evidence_of(records: Sequence[Evidence]) -> list[dict[str, Any]]:
-    """Return what each record brought, for the report.
-
-    Args:
-        records: all.
-    """
+    """Return the contribution of each record, for the report."""
     return [
         {
             "name": one.name,

@@ -1,8 +1,8 @@
-"""Visits to the flanks: short paths of the loose gear, from amid the gap to a flank and back, uncut.
+"""Contact episodes: short paths of the loose gear from the middle of the gap to a flank and back, without segmentation.
 
-What happens on a flank, or in the last micrometres before it, cannot be told once a record is cut into flights and
-contacts by flanks that are held for rigid. Here nothing is cut: a visit begins amid the gap, where only the drag acts,
-and is followed for a few falls across the gap; its start is free.
+The motion on a flank, or in the last micrometres before it, is lost once a record is segmented into flights and
+contacts by rigid flanks. Here nothing is segmented: an episode begins in the middle of the gap, where only the drag
+acts, and continues for a few falls across the gap; its start is free.
 """
 
 from __future__ import annotations
@@ -20,43 +20,44 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Step of the grid [s].
 STEP = 1.25e-4
-"""Of the grid [s]."""
+# Grid steps per point.
 PER = 4
-"""Steps to a point."""
+# Maximum number of contact episodes of a record.
 MOST = 24
-"""Visits of a record."""
+# Length of a contact episode, in falls across the gap.
 FALLS = 3.0
-"""Length of a visit, in falls across the gap."""
+# Maximum length in seconds.
 LONGEST = 0.2
-"""And in seconds."""
+# Minimum number of points of a contact episode.
 FEWEST = 24
-"""Points of a visit."""
+# Fraction of a fall over which the start is estimated.
 BEGIN = 0.12
-"""Part of a fall over which the start is read off."""
+# Lower limit of the standard deviation of a place [m].
 FLOOR = 2e-8
-"""Of what a place is known to [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Visits:
-    """Visits of one record.
+    """Contact episodes of one record.
 
     Args:
         name: of the record.
-        scenario: of the bench under the record's conditions.
+        scenario: of the test rig under the record's conditions.
         rig: its constants.
         pair: its nominal gears.
         time: of the grids [s], (w, n).
         drive: angle of the drive on the grids [rad], (w, n).
         rate: of the drive [rad/s], (w, n).
         loose: angle of the loose gear on the grids, smoothed [rad], (w, n).
-        sizes: points of each grid that count, (w,).
-        place: of the loose gear along its base circle, from the visit's own zero [m], (w, k).
-        sigma: of the place [m]; infinite beyond the end of a visit, (w, k).
-        flank: where the active flank is without deviations, from the same zero, the record's zero apart [m], (w, n).
-        zero: guess of the record's zero [m].
-        starts: place [m] and speed [m/s] at the beginning, read off, (w, 2).
+        sizes: number of valid points of each grid, (w,).
+        place: of the loose gear along its base circle, from the episode's own datum [m], (w, k).
+        sigma: of the place [m]; infinite beyond the end of an episode, (w, k).
+        flank: place of the active flank without deviations, from the same datum, without the record's datum [m], (w,
+            n).
+        zero: estimate of the record's datum [m].
+        starts: estimates of the initial place [m] and speed [m/s], (w, 2).
     """
 
     name: str
@@ -76,25 +77,14 @@ class Visits:
 
 
 def some(records: Sequence[Visits], most: int) -> list[Visits]:
-    """Return about so many of the visits of records, spread evenly; at least one of each record.
-
-    Args:
-        records: all.
-        most: visits of all of them together, or a few more.
-    """
+    """Return about a number of contact episodes, spread evenly over the records; at least one of each."""
     every = max(sum(len(one.sizes) for one in records) // most, 1)
     columns = ("time", "drive", "rate", "loose", "sizes", "place", "sigma", "flank", "starts")
     return [replace(one, **{name: getattr(one, name)[::every] for name in columns}) for one in records]
 
 
 def visits(known: Track, scenario: Scenario, name: str = "") -> Visits | None:
-    """Return the visits of a record; ``None`` where the gear is never amid the gap.
-
-    Args:
-        known: displacement and angles.
-        scenario: of the bench under this record's conditions.
-        name: of the record.
-    """
+    """Return the contact episodes of a record; ``None`` if the gear is never in the middle of the gap."""
     rig = scenario.rig()
     begins, zero, fall = _begins(known, rig)
     if not len(begins):
@@ -126,7 +116,7 @@ def visits(known: Track, scenario: Scenario, name: str = "") -> Visits | None:
 
 
 def _begins(known: Track, rig: Rig) -> tuple[Array, float, float]:
-    """Return when the gear is amid the gap, a guess of the active flank's place, and how long a fall takes."""
+    """Return times in the middle of the gap, an estimate of the active flank's place, and the duration of a fall."""
     b = rig.backlash
     slowed = max(rig.drag_torque * rig.base_radius_loose / rig.inertia, 1e-3)
     fall = float(np.sqrt(2.0 * b / slowed))
@@ -149,9 +139,9 @@ def _begins(known: Track, rig: Rig) -> tuple[Array, float, float]:
 
 
 def _means(known: Track, edges: Array) -> tuple[Array, Array]:
-    """Return means of the loose gear's readings between edges, and their standard deviations [rad], (w, k).
+    """Return interval means of the loose gear's readings, and their standard deviations [rad], (w, k).
 
-    Readings are turned to the middle of their interval by the gear's mean speed.
+    Readings are shifted to the middle of their interval by the gear's mean speed.
     """
     at = np.searchsorted(known.time, edges)
     total = np.concatenate([[0.0], np.cumsum(known.loose - known.loose[0])])
@@ -168,7 +158,7 @@ def _means(known: Track, edges: Array) -> tuple[Array, Array]:
 
 
 def _starts(middle: Array, place: Array, sigma: Array, fall: float) -> Array:
-    """Return place and speed at the beginning, by a parabola through the first points."""
+    """Return initial place and speed by a parabola through the first points."""
     few = max(int(BEGIN * fall / (STEP * PER)), 6)
     x = middle[:few]
     columns = np.stack([np.ones_like(x), x, x * x], axis=1)

@@ -1,4 +1,4 @@
-"""Causes that runs are planned for: named in words, with the sizes at which they are taken for true."""
+"""Causes of a measurement plan: by name, with assumed sizes."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Number of shapes at which effects with a free shape are computed, and of tried values between these: an exponent is
+# wrong by 0.01 at most.
 NODES, VALUES = 9, 241
-"""Of a free shape at which effects are worked out, and between these are tried in the place of another cause: an
-exponent is wrong by 0.01 at most."""
+# Kinds that cannot be planned for: each record has its own motion of the drive; friction of rigid flanks moves nothing;
+# scatter depends on the number of impacts only.
 UNPLANNED = ("drive_motion", "mesh_friction", "restitution_scatter")
-"""Kinds that are not planned for: each record brings its own motion of the drive; friction of rigid flanks moves
-nothing; of scatter only the number of impacts decides."""
+# Default kinds: those that a data sheet of a rig states.
 DRAG, IMPACT, GEOMETRY = "drag_coulomb", "restitution_offset", "backlash_offset"
-"""Kinds that are planned for unless others are named: what a data sheet of a rig states."""
 
 
 class Truth(NamedTuple):
-    """Causes that are taken for true, and what is fitted to their readings.
+    """Assumed causes, and the alternatives that are fitted to their readings.
 
     Args:
         causes: with their sizes; nuisances last.
-        others: in whose place they are tried, that do not act.
-        pairs: names of pairs of sets, numbers of the true set in units, (p,), and directions that are free with the
-            other set, (p, k) each, one of which it has.
+        others: alternatives that do not act.
+        pairs: names of pairs of sets, numbers of the true set in units, (p,), and the free directions of the other set,
+            (p, k) each, of which it has one.
     """
 
     causes: tuple[Cause, ...]
@@ -49,20 +49,20 @@ class Truth(NamedTuple):
 
     @property
     def lawful(self) -> bool:
-        """Whether a law of contact is among them, for which events are not cut."""
+        """Whether a law of contact is among them, without segmentation into events."""
         return any(one.candidate.kind in LAWS for one in self.causes)
 
 
 class Wanted:
-    """What is asked for: causes that are to be known, and pairs of sets that are to be separated.
+    """The request: causes to be determined, and pairs of sets to be separated.
 
     Args:
-        rig: scenario of the bench.
+        rig: scenario of the test rig.
         causes: as for :func:`plan`.
         separate: as for :func:`plan`.
         nuisances: as for :func:`plan`.
         size: as for :func:`plan`.
-        at: size at which all is worked out, in units.
+        at: assumed size of the causes, in units.
         longest: duration of a record [s].
     """
 
@@ -92,7 +92,7 @@ class Wanted:
         self.truths += [self._against(sets, k, free) for k in range(len(sets))]
 
     def _chosen(self, text: str) -> list[Candidate]:
-        """Return the candidates that a kind with shapes stands for: all of them, the usual one first."""
+        """Return the candidates for a kind with shapes: all of them, the usual one first."""
         kind, *shapes = text.strip().split(":")
         kinds = list(dict.fromkeys(one.kind for one in self._known))
         if kind in UNPLANNED or kind not in kinds:
@@ -117,13 +117,13 @@ class Wanted:
         return good
 
     def _sized(self, one: Candidate) -> Cause:
-        """Return a candidate at the size at which all is worked out."""
+        """Return a candidate with the assumed size."""
         if one.kind == SOFT:
             return begin(one, np.array([1.0 / abs(self.at)]))
         return begin(one, np.array([self.at, 0.0][: 2 if one.phased else 1]))
 
     def _against(self, sets: Sequence[Sequence[str]], k: int, free: Sequence[Cause]) -> Truth:
-        """Return a set of causes as true, and all others in its place."""
+        """Return a set of causes as true, and all others as alternatives."""
         for kind in (name.split(":")[0] for one in sets for name in one):
             if kind in (*LAWS, SQUARED):
                 raise UsageError(f"--separate: effects of {kind} are not linear in its size; use --causes {kind}")
@@ -148,7 +148,7 @@ class Wanted:
         return Truth(tuple(causes), tuple(acting), tuple(pairs))
 
     def _forms(self, name: str, true: Sequence[Candidate]) -> list[Cause]:
-        """Return forms of a cause in the place of others, several of one whose shape is free; of these others, none."""
+        """Return forms of a cause as alternatives, several if its shape is free, without the true ones."""
         able = self._chosen(name)
         if able[0] in true:
             return []
@@ -162,7 +162,7 @@ class Wanted:
         return [self._sized(self._bent(able[0], {shape: value})) for value in each]
 
     def _bent(self, one: Candidate, shape: dict[str, float]) -> Candidate:
-        """Return a candidate with another shape, and the unit size that it has with it."""
+        """Return a candidate with another shape, and its unit size."""
         trial = catalogue()[one.kind](**{**one.shape, **shape}, **{one.size: one.unit})
         return one._replace(shape={**one.shape, **shape}, unit=trial.unit_size(self._values))
 
@@ -173,7 +173,7 @@ class Wanted:
 
 
 def _ways(forms: Sequence[Cause], spans: Sequence[slice], size: int) -> list[Array]:
-    """Return directions in which a cause may go, (size, k) each: of a free shape, one for each of many values.
+    """Return directions of a cause, (size, k) each: of a free shape, one for each of many values.
 
     Between the values of a few forms, effects of a unit size are polynomials of the shape's number (Lagrange).
     """
@@ -190,6 +190,6 @@ def _ways(forms: Sequence[Cause], spans: Sequence[slice], size: int) -> list[Arr
 
 
 def name_of(cause: Cause) -> str:
-    """Return the kind of a cause with those parts of its shape that are given."""
+    """Return the kind of a cause with the given parts of its shape."""
     free = (*cause.free, "damping")
     return ":".join([cause.candidate.kind, *(f"{k}={v}" for k, v in cause.candidate.shape.items() if k not in free)])

@@ -1,6 +1,6 @@
 """Orders of an angle of a torque on gears in flight, by their effect on the paths, not on mean decelerations.
 
-A flight over a whole period of an order has the same mean deceleration as without it; its path still bends.
+A flight over a whole period of an order has the same mean deceleration as without it; its path still deviates.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from gears3d.diagnosis.structure import (
 from gears3d.signals.orders import power_at
 
 Array = np.ndarray
+# Ratio of the ends of a band of orders, each of which has its own flights, and orders in it at which the effect of a
+# wave is computed; others are interpolated.
 BAND, BETWEEN = 2.0, 6
-"""Ratio of the ends of a band of orders, each of which has its own flights, and orders in it at which the effect of a
-wave is computed; others are interpolated."""
+# Noise of flights over the level of their residuals: start angle and speed are fitted to them.
 FREE = np.sqrt(BINS / (BINS - 2.0))
-"""Noise of flights over the level of their residuals: start angle and speed are fitted to them."""
+# Angle of an order's wave that a bin of a flight may span: a mean over more hardly shows it.
 LONGEST = np.pi
-"""Angle of an order's wave that a bin of a flight may span: a mean over more hardly shows it."""
+# Part of the curvature of flights beyond noise that an order must explain where it is not excluded.
 SHARE = 0.1
-"""Part of the curvature of flights beyond noise that an order must explain where it is not excluded."""
+# Orders at most whose gains are computed again with the actual norms of cosine and sine.
 AGAIN = 50
-"""Orders at most whose gains are computed again with the actual norms of cosine and sine."""
 
 
 def waved(
@@ -47,13 +47,8 @@ def waved(
 ) -> Iterator[Structure]:  # fmt: skip
     """Return the strongest order of an angle in the paths of flights, with a phase of its own in each record.
 
-    Args:
-        name: of the structure.
-        records: all, each with flights.
-        rest: residuals of the flights by record, in standard deviations, each (f * BINS,).
-        angle: of each record on the fine grid of its flights [rad], each (f, n).
-        highest: order that is looked for.
-        locked: order of the drive's fluctuation in each record, 0 without one.
+    rest: by record, in standard deviations, each (f * BINS,); angle: on the fine grid of flights [rad], each (f, n);
+    locked: order of the drive's fluctuation in each record, 0 without one.
     """
     if sum(len(own) for own in rest) < FEWEST * BINS:
         return
@@ -97,7 +92,7 @@ def _band(orders: Array) -> Array:
 
 
 def _shown(angle: Array, band: Array | int) -> Array:
-    """Return which flights show the orders of a band: those whose bins span little of a wave, (f,)."""
+    """Return which flights show the orders of a band: those whose bins span a small part of a period, (f,)."""
     return np.ptp(angle, axis=1) / (BINS - 1) * LOWEST * BAND ** (band + 1) < LONGEST
 
 
@@ -118,9 +113,7 @@ def _in_bands(one: Evidence, back: Array, angle: Array, orders: Array, highest: 
 def paths_of(one: Evidence, slowing: Array) -> Array:
     """Return the effect of decelerations on points of flights, in standard deviations, start angle and speed removed.
 
-    Args:
-        one: the record.
-        slowing: on the fine grid of its flights, real or complex [rad/s²], (f, n).
+    slowing: (f, n) [rad/s²].
     """
     return free_flight(one, held_back(one, slowing)).reshape(-1, BINS)
 

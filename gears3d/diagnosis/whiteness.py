@@ -1,4 +1,4 @@
-"""Whether what restitution has left scatters, or follows something that is not known."""
+"""Whether the residual of restitution is scatter, or follows an unknown variable."""
 
 from __future__ import annotations
 
@@ -15,25 +15,19 @@ from gears3d.diagnosis.structure import Structure
 if TYPE_CHECKING:
     from gears3d.diagnosis.evidence import Evidence
 
+# Scatter of restitution, in units of the coefficient, that segmentation causes by itself.
 FAINT = 0.05
-"""Scatter of restitution, in units of the coefficient, that the cutting of records makes by itself."""
+# Minimum scatter of a record relative to that of all, and fraction of the records that must have it: it belongs to the
+# gears; in a few records only, it comes from segmentation.
 ALIKE, MOST = 0.5, 0.5
-"""Part of the scatter of all that a record must have by itself, and of the records that must have it: it belongs to the
-gears, and what shows in some of the records alone to their cutting."""
+# Largest fraction of the residuals of impacts explained by patterns, for the rest to be called scatter.
 ORDERED = 0.1
-"""Part of what impacts have left that structure may explain, where the rest is called scatter."""
 
 
 def own_scatter(records: Sequence[Evidence], found: Search, left: Sequence[Structure]) -> Scatter | None:
-    """Return how restitution scatters about what the causes make of it; ``None`` where it does not, or does by a law.
+    """Return the scatter of restitution about the prediction with causes; ``None`` without any, or if it follows a law.
 
-    Rebounds that depend on angles, speed, flank or those before them do not scatter: something that is not known makes
-    them so.
-
-    Args:
-        records: all, as they were cut.
-        found: by the search.
-        left: structure that remains.
+    Rebounds that depend on angles, speed, flank or earlier rebounds do not scatter: an unknown variable causes them.
     """
     effects = [cause.effect for cause in found.fit.causes if cause.effect is not None]
     spread = scatter(records, effects)

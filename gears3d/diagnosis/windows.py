@@ -1,6 +1,6 @@
-"""Models picked up from measured states: how far they go from what was measured, in windows all over the records.
+"""Models started from measured states: their deviation from the measured path, in windows over the complete records.
 
-Over a period the motion has no time to part by chance; what a wrong cause makes of it shows all the same.
+Over a period the motion has no time to diverge by chance; the effect of a wrong cause still shows.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Maximum duration of a window, or a stretch, in seconds; half of that if the drive does not fluctuate.
 LONGEST = 2.0
-"""Seconds that a window, or a stretch, lasts at most; half of that where the drive does not fluctuate."""
+# Number of windows of a record in which models are compared with the measurement.
 WINDOWS = 8
-"""Of a record in which models are compared with what was measured."""
+# Ratio of distances above which one counts as larger, and the probability by chance of as many larger ones.
 FARTHER, CHANCE = 1.05, 0.01
-"""Ratio of distances from which on one counts as larger, and the chance by which so many of them are."""
+# Largest squared distance of the extended rig, relative to the rig's, and its largest ratio to the noise.
 HARDLY, NOISY = 0.5, 5.0
-"""Part of the square of the rig's distance, and times the noise, that the extended rig may leave at most."""
+# Noise of a displacement [m] of a record without any.
 ROUNDING = 1e-15
-"""Of a displacement [m], the noise of a record without any."""
+# Samples per second; readings are averaged to it, which reduces noise.
 RATE = 8000.0
-"""Samples a second; readings are averaged to it, which quietens them."""
+# Minimum and maximum number of points that define the drive's motion in the models.
 KNOTS = (24, 4000)
-"""Points at least, at most, by which the drive's motion is given to the models."""
+# Time to either side for the estimate of place and speed without a segmented flight [s].
 BESIDE = 2.5e-3
-"""Seconds to either side over which place and speed are read off where no flight was cut [s]."""
+# Limits of the middle of the gap, relative to the backlash.
 AMID = (0.3, 0.7)
-"""Parts of the backlash between which a gear is in the middle of the gap."""
 
 
 class Begin(NamedTuple):
-    """Where the motion is picked up: time [s], displacement [m] and its rate [m/s], or the flank ridden on."""
+    """Initial state: time [s], displacement [m] and its rate [m/s], or the flank in contact."""
 
     time: float
     place: float
@@ -59,7 +59,7 @@ class Begin(NamedTuple):
 
 
 class PathErrors(NamedTuple):
-    """How far models go from what was measured, from measured states on: windows of a period all over the records.
+    """Deviation of models from the measured path, from measured states on: windows of a period over all records.
 
     Args:
         record: name of each window's record, (w,).
@@ -76,13 +76,13 @@ class PathErrors(NamedTuple):
     without: Array
 
     def refuted(self) -> list[bool]:
-        """Return for each cause whether the path is predicted better without it; all of them where the rig does."""
+        """Return for each cause whether the path is predicted better without it; true for all if the rig is better."""
         if _farther(self.extended, self.base):
             return [True] * len(self.without)
         return [_farther(self.extended, own) for own in self.without]
 
     def left(self) -> list[Structure]:
-        """Return what the extended rig leaves of the path where it comes hardly nearer than the rig."""
+        """Return the residual of the path with the extended rig if it is hardly smaller than with the rig."""
         if not len(self.base):
             return []
         base, extended, noise = (float(np.mean(one**2)) for one in (self.base, self.extended, self.noise))
@@ -94,7 +94,7 @@ class PathErrors(NamedTuple):
 
 
 def _farther(one: Array, other: Array) -> bool:
-    """Return whether distances are larger as a whole, and in more windows than chance would have it."""
+    """Return whether distances are larger as a whole, and in significantly more windows."""
     from scipy.stats import binomtest
 
     if not len(one) or float(np.sum(one**2)) <= float(np.sum(other**2)):
@@ -109,14 +109,7 @@ def path_errors(
     admitted: Sequence[Admitted],
     track: Callable[[Admitted], Track],
 ) -> PathErrors:
-    """Return how far rig and extended rig go from what was measured.
-
-    Args:
-        records: as they were cut.
-        causes: of the extended rig.
-        admitted: the records that they were cut from.
-        track: gives the path of a record.
-    """
+    """Return the deviations of rig and extended rig from the measured paths."""
     named, noise, far = [], [], []
     for one in admitted:
         seen = next((each for each in records if each.name == one.file), None)
@@ -129,7 +122,7 @@ def path_errors(
         zeros = [zero_of(known, own, rig) for rig in rigs]
         period = one.rig.period if one.rig.motion.harmonics else 0.25 * LONGEST
         span, first, last = min(period, LONGEST), float(known.time[0]), float(known.time[-1])
-        free = first  # windows that overlap would count as one more witness each
+        free = first  # overlapping windows are not independent
         for at in np.linspace(first, max(last - 2.0 * period - span, first), WINDOWS):
             begin = begin_of(known, own, zeros[1], one.rig, float(at))
             if begin.time < free or begin.time + span > last:
@@ -156,7 +149,7 @@ def with_effects(rig: Scenario, tables: Sequence[dict[str, Any]]) -> Scenario:
 
 
 def as_read(seen: Evidence, causes: Sequence[Named]) -> tuple[Evidence, list[dict[str, Any]]]:
-    """Return a record's evidence, and causes, over the angles as they were read."""
+    """Return a record's evidence, and causes, over the angles as read."""
     turned = seen.turned
     if turned == (0.0, 0.0):
         return seen, [cause.table for cause in causes]
@@ -164,12 +157,12 @@ def as_read(seen: Evidence, causes: Sequence[Named]) -> tuple[Evidence, list[dic
 
 
 def _place(known: Track, drive: Array, loose: Array) -> Array:
-    """Return the displacement, its zero that of both angles [m]."""
+    """Return the displacement, with the datum of both angles [m]."""
     return known.radii[1] * loose - known.radii[0] * drive
 
 
 def zero_of(known: Track, seen: Evidence | None, extended: Scenario) -> float:
-    """Return the displacement at which the record lies on the active flank, deviations apart [m]."""
+    """Return the displacement of the record on the active flank, without deviations [m]."""
     own = seen.channels.contacts if seen is not None else None
     if seen is not None and own is not None and len(own.time):
         rows, b = extended.rows(), extended.rig().backlash
@@ -189,7 +182,7 @@ def _ratio(known: Track) -> float:
 
 
 def begin_of(known: Track, seen: Evidence | None, zero: float, rig: Scenario, half: float) -> Begin:
-    """Return where a stretch begins: in the middle of the longest flight of a period from some time on."""
+    """Return the start of a stretch: in the middle of the longest flight of a period after a time."""
     period = rig.period if rig.motion.harmonics else 0.25 * LONGEST
     if seen is not None and len(seen.fine[0]):
         time, angle, speed = (column[:, column.shape[1] // 2] for column in seen.fine)
@@ -203,14 +196,14 @@ def begin_of(known: Track, seen: Evidence | None, zero: float, rig: Scenario, ha
 
 
 def _beside(seen: Evidence, at: int) -> float:
-    """Return by how much means over the bins of a flight deviate from its bent path [rad]."""
+    """Return the deviation of bin means of a flight from its curved path [rad]."""
     time, _, speed = (column[at] for column in seen.fine)
     width = float(np.median(np.diff(seen.channels.flights.time[at])))
     return float((speed[-1] - speed[0]) / (time[-1] - time[0])) * width**2 / 24.0
 
 
 def _amid(known: Track, zero: float, rig: Scenario, half: float) -> Begin:
-    """Return the first crossing of the gap from some time on, or the flank that the gear stays on."""
+    """Return the first crossing of the gap after a time, or the flank with permanent contact."""
     b, first = rig.rig().backlash, int(np.searchsorted(known.time, half))
     drive, loose, _ = known.part(slice(first, None))
     share = (_place(known, drive, loose) - zero) / b
@@ -227,7 +220,7 @@ def _amid(known: Track, zero: float, rig: Scenario, half: float) -> Begin:
 def readings(
     known: Track, seen: Evidence | None, zero: float, span: tuple[float, float], rig: Scenario
 ) -> tuple[Recording, int]:
-    """Return the readings of a stretch, averaged, and how many make one sample."""
+    """Return the averaged readings of a stretch, and the number of readings per sample."""
     first, last = np.searchsorted(known.time, span)
     few = max(int(1.0 / (RATE * known.spacing)), 1)
     count = max((last - first) // few, 1)
@@ -265,12 +258,12 @@ def _impacts(known: Track, seen: Evidence | None, span: tuple[float, float], rig
 def followed(
     rig: Scenario, extended: Scenario, begin: Begin, zero: float, span: float, known: Track
 ) -> tuple[Recording, float]:
-    """Return what a rig makes of the stretch, as its encoders would show it, and what they move its flanks by [m]."""
+    """Return the prediction of a stretch by a rig as read by its encoders, and the shift of its flanks by these [m]."""
     time = np.linspace(begin.time, begin.time + span, _knots(known, span))
     read, speed = known.steady.curve(time), known.steady.curve(time, 1)
     sensors = [one for one in rig.effects if isinstance(one, SensorEffect)]
     wrong = _misread(known, sensors, read, speed, zero + begin.place)
-    more = _swing(extended, time) - _swing(rig, time)  # a motion that only the extended rig has
+    more = _swing(extended, time) - _swing(rig, time)  # a motion effect of the extended rig only
     drive = read - reading_error(sensors, "drive", read, speed) - (more - more[0])
     rate = begin.rate - known.radii[0] * float(np.gradient(drive - read, time, edge_order=2)[0])
     rate -= float(np.gradient(wrong, time, edge_order=2)[0])
@@ -283,12 +276,12 @@ def followed(
 
 
 def _knots(known: Track, span: float) -> int:
-    """Return by how many points the drive's motion is given: two from knot to knot of its curve."""
+    """Return the number of points of the drive's motion: two per knot interval of its curve."""
     return int(np.clip(np.ceil(2.0 * span / known.steady.curve.bends) + 1, *KNOTS))
 
 
 def _misread(known: Track, sensors: Sequence[Any], drive: Array, speed: Array, place: float) -> Array:
-    """Return what sensors add to the displacement, its mean taken for the record's zero [m]."""
+    """Return the contribution of sensors to the displacement, with its mean as the record's datum [m]."""
     loose = (place + known.radii[0] * drive) / known.radii[1]
     wrong = known.radii[1] * reading_error(sensors, "loose", loose, speed * _ratio(known))
     wrong = wrong - known.radii[0] * reading_error(sensors, "drive", drive, speed)
@@ -296,7 +289,7 @@ def _misread(known: Track, sensors: Sequence[Any], drive: Array, speed: Array, p
 
 
 def _swing(rig: Scenario, time: Array) -> Array:
-    """Return what motions of effects add to the drive's angle [rad]."""
+    """Return the contribution of motion effects to the drive's angle [rad]."""
     total = np.zeros_like(time)
     for row in rig.rows():
         if row.code == Code.MOTION_HARMONIC:

@@ -1,8 +1,8 @@
-"""Records whose encoders begin anywhere: their angles are turned until all count from the zeros of one record.
+"""Records with unknown angular datums: their angles are shifted to the datum of one record.
 
-What goes by a gear's angle has another phase in each such record. The strongest of it tells by how much the zeros of
-the records differ; once their angles are turned by that, all causes are looked for as in records with common marks. A
-phase for each record is a freedom that chance has, too: what goes by such an angle must gain the more to be believed.
+Effects that depend on a gear's angle have another phase in each such record. The strongest of them determines the
+differences of the datums; once the angles are shifted, all causes are searched as in records with common marks. A phase
+for each record is a degree of freedom that noise has, too: the threshold of such effects is higher.
 """
 
 from __future__ import annotations
@@ -22,28 +22,24 @@ from gears3d.errors import Fault, InputError
 
 Array = np.ndarray
 GEARS = ("drive", "loose")
+# Gear whose angle matters for kinds that do not name it.
 OWN = {"drag_position": "loose", "backlash_variation": "drive"}
-"""By whose angle kinds go that do not name their gear."""
+# Largest false alarm probability of a cause with a phase.
 CHANCE = 3e-7
-"""Probability of what a cause with a phase must gain at least, to be no chance."""
+# Minimum chi-square gain of a record whose datum is the reference of phases.
 SHOWS = 25.0
-"""Chi-square that a record must be worth by itself, for phases to count from its zeros."""
+# Tried phases and sizes, number of refinements of the sizes, and Newton rounds.
 PHASES, SIZES, ZOOMS, POLISHED = 256, 48, 3, 20
-"""Phases and sizes that are tried, times that sizes are tried more finely, and rounds of Newton."""
+# Largest tried size, relative to that of the stiffest direction of a record.
 LARGEST = 4.0
-"""Times the size that the stiffest direction of a record tells, up to which sizes are tried."""
+# Step of an angle, for slopes [rad].
 STEP = 1e-5
-"""Of an angle, for slopes [rad]."""
+# Smallest shift of a datum that is applied, in standard deviations.
 SURE = 0.1
-"""Standard deviations of a zero by which it is not worth while to turn a record."""
 
 
 def gear_of(kind: str, gear: str | None) -> str:
-    """Return by whose angle a cause goes; empty where by none.
-
-    Args:
-        kind: of the effect.
-        gear: that it names, if any.
+    """Return the gear whose angle a cause depends on; empty without one.
 
     >>> gear_of("drag_position", None), gear_of("eccentricity", "drive"), gear_of("encoder_skew", "loose")
     ('loose', 'drive', '')
@@ -52,21 +48,14 @@ def gear_of(kind: str, gear: str | None) -> str:
 
 
 def goes_by(one: Candidate) -> str:
-    """Return by whose angle a candidate goes; empty where by none.
-
-    Args:
-        one: any.
-    """
+    """Return the gear whose angle a candidate depends on; empty without one."""
     return gear_of(one.kind, one.shape.get("gear"))
 
 
 def turn(one: Evidence, drive: float, loose: float) -> Evidence:
-    """Return a record with its angles counted from other zeros.
+    """Return a record with its angles shifted to other datums.
 
-    Args:
-        one: the record.
-        drive: what is added to the drive's angle [rad].
-        loose: to that of the loose gear [rad].
+    drive, loose: added to the angles [rad].
     """
     if drive == 0.0 and loose == 0.0:
         return one
@@ -80,12 +69,9 @@ def turn(one: Evidence, drive: float, loose: float) -> Evidence:
 
 
 def moved(effect: Any, drive: float, loose: float) -> Any:
-    """Return an effect that does at an angle what it did at that angle turned on.
+    """Return an effect for angles that are shifted.
 
-    Args:
-        effect: any.
-        drive: by which the drive's angle is turned on [rad].
-        loose: by which that of the loose gear is [rad].
+    drive, loose: shifts of the angles [rad].
 
     Raises:
         InputError: it is at a tooth.
@@ -101,12 +87,7 @@ def moved(effect: Any, drive: float, loose: float) -> Any:
 
 
 def in_mesh(one: Evidence, effects: Sequence[Any]) -> tuple[Evidence, list[Any]]:
-    """Return a record whose loose gear counts as it does in a mesh that both gears begin at 0, and effects to that.
-
-    Args:
-        one: the record; with a mark of the loose gear it stays as it is.
-        effects: that go by its angles.
-    """
+    """Return a record whose loose gear has the angular datum of a mesh with both gears at 0, and effects for it."""
     seen, (drive, loose) = one.channels.contacts, one.radii
     if "loose" not in one.unmarked or not len(seen.time):
         return one, list(effects)
@@ -116,46 +97,32 @@ def in_mesh(one: Evidence, effects: Sequence[Any]) -> tuple[Evidence, list[Any]]
 
 
 def free(records: Sequence[Evidence], gear: str) -> int:
-    """Return how many phases what goes by a gear's angle has beyond one.
-
-    Args:
-        records: all.
-        gear: drive or loose gear, or empty for what goes by no angle.
-    """
+    """Return the number of phases, beyond one, of an effect that depends on a gear's angle."""
     count = sum(gear in one.unmarked for one in records)
     return count - (count == len(records) and count > 0)
 
 
 def dear(records: Sequence[Evidence], gear: str) -> float:
-    """Return the chi-square that a cause must gain more for the phases that it has in the records.
-
-    Args:
-        records: all.
-        gear: by whose angle it goes.
-    """
+    """Return the additional chi-square threshold of a cause for its phases in the records."""
     return worth_of(free(records, gear))
 
 
 def worth_of(more: int) -> float:
-    """Return the chi-square by which chance gains more from so many phases than from one.
-
-    Args:
-        more: phases beyond one.
-    """
+    """Return the chi-square that noise gains by additional phases."""
     from scipy.stats import chi2
 
     return float(chi2.isf(CHANCE, 2 + more) - chi2.isf(CHANCE, 2)) if more else 0.0
 
 
 class Phases(NamedTuple):
-    """What each record by itself says of a candidate.
+    """Information of each record alone on a candidate.
 
     Args:
         candidate: with a phase.
         gain: of a common size and a phase for each record, in chi-square.
         phase: in each record [rad], (r,).
-        worth: what is known of each phase: the inverse of its variance, (r,).
-        size: that all have in common, in units.
+        worth: information on each phase: the inverse of its variance, (r,).
+        size: common size, in units.
     """
 
     candidate: Candidate
@@ -166,23 +133,17 @@ class Phases(NamedTuple):
 
 
 def apart(found: Phases, by: Array) -> bool:
-    """Whether records must be turned by more than what is known of their zeros.
+    """Whether the datum shifts of records exceed their uncertainty.
 
-    Args:
-        found: what told by how much.
-        by: which each record would be turned [rad], (r,).
+    by: shift of each record [rad], (r,).
     """
     return bool(np.any(np.abs(by) * order_of(found.candidate) * np.sqrt(np.maximum(found.worth, 0.0)) > SURE))
 
 
 def phases(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) -> Phases | None:
-    """Return the candidate that gains most with one size in all records and a phase in each; ``None`` without any.
+    """Return the candidate of largest gain with one size and a phase in each record; ``None`` without any.
 
-    Args:
-        known: candidates with their columns.
-        rest: residuals, stacked, (n,).
-        gear: by whose angle it goes, drive or loose.
-        orders: whose multiples are not asked.
+    rest: residuals, stacked, (n,); orders: whose multiples are excluded.
     """
     tried = []
     for which, one in enumerate(known.candidates):
@@ -193,7 +154,7 @@ def phases(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) -
     tried.sort(key=lambda each: -each[0])
     best: Phases | None = None
     for most, one, normal, right in tried:
-        if best is not None and most < best.gain:  # it would gain that with a size in each record, too
+        if best is not None and most < best.gain:  # a size in each record would have that gain, too
             break
         found = one_size(one, normal, right)
         best = found if best is None or found.gain > best.gain else best
@@ -214,10 +175,10 @@ def _normal(known: Library, which: int, rest: Array) -> tuple[Array, Array]:
 
 
 def one_size(one: Candidate, normal: Array, right: Array) -> Phases:
-    """Return the size that all records have in common and the phase of each, whose gain is largest.
+    """Return the common size of all records and the phase of each, of largest gain.
 
-    Records may know a candidate in one direction only, as where all flights are at one angle: then it is the size of
-    the others that tells the phase, so that no record is solved by itself.
+    Records may determine a candidate in one direction only, as with all flights at one angle: then the size of the
+    others determines the phase, so that no record is solved by itself.
     """
     phase = np.linspace(0.0, 2.0 * pi, PHASES, endpoint=False)
     toward = np.stack([np.cos(phase), -np.sin(phase)])
@@ -247,16 +208,9 @@ def one_size(one: Candidate, normal: Array, right: Array) -> Phases:
 
 
 def turns(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) -> tuple[Array, Phases] | None:
-    """Return by how much each record must be turned for the strongest candidate to have one phase [rad], (r,).
+    """Return the datum shift of each record that gives the strongest candidate one phase [rad], (r,).
 
-    Args:
-        known: candidates with their columns.
-        rest: residuals, stacked, (n,).
-        gear: drive or loose.
-        orders: whose multiples are not asked.
-
-    Returns:
-        The turns, and the candidate that told them; ``None`` where none is more than chance.
+    With the candidate; ``None`` without a significant one. rest: (n,); multiples of ``orders`` are excluded.
     """
     from scipy.stats import chi2
 
@@ -270,19 +224,14 @@ def turns(known: Library, rest: Array, gear: str, orders: Sequence[int] = ()) ->
 
 
 def order_of(one: Candidate) -> int:
-    """Return how often a candidate with a phase comes by in a turn.
-
-    Args:
-        one: the candidate.
-    """
+    """Return the periods per revolution of a candidate with a phase."""
     return int(one.shape.get("order", 1))
 
 
 def reference(worth: Array) -> int:
-    """Return the record whose zeros all others are counted from: the first in which there is something to be seen.
+    """Return the record whose datum is the reference of all others: the first in which the candidate shows.
 
-    Args:
-        worth: chi-square in each record, (r,).
+    worth: (r,).
 
     >>> reference(np.array([3.0, 80.0, 900.0])), reference(np.array([3.0, 2.0]))
     (1, 0)
@@ -292,35 +241,21 @@ def reference(worth: Array) -> int:
 
 
 def kept(one: Evidence, gear: str) -> bool:
-    """Whether a record counts a gear's angle as it was read.
-
-    Args:
-        one: the record.
-        gear: drive or loose.
-    """
+    """Whether a record has a gear's angle as it was read."""
     return abs(one.turned[GEARS.index(gear)]) < 1e-9
 
 
 def slopes_of_zeros(one: Evidence, effects: Sequence[Any], own: Array, gears: Sequence[str]) -> list[Array]:
-    """Return how what effects add to the predictions of a record changes with its zeros [1/rad], each (n,).
+    """Return the derivatives of the effects' contributions to a record by its datums [1/rad], each (n,).
 
-    Args:
-        one: the record.
-        effects: any.
-        own: what they add to it as it is, (n,).
-        gears: whose zeros.
+    own: their contributions as they are, (n,).
     """
     turned = [turn(one, *(STEP if gear == each else 0.0 for each in GEARS)) for gear in gears]
     return [(contribution([each], effects) - own) / STEP for each in turned]
 
 
 def counted_from(records: Sequence[Evidence], effect: Any) -> str:
-    """Return the record from whose zero the phase of an effect counts; empty where all have marks.
-
-    Args:
-        records: turned to the zeros of one of them.
-        effect: that was found.
-    """
+    """Return the record whose datum is the reference of an effect's phase; empty if all have marks."""
     gear = gear_of(effect.kind, getattr(effect, "gear", None))
     if not gear or not all(gear in one.unmarked for one in records):
         return ""
