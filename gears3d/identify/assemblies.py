@@ -15,8 +15,8 @@ from gears3d.identify.law import Identified
 from gears3d.identify.parts import CANDIDATES, Assembly, Inertia, Model, Part, Share, terms_of
 from gears3d.identify.trend import Oil, trends
 
+# Laws of parts that say what they are; Kadmiri et al. 2012, eqs (6), (7); Ottewill et al. 2010, eq. (12).
 USUAL = {"shear": "viscous", "churning": "power", "mesh": "viscous"}
-"""Laws of parts that say what they are; Kadmiri et al. 2012, eqs (6), (7); Ottewill et al. 2010, eq. (12)."""
 
 
 @dataclass(frozen=True, eq=False)

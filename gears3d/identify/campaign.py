@@ -21,8 +21,8 @@ KEYS = {
     "part": ("law", "temperature", "on_shaft"),
     "oil": ("kinematic_viscosity", "density"),
 }
+# Parts that rub on the shaft unless told otherwise.
 ON_SHAFT = ("shear",)
-"""Parts that rub on the shaft unless told otherwise."""
 
 
 class Campaign(NamedTuple):

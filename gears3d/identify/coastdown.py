@@ -71,8 +71,8 @@ def identify_coastdown(
     return report(choose(tracks, models), tracks, spread)
 
 
+# Standard deviation of an inertia that nobody knows, over its first guess: it holds no fit.
 UNKNOWN = 10.0
-"""Standard deviation of an inertia that nobody knows, over its first guess: it holds no fit."""
 
 
 def _inertia(tracks: list[Track], inertia: float | None, sigma: float, spread: float) -> tuple[float, float]:

@@ -23,34 +23,34 @@ import numpy as np
 from gears3d.identify.coastdown_fit import Binned, Fit, Task, last_speed, standardised
 from gears3d.identify.motion import Law
 
+# Speeds at which the deviation of the torque from the law is described, splines in between: more than the shortest of
+# ``SHAPES`` needs.
 NODES = 24
-"""Speeds at which the deviation of the torque from the law is described, splines in between: more than the shortest of
-``SHAPES`` needs."""
+# Correlation lengths of the deviation, in the range of speeds, and logarithms of its size at the slow end over that at
+# the fast end, that compete; the first where the record shows none. Mixed friction deviates most where it is slowest.
 SHAPES = ((0.15, 0.0), (0.05, 0.0), (0.5, 0.0), (0.15, 4.0), (0.5, 4.0))
-"""Correlation lengths of the deviation, in the range of speeds, and logarithms of its size at the slow end over that at
-the fast end, that compete; the first where the record shows none. Mixed friction deviates most where it is slowest."""
+# Fall of minus twice the log-likelihood from which on another shape than the first is taken: two more numbers, by the
+# criterion of Akaike. A few readings would otherwise choose one by chance.
 WORTH = 4.0
-"""Fall of minus twice the log-likelihood from which on another shape than the first is taken: two more numbers, by the
-criterion of Akaike. A few readings would otherwise choose one by chance."""
+# Independent deviations that make up one of a middle length: their number is what a size is estimated from.
 DIRECTIONS = 10
-"""Independent deviations that make up one of a middle length: their number is what a size is estimated from."""
+# Points between which a deviation is straight.
 FINE = 400
-"""Points between which a deviation is straight."""
+# Linearisations on the way to the torque; each takes most of the error of the one before.
 ROUNDS = 6
-"""Linearisations on the way to the torque; each takes most of the error of the one before."""
+# Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more.
 POINTS = 120
-"""Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more."""
+# Chance of such residuals under the law with independent errors, below which a law is said not to fit.
 SURE = 0.01
-"""Chance of such residuals under the law with independent errors, below which a law is said not to fit."""
+# Rise of minus twice the log-likelihood up to which a deviation of the torque is allowed for: one standard deviation.
+# The most likely size is too often none, where noise hides what the law misses.
 UPPER = 1.0
-"""Rise of minus twice the log-likelihood up to which a deviation of the torque is allowed for: one standard deviation.
-The most likely size is too often none, where noise hides what the law misses."""
+# Curvature of residuals, in their own size, up to which a step of generalised least squares is taken.
 LINEAR = 0.1
-"""Curvature of residuals, in their own size, up to which a step of generalised least squares is taken."""
+# Deviation of the torque, in its typical size, by which responses are differenced.
 _STEP = 1e-4
-"""Deviation of the torque, in its typical size, by which responses are differenced."""
+# Logarithm of a variance that is none.
 _NONE = -300.0
-"""Logarithm of a variance that is none."""
 
 
 class Torque(NamedTuple):
@@ -113,12 +113,7 @@ class _State(NamedTuple):
 
 
 def errors_of(best: Fit, data: list[Binned]) -> Errors:
-    """Return numbers, intervals and residual test of a fit.
-
-    Args:
-        best: by least squares.
-        data: the runs as they were fitted.
-    """
+    """Return numbers, intervals and residual test of a fit."""
     task, x = Task.of(best, data)
     functions = _functions(best, task, x)
     free = len(best.numbers)
@@ -164,12 +159,7 @@ def errors_of(best: Fit, data: list[Binned]) -> Errors:
 
 
 def structure(best: Fit, data: list[Binned]) -> float:
-    """Return the chance of such residuals if the law of a fit held and errors were independent.
-
-    Args:
-        best: by least squares.
-        data: the runs as they were fitted.
-    """
+    """Return the chance of such residuals if the law of a fit held and errors were independent."""
     task, x = Task.of(best, data)
     runs = _linear(task, x, _functions(best, task, x), _State(np.zeros(len(x)), np.zeros(NODES)))
     return 0.0 if runs is None else _chosen(runs)[-1]
@@ -196,9 +186,7 @@ class _Functions(NamedTuple):
 def spline(nodes: np.ndarray, speed: np.ndarray) -> np.ndarray:
     """Return the smooth functions that are one at one node and none at the others, constant beyond, (n, nodes).
 
-    Args:
-        nodes: rising [rad/s], (nodes,).
-        speed: [rad/s], (n,).
+    ``nodes``: rising [rad/s], (nodes,); ``speed``: [rad/s], (n,).
     """
     from scipy.interpolate import CubicSpline
 

@@ -11,19 +11,19 @@ from gears3d.identify.coastdown_record import Track
 from gears3d.identify.motion import Law, coasting, spinning_up
 from gears3d.identify.parts import Model
 
+# Bins of a track; within one, errors are averaged.
 BINS = 400
-"""Bins of a track; within one, errors are averaged."""
+# Parts of a run-down between which speeds are differenced for a first guess.
 _STRETCHES = 24
-"""Parts of a run-down between which speeds are differenced for a first guess."""
 _EXPONENTS = np.linspace(0.4, 3.0, 14)
+# Residual of laws that do not slow the gear down.
 _IMPOSSIBLE = 1e9
-"""Residual of laws that do not slow the gear down."""
+# Steps of a search among rivals; one that needs more wanders among laws that these speeds do not tell apart.
 PATIENCE = 25
-"""Steps of a search among rivals; one that needs more wanders among laws that these speeds do not tell apart."""
+# Part of a track's last speed down to which a law must hold that ends in a speed, not at rest.
 _BELOW = 0.8
-"""Part of a track's last speed down to which a law must hold that ends in a speed, not at rest."""
+# Relative step of differences.
 _STEP = 1e-7
-"""Relative step of differences."""
 
 
 class Binned(NamedTuple):
@@ -68,20 +68,12 @@ class Fit(NamedTuple):
     chi2: float
 
     def law(self, run: int) -> Law:
-        """Return the deceleration of a run.
-
-        Args:
-            run: its place.
-        """
+        """Return the deceleration of a run."""
         return self.model.law(self.numbers, run)
 
 
 def thin(track: Track) -> Binned:
-    """Return some points of a track, not averaged, for a first fit.
-
-    Args:
-        track: the run-down.
-    """
+    """Return some points of a track, not averaged, for a first fit."""
     is_speed = track.measured == "speed"
     chosen = np.unique(np.linspace(0, len(track.time) - 1, BINS).astype(int))
     time, sigma = track.time[chosen], track.sigma[chosen]
@@ -92,10 +84,7 @@ def thin(track: Track) -> Binned:
 def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
     """Return a track against a first model, averaged in bins: what is left is small and smooth.
 
-    Args:
-        track: the run-down.
-        law: of the first model.
-        start: its angle [rad] and speed [rad/s].
+    ``start``: its angle [rad] and speed [rad/s].
     """
     is_speed = track.measured == "speed"
     model = _run(law, start, track.time, track.slowest, is_speed)
@@ -122,15 +111,8 @@ def fit(
 
     An inertia that is not known exactly is free, too, and held by what is known of it.
 
-    Args:
-        tracks: the data.
-        model: parts, and what each track has of them.
-        begin: free numbers to begin with, (p,).
-        masks: points of each track that are used; all unless given.
-        patience: steps of the search.
-
-    Returns:
-        The fit; ``None`` when nothing of these terms runs down like that.
+    ``begin``: free numbers to begin with, (p,). Returns the fit; ``None`` when nothing of these terms runs down like
+    that.
 
     Source: Kadmiri et al. 2012, section 4 (trust region), here on angles.
     """
@@ -260,10 +242,7 @@ class Task(NamedTuple):
 def standardised(track: Binned, law: Law, start: np.ndarray) -> np.ndarray | None:
     """Return residuals in standard deviations, (m,); ``None`` where the law does not run down.
 
-    Args:
-        track: the data.
-        law: of the model.
-        start: its angle [rad] and speed [rad/s].
+    ``start``: its angle [rad] and speed [rad/s].
     """
     model = _run(law, start, track.time, track.slowest, track.is_speed)
     return None if model is None else (track.rest - (model - track.first)) / track.sigma
@@ -297,22 +276,14 @@ def _slowest(law: Law, first: float, last: float) -> float:
 def last_speed(track: Binned, law: Law, start: np.ndarray) -> float:
     """Return the speed at the end of a fitted run [rad/s].
 
-    Args:
-        track: the data.
-        law: of the model.
-        start: its angle [rad] and speed [rad/s].
+    ``start``: its angle [rad] and speed [rad/s].
     """
     speed = _run(law, start, track.time[-1:], track.slowest, True)
     return track.slowest if speed is None else max(float(speed[0]), 1e-3 * track.slowest)
 
 
 def guess(tracks: list[Track], model: Model) -> np.ndarray:
-    """Return free numbers from speeds made by differencing: good enough to begin a search with.
-
-    Args:
-        tracks: the run-downs.
-        model: parts, and what each track has of them.
-    """
+    """Return free numbers from speeds made by differencing: good enough to begin a search with."""
     parted = [_differenced(track) for track in tracks]
     pushes = [each.torque / model.inertia(run) for run, each in enumerate(model.runs)]
     slowing = np.concatenate([slow + push for (_, slow), push in zip(parted, pushes, strict=True)])
@@ -346,9 +317,6 @@ def guess_inertia(tracks: list[Track]) -> float:
 
     Differenced accelerations are one parabola over the speed, less the torque over the inertia where there is one; not
     positive where they do not fit together.
-
-    Args:
-        tracks: of both kinds.
     """
     parted = [_differenced(track) for track in tracks]
     speed = np.concatenate([speed for speed, _ in parted])

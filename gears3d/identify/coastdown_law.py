@@ -14,22 +14,22 @@ from gears3d.identify.coastdown_record import Track, spans
 from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.parts import ALONE, UNITS, Model, Share
 
+# Blocks of a coast-down in time that are held out in turn.
 BLOCKS = 20
-"""Blocks of a coast-down in time that are held out in turn."""
+# Readings below which each is held out alone, and a warning says on how few the intervals rest.
 FEW = 20
-"""Readings below which each is held out alone, and a warning says on how few the intervals rest."""
+# Steps of the last search.
 PATIENT = 300
-"""Steps of the last search."""
+# A richer law is taken when its better prediction would come by chance this rarely.
 LEVEL = 0.01
-"""A richer law is taken when its better prediction would come by chance this rarely."""
+# Of a curve.
 POINTS = 200
-"""Of a curve."""
+# Quantile of 95 % intervals, and its place in a normal distribution.
 REACH, NORMAL = 0.975, 1.96
-"""Quantile of 95 % intervals, and its place in a normal distribution."""
+# Relative standard deviation of an inertia from which on it may be of any size: its interval reaches to zero.
 LOOSE = 0.5
-"""Relative standard deviation of an inertia from which on it may be of any size: its interval reaches to zero."""
+# Correlation of two numbers from which on the speeds hardly separate them.
 ALIKE = 0.99
-"""Correlation of two numbers from which on the speeds hardly separate them."""
 
 
 class Choice(NamedTuple):
@@ -49,12 +49,7 @@ class Choice(NamedTuple):
 def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
     """Fit models that compete, and take the simplest that no richer one beats on held-out blocks.
 
-    Args:
-        tracks: the coast-downs.
-        models: with the same runs; a single one is taken untested.
-
-    Raises:
-        InputError: none fits.
+    Raises InputError when none fits.
     """
     points = [thin(track) for track in tracks]
     rough = [found for model in models if (found := fit(points, model, guess(tracks, model))) is not None]
@@ -75,11 +70,7 @@ def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
 
 
 def label(model: Model) -> str:
-    """Return the name of a law.
-
-    Args:
-        model: its parts.
-    """
+    """Return the name of a law."""
     if [part.name for part in model.parts] == [ALONE]:
         return "+".join(model.parts[0].terms)
     return ", ".join(f"{part.name}: {'+'.join(part.terms)}" for part in model.parts)
@@ -165,13 +156,7 @@ def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: l
 def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> Identified:
     """Return the law that was taken as an answer.
 
-    Args:
-        choice: the law.
-        tracks: the coast-downs, and spin-ups under known torques.
-        torque_spread: relative standard deviation of these torques: drag and inertia are proportional to them.
-
-    Raises:
-        InputError: spin-ups and coast-downs do not determine the inertia.
+    Raises InputError when spin-ups and coast-downs do not determine the inertia.
     """
     errors = errors_of(choice.best, choice.data)
     best, data = errors.fit, choice.data
@@ -340,16 +325,16 @@ def _snippet(best: Fit, parameters: dict[str, Parameter]) -> str:
     return "\n".join(lines) + "\n"
 
 
+# What a negative number means, by its name.
 NEGATIVE = {
     "coulomb": "the law holds between the recorded speeds only, and would drive the gear below them",
     "viscous": "the drag falls with the speed (mixed lubrication), or rose during the record",
     "coefficient": "the drag bends downwards over the speed, or changed during the record",
 }
-"""What a negative number means, by its name."""
 
 
+# Residual over noise up to which a law explains a record: its variance is then a quarter noise.
 EXPLAINED = 2.0
-"""Residual over noise up to which a law explains a record: its variance is then a quarter noise."""
 
 
 def _warnings(

@@ -6,22 +6,22 @@ from math import pi
 
 import numpy as np
 
+# Pulses by which a count is locked.
 LOCK = 24
-"""Pulses by which a count is locked."""
+# Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
+# 10^4 periods are tried.
 LOCKED = 0.8
-"""Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
-10^4 periods are tried."""
+# Pitches a pulse, on average, beyond which (80 % missing) no period stands out.
 FINEST = 5
-"""Pitches a pulse, on average, beyond which (80 % missing) no period stands out."""
+# Pulses whose deviations from whole numbers are watched, and the root mean square from which on the count is lost: it
+# is 0.05 of magnets that stand unevenly by a twentieth of a pitch, and 0.24 of pulses at random.
 RECENT, RANDOM = 20, 0.15
-"""Pulses whose deviations from whole numbers are watched, and the root mean square from which on the count is lost: it
-is 0.05 of magnets that stand unevenly by a twentieth of a pitch, and 0.24 of pulses at random."""
 
+# Change of the logarithm of the wait from pulse to pulse below which none is missing (log 2) nor too many.
 CALM = 0.25
-"""Change of the logarithm of the wait from pulse to pulse below which none is missing (log 2) nor too many."""
 
+# Pulses at either end that may be less calm: near standstill waits change by half from one to the next.
 ENDS = 8
-"""Pulses at either end that may be less calm: near standstill waits change by half from one to the next."""
 
 
 def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -30,9 +30,7 @@ def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.nda
     A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
     real, and the number says how many are missing; amid two numbers it is an extra one.
 
-    Args:
-        time: of the pulses, rising [s], (n,).
-        magnets: that make pulses in a revolution; they may stand unevenly.
+    ``time``: of the pulses, rising [s], (n,).
 
     >>> even = np.cumsum(np.linspace(1.0, 1.5, 100))
     >>> kept, number, breaks = count_pulses(np.delete(even, [30, 31, 60]))

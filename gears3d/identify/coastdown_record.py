@@ -16,37 +16,37 @@ from gears3d.measured.checks import Admitted, Finding, admit, admit_each
 from gears3d.measured.readers import Channels
 from gears3d.signals import edges, noise_of, quantum
 
+# Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it.
 SLOWEST = 0.03
-"""Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it."""
+# Error of an edge that always remains, in counts.
 FLOOR = 0.1
-"""Error of an edge that always remains, in counts."""
+# Edges or readings below which no drag is identified: two to four numbers, a start and their scatter.
 FEWEST = 20
-"""Edges or readings below which no drag is identified: two to four numbers, a start and their scatter."""
+# Rows of a file below which readings were taken by hand or by a slow display: each counts, and fewer are enough.
 SHORT = 50
-"""Rows of a file below which readings were taken by hand or by a slow display: each counts, and fewer are enough."""
+# Readings of a short file below which nothing is identified: one number of a law, the start, and three degrees of
+# freedom for their scatter; pulses show their own numbers only amid others.
 LEAST = {"speed": 5, "angle": 6, "pulses": 8}
-"""Readings of a short file below which nothing is identified: one number of a law, the start, and three degrees of
-freedom for their scatter; pulses show their own numbers only amid others."""
+# Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive.
 LEAST_FALL = 0.25
-"""Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive."""
+# Share of the highest speed of a record at which a free phase must begin; below it are inching and standstill.
 LEAST_PEAK = 0.15
-"""Share of the highest speed of a record at which a free phase must begin; below it are inching and standstill."""
+# Mean speeds in which free phases are looked for: 0.2 % of the record each.
 GROUPS = 600
-"""Mean speeds in which free phases are looked for: 0.2 % of the record each."""
+# Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out.
 CALM = 0.01
-"""Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out."""
+# Share of a free phase by which its use begins after the release found: the release is known no better.
 LATE = 0.015
-"""Share of a free phase by which its use begins after the release found: the release is known no better."""
+# Findings of the sensor checks that are repaired here, and reported with what became of them.
 OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "held", "merged-edges", "doubled-edges",
        "drift",
        "integration")  # fmt: skip
-"""Findings of the sensor checks that are repaired here, and reported with what became of them."""
+# Findings about even sampling, that times of pulses do not have.
 PACE = ("gaps", "jitter")
-"""Findings about even sampling, that times of pulses do not have."""
+# Findings that never end a coast-down; rows without a reading are excluded by the checks, however many they are.
 TOLERATED = (*OWN, "drop-outs")
-"""Findings that never end a coast-down; rows without a reading are excluded by the checks, however many they are."""
+# Share of pulses that no smooth motion explains from which on a record is refused.
 RUINED = 0.2
-"""Share of pulses that no smooth motion explains from which on a record is refused."""
 GEARS = ("loose", "drive")
 Span = tuple[float | None, float | None]
 
@@ -692,11 +692,7 @@ def _track(points: _Points, low: int, high: int, measured: str, file: str, torqu
 
 
 def spans(tracks: Sequence[Track]) -> list[dict[str, Any]]:
-    """Return which part of which file each coast-down is, and how it was measured, as JSON can hold it.
-
-    Args:
-        tracks: the coast-downs.
-    """
+    """Return which part of which file each coast-down is, and how it was measured, as JSON can hold it."""
     return [
         {"file": track.file, "from_s": track.span[0], "to_s": track.span[1], "measured": track.measured,
          "points": len(track.time)} | ({"torque_N_m": track.torque} if track.torque else {})

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+# Intervals of the speed between start and end.
 NODES = 600
-"""Intervals of the speed between start and end."""
+# Nodes from 1 to 0, that crowd at the end.
 _CROWDED = (1.0 - np.linspace(0.0, 1.0, NODES + 1)) ** 2
-"""Nodes from 1 to 0, that crowd at the end."""
 _GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 
@@ -51,15 +51,9 @@ class Law(NamedTuple):
 def angles(law: Law, angle: float, speed: float, since: np.ndarray, slowest: float = 0.0) -> np.ndarray | None:
     """Return the angle of a shaft that coasts down freely.
 
-    Args:
-        law: of the deceleration.
-        angle: at the start [rad].
-        speed: at the start, positive [rad/s].
-        since: time since the start [s], (n,).
-        slowest: speed down to which the law must hold [rad/s]; 0: to standstill.
-
-    Returns:
-        Angles [rad], (n,), constant after standstill; ``None`` where the law does not slow the shaft down.
+    ``angle``: at the start [rad]; ``speed``: at the start, positive [rad/s]; ``since``: time since the start [s], (n,);
+    ``slowest``: speed down to which the law must hold [rad/s]; 0: to standstill. Returns angles [rad], (n,), constant
+    after standstill; ``None`` where the law does not slow the shaft down.
 
     >>> float(angles(Law(coulomb=2.0), 0.0, 4.0, np.array([1.0, 3.0]))[0].round(9))
     3.0
@@ -78,12 +72,8 @@ def coasting(
     cubic. Means over a long record resolve the angle to a thousandth of a count, which the cubic of the speeds alone
     would not reach.
 
-    Args:
-        law: of the deceleration.
-        speed: at the start, positive [rad/s].
-        since: time since the start [s], (n,).
-        slowest: speed down to which the law must hold [rad/s]; 0: to standstill.
-        only: ``"speed"`` where the angle is not needed.
+    ``speed``: at the start, positive [rad/s]; ``since``: time since the start [s], (n,); ``slowest``: speed down to
+    which the law must hold [rad/s]; 0: to standstill.
     """
     if not speed > slowest:
         return None
@@ -96,11 +86,7 @@ def spinning_up(law: Law, speed: float, since: np.ndarray, only: str = "") -> tu
     The same quadratures as of a coast-down, from the first speed up to the one that the torque would give without drag,
     or to the terminal speed where the drag equals the torque.
 
-    Args:
-        law: of the deceleration, and the acceleration by the torque.
-        speed: at the start [rad/s].
-        since: time since the start [s], (n,).
-        only: ``"speed"`` where the angle is not needed.
+    ``speed``: at the start [rad/s]; ``since``: time since the start [s], (n,).
 
     >>> spinning_up(Law(viscous=1.0, push=2.0), 0.0, np.array([1.0]))[1].round(6).tolist()  # 2 (1 - 1/e)
     [1.264241]

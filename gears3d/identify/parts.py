@@ -10,13 +10,13 @@ import numpy as np
 from gears3d.errors import UsageError, did_you_mean
 from gears3d.identify.motion import Law
 
+# Free numbers of each term, in order.
 NUMBERS = {"coulomb": ("coulomb",), "viscous": ("viscous",), "power": ("coefficient", "exponent")}
-"""Free numbers of each term, in order."""
 UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "coefficient": "N m", "exponent": ""}
+# Laws that compete, the simpler before the richer; Kadmiri et al. 2012, eqs (4)-(7), Rigaud 2020, Ottewill 2010.
 CANDIDATES = (("coulomb",), ("viscous",), ("coulomb", "viscous"), ("coulomb", "power"), ("coulomb", "viscous", "power"))
-"""Laws that compete, the simpler before the richer; Kadmiri et al. 2012, eqs (4)-(7), Rigaud 2020, Ottewill 2010."""
+# Name of the only part of a plain run-down.
 ALONE = "drag"
-"""Name of the only part of a plain run-down."""
 
 
 class Part(NamedTuple):
@@ -95,11 +95,7 @@ class Model(NamedTuple):
         return tuple((part.name, name) for part in self.parts for name in part.names())
 
     def inertia(self, run: int) -> float:
-        """Return what runs down in a run [kg·m²].
-
-        Args:
-            run: its place.
-        """
+        """Return what runs down in a run [kg·m²]."""
         parts = ((self.inertias[name], often) for name, often in self.runs[run].inertias)
         return sum(often * (own.value + own.shift * own.sigma) for own, often in parts)
 
@@ -109,20 +105,12 @@ class Model(NamedTuple):
         return tuple(name for name, own in self.inertias.items() if own.sigma > 0.0 and name in used)
 
     def weights(self, run: int) -> list[float]:
-        """Return the relative change of a run's inertia with a standard deviation of each unsure one.
-
-        Args:
-            run: its place.
-        """
+        """Return the relative change of a run's inertia with a standard deviation of each unsure one."""
         often, whole = dict(self.runs[run].inertias), self.inertia(run)
         return [often.get(name, 0.0) * self.inertias[name].sigma / whole for name in self.unsure()]
 
     def shifted(self, shifts: np.ndarray) -> Model:
-        """Return the model with other inertias.
-
-        Args:
-            shifts: of the unsure ones, in standard deviations.
-        """
+        """Return the model with other inertias."""
         moved = {
             name: self.inertias[name]._replace(shift=float(z)) for name, z in zip(self.unsure(), shifts, strict=True)
         }
@@ -131,9 +119,7 @@ class Model(NamedTuple):
     def law(self, numbers: np.ndarray, run: int) -> Law:
         """Return the deceleration of a run: the torques of its parts, brought to the recorded shaft, over its inertia.
 
-        Args:
-            numbers: free numbers of the parts, torques in N·m, (p,).
-            run: its place.
+        ``numbers``: free numbers of the parts, torques in N·m, (p,).
 
         >>> model = plain(("coulomb", "power"), 2.0, 1)
         >>> model.law(np.array([1.0, 4.0, 1.5]), 0)
@@ -161,11 +147,7 @@ class Model(NamedTuple):
         return Law(coulomb, viscous, *first, more=tuple(powers[1:]), push=per * self.runs[run].torque)
 
     def within(self, runs: list[int]) -> Model:
-        """Return the model of some of the runs, with the parts that are in them.
-
-        Args:
-            runs: their places.
-        """
+        """Return the model of some of the runs, with the parts that are in them."""
         chosen = tuple(self.runs[run] for run in runs)
         present = {share.part for run in chosen for share in run.shares}
         return self._replace(parts=tuple(part for part in self.parts if part.name in present), runs=chosen)
@@ -176,12 +158,8 @@ def plain(
 ) -> Model:
     """Return the model of run-downs that all have one drag.
 
-    Args:
-        terms: of its law.
-        inertia: of what runs down [kg·m²].
-        runs: how many.
-        sigma: standard deviation of the inertia [kg·m²].
-        torques: known torque that spins each run up [N·m], 0 of coast-downs; all coast down unless given.
+    ``inertia``: of what runs down [kg·m²]; ``sigma``: standard deviation of the inertia [kg·m²]; ``torques``: known
+    torque that spins each run up [N·m], 0 of coast-downs; all coast down unless given.
     """
     one = Assembly((Share(ALONE),), (("inertia", 1.0),))
     made = tuple(one._replace(torque=torque) for torque in torques) or (one,) * runs
@@ -191,11 +169,7 @@ def plain(
 def terms_of(law: str) -> tuple[str, ...]:
     """Return the terms of a law.
 
-    Args:
-        law: such as ``"coulomb+viscous"``.
-
-    Raises:
-        UsageError: there is no such law.
+    Raises UsageError when there is no such law.
 
     >>> terms_of("coulomb+power")
     ('coulomb', 'power')

@@ -15,16 +15,16 @@ from gears3d.identify.law import Identified, Parameter
 from gears3d.identify.restitution import curves, snippet
 from gears3d.identify.restitution_fit import choose, scatter_interval
 
+# Ratios from which a coefficient has an interval.
 FEWEST = 3
-"""Ratios from which a coefficient has an interval."""
+# Impacts from which laws can compete; each of the groups that are held out has one.
 ENOUGH = 12
-"""Impacts from which laws can compete; each of the groups that are held out has one."""
+# Relative error of a speed of which the list states none; what is larger shows as scatter.
 READ = 1e-3
-"""Relative error of a speed of which the list states none; what is larger shows as scatter."""
+# Share of impacts whose rebound has another sense than the rest; more are a mix of conventions.
 WITHOUT_REBOUND = 0.1
-"""Share of impacts whose rebound has another sense than the rest; more are a mix of conventions."""
+# Chance of a trend that no trend would show.
 LEVEL = 0.01
-"""Chance of a trend that no trend would show."""
 _ROLES = (
     ("before", r"(velocity|speed|v|geschwindigkeit|omega)[\s_-]*(before|approach|incoming|impact|vor|pre)"),
     ("after", r"(velocity|speed|v|geschwindigkeit|omega)[\s_-]*(after|rebound|outgoing|nach|post)"),
@@ -39,6 +39,7 @@ _ROLES = (
     ("lasted", r"((flight|bounce)[\s_-]*)?(durations?|intervals?)|flugdauer"),
     ("drop", r"drop|trial|run|series|test|versuch|nr|toss"),
 )
+# Family of the unit of each role.
 FAMILIES = {
     "before": "speed",
     "after": "speed",
@@ -47,7 +48,6 @@ FAMILIES = {
     "times": "time",
     "lasted": "time",
 }
-"""Family of the unit of each role."""
 EXPECTED = (
     "columns velocity_before and velocity_after, bounce_time, flight_duration, bounce_height, or drop_height and "
     "bounce_height; a column drop numbers the drops"
@@ -79,9 +79,6 @@ class ImpactList(NamedTuple):
 def roles_of(names: Sequence[str]) -> dict[str, int]:
     """Return which columns of a table make it a list of impacts, by role; empty where they make none.
 
-    Args:
-        names: of the columns, without units.
-
     >>> roles_of(["trial", "velocity_before", "velocity_after"])
     {'drop': 0, 'before': 1, 'after': 2}
     >>> roles_of(["time_s", "theta_loose_rad"]), roles_of(["t", "speed_in", "speed_out"])
@@ -100,13 +97,8 @@ def roles_of(names: Sequence[str]) -> dict[str, int]:
 def list_of(columns: dict[str, np.ndarray], linear: bool, file: str) -> ImpactList:
     """Return the impacts of a table.
 
-    Args:
-        columns: SI values by role, each (n,).
-        linear: whether speeds are in m/s.
-        file: named in faults.
-
-    Raises:
-        InputError: values are not above 0, or rise from bounce to bounce.
+    ``columns``: SI values by role, each (n,). Raises InputError when values are not positive or rise from bounce to
+    bounce.
     """
     rows = len(next(iter(columns.values())))
     drop = columns.get("drop", np.zeros(rows))
@@ -286,7 +278,7 @@ def _mean(whole: ImpactList) -> Identified:
 
 
 def _drops(values: np.ndarray, drop: np.ndarray) -> tuple[int, float, float]:
-    """Return the number of drops, the 95 % half width by their scatter, and the chance of it if drops were alike.
+    """Return the number of drops, the 95 % half width by their scatter, and the p-value if all drops were equal.
 
     Ratios within a drop share its height, ball and reading, so that they are no independent values; the standard error
     of clusters counts each drop once.

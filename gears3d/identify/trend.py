@@ -26,15 +26,10 @@ class Oil(NamedTuple):
 def trends(best: Fit, temperatures: Mapping[str, float | None], oil: Oil | None) -> dict[str, Any]:
     """Return for every number that was found at several temperatures how it changes.
 
-    Args:
-        best: the fit.
-        temperatures: by the name that parts bear behind the ``@`` [°C].
-        oil: for the power of its viscosity.
-
-    Returns:
-        By ``part.name``: ``temperature_degC``, ``value`` and ``sigma`` at each; ``change_1_K``, slope of the number's
-        logarithm, with ``value`` and ``ci95``; ``p_constant``, the chance of such values if nothing changed;
-        ``p_exponential``, if the change is exponential; with an oil, ``viscosity_exponent`` and ``p_viscosity``.
+    ``temperatures``: by the name that parts bear behind the ``@`` [°C]. Returns by ``part.name``:
+    ``temperature_degC``, ``value`` and ``sigma`` at each; ``change_1_K``, slope of the number's logarithm, with
+    ``value`` and ``ci95``; ``p_constant``, the chance of such values if nothing changed; ``p_exponential``, if the
+    change is exponential; with an oil, ``viscosity_exponent`` and ``p_viscosity``.
 
     Source: Kadmiri et al. 2012, eq. (8) (shear goes with µ), (10)-(12) (churning with µ^0.21).
     """
@@ -78,13 +73,8 @@ def generalised(
 ) -> tuple[np.ndarray, np.ndarray, float | None]:
     """Return generalised least squares: numbers, their standard deviations, and the chance of the misfit.
 
-    Args:
-        columns: of the law, (n, p).
-        values: (n,).
-        covariance: of these, (n, n).
-
-    Returns:
-        Numbers (p,), deviations (p,), and the chance that chi-square is as large; ``None`` without a degree of freedom.
+    ``columns``: of the law, (n, p); ``values``: (n,); ``covariance``: of these, (n, n). Returns numbers (p,),
+    deviations (p,), and the chance that chi-square is as large; ``None`` without a degree of freedom.
 
     >>> numbers, sigma, chance = generalised(np.ones((4, 1)), np.array([1.0, 3.0, 1.0, 3.0]), np.eye(4))
     >>> float(numbers[0]), float(sigma[0]), round(chance, 3)
