@@ -1,8 +1,8 @@
 """The drive's motion as its encoder measured it: mean speed, run-up, and the harmonics of its fluctuation.
 
 Every record brings its own motion. The harmonics are found one after the other in the spectrum of the angle, each
-against the noise beside it, so that coloured noise makes no line; all frequencies, amplitudes and phases are then
-fitted together by least squares.
+against the noise at neighbouring frequencies, so that coloured noise makes no line; all frequencies, amplitudes and
+phases are then fitted together by least squares.
 """
 
 from __future__ import annotations
@@ -19,47 +19,47 @@ from gears3d.signals import noise_of
 from gears3d.units import show
 
 Array = np.ndarray
+# Means of the angle that are kept: 40 a period in a record of 400 periods.
 POINTS = 1 << 14
-"""Means of the angle that are kept: 40 a period in a record of 400 periods."""
+# Readings below which nothing but a mean speed is estimated.
 FEWEST = 64
-"""Readings below which nothing but a mean speed is estimated."""
+# Degree of the polynomial in time that a run-up's angle follows: its speed is a parabola.
 DEGREE = 3
-"""Degree of the polynomial in time that a run-up's angle follows: its speed is a parabola."""
+# Periods that a record must hold of a harmonic; with fewer it cannot be separated from a run-up.
 LEAST = 2.0
-"""Periods that a record must hold of a harmonic; with fewer it cannot be separated from a run-up."""
+# Harmonics that are looked for.
 MOST = 12
-"""Harmonics that are looked for."""
+# Probability that noise alone makes a line in a record; its periodogram is exponentially distributed.
 CHANCE = 1e-4
-"""Probability that noise alone makes a line in a record; its periodogram is exponentially distributed."""
+# Lines of the periodogram on each side whose median is the level of the noise.
 BESIDE = 48
-"""Lines of the periodogram on each side whose median is the level of the noise."""
+# Lines of the periodogram between two harmonics; nearer ones are one whose amplitude changes.
 APART = 4.0
-"""Lines of the periodogram between two harmonics; nearer ones are one whose amplitude changes."""
+# Amplitude over that of the strongest harmonic, as speed or as acceleration, below which a line is not kept.
 SMALL = 0.01
-"""Amplitude over that of the strongest harmonic, as speed or as acceleration, below which a line is not kept."""
+# Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone.
 FINEST = 20.0
-"""Multiple of the frequency of the strongest harmonic up to which lines are kept for their acceleration alone."""
+# Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one.
 COUNTED = 0.35
-"""Counts of the encoder: samples that beat with its counts make lines of an amplitude up to 1/pi of one."""
+# Part of the angle below which a line comes from the rounding of numbers.
 ROUNDED = 1e-14
-"""Part of the angle below which a line comes from the rounding of numbers."""
+# Multiples of the strongest harmonic that joints, cranks and motors make, which are looked for below the counts, too,
+# and standard deviations that each must have to be one: by chance, one in 3000.
 NEXT, SURE = 4, 4.0
-"""Multiples of the strongest harmonic that joints, cranks and motors make, which are looked for below the counts, too,
-and standard deviations that each must have to be one: by chance, one in 3000."""
+# Multiple of the amplitude of the fifth-strongest line between two multiples that they must have: where the noise is
+# that of counts, it consists of lines. Chosen on two rigs of the benchmark, space 80 (true ones at 1.43 and more) and
+# space 90 (none true, the strongest at 1.33).
 OTHERS, OVER = 5, 1.4
-"""Multiple of the amplitude of the fifth-strongest line between two multiples that they must have: where the noise is
-that of counts, it consists of lines. Chosen on two rigs of the benchmark, space 80 (true ones at 1.43 and more) and
-space 90 (none true, the strongest at 1.33)."""
+# Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better.
 RUN_UP = 0.02
-"""Change of speed over mean speed from which on a record is called a run-up; controlled drives hold 1 % or better."""
+# Amplitude over that of the strongest harmonic from which on a harmonic of lower order may set the period.
 FUNDAMENTAL = 0.1
-"""Amplitude over that of the strongest harmonic from which on a harmonic of lower order may set the period."""
+# Harmonics that a line of text names.
 SHOWN = 3
-"""Harmonics that a line of text names."""
+# Gauss-Newton steps of the final fit, which begins within 0.1 of a spectral line.
 ROUNDS = 3
-"""Gauss-Newton steps of the final fit, which begins within a tenth of a spectral line."""
+# Standard deviations of a 95 % interval.
 NORMAL = 1.96
-"""Standard deviations of a 95 % interval."""
 
 
 class Harmonic(NamedTuple):
@@ -144,11 +144,7 @@ class DriveMotion(NamedTuple):
 
 
 def told(motion: Mapping[str, Any]) -> str:
-    """Return a drive's motion as one line.
-
-    Args:
-        motion: of :meth:`DriveMotion.to_dict`.
-    """
+    """Return the description of a drive's motion in one line."""
     text = f"mean {show(motion['mean_rad_s']['value'], 'speed', 4)}"
     if motion["run_up"]:
         begin, end = (show(motion[f"speed_{name}_rad_s"], "speed", 4) for name in ("begin", "end"))
@@ -162,14 +158,12 @@ def told(motion: Mapping[str, Any]) -> str:
 
 
 def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -> DriveMotion:
-    """Return the motion of the drive, its strongest harmonics with the uncertainty that noise beside them has.
+    """Return the motion of the drive: mean speed and strongest harmonics, with their uncertainties.
 
-    Interpolation errors of the encoder are no motion; they are taken off first.
+    Interpolation errors of the encoder are removed first.
 
-    Args:
-        time: of the readings [s], rising, (n,).
-        angle: of the drive gear [rad], (n,).
-        frequencies: of its harmonics where they are known [Hz]; they are looked for otherwise.
+    ``time``: of the readings [s], rising, (n,); ``angle``: of the drive gear [rad], (n,); ``frequencies``: of its
+    harmonics where they are known [Hz]; they are looked for otherwise.
 
     Source: Rife and Boorstyn 1974, IEEE Trans. Inf. Theory 20: least squares, uncertainty of a frequency.
 
@@ -185,11 +179,7 @@ def drive_motion(time: Array, angle: Array, frequencies: Sequence[float] = ()) -
 
 
 def motion_of(reading: Reading) -> DriveMotion:
-    """Return the motion of the drive as the readings of its encoder have it.
-
-    Args:
-        reading: without interpolation errors.
-    """
+    """Return the motion of the drive from the readings of its encoder."""
     return _of(reading.time, reading.shown, (), _beats(reading))
 
 
@@ -224,11 +214,8 @@ def _beats(reading: Reading) -> float:
 def of_period(time: Array, angle: Array, period: float, at: Array) -> Array:
     """Return the phase of the drive's fluctuation of a known period at some times [rad], NaN in a shorter record.
 
-    Args:
-        time: of the readings [s], (n,).
-        angle: of the drive gear [rad], (n,).
-        period: [s].
-        at: the times [s], (k,).
+    ``time``: of the readings [s], (n,); ``angle``: of the drive gear [rad], (n,); ``period``: [s]; ``at``: the times
+    [s], (k,).
     """
     found = drive_motion(time, angle, (1.0 / period,)).harmonics
     if not found:
@@ -364,7 +351,7 @@ def _with_multiples(fit: _Fit, turns: Array) -> Array:
     line = pi / fit.half
     apart = np.min(np.abs(times[:, None] - turns), axis=1) > APART * line
     tried = np.append(turns, times[(fit.shrunk(times) > 0.5) & apart])
-    for _ in range(2):  # the noise beside them is what is left without the strong ones
+    for _ in range(2):  # the noise near them is the residual without the strong ones
         numbers = fit.solve(tried)
         rest = fit.rest(tried, numbers)
         grid, _, level = _spectrum(fit, rest)

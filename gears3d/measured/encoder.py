@@ -10,18 +10,18 @@ import numpy as np
 from gears3d.measured.noise import NoiseModel, estimate_noise, without_repeats
 from gears3d.signals import changes, count_of, local_slope, noise_of, quantum, some_steps
 
+# So few readings tell nothing of a rattle.
 FEWEST = 200
-"""So few readings tell nothing of a rattle."""
+# Part of the samples at most that may show a new count, for edges to know more than samples.
 CHANGES = 0.7
-"""Part of the samples at most that may show a new count, for edges to know more than samples."""
+# Noise in counts from which on samples are read with white noise and edges run together.
 WHITE = 0.3
-"""Noise in counts from which on samples are read with white noise and edges run together."""
+# Counts by which steps from sample to sample must vary for counts not to keep step with samples.
 SWEPT = 2.0
-"""Counts by which steps from sample to sample must vary for counts not to keep step with samples."""
+# Edges to either side from which a speed is taken.
 _REACH = 4
-"""Edges to either side from which a speed is taken."""
+# Edges of which noise is measured.
 _TRIES = 200_000
-"""Edges of which noise is measured."""
 
 
 class Reading(NamedTuple):
@@ -80,12 +80,7 @@ def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
 
 
 def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Reading, NoiseModel]:
-    """Return an encoder's readings without its interpolation errors, and the model of what noise is left.
-
-    Args:
-        reading: of the encoder.
-        fluctuation: periods of the drive's fluctuation in a revolution of this gear where they are known.
-    """
+    """Return an encoder's readings without its interpolation errors, and the model of the remaining noise."""
     edges = reading.kind == "edges"
     lines = ()
     if reading.quantum is not None:
@@ -104,7 +99,7 @@ def model_noise(reading: Reading, fluctuation: float | None = None) -> tuple[Rea
 
 
 def _even(angle: np.ndarray, count: float) -> bool:
-    """Return whether all steps are alike to half a count."""
+    """Return whether all steps are equal to within half a count."""
     low, high = np.inf, -np.inf
     for _, change in changes(angle):
         low, high = min(low, float(change.min())), max(high, float(change.max()))
@@ -116,15 +111,13 @@ def _even(angle: np.ndarray, count: float) -> bool:
 def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | None:
     """Return the moment at which each count was passed; ``None`` where the gear turns back or counts run together.
 
-    A counter that trembles about an edge passes it several times. The time that it shows less than the edge, in all,
+    A counter with noise about an edge passes it several times. The total time that it shows less than the edge
     is the moment: that is unbiased for any noise, and as well known as noise and samples allow. Its variance in samples
-    is that of as many trials, τ/√π with the noise τ in samples, and what is left of the rounding to samples,
+    is that of as many trials, τ/√π with the noise τ in samples, and the remaining variance of the rounding to samples,
     Σ exp(−4π²k²τ²)/(2π²k²).
 
-    Args:
-        time: of the samples [s], rising, (n,).
-        angle: whole numbers of counts [rad], (n,).
-        count: angle of one [rad].
+    ``time``: of the samples [s], rising, (n,); ``angle``: whole numbers of counts [rad], (n,); ``count``: angle of one
+    [rad].
 
     >>> time = np.arange(20_000) * 1e-4
     >>> shaky = 5.0 * time + np.random.default_rng(1).normal(0.0, 1e-3, len(time))
@@ -169,7 +162,7 @@ def passages(time: np.ndarray, angle: np.ndarray, count: float) -> Reading | Non
 def _measured_noise(moment: np.ndarray, passed: np.ndarray, swept: np.ndarray, count: float) -> float:
     """Return the noise of the angle before it was counted [rad], which makes edges scatter as they do.
 
-    Few samples tremble across an edge where noise is less than a sample's way, so that these tell too little of it.
+    Where noise is less than the motion per sample, too few samples cross an edge back to estimate it.
     Measured are third differences of the moments of four edges in a row.
     """
     row = np.flatnonzero(np.abs(passed[3:] - passed[:-3]) < 3.5 * count)[:_TRIES]
@@ -205,13 +198,10 @@ def _astray(level: np.ndarray, samples: np.ndarray) -> np.ndarray:
 
 
 def stuck(reading: Reading) -> float:
-    """Return how far off an encoder may stay while counts and samples keep step [rad].
+    """Return the error of an encoder while its count rate is commensurate with the sampling rate, at most [rad].
 
-    Rounding is no white noise: a gear that turns by a whole number of counts a sample is read with one error all the
-    time. Noise of half a count undoes that.
-
-    Args:
-        reading: of the encoder.
+    Rounding is not white noise: a gear that turns by a whole number of counts per sample is read with a constant error.
+    Noise of half a count removes that error.
 
     >>> time = np.linspace(0.0, 1.0, 1001)
     >>> round(stuck(read_encoder(time, np.floor(time**1.1 / 8e-4) * 8e-4)), 9)
@@ -230,8 +220,7 @@ def stuck(reading: Reading) -> float:
 def usual(sigma: np.ndarray) -> float:
     """Return the median of standard deviations, which may all be one.
 
-    Args:
-        sigma: (n,).
+    ``sigma``: (n,).
 
     >>> usual(np.broadcast_to(2.0, 10)), usual(np.array([1.0, 2.0, 4.0]))
     (2.0, 2.0)

@@ -13,59 +13,59 @@ from gears3d.signals import quantum as quantum_of
 from gears3d.signals import robust_deviation, some_steps
 from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
+# Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz.
 STRETCHES, STRETCH = 16, 1 << 16
-"""Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz."""
+# Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife).
 PARTS = 8
-"""Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife)."""
+# Third differences below which a time scale gives no variance: its relative error would be 25 %.
 FEWEST = 40
-"""Third differences below which a time scale gives no variance: its relative error would be 25 %."""
+# Part of the third differences that are smaller than the quantile by which their variance is measured: impacts bend the
+# path in less than 75 % of the windows, up to a window of a flight's length.
 SHARE = 0.25
-"""Part of the third differences that are smaller than the quantile by which their variance is measured: impacts bend
-the path in less than 75 % of the windows, up to a window of a flight's length."""
+# Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8.
 STEEP = 3.0
-"""Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8."""
+# Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected.
 CHANCE = 1e-6
-"""Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected."""
+# Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion.
 LOWEST = 100
-"""Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion."""
+# Highest order that is looked for, as 36 000 lines are the most that rotary encoders have; bins in a wave of it.
 HIGHEST, BINS = 1 << 17, 8
-"""Highest order that is looked for, as 36 000 lines are the most that rotary encoders have; bins in a wave of it."""
+# Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz.
 SMOOTHED = 31
-"""Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz."""
+# Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude.
 PASSED = (2.2, 11.0)
-"""Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude."""
+# Neighbours that are averaged, so that waves of up to 180 readings are passed.
 RATES = (1, 4, 16)
-"""Neighbours that are averaged, so that waves of up to 180 readings are passed."""
+# Deviations beyond which a residual is an impact, not noise.
 OUTLIER = 8.0
-"""Deviations beyond which a residual is an impact, not noise."""
+# Quantiles of the speed between which an order that samples fold back must not look like motion.
 SWEEP = (0.05, 0.95)
-"""Quantiles of the speed between which an order that samples fold back must not look like motion."""
+# Part of the strongest order's power from which on a lower order may be the one that samples make it look like.
 SAME = 0.8
-"""Part of the strongest order's power from which on a lower order may be the one that samples make it look like."""
+# Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more.
 HARMONICS = (1, 2, 3, 4)
-"""Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more."""
+# Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there.
 ALIKE = 0.3
-"""Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there."""
+# Probability that both halves of a record differ as much in a permanent wave, below which it is not one.
 AGREE = 1e-3
-"""Probability that both halves of a record differ as much in a permanent wave, below which it is not one."""
+# Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
+# either side of an order that show how strong the motion is there.
 LINE, BESIDE = 2.0, 5
-"""Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
-either side of an order that show how strong the motion is there."""
+# Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square.
 SLIGHT = 0.1
-"""Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square."""
+# Times that each band is looked through: what a strong wave hides shows when it is taken off.
 PASSES = 2
-"""Times that each band is looked through: what a strong wave hides shows when it is taken off."""
+# Part of the strongest order's amplitude below which another one may be a side band of it.
 FAINT = 0.005
-"""Part of the strongest order's amplitude below which another one may be a side band of it."""
+# Part of the changes that must come after the same number of repeated readings, for an update rate to be stated.
 HELD_SHARE = 0.6
-"""Part of the changes that must come after the same number of repeated readings, for an update rate to be stated."""
+# Counts per sample from which a repeated reading is not an update.
 SWEPT = 2.0
-"""Counts in a sample from which on a reading that repeats is none."""
+# Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
+# makes it half as often.
 REPEATS = 3.0
-"""Times that a reading must come twice for each one that comes next to it, to be repeated by the acquisition: chance
-makes it half as often."""
+# Standard deviations that flicker, random walk and jitter must differ from zero by to be applied.
 SURE = 3.0
-"""Standard deviations that flicker, random walk and jitter must differ from zero by to be applied."""
 
 
 class Periodic(NamedTuple):
@@ -137,8 +137,7 @@ class NoiseModel:
     def sigma(self, duration: float | np.ndarray) -> float | np.ndarray:
         """Return the standard deviation of a mean over a duration about the mean of the record [rad].
 
-        Args:
-            duration: [s], at least one reading.
+        ``duration``: [s], at least one reading.
         """
         lasts = np.maximum(duration, self.spacing)
         wide = np.log(np.maximum(self.span / lasts, 1.0))
@@ -149,8 +148,7 @@ class NoiseModel:
     def deviation(self, lag: float | np.ndarray) -> float | np.ndarray:
         """Return the standard deviation of the difference of two readings [rad].
 
-        Args:
-            lag: time between them [s].
+        ``lag``: time between them [s].
         """
         apart = np.maximum(lag, self.spacing)
         slow = 2.0 * self.flicker**2 * (np.log(np.pi * apart / self.spacing) + np.euler_gamma) + self.walk**2 * apart
@@ -162,9 +160,7 @@ class NoiseModel:
         A fit to a flight of that duration has residuals in the half-waves from 3 on, and uncertainties of its place,
         speed and deceleration by those from 0 to 2.
 
-        Args:
-            duration: [s], (k,).
-            mode: number of half-waves, 0.5 for the mean about neighbouring stretches of the same duration.
+        ``duration``: [s], (k,).
         """
         frequency = 0.5 * np.asarray(mode) / np.maximum(duration, self.spacing)
         coloured = self.flicker**2 / frequency + self.walk**2 / (2.0 * np.pi**2 * frequency**2)
@@ -173,8 +169,7 @@ class NoiseModel:
     def corrected(self, angle: np.ndarray) -> np.ndarray:
         """Return angles without the interpolation errors [rad], (n,).
 
-        Args:
-            angle: as the encoder shows it [rad], (n,).
+        ``angle``: as the encoder shows it [rad], (n,).
         """
         if not self.periodic:
             return angle
@@ -204,8 +199,8 @@ class NoiseModel:
 
 
 _UNSTATED = {"white": np.nan, "flicker": np.nan, "walk": np.nan, "jitter": np.nan}
+# White noise of unknown size, for readings that state their own standard deviation.
 NOT_KNOWN = NoiseModel(0.0, 0.0, 0.0, 0.0, (), 0.0, Held(), 0.0, 0.0, _UNSTATED)
-"""White noise of unknown size, for readings that state their own standard deviation."""
 
 
 def estimate_noise(
@@ -222,17 +217,8 @@ def estimate_noise(
     times from one reading on): in free flight and in smooth motion third differences vanish but for the noise. What
     grows faster than a random walk is motion. Interpolation errors are harmonics of integer order in the angle itself.
 
-    Args:
-        time: of the readings [s], rising, (n,).
-        angle: [rad], (n,).
-        white: standard deviation of a reading where it is known [rad]; else it is measured.
-        lines: periods in a revolution that the encoder may have, in addition to significant ones.
-        edges: whether the readings are moments at which a counter changed.
-        fluctuation: periods of the drive's fluctuation in a revolution where they are known: the motion has impacts in
-            all multiples of this order.
-
-    Returns:
-        The model.
+    ``time``: of the readings [s], rising, (n,); ``angle``: [rad], (n,); ``white``: standard deviation of a reading
+    where it is known [rad]; else it is measured. Returns the model.
 
     Source: Riley 2008 (NIST SP 1065), 5.2.9 Hadamard variance; Heydemann 1981 (Appl. Opt. 20, 3382).
 
@@ -263,10 +249,7 @@ def estimate_noise(
 def combined(one: NoiseModel, other: NoiseModel, radii: tuple[float, float]) -> NoiseModel:
     """Return the noise of the displacement along the line of action, lengths in m in place of angles.
 
-    Args:
-        one: of the drive's encoder.
-        other: of the loose gear's encoder, at whose readings the displacement is known.
-        radii: base radii of drive and loose gear [m].
+    ``radii``: base radii of drive and loose gear [m].
     """
 
     def sum_of(name: str) -> float:
@@ -281,12 +264,10 @@ def combined(one: NoiseModel, other: NoiseModel, radii: tuple[float, float]) -> 
 
 
 def without_repeats(time: np.ndarray, angle: np.ndarray, count: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return readings without those that only repeat the one before: held ones, and such as come now and then.
+    """Return readings without those that only repeat the one before: held readings and occasional repeats.
 
-    Args:
-        time: of the samples [s], (n,).
-        angle: [rad], (n,).
-        count: of the encoder [rad]; ``None`` for a smooth record.
+    ``time``: of the samples [s], (n,); ``angle``: [rad], (n,); ``count``: of the encoder [rad]; ``None`` for a smooth
+    record.
     """
     if held_readings(time, angle).samples > 1 or _twice(angle, count or 0.0):
         fresh = np.append(True, angle[1:] != angle[:-1])
@@ -306,9 +287,7 @@ def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:
 
     A slow gear on a counter repeats its readings, too; there changes are of one count, those of a held reading of more.
 
-    Args:
-        time: of the samples [s], (n,).
-        angle: [rad], (n,).
+    ``time``: of the samples [s], (n,); ``angle``: [rad], (n,).
 
     >>> time = np.arange(4000) * 1e-3
     >>> found = held_readings(time, np.repeat(time[::4] ** 1.1, 4))
@@ -541,12 +520,9 @@ class _Motion(NamedTuple):
     turns: float
 
     def makes(self, order: int, angle: np.ndarray, rest: np.ndarray) -> bool:
-        """Return whether a line of the residual may be one of the motion, which has impacts in all its multiples.
+        """Return whether a line of the residual may belong to the motion, whose impacts have lines at all multiples.
 
-        Args:
-            order: of the line.
-            angle: at the residuals [rad], (n,).
-            rest: residuals [rad], (n,).
+        ``angle``: at the residuals [rad], (n,); ``rest``: residuals [rad], (n,).
         """
         number = round(order / self.order)
         if number < 1 or abs(order - number * self.order) * self.turns > LINE:

@@ -65,8 +65,8 @@ class Admitted:
         return any(finding.kind == "duplicated-file" for finding in self.findings)
 
 
+# Periods of a record below which the frequency of its fluctuation cannot be separated from a run-up.
 SHORT = 3.0
-"""Periods of a record below which the frequency of its fluctuation cannot be separated from a run-up."""
 
 
 class Admission(NamedTuple):

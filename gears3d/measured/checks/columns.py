@@ -12,35 +12,26 @@ from gears3d.measured.checks.view import MESH, Finding, View
 from gears3d.measured.readers import Channels
 
 DROPPED = "drop-outs"
+# Rows without a reading that are excluded without being asked for, at most.
 FEW = 20
-"""Rows without a reading that are excluded without being asked for, at most."""
+# Part of a record that they may be, as of damaged rows; the flights that they interrupt are lost, no others.
 SHARE = 0.01
-"""Part of a record that they may be, as of damaged rows; the flights that they interrupt are lost, no others."""
+# Rows in a row that they may be.
 LONGEST = 2
-"""Rows in a row that they may be."""
+# So many times as far from zero as they move, the readings around a zero must be for it to be none.
 FAR = 10.0
-"""So many times as far from zero as they move, the readings around a zero must be for it to be none."""
+# Angle [rad] that no gear reaches: ten years at 30 000 rpm.
 FARTHEST = 1e12
-"""Angle [rad] that no gear reaches: ten years at 30 000 rpm."""
 
 
 def examine(view: View) -> list[Finding]:
-    """Find columns that are missing, empty, of another length or no numbers, and rows that hold NaN or infinity.
-
-    Args:
-        view: the record.
-    """
+    """Find columns that are missing, empty, of another length or no numbers, and rows that hold NaN or infinity."""
     found = [*_missing(view), *_shapes(view)]
     return found or _holes(view)
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Leave rows without a reading out: NaN, infinity, or a zero far from the readings around it.
-
-    Args:
-        columns: each (n,).
-        findings: of this check.
-    """
+    """Leave rows without a reading out: NaN, infinity, or a zero far from the readings around it."""
     good = np.ones(len(columns["time_s"]), bool)
     for finding in findings:
         values = columns[finding.channel]
@@ -82,11 +73,7 @@ def _shapes(view: View) -> list[Finding]:
 
 
 def empty(view: View) -> list[Finding]:
-    """Find too few rows to tell anything.
-
-    Args:
-        view: the record, corrected or not.
-    """
+    """Find too few rows to tell anything."""
     rows = len(view.time)
     if rows >= 3:
         return []
@@ -160,9 +147,6 @@ REMEDIES = {
 def examine_decoded(meta: Mapping[str, Any]) -> list[Finding]:
     """Find what a decoder noted that is wrong with a channel.
 
-    Args:
-        meta: of the record; ``decoded`` has what decoders saw.
-
     >>> note = {"kind": "lost-pulses", "channel": "T", "size": 2.0, "unit": "", "text": "2 missing", "harmless": False}
     >>> [(one.kind, one.channel, one.size) for one in examine_decoded({"decoded": [note, {**note, "harmless": True}]})]
     [('lost-pulses', 'T', 2.0)]
@@ -182,20 +166,16 @@ def examine_decoded(meta: Mapping[str, Any]) -> list[Finding]:
     ]
 
 
+# Rows that are looked for in the other record.
 SNIPPET = 200
-"""Rows that are looked for in the other record."""
+# Rows in common from which on two records overlap.
 FEWEST = 1000
-"""Rows in common from which on two records overlap."""
+# Changes are the same when they differ by no more [rad].
 SAME = 1e-9
-"""Changes are the same when they differ by no more [rad]."""
 
 
 def examine_copies(channels: Channels, others: Iterable[Channels]) -> list[Finding]:
     """Find records among others that hold the same readings.
-
-    Args:
-        channels: the record.
-        others: records given before.
 
     >>> rows = np.random.default_rng(1).normal(size=5000)
     >>> one = Channels({"time_s": np.arange(5000.0), "theta_loose_rad": rows}, "a.csv")

@@ -15,31 +15,32 @@ from gears3d.signals.orders import harmonics, phasors_of
 # is in step with a revolution, orders of the flanks imitate a delay; they are fitted with it, which its uncertainty
 # includes. Both flanks have the same orders but for the variation of the backlash, which is fitted where both are
 # touched.
+
+# Standard deviations from which a delay or a drift is reported.
 SURE = 7.0
-"""Standard deviations from which a delay or a drift is reported."""
+# Part of the backlash that a delay must move the displacement by, peak to peak.
 LEAST = 0.01
-"""Part of the backlash that a delay must move the displacement by, peak to peak."""
+# Part of the backlash by which contact may deviate from its fit; larger deviations are not contact.
 ROUGH = 0.01
-"""Part of the backlash by which contact may deviate from its fit; larger deviations are not contact."""
+# Part of the speed's changes that waves of the flanks may explain, at most.
 ALIKE = 0.985
-"""Part of the speed's changes that waves of the flanks may explain, at most."""
+# Part of the backlash that the noise of 1/60 of a period may be, and the residual of contact over the noise of blocks
+# where it is more: gears in flight appear at rest there, and counts of a gear that hardly turns do not scatter.
 HIDING, EXPLAINED = 0.0025, (0.7, 1.3)
-"""Part of the backlash that the noise of 1/60 of a period may be, and the residual of contact over the noise of blocks
-where it is more: gears in flight appear at rest there, and counts of a gear that hardly turns do not scatter."""
+# Blocks in a stretch, at least; blocks and part of a period spared at both ends: bounces die out, flight begins.
 LONG, TRIM, SPARED = 8, 1, 0.08
-"""Blocks in a stretch, at least; blocks and part of a period spared at both ends: bounces die out, flight begins."""
+# Part of a period that a stretch lasts, at least: in a shorter one any curvature imitates the speed.
 LASTS = 0.12
-"""Part of a period that a stretch lasts, at least: in a shorter one any curvature imitates the speed."""
+# Half width of a flank's range, in backlashes, and the part of contact that must lie in two of them.
 FLANK, PLACED = 0.08, 0.7
-"""Half width of a flank's range, in backlashes, and the part of contact that must lie in two of them."""
 MOST = 12_000
 MOST_ORDER = 12
+# Orders that each flank has for itself: the backlash varies once per revolution.
 OWN_ORDERS = 1
-"""Orders that each flank has for itself: the backlash varies once per revolution."""
+# Expected size of orders of the flanks, in backlashes.
 WANDER = 0.3
-"""Expected size of orders of the flanks, in backlashes."""
+# Groups of neighbouring blocks, at least, whose errors are taken as independent.
 STEPS = 40
-"""Groups of neighbouring blocks, at least, whose errors are taken as independent."""
 
 
 class Delay(NamedTuple):
@@ -63,11 +64,7 @@ class Delay(NamedTuple):
 
 
 def examine_delay(view: View) -> list[Finding]:
-    """Find a delay between both channels.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap, its ratio is right.
-    """
+    """Find a delay between both channels."""
     band = view.band
     if band is None or (delay := delay_of(view, band)) is None:
         return []
@@ -92,12 +89,7 @@ def examine_delay(view: View) -> list[Finding]:
 
 
 def correct_delay(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Read the loose gear's channel earlier by the delay: whole rows are shifted, parts of one interpolated.
-
-    Args:
-        columns: each (n,).
-        findings: of this check.
-    """
+    """Read the loose gear's channel earlier by the delay: whole rows are shifted, parts of one interpolated."""
     time, delay = columns["time_s"], findings[0].size
     inside = (time + delay >= time[0]) & (time + delay <= time[-1])
     shifted = np.interp(time[inside] + delay, time, columns[MESH[1]])
@@ -105,12 +97,7 @@ def correct_delay(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
 
 
 def delay_of(view: View, band: Band) -> Delay | None:
-    """Return the delay of the loose gear's channel, ``None`` where contact or changes of speed are too few.
-
-    Args:
-        view: the record.
-        band: its blocks.
-    """
+    """Return the delay of the loose gear's channel, ``None`` where contact or changes of speed are too few."""
     inside = _chosen(band)
     if len(inside) < 50 or view.declared.radii is None or view.declared.backlash is None:
         return None
@@ -236,16 +223,12 @@ def _fit(
     return numbers / scale, float(np.sqrt(max(spread_of[0, 0], floor)) / scale[0]), left
 
 
+# Part of the backlash from which a drift is reported.
 DRIFT = 0.03
-"""Part of the backlash from which a drift is reported."""
 
 
 def examine_drift(view: View) -> list[Finding]:
-    """Find a dead band whose displacement does not repeat with the revolutions.
-
-    Args:
-        view: the record; its ratio is right, its jumps are corrected.
-    """
+    """Find a dead band whose displacement does not repeat with the revolutions."""
     found = view.places
     if found is None:
         return []
@@ -264,28 +247,25 @@ def examine_drift(view: View) -> list[Finding]:
 # In contact an eccentric encoder of the loose gear imitates a transmission error. In flight it does not: the loose gear
 # decelerates evenly there, and only its encoder bends the angle. An eccentric encoder of the drive shows in the drive's
 # angle alone while the loose gear turns evenly; with a transmission error it is the reverse.
+
+# Standard deviations, and part of the backlash, from which a wave is reported.
 WAVE, WAVE_LEAST = 6.0, 0.05
-"""Standard deviations, and part of the backlash, from which a wave is reported."""
+# How far two amplitudes that are the same may differ, as a part of them.
 NEAR = 0.3
-"""How far two amplitudes that are the same may differ, as a part of them."""
+# Flights that show whether a wave is in them.
 FEWEST = 20
-"""Flights that show whether a wave is in them."""
+# Part of the backlash by which a flight is distant from both flanks.
 AMID = 0.1
-"""Part of the backlash by which a flight is distant from both flanks."""
+# Blocks in such a flight, at least, and so many flights at most.
 FLOWN, FLIGHTS = 2, 3000
-"""Blocks in such a flight, at least, and so many flights at most."""
+# Blocks in which a wave of the drive is sought.
 SOUGHT = 4000
-"""Blocks in which a wave of the drive is sought."""
+# Neighbouring orders of an order, which show the usual amplitude there.
 BESIDE = (-0.45, -0.35, -0.25, 0.25, 0.35, 0.45)
-"""Neighbouring orders of an order, which show the usual amplitude there."""
 
 
 def examine_waves(view: View) -> list[Finding]:
-    """Find waves of the displacement with the revolutions, and whose they are where that is decidable.
-
-    Args:
-        view: the record; its ratio is right, its jumps and delays are corrected.
-    """
+    """Find waves of the displacement with the revolutions, and whose they are where that is decidable."""
     band, found = view.band, view.places
     if band is None or found is None:
         return []
@@ -298,12 +278,7 @@ def examine_waves(view: View) -> list[Finding]:
 
 
 def correct_waves(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Remove the waves of encoders.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of kind ``"encoder-wave"``.
-    """
+    """Remove the waves of encoders."""
     corrected = dict(columns)
     for finding in findings:
         angle = columns[finding.channel]

@@ -10,37 +10,28 @@ from gears3d.measured.checks.time_base import EVEN
 from gears3d.measured.checks.view import Finding, View, when
 from gears3d.signals import some_steps
 
+# How far counts found may be off the declared ones.
 CLOSE = 1e-3
-"""How far counts found may be off the declared ones."""
+# How far they may be off for one of both to be a mistake in the number of lines, not lines taken for edges.
 ALIKE = 0.1
-"""How far they may be off for one of both to be a mistake in the number of lines, not lines taken for edges."""
+# Part of the backlash: records with more noise were never segmented.
 NOISY = 0.06
-"""Part of the backlash: records with more noise were never segmented."""
+# Noise in counts that rounding alone may seem to make.
 ROUNDING = 0.65
-"""Noise in counts that rounding alone may seem to make."""
 TIMES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
+# Index marks contradict a count by more than what so many rows turn in all, and by so many counts a revolution: a mark
+# stands at the row after its edge, and a few counts may be lost.
 ROWS, COUNTS = 3.0, 2.0
-"""Index marks contradict a count by more than what so many rows turn in all, and by so many counts a revolution: a mark
-stands at the row after its edge, and a few counts may be lost."""
 
 
 def examine_counts(view: View) -> list[Finding]:
-    """Find encoders that count otherwise than declared, and noise that fills the backlash.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap.
-    """
+    """Find encoders that count otherwise than declared, and noise that fills the backlash."""
     found = [finding for name in view.angles for finding in (*_between_marks(view, name), *_counts(view, name))]
     return [*found, *_noise(view)]
 
 
 def otherwise(view: View, name: str) -> str:
-    """Return as text that an angle comes in slightly other counts than declared, empty where it does not.
-
-    Args:
-        view: the record.
-        name: of the column.
-    """
+    """Return as text that an angle comes in slightly other counts than declared, empty where it does not."""
     declared, count = view.declared.counts.get(name), view.quanta[name]
     seen = 2 * np.pi / count if count else 0.0
     if declared is None or not CLOSE < abs(seen / declared - 1.0) < ALIKE:
@@ -121,18 +112,14 @@ def _noise(view: View) -> list[Finding]:
     return [Finding("noise", "", length, "m", told, "check couplings, or use encoders with a finer resolution")]
 
 
+# A wrap is so many times larger than what the gear does in a row.
 FASTER = 20.0
-"""A wrap is so many times larger than what the gear does in a row."""
 WIDTHS = {"a turn": 2 * np.pi, "half a revolution": np.pi, "360 deg": 360.0, "1 revolution": 1.0}
 BITS = range(8, 49)
 
 
 def examine_wraps(view: View) -> list[Finding]:
-    """Find angles that fall back by a turn, or by a power of two of their counts.
-
-    Args:
-        view: the record; its time rises.
-    """
+    """Find angles that fall back by a turn, or by a power of two of their counts."""
     found = []
     for name in view.angles:
         usual = float(np.quantile(np.abs(view.some_changes(name)), 0.99))
@@ -152,12 +139,7 @@ def examine_wraps(view: View) -> list[Finding]:
 
 
 def correct_wraps(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Add the turns up.
-
-    Args:
-        columns: each (n,).
-        findings: of this check.
-    """
+    """Add the turns up."""
     corrected = dict(columns)
     for finding in findings:
         angle = columns[finding.channel]
@@ -180,20 +162,21 @@ def _width(seen: float, slack: float, count: float | None) -> tuple[float, str]:
 
 # A row of such a record is an edge, or the moment just before one; a missing edge is a permanent error of one count,
 # which the times between edges show and changes from row to row do not.
+
+# Times between edges to either side that show the usual time.
 REACH = 4
-"""Times between edges to either side that show the usual time."""
+# Part of the changes that must be one count, for rows to be edges.
 WHOLE = 0.99
-"""Part of the changes that must be one count, for rows to be edges."""
+# A time between edges that holds two of them is at least so many times the usual.
 LONGER = 1.6
-"""A time between edges that holds two of them is at least so many times the usual."""
+# Its logarithm must exceed those of its neighbours by so many times their range.
 WIDE = 2.5
-"""Its logarithm must exceed those of its neighbours by so many times their range."""
+# How near the logarithm of a time must be to that of whole usual ones; how much neighbours may differ for that.
 NEAR, STEADY = 0.15, 0.12
-"""How near the logarithm of a time must be to that of whole usual ones; how much neighbours may differ for that."""
+# Places that can be corrected one by one; an encoder with more of them cannot be used.
 TOLD = 20
-"""Places that can be corrected one by one; an encoder with more of them cannot be used."""
+# Part of the backlash from which on lost or additional edges falsify flights.
 TORN = 0.1
-"""Part of the backlash from which on lost or additional edges falsify flights."""
 
 
 class Marks(NamedTuple):
@@ -213,11 +196,7 @@ class Marks(NamedTuple):
 
 
 def examine_edges(view: View) -> list[Finding]:
-    """Find edges of a gear that were stamped as one, or twice.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap.
-    """
+    """Find edges of a gear that were stamped as one, or twice."""
     found = []
     for name in view.angles:
         marks = marks_of(view, name)
@@ -233,12 +212,7 @@ def examine_edges(view: View) -> list[Finding]:
 
 
 def correct_edges(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Restore or remove counts from the row on in which they were lost or added.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of one kind.
-    """
+    """Restore or remove counts from the row on in which they were lost or added."""
     corrected = dict(columns)
     for finding in findings:
         angle = corrected[finding.channel].copy()
@@ -249,12 +223,7 @@ def correct_edges(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
 
 
 def marks_of(view: View, name: str) -> Marks | None:
-    """Return the edges of a gear, ``None`` where rows are samples.
-
-    Args:
-        view: the record.
-        name: of the column.
-    """
+    """Return the edges of a gear, ``None`` where rows are samples."""
     if view.spacing <= 0.0:
         return None
     some = np.abs(view.some_changes(name))

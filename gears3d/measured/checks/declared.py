@@ -11,14 +11,14 @@ import numpy as np
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+# The columns of a record of two gears in mesh.
 MESH = ("theta_drive_rad", "theta_loose_rad")
-"""The columns of a record of two gears in mesh."""
 
 
+# Part of a revolution by which the angle between index marks may deviate: a wrong count, not another shaft.
 NEAR = 0.2
-"""Part of a revolution by which the angle between index marks may deviate: a wrong count, not another shaft."""
+# Revolutions between index marks that show a count.
 FEW = 3
-"""Revolutions between index marks that show a count."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,6 @@ def stated_of(condition: Mapping[str, Any], rig: Scenario | None, stated_motion:
     Any key of ``motion.harmonics`` states all harmonics of the rig with that change; the mean speed alone states no
     harmonics, and the reverse. A recorded motion states everything.
 
-    Args:
-        condition: keys of the rig that the record's map overrides, dotted.
-        rig: scenario of the bench in this record's condition.
-        stated_motion: whether the rig's own motion is stated of the record as well.
-
     >>> sorted(stated_of({"motion.mean": "90 rpm", "drag.torque": "1 N m"}, None))
     ['mean']
     """
@@ -90,12 +85,6 @@ def declared(
     stated: Collection[str] = (),
 ) -> Declared:
     """Return what rig and metadata declare.
-
-    Args:
-        rig: scenario of the bench, or nothing.
-        meta: of the record; base radii in it serve without a rig.
-        needs: columns that must be there besides time; alternatives as a tuple.
-        stated: parts of the rig's motion that are stated of the record, as :func:`stated_of` has them.
 
     >>> declared(None, {"base_radius_drive_m": 0.1, "base_radius_loose_m": 0.2}).radii
     (0.1, 0.2)

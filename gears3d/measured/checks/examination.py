@@ -34,6 +34,7 @@ class Check(NamedTuple):
     kinds: tuple[str, ...] = ()
 
 
+# In order: each check may trust what those before it found in order, or could correct.
 CHECKS = (
     Check(columns.examine, columns.correct, ("drop-outs", "not-finite")),
     Check(time_base.examine_order, time_base.correct_order, ("duplicates", "time-wrap", "time-order", "time-stamps")),
@@ -51,9 +52,8 @@ CHECKS = (
     Check(contact.examine_drift),
     Check(contact.examine_waves, contact.correct_waves, ("encoder-wave",)),
 )
-"""In order: each check may trust what those before it found in order, or could correct."""
+# Kinds that are corrected without being named: a row without a reading is of no use.
 ALWAYS = ("drop-outs",)
-"""Kinds that are corrected without being named: a row without a reading is of no use."""
 CORRECTABLE = (*(kind for check in CHECKS for kind in check.kinds), "duplicated-file")
 
 
@@ -134,11 +134,7 @@ def correct(channels: Channels, findings: Sequence[Finding], kinds: Sequence[str
 def refuse_unknown(kinds: Iterable[str]) -> None:
     """Refuse kinds that cannot be corrected.
 
-    Args:
-        kinds: as the user named them.
-
-    Raises:
-        UsageError: one is not known.
+    Raises UsageError when one is not known.
     """
     for kind in kinds:
         if kind not in CORRECTABLE:

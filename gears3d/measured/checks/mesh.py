@@ -18,17 +18,17 @@ from gears3d.measured.checks.time_base import speed_ratio
 from gears3d.measured.checks.view import MESH, Finding, View
 from gears3d.measured.checks.wrong_encoder import judge, reason, remedy_for, scale_of
 
+# Width of the band, in declared backlashes, within which the gears may part: the declared one may be wrong.
 BANDS = 3.0
-"""Width of the band, in declared backlashes, within which the gears may part: the declared one may be wrong."""
+# How near a factor must be to that of a mistake.
 CLOSE = 0.003
-"""How near a factor must be to that of a mistake."""
+# How near a mean speed must be to a mistake's, which no teeth tie down.
 NEAR = 0.02
-"""How near a mean speed must be to a mistake's, which no teeth tie down."""
+# Ratio of the drive's speed to the declared one that no test has.
 FAR = 10.0
-"""Ratio of the drive's speed to the declared one that no test has."""
+# Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder cannot be
+# distinguished: twice the 5 % by which counts are wrong in practice.
 SIMILAR = 0.1
-"""Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder cannot be
-distinguished: twice the 5 % by which counts are wrong in practice."""
 POINTS = 20_000
 TURN = 2 * np.pi
 FACTORS = {
@@ -55,11 +55,7 @@ class Ratio(NamedTuple):
 
 
 def examine_ratio(view: View) -> list[Finding]:
-    """Find a ratio of both angles, or a speed of both, that is not what the rig declares.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap.
-    """
+    """Find a ratio of both angles, or a speed of both, that is not what the rig declares."""
     ratio = ratio_of(view)
     if ratio is None:
         return []
@@ -73,12 +69,7 @@ def examine_ratio(view: View) -> list[Finding]:
 
 
 def correct_ratio(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Correct a wrong unit or count, invert a sign, or interchange the channels.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of one kind.
-    """
+    """Correct a wrong unit or count, invert a sign, or interchange the channels."""
     drive, loose = (columns[name] for name in MESH)
     if findings[0].kind == "swapped":
         return {**columns, MESH[0]: loose, MESH[1]: drive}
@@ -93,12 +84,7 @@ def correct_ratio(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
 
 
 def recounted(declared: Declared, findings: list[Finding]) -> Declared:
-    """Return what is declared with the counts of a channel whose wrong count is corrected.
-
-    Args:
-        declared: of the bench.
-        findings: of any check.
-    """
+    """Return what is declared with the counts of a channel whose wrong count is corrected."""
     counts, marks = dict(declared.counts), dict(declared.marks)
     for finding in findings:
         if finding.kind == "ratio" and finding.channel in counts:
@@ -109,11 +95,7 @@ def recounted(declared: Declared, findings: list[Finding]) -> Declared:
 
 
 def ratio_of(view: View) -> Ratio | None:
-    """Return the ratio, ``None`` when the drive does not go far enough to tell one.
-
-    Args:
-        view: the record.
-    """
+    """Return the ratio, ``None`` when the drive does not go far enough to tell one."""
     declared = view.declared
     if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
         return None
@@ -134,11 +116,7 @@ def ratio_of(view: View) -> Ratio | None:
 
 
 def speed_of(view: View) -> float | None:
-    """Return the drive's mean speed over the declared one, ``None`` when that is not declared or tells nothing.
-
-    Args:
-        view: the record.
-    """
+    """Return the drive's mean speed over the declared one, ``None`` when that is not declared or tells nothing."""
     mean = view.declared.mean_speed
     if mean is None or abs(mean) <= 0.2 * view.declared.fluctuation or mean == 0.0:
         return None
@@ -271,6 +249,7 @@ UNITS = {
     "thousand rpm": 0.03 / np.pi,
     "rad/min": 60.0,
 }
+# Units that turn the speed of the rig's scenario into another one, by the factor.
 HINTS = {
     "the angles are in degrees": 180.0 / np.pi,
     "the angles are in revolutions": 0.5 / np.pi,
@@ -278,30 +257,25 @@ HINTS = {
     "time is in microseconds": 1e-6,
     "time is in minutes": 60.0,
 }
-"""Units that turn the speed of the rig's scenario into another one, by the factor."""
+# How near a factor must be to that of a unit for a hint: 1 in 600 of records of any speed from 1e-6 to 100 times.
 EXACT = 0.005
-"""How near a factor must be to that of a unit for a hint: 1 in 600 of records of any speed from 1e-6 to 100 times."""
 PARTNERS = {
     "omega_drive_rad_s": ("theta_drive_rad",),
     "omega_loose_rad_s": ("theta_loose_rad",),
     "omega_rad_s": ("theta_rad", "theta_loose_rad", "theta_drive_rad"),
 }
+# Stretches whose mean speeds are compared.
 BLOCKS = 2000
-"""Stretches whose mean speeds are compared."""
+# Part of the mean square of a speed that the angle's must explain, for its factor to be told.
 ALIKE = 0.9
-"""Part of the mean square of a speed that the angle's must explain, for its factor to be told."""
+# How far a factor must be off 1 to be told, and how near it must be to that of a unit.
 OFF = 0.02
-"""How far a factor must be off 1 to be told, and how near it must be to that of a unit."""
+# How near a factor must be to that of a unit where the declared mean speed alone speaks for it.
 MEANT = 0.05
-"""How near a factor must be to that of a unit where the declared mean speed alone speaks for it."""
 
 
 def examine_speeds(view: View) -> list[Finding]:
-    """Find columns of speed in another unit, of another gear or in another sense than their angle.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap.
-    """
+    """Find columns of speed in another unit, of another gear or in another sense than their angle."""
     found = []
     for name, partners in PARTNERS.items():
         speed = view.columns.get(name)
@@ -314,12 +288,7 @@ def examine_speeds(view: View) -> list[Finding]:
 
 
 def correct_speeds(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Put speeds into rad/s.
-
-    Args:
-        columns: each (n,).
-        findings: of this check.
-    """
+    """Put speeds into rad/s."""
     return columns | {one.channel: columns[one.channel] / one.size for one in findings}
 
 
@@ -355,9 +324,6 @@ def compare_with_usual(view: View) -> list[Finding]:
     """Report a drive whose speed is that of the rig's scenario in another unit, where no speed is stated.
 
     Records may be of any speed, so nothing is concluded from it.
-
-    Args:
-        view: the record.
     """
     usual, name = view.declared.usual_speed, MESH[0]
     lasts = float(view.time[-1] - view.time[0]) if len(view.time) > 1 else 0.0

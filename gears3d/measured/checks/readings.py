@@ -10,28 +10,28 @@ import numpy as np
 from gears3d.measured.checks.declared import Declared
 from gears3d.measured.checks.view import MESH, Finding, View, when
 
+# A gear that stands while the other turns by so many backlashes is not in mesh.
 BANDS = 3.0
-"""A gear that stands while the other turns by so many backlashes is not in mesh."""
+# Standard deviations of a change by which a gear must turn in a row for a change of nothing to be impossible.
 SURE = 6.0
-"""Standard deviations of a change by which a gear must turn in a row for a change of nothing to be impossible."""
+# Rows to either side from which the speed of a gear is estimated.
 REACH = 12
-"""Rows to either side from which the speed of a gear is estimated."""
 MOST = 200_000
+# Part of the rows in motion from which on held readings are how a channel is read, not single samples given twice.
 SHARE = 0.005
-"""Part of the rows in motion from which on held readings are how a channel is read, not single samples given twice."""
+# Runs of held rows of one channel that make a finding.
 FEW = 10
-"""Runs of held rows of one channel that make a finding."""
+# Counts by which a reading changes at once that was held; a gear slow enough to repeat a reading makes one, or two.
 STEP = 2.5
-"""Counts by which a reading changes at once that was held; a gear slow enough to repeat a reading makes one, or two."""
+# Part of the rows that repeat a reading from which on a channel is held all along; at every second row it is half.
 THROUGHOUT = 0.4
-"""Part of the rows that repeat a reading from which on a channel is held all along; at every second row it is half."""
+# A hold of such a channel is at most so many times as long as nearly all others, or, where updates come at random, as
+# long as the longest of their number with a probability of 1 - e^-7.
 LONGER, RARE = 3.0, 7.0
-"""A hold of such a channel is at most so many times as long as nearly all others, or, where updates come at random, as
-long as the longest of their number with a probability of 1 - e^-7."""
+# Part of the updates that come at the same row of so many, from which on they are regular.
 REGULAR = 0.99
-"""Part of the updates that come at the same row of so many, from which on they are regular."""
+# So many times as often as after a change of one count such a change must come after none.
 TIMES = 3.0
-"""So many times as often as after a change of one count such a change must come after none."""
 
 
 class Hold(NamedTuple):
@@ -47,11 +47,7 @@ class Hold(NamedTuple):
 
 
 def examine_holds(view: View) -> list[Finding]:
-    """Find channels that freeze while the mating gear turns, held readings, and rows that repeat the row before.
-
-    Args:
-        view: the record; its time rises.
-    """
+    """Find channels that freeze while the mating gear turns, held readings, and rows that repeat the row before."""
     still = {name: _standing(view, name) for name in view.angles}
     frozen = [one for name, rows in still.items() for one in _frozen(view, name, rows)] if view.declared.meshed else []
     if frozen:
@@ -61,12 +57,7 @@ def examine_holds(view: View) -> list[Finding]:
 
 
 def correct_holds(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Interpolate held readings between the rows that were updated.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of kind ``"held"``.
-    """
+    """Interpolate held readings between the rows that were updated."""
     corrected = dict(columns)
     for finding in findings:
         angle, about = columns[finding.channel], finding.parameters
@@ -92,12 +83,7 @@ def correct_holds(columns: dict[str, np.ndarray], findings: list[Finding]) -> di
 
 
 def quietest(declared: Declared, findings: list[Finding]) -> Declared:
-    """Return what is declared with the noise of readings that are held, which interpolated ones hide.
-
-    Args:
-        declared: of the bench.
-        findings: of any check.
-    """
+    """Return what is declared with the noise of readings that are held, which interpolated ones hide."""
     known = {one.channel: one.parameters["noise_rad"] for one in findings if one.kind == "held"}
     return replace(declared, noise={**declared.noise, **known}) if known else declared
 
@@ -237,30 +223,30 @@ def _repeated(view: View, still: dict[str, np.ndarray]) -> list[Finding]:
     return [Finding("repeated", "", float(len(at)), "row", told, remedy, rows=rows)]
 
 
+# Standard deviations of a change from which it is examined.
 JUMP = 7.0
-"""Standard deviations of a change from which it is examined."""
+# A change must exceed those around it by so many times their range.
 WIDE = 1.5
-"""A change must exceed those around it by so many times their range."""
+# Rows to either side, without the next ones, that show the usual change.
 AROUND = 6
-"""Rows to either side, without the next ones, that show the usual change."""
+# Jumps that are listed, and can be corrected, one by one.
 TOLD = 20
-"""Jumps that are listed, and can be corrected, one by one."""
+# Jumps from which on their removal is tried.
 REMOVED = 5
-"""Jumps from which on their removal is tried."""
+# Ranges of the displacement beyond which the sum of its jumps cannot be a fault: it would be seen in that range.
 BEYOND = 1.5
-"""Ranges of the displacement beyond which the sum of its jumps cannot be a fault: it would be seen in that range."""
+# Backlashes within which gears in mesh stay: run-out of small ones adds as much, and the declared one may be wrong.
 BANDS = 3.0
-"""Backlashes within which gears in mesh stay: run-out of small ones adds as much, and the declared one may be wrong."""
+# Part of the backlash from which on a jump falsifies flights.
 TORN = 0.1
-"""Part of the backlash from which on a jump falsifies flights."""
+# Rows to either side by which a jump is measured.
 FITTED = 40
-"""Rows to either side by which a jump is measured."""
 JUMPS_AT_ONCE = 50_000
+# Counts by which an angle moves at once, at least, where readings are held: an encoder that is read at every row and
+# stands still in most of them moves by one, seldom two.
 HELD = 2.5
-"""Counts by which an angle moves at once, at least, where readings are held: an encoder that is read at every row and
-stands still in most of them moves by one, seldom two."""
+# Rows that are examined at a time.
 AT_ONCE = 1 << 18
-"""Rows that are examined at a time."""
 
 
 class Jumps(NamedTuple):
@@ -282,11 +268,7 @@ class Jumps(NamedTuple):
 
 
 def examine_jumps(view: View) -> list[Finding]:
-    """Find lost or extra counts, single outliers, and rows missing in both channels at once.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap.
-    """
+    """Find lost or extra counts, single outliers, and rows missing in both channels at once."""
     if (updates := _updates(view)) is not None:
         thin = View({name: values[updates] for name, values in view.columns.items()}, view.declared)
         return [
@@ -326,12 +308,7 @@ def _updates(view: View) -> np.ndarray | None:
 
 
 def correct_jumps(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Restore lost counts from the row on in which they were lost.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of kind ``"lost-counts"``.
-    """
+    """Restore lost counts from the row on in which they were lost."""
     corrected = dict(columns)
     for finding in findings:
         angle = corrected[finding.channel].copy()
@@ -345,10 +322,6 @@ def find(view: View, name: str) -> Jumps:
 
     A change is compared with the changes of some rows before and after it, without the next ones; an impact changes
     the speed and thereby their range, and is not a jump.
-
-    Args:
-        view: the record.
-        name: of the channel.
     """
     angle, count = view.angles[name], len(view.time) - 1
     least = JUMP * np.sqrt(2.0) * view.noise[name]

@@ -7,21 +7,17 @@ import numpy as np
 from gears3d.measured.checks.view import MESH, Finding, View, when
 from gears3d.signals import changes, robust_deviation, some_steps
 
+# Units that clocks count in [s].
 TICKS = (1.0, 1e-3, 1e-6, 1e-7, 1e-8, 1e-9)
-"""Units that clocks count in [s]."""
+# Where clocks of minutes, hours and days restart [s].
 ROUND = (60.0, 3600.0, 86400.0)
-"""Where clocks of minutes, hours and days restart [s]."""
 BITS = range(8, 65)
+# Rows that are out of order by no more were written in blocks; further ones belong to another record.
 LOCAL = 1000
-"""Rows that are out of order by no more were written in blocks; further ones belong to another record."""
 
 
 def examine_order(view: View) -> list[Finding]:
-    """Find rows given twice and times that do not rise.
-
-    Args:
-        view: the record.
-    """
+    """Find rows given twice and times that do not rise."""
     if np.all(view.time[1:] > view.time[:-1]):
         return []
     found = []
@@ -37,12 +33,7 @@ def examine_order(view: View) -> list[Finding]:
 
 
 def correct_order(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Exclude repeated rows, add wraps, sort rows, space equal stamps evenly.
-
-    Args:
-        columns: each (n,).
-        findings: of this check, of one kind.
-    """
+    """Exclude repeated rows, add wraps, sort rows, space equal stamps evenly."""
     kind, size = findings[0].kind, findings[0].size
     if kind == "duplicates":
         keep = ~_twice(columns, list(columns))
@@ -157,20 +148,16 @@ def _even(time: np.ndarray) -> np.ndarray:
     return start + slope * (row - row.mean())
 
 
+# Part of the steps that must be equal for rows to be samples and not events.
 EVEN = 0.9
-"""Part of the steps that must be equal for rows to be samples and not events."""
+# Jitter, in steps, from which it is reported.
 JITTER = 0.02
-"""Jitter, in steps, from which it is reported."""
+# A gap is wider than so many steps, and than a step by so many standard deviations of the steps.
 WIDE, SURE = 1.6, 6.0
-"""A gap is wider than so many steps, and than a step by so many standard deviations of the steps."""
 
 
 def examine_spacing(view: View) -> list[Finding]:
-    """Find gaps in the time base and jitter.
-
-    Args:
-        view: the record; its time rises.
-    """
+    """Find gaps in the time base and jitter."""
     steps, step = some_steps(view.time), view.spacing
     if np.mean(np.abs(steps - step) < 0.4 * step) < EVEN:
         return []
@@ -217,17 +204,17 @@ def _jitter(view: View, steps: np.ndarray, step: float, widest: float) -> list[F
 # The unit of time follows from the sampling interval or from the motion: a drive whose relative fluctuation is the
 # declared one, but which is 1000 times slower, has its time in milliseconds.
 UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0}
+# Part by which the rate of a file and that of a rig may differ.
 CONTRADICTS = 0.1
-"""Part by which the rate of a file and that of a rig may differ."""
+# How near a factor must be to that of a unit.
 CLOSE = 0.02
-"""How near a factor must be to that of a unit."""
+# The same where the motion alone tells, as a ratio; 60 is near the 57.3 of an angle in degrees.
 MEANT = {"milliseconds": 1.3, "microseconds": 1.3, "nanoseconds": 1.3, "minutes": 1.02, "hours": 1.3}
-"""The same where the motion alone tells, as a ratio; 60 is near the 57.3 of an angle in degrees."""
+# Upper limit of a speed [rad/s]; the square of a larger one overflows.
 MOST = 1e100
-"""Upper limit of a speed [rad/s]; the square of a larger one overflows."""
 NODES = 20_000
+# A change of an angle by more than this part of its range is taken for a wrap.
 WRAP = 0.25
-"""A change of an angle by more than this part of its range is taken for a wrap."""
 
 
 def examine_unit(view: View) -> list[Finding]:
@@ -235,9 +222,6 @@ def examine_unit(view: View) -> list[Finding]:
 
     The step must fit the declared sample rate and, where the mean speed is declared, the speed that follows, too: a
     factor that only one of them shows does not suffice.
-
-    Args:
-        view: the record; its time rises.
     """
     rate, step, stated = view.declared.sample_rate, view.spacing, view.declared.stated_rate
     if rate and stated and abs(stated / rate - 1.0) > CONTRADICTS:
@@ -256,23 +240,14 @@ def examine_unit(view: View) -> list[Finding]:
 
 
 def correct_unit(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Put time into seconds.
-
-    Args:
-        columns: each (n,).
-        findings: of this check.
-    """
+    """Put time into seconds."""
     return {**columns, "time_s": columns["time_s"] / findings[0].size}
 
 
 def speed_ratio(view: View) -> float | None:
     """Return how many times faster than declared the drive turns, where it moves as unevenly as declared.
 
-    Args:
-        view: the record; its time rises.
-
-    Returns:
-        The ratio; ``None`` where no speed is stated, or the record's fluctuation is another than a stated one.
+    Returns the ratio; ``None`` where no speed is stated, or the record's fluctuation is another than a stated one.
     """
     about, name = view.declared, MESH[0]
     if about.mean_speed is None or name not in view.angles or not about.meshed or len(view.time) < 4:

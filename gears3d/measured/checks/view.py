@@ -54,10 +54,10 @@ class Finding:
         return {**vars(self), "rows": list(self.rows)}
 
 
+# Rows that are examined for what is typical.
 SOME = 200_000
-"""Rows that are examined for what is typical."""
+# Noise of an encoder that rounds, in counts.
 FLOOR = 0.3
-"""Noise of an encoder that rounds, in counts."""
 
 
 class View:
@@ -95,20 +95,11 @@ class View:
         return float(np.median(some_steps(self.time))) if len(self.time) > 1 else 0.0
 
     def changes(self, name: str) -> Iterator[tuple[int, np.ndarray]]:
-        """Generate the changes of an angle from row to row [rad] in pieces, each with the number of its first one.
-
-        Args:
-            name: of the column.
-        """
+        """Generate the changes of an angle from row to row [rad] in pieces, each with the number of its first one."""
         return changes(self.angles[name])
 
     def some_changes(self, name: str, run: int = 1) -> np.ndarray:
-        """Return some changes of an angle from row to row, spread evenly [rad].
-
-        Args:
-            name: of the column.
-            run: length of the runs of neighbours that stay together.
-        """
+        """Return some changes of an angle from row to row, spread evenly [rad]."""
         angle = self.angles[name]
         if len(angle) - 1 <= SOME:
             return np.diff(angle)
@@ -161,9 +152,7 @@ class View:
 def typical(values: np.ndarray, run: int = 1) -> np.ndarray:
     """Return some of many values, spread evenly.
 
-    Args:
-        values: (n,).
-        run: length of the runs of neighbours that stay together.
+    ``values``: (n,).
 
     >>> typical(np.arange(3)).tolist(), len(typical(np.arange(1_000_000)))
     ([0, 1, 2], 200000)
@@ -180,9 +169,7 @@ def typical(values: np.ndarray, run: int = 1) -> np.ndarray:
 def when(time: np.ndarray, rows: np.ndarray) -> str:
     """Return the first few times of some rows as text.
 
-    Args:
-        time: [s], (n,).
-        rows: indices, (k,).
+    ``time``: [s], (n,); ``rows``: indices, (k,).
 
     >>> when(np.arange(10.0), np.arange(5))
     't = 0, 1, 2 s ...'
@@ -194,29 +181,30 @@ def when(time: np.ndarray, rows: np.ndarray) -> str:
 # In contact the displacement is constant but for transmission error and, where one channel is read later than the
 # other, the delay times the speed. Stretches in contact are those in which the displacement, without a delay that is
 # estimated with them, changes by no more than its noise. Flanks need not be known.
+
+# First length of a block [s].
 SHORTEST = 2.5e-4
-"""First length of a block [s]."""
+# Part of the liveliest speeds that the noise of a block's speed may be.
 QUIET = 0.03
-"""Part of the liveliest speeds that the noise of a block's speed may be."""
+# Blocks in a stretch.
 STRETCH = 4
-"""Blocks in a stretch."""
+# Blocks among which the delay is sought.
 SEARCHED = 8000
-"""Blocks among which the delay is sought."""
+# Delays that are tried [s].
 DELAYS = np.concatenate([-np.geomspace(1e-2, 1e-6, 80), [0.0], np.geomspace(1e-6, 1e-2, 80)])
-"""Delays that are tried [s]."""
+# A delay is allowed for where it makes so many times as many blocks lie still.
 STILLER = 1.5
-"""A delay is allowed for where it makes so many times as many blocks lie still."""
+# Blocks in a period of the drive's motion, at least.
 PERIOD = 60
-"""Blocks in a period of the drive's motion, at least."""
+# The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
+# where both share a block it passes for a delay.
 SMOOTHER = 4
-"""The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
-where both share a block it passes for a delay."""
+# Ratio of a spectral line to the noise around it.
 LINE = 12.0
-"""Ratio of a spectral line to the noise around it."""
+# Part of its mean speed by which a drive that turns evenly may fluctuate.
 EVEN = 1e-4
-"""Part of its mean speed by which a drive that turns evenly may fluctuate."""
+# Part of the backlash that the noise of a block may be: more hides what flies and what does not.
 BLURRED = 0.01
-"""Part of the backlash that the noise of a block may be: more hides what flies and what does not."""
 
 
 class Band(NamedTuple):
@@ -248,11 +236,7 @@ class Band(NamedTuple):
 
 
 def band_of(view: View) -> Band | None:
-    """Return the blocks of a record, ``None`` when it is too short or the rig is not known.
-
-    Args:
-        view: the record; its time rises, its angles do not wrap, its ratio is right.
-    """
+    """Return the blocks of a record, ``None`` when it is too short or the rig is not known."""
     declared = view.declared
     if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
         return None
@@ -313,11 +297,8 @@ def _frequency(view: View) -> float:
 def _stretches(time: np.ndarray, place: np.ndarray, pull: np.ndarray, noise: float) -> np.ndarray:
     """Return the number of each block's stretch in contact, -1 outside, (m,).
 
-    Args:
-        time: [s], (m,).
-        place: [m], (m,).
-        pull: acceleration along the line of action [m/s²], (m,).
-        noise: of ``place`` [m].
+    ``time``: [s], (m,); ``place``: [m], (m,); ``pull``: acceleration along the line of action [m/s²], (m,); ``noise``:
+    of ``place`` [m].
     """
     step = np.diff(time)
     speed = np.diff(place) / step
@@ -338,21 +319,21 @@ def _stretches(time: np.ndarray, place: np.ndarray, pull: np.ndarray, noise: flo
     return number
 
 
+# Revolutions of the slower gear below which a wave is not distinguishable from a drift.
 TURNS = 3.0
-"""Revolutions of the slower gear below which a wave is not distinguishable from a drift."""
 WINDOWS = 400
+# Windows in a turn of the faster gear, at most.
 PARTS = 16
-"""Windows in a turn of the faster gear, at most."""
 ORDERS = (1, 2)
 MOST = 12_000
+# Part of the blocks out of contact from which on a gear flies.
 FLIES = 0.02
-"""Part of the blocks out of contact from which on a gear flies."""
+# Blocks in contact that a window needs.
 FEWEST = 5
-"""Blocks in contact that a window needs."""
+# Part of the backlash within which contact near the lowest of a window is that of the same flank.
 BESIDE = 0.1
-"""Part of the backlash within which contact near the lowest of a window is that of the same flank."""
+# Windows at both ends, in which no step is sought.
 SPARE = 4
-"""Windows at both ends, in which no step is sought."""
 
 
 class Places(NamedTuple):
@@ -386,10 +367,6 @@ def places_of(view: View, band: Band) -> Places | None:
 
     In each window of time the place of contact that lies lowest is taken, as the drag brings the loose gear back to its
     active flank in every period; then the mean of all contact near it.
-
-    Args:
-        view: the record.
-        band: its blocks.
     """
     inside = np.flatnonzero(band.stretch >= 0)
     inside = inside[:: max(len(inside) // MOST, 1)]

@@ -15,34 +15,34 @@ from scipy.optimize import minimize_scalar
 from gears3d.measured.checks.view import MESH, View
 from gears3d.signals import robust_deviation
 
+# Difference of chi-square that decides: e^-9 between two hypotheses, with a margin for noise that is not white.
 DECIDED = 18.0
-"""Difference of chi-square that decides: e^-9 between two hypotheses, with a margin for noise that is not white."""
+# Revolutions below which the orders around a line show its noise poorly; set by records of known cause.
 SHORT = 6.0
-"""Revolutions below which the orders around a line show its noise poorly; set by records of known cause."""
+# Part of a resolvable order below which a change of a line imitates another order; set likewise.
 UNRESOLVED = 0.3
-"""Part of a resolvable order below which a change of a line imitates another order; set likewise."""
+# Further factor, at gears that turn equally fast, for a cause that has two lines where others have one of these.
 NESTED = 5.0
-"""Further factor, at gears that turn equally fast, for a cause that has two lines where others have one of these."""
+# Difference of the speeds below which gears turn equally fast, beyond any wrong count that is looked for.
 EQUAL = 0.1
-"""Difference of the speeds below which gears turn equally fast, beyond any wrong count that is looked for."""
+# Windows per revolution of the faster shaft: orders up to 4 stay whole in them.
 FINE = 20
-"""Windows per revolution of the faster shaft: orders up to 4 stay whole in them."""
+# Blocks per window whose mean is free of most noise, and short against an impact.
 MICRO = 16
-"""Blocks per window whose mean is free of most noise, and short against an impact."""
+# Windows at most, which bounds the time.
 MOST = 30_000
-"""Windows at most, which bounds the time."""
+# Windows below which no line can be compared with the orders around it.
 FEW = 60
-"""Windows below which no line can be compared with the orders around it."""
+# Patterns per revolution that decide.
 LINES = (1, 2)
-"""Patterns per revolution that decide."""
+# Patterns per revolution that are removed, as another shaft's revolution may hide in them.
 OTHERS = (3, 4)
-"""Patterns per revolution that are removed, as another shaft's revolution may hide in them."""
+# Multiples of half the frequency of the drive that are removed: rattle repeats with one or two of its periods.
 MULTIPLES = 24
-"""Multiples of half the frequency of the drive that are removed: rattle repeats with one or two of its periods."""
+# Distance of the orders that show the noise, in resolvable orders.
 BESIDE = np.concatenate([-np.arange(1.5, 10.0), np.arange(1.5, 10.0)])
-"""Distance of the orders that show the noise, in resolvable orders."""
+# Part of the deviation to which the angle between index marks must agree with a right or a wrong count.
 MARK = 0.25
-"""Part of the deviation to which the angle between index marks must agree with a right or a wrong count."""
 CAUSES = (MESH[0], MESH[1], "teeth")
 CALLED = {MESH[0]: "the drive encoder is", MESH[1]: "the loose encoder is", "teeth": "wrong teeth are"}
 
@@ -80,12 +80,7 @@ class _Series(NamedTuple):
 
 
 def judge(view: View, value: float) -> Verdict | None:
-    """Return which hypothesis explains the patterns per revolution, ``None`` with too few rows.
-
-    Args:
-        view: the record; its time rises.
-        value: ratio of both angles, 1 when it is that of the teeth.
-    """
+    """Return which hypothesis explains the patterns per revolution, ``None`` with too few rows."""
     if view.declared.radii is None or len(view.time) < 2 * FEW:
         return None
     micro = _micro(view, value)
@@ -121,23 +116,14 @@ def judge(view: View, value: float) -> Verdict | None:
 
 
 def scale_of(verdict: Verdict, name: str) -> tuple[float, float]:
-    """Return by what an angle must be multiplied if its count is wrong, and the largest error of that.
-
-    Args:
-        verdict: of the record.
-        name: of the column.
-    """
+    """Return by what an angle must be multiplied if its count is wrong, and the largest error of that."""
     if name == MESH[0]:
         return verdict.factor, verdict.bound
     return 1.0 / verdict.factor, verdict.bound / verdict.factor**2
 
 
 def reason(verdict: Verdict) -> str:
-    """Return as text why a cause is named, or what would decide.
-
-    Args:
-        verdict: of the record.
-    """
+    """Return as text why a cause is named, or what would decide."""
     seen = f"{verdict.revolutions:.3g} revolutions"
     if not verdict.cause:
         enough = 1.0 / abs(verdict.factor - 1.0)
@@ -159,13 +145,7 @@ def reason(verdict: Verdict) -> str:
 
 
 def remedy_for(view: View, verdict: Verdict, name: str) -> str:
-    """Return the corrected count of an encoder with its interval, or the factor where no count is declared.
-
-    Args:
-        view: the record.
-        verdict: of it.
-        name: of the column.
-    """
+    """Return the corrected count of an encoder with its interval, or the factor where no count is declared."""
     times, error = scale_of(verdict, name)
     gear, counts = name.split("_")[1], view.declared.counts.get(name)
     if counts is None:

@@ -41,7 +41,7 @@ class Inputs(NamedTuple):
         chart: map of the gear.
         signals: by key of the map: ``channel``, ``index.channel``, ``decode.a`` ...
         take: gives the values of a signal by its name, to do with as one likes, once a use.
-        time: of the samples [s]; empty where there are none.
+        time: of the samples [s]; empty without samples.
         at: puts file and key on faults.
     """
 
@@ -60,11 +60,7 @@ class Inputs(NamedTuple):
 def turned(inputs: Inputs) -> Angle | Edges:
     """Return the angle of a gear, in its own sense of rotation [rad].
 
-    Args:
-        inputs: map, signals and time.
-
-    Raises:
-        InputError: a unit is not known, or a channel cannot be decoded.
+    Raises InputError when a unit is not known, or a channel cannot be decoded.
     """
     chart, decode = inputs.chart, inputs.chart.decode
     with inputs.at("decode" if decode else "channel"):
@@ -90,10 +86,7 @@ def turned(inputs: Inputs) -> Angle | Edges:
 
 
 def counts_of(chart: GearMap) -> float | None:
-    """Return the counts in a revolution of the gear, where the map tells them.
-
-    Args:
-        chart: map of the gear.
+    """Return the counts per revolution of the gear, where the map gives them.
 
     >>> counts_of(GearMap(counts_per_revolution=4096, ratio="1/2"))
     8192.0
@@ -107,14 +100,7 @@ def counts_of(chart: GearMap) -> float | None:
 def marks(angle: np.ndarray, pulse: np.ndarray, name: str, threshold: float | None) -> np.ndarray:
     """Return the angles at which an index pulse rises [rad].
 
-    Args:
-        angle: at every sample [rad], (n,).
-        pulse: of the index, (n,).
-        name: of its signal.
-        threshold: in the unit of the file; amid its extremes when not given.
-
-    Raises:
-        InputError: it never rises.
+    ``angle``: at every sample [rad], (n,); ``pulse``: of the index, (n,). Raises InputError when it never rises.
 
     >>> marks(np.arange(5.0), np.array([0.0, 1.0, 0.0, 1.0, 1.0]), "Z", None).tolist()
     [1.0, 3.0]

@@ -12,8 +12,8 @@ import numpy as np
 from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.source import Source
 
+# Names that a file without a map must have one of.
 CONTRACT = ("time_s", "theta_drive_rad", "theta_loose_rad", "theta_rad", "omega_rad_s")
-"""Names that a file without a map must have one of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +70,12 @@ def read(path: str | Path, map_file: str | Path | None = None) -> Channels:
     return within(found, mapper.span(), "time.from, time.to")
 
 
+# First and last time of the part of a record that is used [s]; ``None``: from its beginning, to its end.
 Span = tuple[float | None, float | None]
-"""First and last time of the part of a record that is used [s]; ``None``: from its beginning, to its end."""
 
 
 def within(channels: Channels, span: Span, keys: str = "--from, --to") -> Channels:
-    """Return the part of a record between two of its own times; the metadata tells which part it is.
+    """Return the part of a record between two of its own times; the metadata records which part.
 
     Args:
         channels: the record, unchecked.

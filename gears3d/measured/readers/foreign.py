@@ -13,20 +13,14 @@ from gears3d.errors import Fault, GearsError, InputError
 from gears3d.extras import EXTRAS, require
 
 _OWN = ("hdf5", "matlab", "tdms", "mdf", "uff")
+# The extra that installs a library and nothing else.
 _ALONE = {next(iter(one.libraries)): name for name, one in EXTRAS.items() if name in _OWN}
-"""The extra that installs a library and nothing else."""
 
 
 def library(module: str, path: Path, otherwise: str = "") -> Any:
-    """Return a library that is there only where an extra was installed.
+    """Return an optional library.
 
-    Args:
-        module: its name in Python.
-        path: the file that needs it.
-        otherwise: what works without it, for the message.
-
-    Raises:
-        MissingExtraError: it is not installed; has the line that installs it.
+    Raises MissingExtraError, with the command that installs it, when it is not installed.
 
     >>> library("numpy", Path("a.npy")).__name__
     'numpy'
@@ -38,17 +32,12 @@ def library(module: str, path: Path, otherwise: str = "") -> Any:
 
 @contextmanager
 def reading(path: Path, form: str) -> Iterator[None]:
-    """Turn whatever a library raises on a damaged file into one fault.
+    """Convert every exception of a library on a damaged file to an InputError.
 
     Damaged files make the libraries raise errors of every kind, so all are caught; the block must hold nothing but
     calls of the library.
 
-    Args:
-        path: the file.
-        form: name of the format.
-
-    Raises:
-        InputError: the library raised anything.
+    Raises InputError when the library raised anything.
 
     >>> with reading(Path("a.mat"), "MATLAB"):
     ...     raise IndexError("index 7 out of range")

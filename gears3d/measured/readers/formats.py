@@ -11,10 +11,10 @@ from gears3d.measured.readers.plugged import open_plugged
 from gears3d.measured.readers.source import Source
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
+# First number of files of catman: 5012 or near it, as published readers of the format have it.
 CATMAN = range(5009, 5020)
-"""First number of files of catman: 5012 or near it, as published readers of the format have it."""
+# Bytes by which a format is known.
 HEAD = 4096
-"""Bytes by which a format is known."""
 READABLE = "Parquet, CSV, XLSX, ODS, MATLAB, HDF5, TDMS, MDF, UFF 58 and WAV are read"
 _OTHERS = {
     b"PK\x03\x04": ("is a ZIP archive", "unpack it"),
@@ -32,7 +32,7 @@ _OTHERS = {
 
 
 def open_source(path: str | Path) -> Source:
-    """Open a measured file of whatever format.
+    """Open a measured file of any known format.
 
     Args:
         path: a file, or the folder of a recording.

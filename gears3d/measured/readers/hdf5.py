@@ -16,15 +16,15 @@ from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
 from gears3d.measured.readers.structures import COLUMNS, Stated, Tree, stated
 
+# Samples read at a time.
 BLOCK = 1 << 18
-"""Samples read at a time."""
 UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
+# Bytes of an attribute.
 LONGEST = 1 << 16
-"""Bytes of an attribute."""
+# Numbers or characters of a dataset that is looked at while a file is opened.
 SMALL = 4096
-"""Numbers or characters of a dataset that is looked at while a file is opened."""
+# Such datasets in a file.
 MOST = 20_000
-"""Such datasets in a file."""
 
 
 class _Place(NamedTuple):
@@ -39,12 +39,7 @@ class _Place(NamedTuple):
 def open_hdf5(path: Path, form: str = "HDF5") -> Source:
     """Open an HDF5 file; a matrix gives its columns, a table its fields.
 
-    Args:
-        path: the file.
-        form: how it is called in faults.
-
-    Raises:
-        InputError: it is damaged, or h5py is not installed.
+    Raises InputError when it is damaged, or h5py is not installed.
     """
     h5py = library("h5py", path)
     places: dict[str, _Place] = {}
@@ -100,7 +95,7 @@ def open_hdf5(path: Path, form: str = "HDF5") -> Source:
 
 
 def _signals(name: str, dataset: Any, about: Stated) -> Iterator[tuple[Signal, _Place]]:
-    """Yield the signals of a dataset."""
+    """Iterate over the signals of a dataset."""
     kind, shape = dataset.dtype, dataset.shape
     if not shape or max(shape) < 2 or len(shape) > 2 or _class(dataset) in (b"char", b"cell"):
         return
@@ -173,10 +168,9 @@ def _elsewhere(path: Path, name: str, file: str) -> InputError:
 
 
 def _at_once(dataset: Any, path: Path) -> int:
-    """Return the bytes of what is unpacked at once: a chunk, or a row.
+    """Return the size of a unit of decompression, a chunk or a row [bytes].
 
-    Raises:
-        InputError: its samples lie in another file.
+    Raises InputError when its samples lie in another file.
     """
     if dataset.external or dataset.is_virtual:
         files = dataset.external or dataset.virtual_sources()
@@ -204,7 +198,7 @@ def _notes(name: str, node: Any) -> Iterator[str]:
 
 
 def _attributes(node: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the attributes that hold one value; others may be of any size."""
+    """Iterate over the attributes that hold one value; others may be of any size."""
     for key in node.attrs:
         about = node.attrs.get_id(key)
         if math.prod(about.shape) == 1 and about.get_type().get_size() <= LONGEST:

@@ -54,7 +54,7 @@ class IndexMap(_Part):
 
 
 class Quadrature(_Part):
-    """Two channels a quarter of a period apart."""
+    """Two channels in quadrature."""
 
     kind: Literal["quadrature"]
     a: str
@@ -88,7 +88,7 @@ class Stamps(_Part):
 
 
 class Counter(_Part):
-    """A counter that begins anew after some bits or counts."""
+    """A counter that wraps after some bits or counts."""
 
     kind: Literal["counter"]
     bits: Annotated[int, Field(gt=1, le=53)] | None = None
@@ -177,14 +177,9 @@ _MENDED = {
 
 
 def checked(table: dict[str, Any], map_file: str) -> RecordMap:
-    """Return the map that a table of a document holds.
+    """Return the map in a table of a document.
 
-    Args:
-        table: of one measured file.
-        map_file: named in faults.
-
-    Raises:
-        InputError: it cannot be used; carries every fault.
+    Raises InputError with every fault when it is not valid.
     """
     try:
         return RecordMap.model_validate(table)

@@ -18,10 +18,10 @@ from gears3d.measured.readers.unit import SAMPLES, scaled, to_si
 from gears3d.recording.columns import unit_of
 
 GEARS = ("drive", "loose")
+# Part by which the rate of a map and that of a file may differ; larger differences are no drift of a clock.
 CONTRADICTS = 0.1
-"""Part by which the rate of a map and that of a file may differ; larger differences are no drift of a clock."""
+# Seconds since 1970 in 2001: no record begins so late in its own time.
 EPOCH = 1e9
-"""Seconds since 1970 in 2001: no record begins so late in its own time."""
 
 
 class Mapper:
@@ -40,10 +40,9 @@ class Mapper:
         self._uses: Counter[str] = Counter()
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return the channels by name of the contract, each (n,).
+        """Return the channels by the names of the data contract, each (n,).
 
-        Raises:
-            InputError: a signal is not there, a unit is not known, or signals differ in length.
+        Raises InputError when a signal is not there, a unit is not known, or signals differ in length.
         """
         charts = {gear: chart for gear in GEARS if (chart := self._gear_map(gear)) is not None}
         if not charts:
@@ -90,10 +89,9 @@ class Mapper:
         raise self._fault(f"time.{key}", f"{what}: no row lies there", remedy)
 
     def span(self) -> tuple[float | None, float | None]:
-        """Return between which times the record is used [s].
+        """Return the start and the end of the used part of the record [s].
 
-        Raises:
-            InputError: one is no time.
+        Raises InputError when one is not a time.
         """
         from gears3d.units import parse
 

@@ -47,11 +47,7 @@ def files_of(paths: Sequence[str | Path], map_file: str | Path | None = None) ->
 def named_files(map_file: Path) -> list[Path]:
     """Return the files that a map names, relative to the map.
 
-    Args:
-        map_file: ``record.toml``.
-
-    Raises:
-        InputError: it cannot be used, or names none.
+    Raises InputError when it cannot be used, or names none.
     """
     files = [map_file.parent / str(each["file"]) for each in _records(map_file) if each.get("file")]
     if not files:
@@ -63,12 +59,8 @@ def named_files(map_file: Path) -> list[Path]:
 def load_map(map_file: Path, path: Path) -> RecordMap:
     """Return the map of one measured file.
 
-    Args:
-        map_file: ``record.toml``; keys of the ``[[record]]`` that names the file go over the common ones.
-        path: the measured file.
-
-    Raises:
-        InputError: the map cannot be used, or has records of other files only; carries every fault.
+    ``map_file``: ``record.toml``; keys of the ``[[record]]`` that names the file go over the common ones. InputError
+    when the map cannot be used, or has records of other files only; carries every fault.
     """
     records = _records(map_file)
     own = [each for each in records if "file" not in each or _same(map_file.parent / str(each["file"]), path)]
@@ -83,10 +75,6 @@ def load_map(map_file: Path, path: Path) -> RecordMap:
 
 def flat(condition: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return the keys of the rig that a condition overrides, dotted.
-
-    Args:
-        condition: tables in tables; one with a ``value`` is a value.
-        prefix: of the keys.
 
     >>> flat({"motion": {"mean": "180 rpm"}, "drag.torque": {"value": "0.2 N m", "uncertainty": "5 %"}})
     {'motion.mean': '180 rpm', 'drag.torque': {'value': '0.2 N m', 'uncertainty': '5 %'}}

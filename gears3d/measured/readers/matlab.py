@@ -16,21 +16,17 @@ from gears3d.measured.readers.matlab_size import loaded_bytes
 from gears3d.measured.readers.source import Signal, Source, Whole, seconds, unique
 from gears3d.measured.readers.structures import COLUMNS, Stated, as_number, children, joined, stated
 
+# How MATLAB writes a table without objects.
 PLAIN = (
     "or save it in MATLAB as plain numbers: T = timetable2table(TT); T.Time = seconds(T.Time - T.Time(1)); "
     "S = table2struct(T,'ToScalar',true); save('x.mat','-struct','S','-v7')"
 )
-"""How MATLAB writes a table without objects."""
 
 
 def open_matlab(path: Path) -> Source:
     """Open a MATLAB file; a structure is a group, a matrix gives its columns ``M column 1``, ``M column 2``.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or takes too much memory.
+    Raises InputError when it is damaged, or takes too much memory.
     """
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
@@ -52,12 +48,7 @@ def open_matlab(path: Path) -> Source:
 def open_objects(path: Path) -> Source:
     """Open a MATLAB file of any version that holds tables, timetables or other objects.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or holds no numbers.
-        MissingExtraError: mat-io is not installed.
+    Raises InputError when it is damaged, or holds no numbers. Raises MissingExtraError when mat-io is not installed.
     """
     matio = library("matio", path, PLAIN)
     with reading(path, "MATLAB"):
@@ -106,7 +97,7 @@ def _signals(path: str, values: np.ndarray, told: Stated, unit: str) -> list[tup
 
 
 def _arrays(prefix: str, node: Any, depth: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield every vector and matrix of numbers, with the way to it."""
+    """Iterate over every vector and matrix of numbers with its path."""
     if isinstance(node, np.ndarray) and node.dtype.kind in "biuf":
         if node.size > 1 and (node.ndim == 1 or (node.ndim == 2 and min(node.shape) <= COLUMNS)):
             yield prefix, node

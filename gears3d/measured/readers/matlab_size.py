@@ -11,31 +11,26 @@ from typing import BinaryIO
 HEADER = 128
 BLOCK = 1 << 16
 MATRIX, COMPRESSED = 14, 15
+# Bytes of a stored number, by type of the element.
 _STORED = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
-"""Bytes of a stored number, by type of the element."""
+# Bytes of a loaded number, by class of the matrix: characters are UCS-4, other classes have numbers of 8 bytes.
 _LOADED = {4: 4, 6: 8, 7: 4, 8: 1, 9: 1, 10: 2, 11: 2, 12: 4, 13: 4, 14: 8, 15: 8}
-"""Bytes of a loaded number, by class of the matrix: characters are UCS-4, other classes have numbers of 8 bytes."""
+# Type and size of the first element of a matrix, which has its class.
 FLAGS = (6, 8)
-"""Type and size of the first element of a matrix, which has its class."""
 CLASSES = 17
+# Classes that have names of fields, behind their size, name and this element: the length of a name.
 STRUCTURES = (2, 3)
-"""Classes that have names of fields, behind their size, name and this element: the length of a name."""
 LENGTH = (5, 4)
+# Bytes of a matrix besides its numbers, as an object of Python.
 OBJECT = 200
-"""Bytes of a matrix besides its numbers, as an object of Python."""
 
 
 def loaded_bytes(path: Path, most: float) -> float:
-    """Return how many bytes the matrices of a file take in memory; counting ends beyond ``most``.
+    """Return the size in memory of the matrices of a file; counting ends beyond ``most`` [bytes].
 
     Compressed matrices are unpacked in pieces that are discarded: the declared sizes may be wrong.
 
-    Args:
-        path: the file.
-        most: bytes beyond which nobody wants to know.
-
-    Raises:
-        zlib.error, ValueError: the file is damaged.
+    Raises zlib.error or ValueError when the file is damaged.
     """
     total = 0.0
     with path.open("rb") as file:
@@ -97,7 +92,7 @@ class _Unpacked:
 
 
 def _elements(content: _Plain | _Unpacked, order: str) -> Iterator[float]:
-    """Yield the bytes that the elements of one variable take, matrices within matrices among them."""
+    """Iterate over the sizes of the elements of one variable, nested matrices included [bytes]."""
     loaded, begins = 8, False
     own, have = 0, 3
     while len(tag := content.read(8)) == 8:

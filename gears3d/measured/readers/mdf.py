@@ -16,10 +16,10 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
 
+# Of the largest block, while asammdf takes it apart.
 COPIES = 6
-"""Of the largest block, while asammdf takes it apart."""
+# Characters of a formula, and conversions that refer to one another.
 LONGEST, DEEPEST = 200, 8
-"""Characters of a formula, and conversions that refer to one another."""
 _ARITHMETIC = re.compile(
     r"(?:\s|[-+*/()](?!\*)|X1?(?:\s?\*\*\s?[0-9](?![0-9.eE*]))?|(?:[0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})"
     r"(?:[eE][-+]?[0-9]{1,3})?|(?:sin|cos|tan|sqrt|exp|log|log10|abs)(?=\s*\())*"
@@ -29,11 +29,7 @@ _ARITHMETIC = re.compile(
 def open_mdf(path: Path) -> Source:
     """Open an MDF file; each group has its own time.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or asammdf is not installed.
+    Raises InputError when it is damaged, or asammdf is not installed.
     """
     asammdf = library("asammdf", path)
     _hush()
@@ -80,8 +76,7 @@ def _group(file: Any, at: int, group: Any) -> list[tuple[Signal, tuple[int, int]
 def _declared(file: Any, path: Path, at: int, index: int, count: int) -> int:
     """Return how many bytes the blocks of a group declare that they unpack to.
 
-    Raises:
-        InputError: its signals take too much memory, or one is the value of a formula that is more than arithmetic.
+    Raises InputError when its signals take too much memory, or a conversion formula is more than arithmetic.
     """
     group = file.groups[at]
     sizes = [int(block.original_size or block.compressed_size or 0) for block in group.get_data_blocks()]
@@ -101,7 +96,7 @@ def _declared(file: Any, path: Path, at: int, index: int, count: int) -> int:
 
 
 def _ends(file: Any, group: Any) -> Iterator[int]:
-    """Yield where each channel ends within a record [bytes]."""
+    """Iterate over the end of each channel within a record [bytes]."""
     for info in getattr(file, "_mdf", file)._prepare_record(group):
         if info is not None:
             kind, size, begin, _ = info
@@ -109,7 +104,7 @@ def _ends(file: Any, group: Any) -> Iterator[int]:
 
 
 def _formulas(conversion: Any, depth: int) -> Iterator[str]:
-    """Yield the formulas of a conversion and of those that it refers to; asammdf has Python evaluate them."""
+    """Iterate over the formulas of a conversion and of those that it refers to; asammdf has Python evaluate them."""
     if conversion is None or depth > DEEPEST:
         return
     yield from filter(None, [str(getattr(conversion, "formula", "") or "").strip()])
@@ -126,8 +121,7 @@ class _Room:
     def unpack(self, codec: str, data: Any) -> bytes:
         """Return the content of a block.
 
-        Raises:
-            ValueError: it is longer than all blocks of its group declare.
+        Raises ValueError when it is longer than all blocks of its group declare.
         """
         if codec == "deflate":
             found = zlib.decompressobj().decompress(data, self.left + 1)

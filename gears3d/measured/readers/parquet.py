@@ -14,20 +14,16 @@ from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large,
 from gears3d.measured.readers.structures import clock_of
 from gears3d.recording.columns import floats_of
 
+# Rows of a batch.
 ROWS = 1 << 16
-"""Rows of a batch."""
+# Bytes read from the file at a time.
 BUFFER = 1 << 16
-"""Bytes read from the file at a time."""
 
 
 def open_parquet(path: Path) -> Source:
     """Open a Parquet file.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or two columns have one name.
+    Raises InputError when it is damaged, or two columns have one name.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -73,7 +69,7 @@ def open_parquet(path: Path) -> Source:
 
 
 def _batches(file: Any, names: Sequence[str]) -> Iterator[Any]:
-    """Yield batches of rows, one row group after the other: pyarrow keeps what it has read until an iterator ends."""
+    """Iterate over batches of rows by row group: pyarrow keeps what it has read until an iterator ends."""
     for group in range(file.metadata.num_row_groups):
         yield from file.iter_batches(ROWS, row_groups=[group], columns=list(names), use_threads=False)
 

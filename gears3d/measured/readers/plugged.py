@@ -13,6 +13,7 @@ from gears3d.measured.readers.source import Source
 from gears3d.plugins import plug_in, warn
 
 GROUP = "gears3d.readers"
+# Names of formats that gears3d reads itself.
 BUILT_IN = (
     "Parquet",
     "CSV",
@@ -28,7 +29,6 @@ BUILT_IN = (
     "ODS",
     "WAV",
 )
-"""Names of formats that gears3d reads itself."""
 
 
 @dataclass(frozen=True)
@@ -70,20 +70,13 @@ def readers() -> dict[str, tuple[Reader, str]]:
 def open_plugged(path: Path, head: bytes) -> Source | None:
     """Open a file by the reader of another package.
 
-    Args:
-        path: the file.
-        head: its first 4096 bytes.
-
-    Returns:
-        The opened file; ``None`` when no reader recognises it.
-
-    Raises:
-        InputError: the reader that recognises it fails; names its package.
+    Returns ``None`` when no reader recognises it. Raises InputError when the reader that recognises it
+    fails; names its package.
     """
     for name, (reader, package) in list(readers().items()):
         try:
             fits = reader.recognises(path, head)
-        except Exception as error:  # code of strangers raises whatever it likes
+        except Exception as error:  # code of third parties may raise any exception
             warn(GROUP, name, package, f"{type(error).__name__}: {error}")
             del readers()[name]
             continue

@@ -13,14 +13,14 @@ import numpy as np
 from gears3d.errors import Fault, InputError, did_you_mean
 from gears3d.inputs import refuse_beyond
 
+# Signals that a fault lists.
 SHOWN = 24
-"""Signals that a fault lists."""
+# Whole numbers from which on float64 does not hold every one.
 LONG = 2**53
-"""Whole numbers from which on float64 does not hold every one."""
 _BRACKETS = {"]": "[", ")": "("}
 _INSIDE = re.compile(r"\[([^\[\]]{1,12})\]")
+# Characters of a name behind which a unit is looked for.
 LONGEST = 200
-"""Characters of a name behind which a unit is looked for."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Source:
             key: of the map, named in the fault.
 
         Raises:
-            InputError: there is none or more than one, or it holds no numbers; lists what there is.
+            InputError: no or several signals have the name, or it holds no numbers; lists the signals.
         """
         signals = [each for each in self.signals if not group or each.name.startswith(group + "/")]
         if group and not signals:
@@ -169,10 +169,9 @@ class Source:
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name and the unit that stands behind it.
+    """Return a signal's name and its unit, separated.
 
-    Args:
-        name: ``"phi [deg]"``, ``"phi (deg)"``, ``"n in rpm"``, ``"n / rpm"``.
+    ``name``: ``"phi [deg]"``, ``"phi (deg)"``, ``"n in rpm"``, ``"n / rpm"``.
 
     >>> split_unit("Winkel 1 [deg]"), split_unit("n / rpm"), split_unit("theta_drive_rad")
     (('Winkel 1', 'deg'), ('n', 'rpm'), ('theta_drive_rad', ''))
@@ -201,9 +200,6 @@ def split_unit(name: str) -> tuple[str, str]:
 def unique(names: Sequence[str]) -> list[str]:
     """Return names of which none occurs twice.
 
-    Args:
-        names: as the file has them.
-
     >>> unique(["t", "n", "n"])
     ['t', 'n', 'n (2)']
     """
@@ -221,16 +217,7 @@ def unique(names: Sequence[str]) -> list[str]:
 
 
 def refuse_large(file: str | Path, rows: Iterable[int], more: float = 0.0) -> None:
-    """Refuse signals that take more memory than allowed, or declare a number of samples that cannot be.
-
-    Args:
-        file: that has them.
-        rows: of each.
-        more: bytes that reading them takes besides.
-
-    Raises:
-        InputError: they do.
-    """
+    """Refuse signals that take more memory than allowed or declare an impossible number of samples."""
     counts = list(rows)
     if min(counts, default=0) < 0:
         raise InputError(Fault("", f"declares {min(counts)} samples", "damaged: export again", str(file)))
@@ -251,9 +238,7 @@ class Whole:
     def floats(self, name: str, values: np.ndarray) -> np.ndarray:
         """Return the next values of a column, float64, (n,).
 
-        Args:
-            name: of the column.
-            values: numbers of any type, (n,).
+        ``values``: numbers of any type, (n,).
 
         >>> Whole().floats("t", np.array([1_700_000_000_000_000_000, 1_700_000_000_000_000_040])).tolist()
         [0.0, 40.0]
@@ -276,8 +261,7 @@ class Whole:
 def seconds(times: np.ndarray) -> np.ndarray:
     """Return dates as seconds since the first one.
 
-    Args:
-        times: datetime64, (n,).
+    ``times``: datetime64, (n,).
 
     >>> seconds(np.array(["2026-01-01T00:00:00.000", "2026-01-01T00:00:00.250"], "datetime64[us]")).tolist()
     [0.0, 0.25]

@@ -22,18 +22,18 @@ from gears3d.measured.readers.foreign import reading
 from gears3d.measured.readers.source import Signal, Source
 from gears3d.measured.readers.text import source_of
 
+# Bytes of XML that are parsed at a time.
 BLOCK = 1 << 16
-"""Bytes of XML that are parsed at a time."""
+# Rows that show whether a sheet is a table.
 TRIED = 1000
-"""Rows that show whether a sheet is a table."""
+# Bytes of memory for a byte of unpacked XML.
 GROWTH = 4
-"""Bytes of memory for a byte of unpacked XML."""
+# Columns of a sheet that are read.
 WIDEST = 1024
-"""Columns of a sheet that are read."""
+# Characters of a table for a byte of its XML, and those that any may have: more are empty or repeated cells.
 SPARSE, SPARE = 16.0, 1e6
-"""Characters of a table for a byte of its XML, and those that any may have: more are empty or repeated cells."""
+# Formats of .xlsx that are dates or times: ECMA-376, part 1, 18.8.30.
 _DATES = frozenset([*range(14, 23), *range(45, 48)])
-"""Formats of .xlsx that are dates or times: ECMA-376, part 1, 18.8.30."""
 _DATED = re.compile(r"[ymdhs]", re.IGNORECASE)
 _QUOTED = re.compile(r'"[^"]*"|\[[^\]]*\]|\\.')
 _DAY_ZERO = datetime(1899, 12, 30)
@@ -63,14 +63,8 @@ class _Table:
 def open_spreadsheet(path: Path) -> Source | None:
     """Open a spreadsheet; every sheet with rows of numbers is a group where there are several.
 
-    Args:
-        path: the file, a ZIP archive.
-
-    Returns:
-        The opened file; ``None`` where the archive is no spreadsheet.
-
-    Raises:
-        InputError: it is damaged, too large, or has no rows of numbers.
+    Returns ``None`` where the archive is not a spreadsheet. Raises InputError when it is damaged, too large, or has no
+    rows of numbers.
     """
     with reading(path, "a spreadsheet"), zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable
 from math import isfinite
 
+# Characters of a note that are looked at.
 LONGEST = 2000
-"""Characters of a note that are looked at."""
+# Rates that a sampled record has [Hz].
 SLOWEST, FASTEST = 1.0, 1e9
-"""Rates that a sampled record has [Hz]."""
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|mess|scan|acq\w*|logging|daq)[\s_-]*(?:rate|freq\w*|hz)|\bf_?s\b|\brate\b|SampleFrequency",
     re.IGNORECASE,
@@ -28,9 +28,6 @@ _SCALES = {"k": 1e3, "M": 1e6, "m": 1e-3, "u": 1e-6, "\u00b5": 1e-6, "\u03bc": 1
 
 def stated_rate(notes: Iterable[str]) -> float | None:
     """Return the sampling rate that lines state [Hz], as a rate or as an interval.
-
-    Args:
-        notes: lines of a header, or ``"property = value"``.
 
     >>> stated_rate(["Operator: A", "Sample rate: 50 kHz"]), stated_rate(["Delta_X;0,0005"]), stated_rate(["fs=1000"])
     (50000.0, 2000.0, 1000.0)
@@ -52,11 +49,7 @@ def stated_rate(notes: Iterable[str]) -> float | None:
 
 
 def stated_clock(notes: Iterable[str]) -> tuple[float, float] | None:
-    """Return start and step [s] of an even sampling that lines state.
-
-    Args:
-        notes: lines of a header.
-    """
+    """Return start and step [s] of an even sampling that lines state."""
     rate = stated_rate(notes)
     return None if rate is None else (0.0, 1.0 / rate)
 

@@ -1,4 +1,4 @@
-"""What acquisition systems state in structures beside their samples: names, units, sampling, the axis of a channel.
+"""What acquisition systems state in structures besides samples: names, units, sampling, the axis of a channel.
 
 A structure is a tree of dictionaries; its leaves are arrays, or datasets of which nothing but the shape is known.
 """
@@ -25,10 +25,10 @@ _RATES = re.compile(
 _UNITS = ("unit", "units", "y_unit", "yunit", "unit_string", "physicalunit")
 _NAMES = ("signalname", "channelname", "name")
 _TIMES = ("time", "t", "zeit")
+# So many columns a matrix may have.
 COLUMNS = 256
-"""So many columns a matrix may have."""
+# Structures within structures.
 DEEPEST = 16
-"""Structures within structures."""
 
 
 class Stated(NamedTuple):
@@ -54,9 +54,6 @@ class Stated(NamedTuple):
 def stated(tree: Tree) -> dict[str, Stated]:
     """Return what is stated of the arrays of a tree, by path with slashes.
 
-    Args:
-        tree: dictionaries, as a file has them.
-
     >>> signal = {"x_values": {"start_value": 0.0, "increment": 1e-3}, "y_values": {"values": np.zeros(9)}}
     >>> stated({"Signal": signal})["Signal/y_values/values"].clock
     (0.0, 0.001)
@@ -68,9 +65,6 @@ def stated(tree: Tree) -> dict[str, Stated]:
 
 def as_number(value: Any) -> float | None:
     """Return a scalar, or text that is a number, as a float.
-
-    Args:
-        value: of any kind.
 
     >>> as_number(np.array([[0.5]])), as_number("1000 Hz"), as_number("a"), as_number(np.zeros(3))
     (0.5, 1000.0, None, None)
@@ -88,11 +82,7 @@ def as_number(value: Any) -> float | None:
 
 
 def as_text(value: Any) -> str:
-    """Return text, empty where a value is none.
-
-    Args:
-        value: of any kind.
-    """
+    """Return a value as text, empty where it is not text."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     if isinstance(value, bytes):
@@ -101,11 +91,7 @@ def as_text(value: Any) -> str:
 
 
 def children(node: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the fields of a structure, and the elements of an array of structures as ``(1)``, ``(2)``.
-
-    Args:
-        node: of a tree.
-    """
+    """Iterate over the fields of a structure, and the elements of an array of structures as ``(1)``, ``(2)``."""
     if isinstance(node, Mapping):
         yield from ((str(key), value) for key, value in node.items() if not str(key).startswith(("__", "#")))
     elif isinstance(node, list | tuple) or (isinstance(node, np.ndarray) and node.dtype.kind == "O"):
@@ -116,21 +102,12 @@ def children(node: Any) -> Iterator[tuple[str, Any]]:
 
 
 def joined(path: str, key: str) -> str:
-    """Return the path of a field; elements of arrays have no slash before them.
-
-    Args:
-        path: of the structure.
-        key: of :func:`children`.
-    """
+    """Return the path of a field; elements of arrays have no slash before them."""
     return path + key if key.startswith("(") and path else f"{path}/{key}" if path else key
 
 
 def length_of(value: Any) -> int:
-    """Return the number of samples of a leaf, 0 where it is no vector or matrix of numbers.
-
-    Args:
-        value: of a tree.
-    """
+    """Return the number of samples of a leaf, 0 where it is not a vector or matrix of numbers."""
     shape = getattr(value, "shape", ())
     numeric = getattr(getattr(value, "dtype", None), "kind", "") in "biuf"
     return max(shape) if numeric and 0 < len(shape) <= 2 and max(shape) > 1 else 0
@@ -215,9 +192,6 @@ def _unit(label: str, factor: float | None) -> str:
 
 def clock_of(fields: Tree) -> tuple[float, float] | None:
     """Return the start and step [s] of the sampling that a field states.
-
-    Args:
-        fields: by name.
 
     >>> clock_of({"fs": 1000.0}), clock_of({"dt": "0.5"}), clock_of({"fs": "a"})
     ((0.0, 0.001), (0.0, 0.5), None)

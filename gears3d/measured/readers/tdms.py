@@ -16,11 +16,7 @@ from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large,
 def open_tdms(path: Path) -> Source:
     """Open a TDMS file; waveform properties give the time of a channel.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or npTDMS is not installed.
+    Raises InputError when it is damaged, or npTDMS is not installed.
     """
     nptdms = library("nptdms", path)
     places: dict[str, tuple[str, str]] = {}

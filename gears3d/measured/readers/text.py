@@ -12,13 +12,9 @@ from gears3d.measured.readers.stated import stated_clock
 
 
 def open_csv(path: Path) -> Source:
-    """Open a text file with columns of numbers, of whatever dialect.
+    """Open a text file with columns of numbers, of any dialect.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is no text, or has no rows of numbers.
+    Raises InputError when it is not text, or has no rows of numbers.
     """
     return source_of(path, "CSV")
 
@@ -26,13 +22,7 @@ def open_csv(path: Path) -> Source:
 def source_of(path: Path, form: str, data: bytes | None = None) -> Source:
     """Return a table of text as a source.
 
-    Args:
-        path: the file.
-        form: name of the format.
-        data: the table as UTF-8, where it is not the content of the file.
-
-    Raises:
-        InputError: it is no text, or has no rows of numbers.
+    Raises InputError when it is not text, or has no rows of numbers.
     """
     from gears3d.recording.text import Torn, open_text
 

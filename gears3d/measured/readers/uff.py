@@ -13,18 +13,14 @@ from gears3d.inputs import refuse_beyond
 from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.source import Signal, Source, unique
 
+# Bytes of memory for a byte of the file: pyuff keeps lines and numbers as objects of Python.
 GROWTH = 12
-"""Bytes of memory for a byte of the file: pyuff keeps lines and numbers as objects of Python."""
 
 
 def open_uff(path: Path) -> Source:
     """Open a universal file; every data set 58 is a signal, with its abscissa as time.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, has no data set 58, or pyuff is not installed.
+    Raises InputError when it is damaged, has no data set 58, or pyuff is not installed.
     """
     pyuff = library("pyuff", path)
     refuse_beyond(GROWTH * path.stat().st_size, path, "its data sets", "export fewer functions into one file")

@@ -8,8 +8,8 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 
+# Words for the counts of an encoder; each may be followed by ``/s``.
 COUNTS = ("counts", "count", "cts", "ct", "inc", "incr", "increments", "ticks", "pulses", "steps", "lsb", "edges")
-"""Words for the counts of an encoder; each may be followed by ``/s``."""
 SAMPLES = ("samples", "sample", "index")
 _ALIASES = {
     "rpm": "1/min U/min min-1 min^-1 r/min rev/min r.p.m. RPM upm Upm 1/Min /min tr/min min⁻¹",
@@ -25,15 +25,12 @@ _ALIASES = {
 }
 _SPELT = {alias: unit for unit, aliases in _ALIASES.items() for alias in aliases.split()}
 
+# Units that are the same in capitals.
 _CASELESS = {unit.lower(): unit for unit in ("rpm", "rad/s", "deg/s", "rad", "deg", "rev/s")}
-"""Units that are the same in capitals."""
 
 
 def is_counts(unit: str) -> bool:
-    """Return whether a unit is the count of an encoder, or counts a second.
-
-    Args:
-        unit: as written.
+    """Return whether a unit is encoder counts, or counts per second.
 
     >>> is_counts("ticks"), is_counts("Counts/s"), is_counts("deg")
     (True, True, False)
@@ -42,18 +39,9 @@ def is_counts(unit: str) -> bool:
 
 
 def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> tuple[float, str]:
-    """Return what one of a unit is in SI, and its family.
+    """Return the factor that converts a unit to SI, and the family of the unit.
 
-    Args:
-        unit: as written, with or without a number: ``"deg"``, ``"0.36 deg"``, ``"1/min"``, ``"counts"``.
-        families: that are allowed, as :mod:`gears3d.units` names them.
-        counts: of an encoder a revolution.
-
-    Returns:
-        The factor, and the family.
-
-    Raises:
-        InputError: the unit is not known, of another family, or a count whose encoder is not known.
+    Raises InputError when the unit is unknown, of another family, or a count of an encoder that is not declared.
 
     >>> to_si("U/min", ("angle", "speed")), to_si("counts", ("angle", "speed"), 4.0)
     ((0.10471975511965977, 'speed'), (1.5707963267948966, 'angle'))
@@ -89,9 +77,7 @@ def to_si(unit: str, families: tuple[str, ...], counts: float | None = None) -> 
 def scaled(values: np.ndarray, factor: float) -> np.ndarray:
     """Return values in SI, changed in place and rounded once: 9 ms are 0.009 s.
 
-    Args:
-        values: in a unit, float64, (n,); overwritten.
-        factor: of :func:`to_si`.
+    ``values``: in a unit, float64, (n,); overwritten.
 
     >>> scaled(np.array([9.0]), 1e-3).tolist(), (np.array([9.0]) * 1e-3).tolist()
     ([0.009], [0.009000000000000001])

@@ -11,18 +11,14 @@ from gears3d.inputs import refuse_beyond
 from gears3d.measured.readers.foreign import reading
 from gears3d.measured.readers.source import Signal, Source, refuse_large
 
+# Bytes of memory for a byte of the file: 24 bits are unpacked to 32.
 GROWTH = 4
-"""Bytes of memory for a byte of the file: 24 bits are unpacked to 32."""
 
 
 def open_wav(path: Path) -> Source:
     """Open a WAV file; its channels are ``channel 1``, ``channel 2``, sampled at the rate of its header.
 
-    Args:
-        path: the file.
-
-    Raises:
-        InputError: it is damaged, or takes too much memory.
+    Raises InputError when it is damaged, or takes too much memory.
     """
     from scipy.io import wavfile
 

@@ -24,20 +24,20 @@ from gears3d.measured.segmentation.zones import (
     zones,
 )
 
+# Deviations by which the speed of an approach must differ from rest; a bump of the flank has none.
 BLOW = 5.0
-"""Deviations by which the speed of an approach must differ from rest; a bump of the flank has none."""
+# Why a stretch above a flank is not a flight: too few readings, no speed at its end, cut by an end of the record.
 DROPPED = ("too_short", "no_blow", "cut_off")
-"""Why a stretch above a flank is not a flight: too few readings, no speed at its end, cut by an end of the record."""
+# Deviations within which the end of a flight and the start of the next are one touch.
 SAME = 4.0
-"""Deviations within which the end of a flight and the start of the next are one touch."""
+# Longest impact of yielding teeth [s]; what stays longer on a flank is in contact.
 HELD = 5e-3
-"""Longest impact of yielding teeth [s]; what stays longer on a flank is in contact."""
+# Part of the speed of approach with which a gear must leave a flank that held it.
 THROWN = 0.15
-"""Part of the speed of approach with which a gear must leave a flank that held it."""
+# Times what counts as flying that a path which noise lifts off its flank does not reach.
 RISEN = 2.0
-"""Times what counts as flying that a path which noise lifts off its flank does not reach."""
+# Median chi-square of flights from which on the flanks are not believed.
 WRONG = 5.0
-"""Median chi-square of flights from which on the flanks are not believed."""
 
 
 class Cut(NamedTuple):
@@ -57,15 +57,7 @@ class Cut(NamedTuple):
 def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) -> Cut:
     """Cut a record along given flanks.
 
-    Args:
-        known: displacement and angles.
-        path: the same in blocks.
-        flanks: of the record.
-        seeds: its significant velocity jumps.
-        file: named in faults.
-
-    Raises:
-        InputError: the noise fills the dead band.
+    Raises InputError when the noise fills the dead band.
     """
     zone, above, below = zones(path, flanks, seeds, file)
     every, first, last, dropped, edges, short = _candidates(known, path, zone, above, below)

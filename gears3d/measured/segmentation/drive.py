@@ -18,24 +18,24 @@ if TYPE_CHECKING:
     from gears3d.measured.drive_motion import DriveMotion
     from gears3d.measured.encoder import Reading
 
+# Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it.
 SHORTEST = 0.4e-3
-"""Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it."""
+# Times by which that time is shortened as long as the finest curve is further from the means than their noise.
 FINER = 4
-"""Times by which that time is shortened as long as the finest curve is further from the means than their noise."""
+# Times their noise that means may be off the curve before finer ones are tried: motion that was averaged away.
 MISSED = 1.2
-"""Times their noise that means may be off the curve before finer ones are tried: motion that was averaged away."""
+# Means that are worked out at a time.
 AT_ONCE = 1 << 14
-"""Means that are worked out at a time."""
+# Means between the knots of the finest curve.
 KNOT = 4
-"""Means between the knots of the finest curve."""
+# Curves that are tried at most, each with half the knots of the one before.
 RUNGS = 14
-"""Curves that are tried at most, each with half the knots of the one before."""
+# Times by which both must grow: beyond, two curves that both miss the motion are as alike as any.
 GROWN = 1.5
-"""Times by which both must grow: beyond, two curves that both miss the motion are as alike as any."""
+# Pieces of a harmonic's period that a cubic follows to a thousandth of its amplitude.
 PER_PERIOD = 12.0
-"""Pieces of a harmonic's period that a cubic follows to a thousandth of its amplitude."""
+# Spans between knots of the coarsest curve.
 AT_LEAST = 8
-"""Spans between knots of the coarsest curve."""
 
 
 class _Waves(NamedTuple):
@@ -78,9 +78,7 @@ class Curve:
     def __call__(self, time: np.ndarray | float, order: int = 0) -> np.ndarray:
         """Return the angle at some times [rad], or its derivative of that order.
 
-        Args:
-            time: [s], any shape.
-            order: of the derivative.
+        ``time``: [s], any shape.
         """
         made = self.spline(time, order)
         return made + self.waves.at(time, order) if len(self.waves.turns) else made
@@ -198,10 +196,6 @@ def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
 
 def redrawn(reading: Reading, before: Steady) -> Curve:
     """Return the curve through other readings of the same motion, as stiff as it was before.
-
-    Args:
-        reading: of the drive's encoder.
-        before: the curve through the readings that there were.
 
     >>> from gears3d.measured.encoder import read_encoder
     >>> time = np.arange(0.0, 2.0, 1e-4)

@@ -14,22 +14,22 @@ from gears3d.measured.segmentation.zones import ACTIVE, FLIGHT, REVERSE, clearan
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.tables import Segments
 
+# Part of the time that must be explained: what is left may hold as many impacts as a fifth of what was found.
 ENOUGH = 0.8
-"""Part of the time that must be explained: what is left may hold as many impacts as a fifth of what was found."""
+# Part of the dead band, or of the range of the displacement, by which contact may be off its flank at most.
 NEAR = 0.1
-"""Part of the dead band, or of the range of the displacement, by which contact may be off its flank at most."""
+# Part of the dead band by which two halves of a record may differ whatever their errors say: thermal drift does it.
 AGREE = 0.05
-"""Part of the dead band by which two halves of a record may differ whatever their errors say: thermal drift does it."""
+# Standard deviations of the difference of two halves that make it one: three in a hundred thousand by chance.
 SURE = 4.0
-"""Standard deviations of the difference of two halves that make it one: three in a hundred thousand by chance."""
+# Parts of a record, the scatter of which says how well the place of a flank is known; every other one is held out.
 PARTS = 16
-"""Parts of a record, the scatter of which says how well the place of a flank is known; every other one is held out."""
+# Flights whose decelerations are compared.
 FEWEST = 8
-"""Flights whose decelerations are compared."""
+# Standard deviation over size, or over scatter, up to which a deceleration counts as known.
 KNOWN = 0.3
-"""Standard deviation over size, or over scatter, up to which a deceleration counts as known."""
+# Part of the stretches off the flanks, by time, that must be flights.
 LIKELY = 0.5
-"""Part of the stretches off the flanks, by time, that must be flights."""
 
 
 class Explanation(NamedTuple):
@@ -64,9 +64,6 @@ def unexplained(cut: Segments) -> np.ndarray:
 
     These are the blocks of flights that fail their test, those of contact further from their flank than noise and a
     tenth of the dead band, and those of impacts further behind it: teeth yield by a small part of their backlash.
-
-    Args:
-        cut: the record.
     """
     path, flights = cut.path, cut.flights
     state = cut.states(path.time)
@@ -101,11 +98,7 @@ def explain(cut: Segments) -> Explanation:
 
 
 def backlash_sigma(cut: Segments) -> float:
-    """Return the standard deviation of the mean dead band [m], the scatter between parts of the record included.
-
-    Args:
-        cut: a record with both flanks.
-    """
+    """Return the standard deviation of the mean dead band [m], the scatter between parts of the record included."""
     found = cut.flanks.backlash
     assert found is not None
     parts = _gaps(cut)
@@ -246,24 +239,14 @@ def _predicted(cut: Segments) -> str:
 def refuse(explanation: Explanation, file: str) -> None:
     """Refuse what is not explained.
 
-    Args:
-        explanation: of a segmentation.
-        file: named in the fault.
-
-    Raises:
-        NotExplained: a test fails.
+    Raises NotExplained when a test fails.
     """
     if explanation.reasons:
         raise NotExplained(fault_of(explanation.reasons, file), explanation)
 
 
 def fault_of(reasons: Sequence[str], file: str = "") -> Fault:
-    """Return the fault of a record that is not explained.
-
-    Args:
-        reasons: why.
-        file: named in it.
-    """
+    """Return the fault of a record that is not explained."""
     what = f"does not move as a gear that flies freely between two flanks: {'; '.join(reasons)}"
     tried = "one and two flanks were tried, constant ones and ones with orders; impacts and backlash are withheld"
     help_ = "`visible` has what is seen; check rig, ratio and mounting, record faster or with less noise"

@@ -8,14 +8,14 @@ import numpy as np
 
 from gears3d.measured.segmentation.terms import SHAPED, Terms
 
+# Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything.
 NARROWEST = 0.4
-"""Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything."""
+# Parts of the expected sizes that are tried.
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
-"""Parts of the expected sizes that are tried."""
+# Part of its expected size that a shape may have on the flank that it is not on.
 NONE = 1e-3
-"""Part of its expected size that a shape may have on the flank that it is not on."""
+# Places that speak for a size at most.
 EVIDENCE = 300
-"""Places that speak for a size at most."""
 
 
 class Flanks(NamedTuple):
@@ -113,16 +113,9 @@ def through(
 ) -> Flanks:
     """Return the flanks through places on them: least squares with expected sizes, Tukey's weights against strays.
 
-    Args:
-        terms: of both flanks.
-        columns: of the terms at the places, (n, p).
-        side: 0 active, 1 reverse, (n,).
-        place: displacement [m], (n,).
-        scale: standard deviation of a place [m].
-        gap: about the width of the dead band [m].
-        both: whether there is a reverse flank.
-        robust: whether strays lose their weight.
-        weight: of the places, (n,); all alike without.
+    ``columns``: of the terms at the places, (n, p); ``side``: 0 active, 1 reverse, (n,); ``place``: displacement [m],
+    (n,); ``scale``: standard deviation of a place [m]; ``gap``: about the width of the dead band [m]; ``weight``: of
+    the places, (n,); all alike without.
     """
     count = columns.shape[1]
     owner = terms.flank

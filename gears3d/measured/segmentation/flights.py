@@ -14,14 +14,14 @@ from gears3d.measured.segmentation.smoothing import Blocks, Track
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.drive import Steady
 
+# Flights that are held against their flank at a time.
 AT_ONCE = 500
-"""Flights that are held against their flank at a time."""
+# Times at which a parabola may be held against a flank.
 POINTS = 160
-"""Times at which a parabola may be held against a flank."""
+# Standard deviations of a flight's distance from a flank within which the two may meet.
 NEAR = 4.0
-"""Standard deviations of a flight's distance from a flank within which the two may meet."""
+# Of these every so manieth is looked at first, then so many together.
 STRIDE, WINDOW = 4, 11
-"""Of these every so manieth is looked at first, then so many together."""
 
 
 class Shafts(NamedTuple):
@@ -44,10 +44,7 @@ class Shafts(NamedTuple):
     def gap(self, time: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
         """Return the distance from a flank, above 0 in the dead band [m].
 
-        Args:
-            time: [s], any shape.
-            loose: angle of the loose gear [rad], the same.
-            flank: 0 active, 1 reverse, the same.
+        ``time``: [s], any shape; ``loose``: angle of the loose gear [rad], the same.
         """
         driven = self.drive.curve(time)
         turned = np.interp(time, self.loose[0], self.loose[1])
@@ -58,37 +55,22 @@ class Shafts(NamedTuple):
     def rate_sigma(self, time: np.ndarray, flank: np.ndarray, near: float) -> np.ndarray:
         """Return how well the speed of a flank is known [m/s], (k,).
 
-        Args:
-            time: [s], (k,).
-            flank: 0 active, 1 reverse, (k,).
-            near: time over which a flank is straight [s].
+        ``time``: [s], (k,); ``flank``: 0 active, 1 reverse, (k,); ``near``: time over which a flank is straight [s].
         """
         times = time + 0.5 * near * np.array([[-1.0], [1.0]])
         return self.flanks.rate_sigma(times, self.drive.curve(times), np.interp(times, *self.loose), flank)
 
 
 def shafts(known: Track, path: Blocks, flanks: Flanks) -> Shafts:
-    """Return both shafts' motion.
-
-    Args:
-        known: the displacement.
-        path: the same in blocks.
-        flanks: of the record.
-    """
+    """Return both shafts' motion."""
     return Shafts(known.steady, np.stack([path.time, path.loose]), flanks, known.origin, known.radii)
 
 
 def crossings(paths: Parabolas, where: Shafts, of: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return where the parabolas of flights cross those of the next ones, which needs no flank.
 
-    Args:
-        paths: of all flights.
-        where: both shafts.
-        of: flights whose end is the start of the next one, (i,).
-        near: about when [s], (i,).
-
-    Returns:
-        Time [s], angles of drive and loose gear [rad], displacement and its standard deviation [m], each (i,).
+    ``of``: flights whose end is the start of the next one, (i,); ``near``: about when [s], (i,). Returns time [s],
+    angles of drive and loose gear [rad], displacement and its standard deviation [m], each (i,).
     """
     one, other = paths.some(of), paths.some(of + 1)
     time = near[:, None].copy()
@@ -128,10 +110,7 @@ class Touches(NamedTuple):
 
         Whether a flight ends with a blow is told by its path; how hard the blow was also asks how fast the flank moved.
 
-        Args:
-            where: the flanks are.
-            flank: that is touched, 0 active, 1 reverse, (k,).
-            near: time over which a flank is straight [s].
+        ``flank``: that is touched, 0 active, 1 reverse, (k,); ``near``: time over which a flank is straight [s].
         """
         return self._replace(velocity_sigma=np.hypot(self.velocity_sigma, where.rate_sigma(self.time, flank, near)))
 
@@ -139,12 +118,8 @@ class Touches(NamedTuple):
 def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
     """Return where parabolas strike flanks: the first zero of the gap from ``begin`` over ``span``.
 
-    Args:
-        paths: of the flights, (k,).
-        where: the flanks are.
-        flank: that is met, 0 active, 1 reverse, (k,).
-        begin: [s], (k,).
-        span: negative for looking back [s], (k,).
+    ``paths``: of the flights, (k,); ``flank``: that is met, 0 active, 1 reverse, (k,); ``begin``: [s], (k,); ``span``:
+    negative for looking back [s], (k,).
     """
     if len(begin) > AT_ONCE:
         return _joined(meet, paths, where, flank, begin, span)
@@ -173,12 +148,7 @@ def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray,
 
     The moment counts at which both are least in their standard deviations.
 
-    Args:
-        paths: as for :func:`meet`.
-        where: as for :func:`meet`.
-        flank: that is left, 0 active, 1 reverse, (k,).
-        begin: as for :func:`meet`.
-        span: as for :func:`meet`.
+    ``flank``: that is left, 0 active, 1 reverse, (k,).
     """
     if len(begin) > AT_ONCE:
         return _joined(leave, paths, where, flank, begin, span)

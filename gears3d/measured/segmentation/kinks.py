@@ -8,20 +8,20 @@ import numpy as np
 
 from gears3d.measured.segmentation.smoothing import Blocks
 
+# Blocks to either side.
 SCALES = (3, 6, 12, 24, 48)
-"""Blocks to either side."""
+# How many of these are used at first: longer ones detect weaker jumps and merge neighbours.
 USUAL = 4
-"""How many of these are used at first: longer ones detect weaker jumps and merge neighbours."""
+# Standard deviations of a jump from which on it is used to find flanks.
 SURE = 7.0
-"""Standard deviations of a jump from which on it is used to find flanks."""
+# Standard deviations from which on no longer reach is used: it would merge neighbouring jumps.
 PLAIN = 2.0 * SURE
-"""Standard deviations from which on no longer reach is used: it would merge neighbouring jumps."""
+# Part of its size that a jump keeps at half the reach, and again at half of that; a smooth curve keeps 1/8.
 SHARP = 0.6
-"""Part of its size that a jump keeps at half the reach, and again at half of that; a smooth curve keeps 1/8."""
+# Blocks from which on the scatter about the model is known to 25 %: eight degrees of freedom.
 LEFT = 13
-"""Blocks from which on the scatter about the model is known to 25 %: eight degrees of freedom."""
+# Standard deviations by which noise may hide the jump at shorter reaches than half.
 NOISY = 3.0
-"""Standard deviations by which noise may hide the jump at shorter reaches than half."""
 
 
 class Kinks(NamedTuple):
@@ -43,9 +43,6 @@ def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
 
     The model is a cubic with a jump of slope in the middle, so that a smooth curve does not count.
 
-    Args:
-        reach: points to either side.
-
     >>> jump, place = templates(4)
     >>> at = np.arange(-4.0, 5.0)
     >>> round(float(jump @ (3.0 * np.abs(at) + at**2)), 9), round(float(place @ (7.0 + np.abs(at))), 9)
@@ -58,12 +55,7 @@ def templates(reach: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def kinks(path: Blocks, scales: int = USUAL) -> Kinks:
-    """Return the significant velocity jumps that are sharp, one within two reaches of it at most.
-
-    Args:
-        path: displacement in blocks.
-        scales: how many of the scales are used, from the shortest on.
-    """
+    """Return the significant velocity jumps that are sharp, one within two reaches of it at most."""
     count = len(path.time)
     best, jumps, places = np.zeros(count), np.zeros(count), np.zeros(count)
     reaches = np.zeros(count, int)

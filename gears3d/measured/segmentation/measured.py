@@ -27,17 +27,17 @@ from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
 from gears3d.signals.orders import deviations, phasors_of
 
+# Rows from which on columns of the recording are worked out when they are asked for.
 LONG = 1 << 20
-"""Rows from which on columns of the recording are worked out when they are asked for."""
+# What a summary says of a record that is not explained; the rest is null.
 KEPT = {"format", "status", "warnings", "quality", "flanks", "cut", "contacts_seen"}
-"""What a summary says of a record that is not explained; the rest is null."""
+# Blocks that are asked for orders, and orders that are stated, of such a record.
 VISIBLE, MOST_VISIBLE = 20_000, 6
-"""Blocks that are asked for orders, and orders that are stated, of such a record."""
+# Impacts, and their part, that must last for their durations to be asked, and times by which the longest tenth lasts
+# longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5.
 FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
-"""Impacts, and their part, that must last for their durations to be asked, and times by which the longest tenth lasts
-longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5."""
+# Part of the backlash: a gear that moves more about its flank is not in contact with it all the time.
 MOVES = 0.1
-"""Part of the backlash: a gear that moves more about its flank is not in contact with it all the time."""
 
 
 def measure(

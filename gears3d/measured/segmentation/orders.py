@@ -14,30 +14,30 @@ import numpy as np
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, trimmed
 
+# Probability that noise alone makes the strongest of all orders as strong, below which it is significant.
 DOUBT = 1e-4
-"""Probability that noise alone makes the strongest of all orders as strong, below which it is significant."""
+# Orders that are taken at most.
 MOST = 40
-"""Orders that are taken at most."""
+# Parts of a record of few revolutions, every other one held out; in longer ones every other revolution is.
 STRETCHES = 37
-"""Parts of a record of few revolutions, every other one held out; in longer ones every other revolution is."""
+# Times its noise that places may scatter without a search for orders.
 QUIET = 1.15
-"""Times its noise that places may scatter without a search for orders."""
+# Times the power of the strongest order that a further one may have at most: they are not quite independent.
 HOPE = 2.0
-"""Times the power of the strongest order that a further one may have at most: they are not quite independent."""
+# Orders that are fitted before one of them is taken.
 CANDIDATES = 8
-"""Orders that are fitted before one of them is taken."""
+# Part of the strongest order's power that makes another one a candidate.
 TRIED = 0.3
-"""Part of the strongest order's power that makes another one a candidate."""
+# Part of the reduction by the best order from which on a lower order is preferred.
 ALIKE = 0.97
-"""Part of the reduction by the best order from which on a lower order is preferred."""
+# Places with which candidates are compared.
 SOME = 4000
-"""Places with which candidates are compared."""
+# Standard deviations from which on a place is a bounce and not contact.
 STRAY = 4.0
-"""Standard deviations from which on a place is a bounce and not contact."""
+# Blocks, and bins of the angle, in a wave of the highest order at least.
 FINE, BINS = 8.0, 8
-"""Blocks, and bins of the angle, in a wave of the highest order at least."""
+# Regularisation of all orders together and of one alone: blocks in contact lie at some angles only.
 RIDGE, POOR = 1e-6, 0.02
-"""Regularisation of all orders together and of one alone: blocks in contact lie at some angles only."""
 
 
 class Contact(NamedTuple):
@@ -59,9 +59,7 @@ class Contact(NamedTuple):
 def resolved(drive: np.ndarray, loose: np.ndarray) -> tuple[int, int]:
     """Return the highest order of each gear that blocks resolve; 0 for the loose gear where both turn equally fast.
 
-    Args:
-        drive: angles of the blocks [rad], (m,).
-        loose: [rad], (m,).
+    ``drive``: angles of the blocks [rad], (m,); ``loose``: [rad], (m,).
     """
     turns = [abs(float(angle[-1] - angle[0])) / (2 * np.pi) for angle in (drive, loose)]
     steps = [max(float(np.quantile(np.abs(np.diff(angle)), 0.9)), 1e-12) / (2 * np.pi) for angle in (drive, loose)]
@@ -83,16 +81,8 @@ def strongest(
 ) -> tuple[list[tuple[str, int]], np.ndarray, np.ndarray]:
     """Return significant orders, one after the other, each with its own phasor on every flank.
 
-    Args:
-        touched: places in contact, one entry a flank.
-        highest: order of drive and loose gear.
-        most: orders taken at most.
-        known: orders among the base columns, not to be taken again.
-        quiet: times its noise that places may scatter without a search for orders.
-        goal: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
-
-    Returns:
-        Gear and order of each, and by flank the numbers of base columns and phasors, and their covariance.
+    ``goal``: standard deviation [m] that must be within reach: no further order takes more than the strongest one.
+    Returns gear and order of each, and by flank the numbers of base columns and phasors, and their covariance.
     """
     taken: list[tuple[str, int]] = []
     candidates = sum(highest)
@@ -121,12 +111,7 @@ def _out_of_reach(fits: list, power: float, room: int, goal: float) -> bool:
 
 
 def columns_of(one: Contact, taken: list[tuple[str, int]]) -> np.ndarray:
-    """Return what is fitted to places: the base columns, and both columns of each order, (n, p).
-
-    Args:
-        one: places in contact.
-        taken: gear and order of each.
-    """
+    """Return what is fitted to places: the base columns, and both columns of each order, (n, p)."""
     return np.hstack([one.base, *(harmonics(one.angles[GEARS.index(gear)], [order]) for gear, order in taken)])
 
 

@@ -12,29 +12,29 @@ from gears3d.measured.segmentation.kernels.paths import SLIGHT
 from gears3d.measured.segmentation.smoothing import Track
 from gears3d.signals import robust_deviation
 
+# Readings that a flight needs.
 FEWEST = 5
-"""Readings that a flight needs."""
+# Part by which the deceleration of a short flight may always differ from that of the others.
 LOOSE = 0.2
-"""Part by which the deceleration of a short flight may always differ from that of the others."""
+# Relative standard deviation of a variance from the median absolute deviation of n normal values, times √n.
 MAD_ERROR = 2.33
-"""Relative standard deviation of a variance from the median absolute deviation of n normal values, times √n."""
+# Deviations by which a change of the drag within flights must be known to be taken.
 SURE = 4.0
-"""Deviations by which a change of the drag within flights must be known to be taken."""
+# Readings of a flight beyond which neighbours are averaged before its third power is looked for.
 MOST = 2000
-"""Readings of a flight beyond which neighbours are averaged before its third power is looked for."""
 
 
+# Part of the displacement that a flight goes through by which its readings may be off a parabola all along.
 IMMATERIAL = 1e-3
-"""Part of the displacement that a flight goes through by which its readings may be off a parabola all along."""
+# Readings of a flight, and flights, that show whether noise in them is slow.
 LONG, TOLD = 20, 10
-"""Readings of a flight, and flights, that show whether noise in them is slow."""
+# Most by which the variance of rounding to counts may be underestimated: third differences of a sawtooth of a sixth of
+# a count have that much less of it than white noise.
 COUNTED = 1.6
-"""Most by which the variance of rounding to counts may be underestimated: third differences of a sawtooth of a sixth of
-a count have that much less of it than white noise."""
+# Sums of 1/k², 1/k³ and 1/k⁴ from k = 3 on.
 TAILS = {2: 0.394934, 3: 0.077057, 4: 0.019823}
-"""Sums of 1/k², 1/k³ and 1/k⁴ from k = 3 on."""
+# From 1, x, x² to Legendre polynomials, which have independent numbers.
 LEGENDRE = np.array([[1.0, 0.0, 1.0 / 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0 / 3.0]])
-"""From 1, x, x² to Legendre polynomials, which have independent numbers."""
 
 
 class Law(NamedTuple):
@@ -119,10 +119,6 @@ def bend(x: np.ndarray, change: np.ndarray | float) -> tuple[np.ndarray, np.ndar
 
     The path solves y'' = 2 − κ·y', y(0) = y'(0) = 0: y = 2·(κx − 1 + exp(−κx))/κ².
 
-    Args:
-        x: time in half flights, any shape.
-        change: κ, the slope of the deceleration over speed times half the flight, of a shape that fits.
-
     >>> x = np.linspace(-1.0, 1.0, 5)
     >>> bool(np.allclose(bend(x, 0.0)[0], x**2)), bool(np.allclose(bend(x, 1e-3)[0], x**2 - 1e-3 * x**3 / 3, atol=1e-6))
     (True, True)
@@ -142,12 +138,8 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
     Each has a deceleration of its own; constant is what dry friction comes to. With ``slope`` it changes with the speed
     within the flight, as under viscous drag.
 
-    Args:
-        known: readings of the loose gear.
-        first: index of each flight's first reading, (k,).
-        last: index of its last one, (k,).
-        slope: change of the deceleration with the loose gear's speed [1/s].
-        law: what is expected of the deceleration; short flights do not tell their own.
+    ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,); ``slope``: change of
+    the deceleration with the loose gear's speed [1/s].
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (13); Ottewill et al. 2010, eq. (4).
     """
@@ -174,12 +166,7 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
 def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
     """Return flights as :func:`fit` has them with what is expected of their deceleration; their chi-square stays.
 
-    Args:
-        known: readings of the loose gear.
-        first: index of each flight's first reading, (k,).
-        last: index of its last one, (k,).
-        free: fitted without.
-        law: what is expected.
+    ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,).
     """
     numbers, covariance = np.zeros_like(free.numbers), np.zeros_like(free.covariance)
     paths.solve_each(free.base, free.sums, *_expected(known, first, last, law), numbers, covariance)
@@ -276,11 +263,7 @@ def slope_within(
     Under viscous drag a flight is no parabola; the third power of time in it tells the slope, the same for all flights.
     What all tell together is their weighted median: a flight that is none does not count for more than another.
 
-    Args:
-        known: readings of the loose gear.
-        first: index of each flight's first reading, (k,).
-        last: index of its last one, (k,).
-        straight: the flights fitted without a slope, where they are.
+    ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,).
     """
     slope, sigma = 0.0, np.inf
     long = last - first >= 4 * FEWEST

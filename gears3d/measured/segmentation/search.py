@@ -14,53 +14,53 @@ from gears3d.measured.segmentation.terms import Terms, make_terms
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS
 
+# Velocity jumps on a flank below which it is not known to be smooth.
 SEEN = 3
-"""Velocity jumps on a flank below which it is not known to be smooth."""
+# Noises of a block by which half of the jumps may scatter about a smooth flank: rounding moves them, too.
 SCATTER = 3.0
-"""Noises of a block by which half of the jumps may scatter about a smooth flank: rounding moves them, too."""
+# Noises of a block from which on a jump is not on a smooth flank, and the part of its jumps behind its edge.
 STRAY, EDGE = 12.0, 0.05
-"""Noises of a block from which on a jump is not on a smooth flank, and the part of its jumps behind its edge."""
+# Times its noise that contact scatters at most without bounces in it: the median's own error is 10 %.
 CALM = 1.3
-"""Times its noise that contact scatters at most without bounces in it: the median's own error is 10 %."""
+# Times the noise of a block up to which the crossing of two flights counts: others hardly cross, or far away.
 CLOSE = 1.25
-"""Times the noise of a block up to which the crossing of two flights counts: others hardly cross, or far away."""
+# Times the scatter of contact that its mean may lie inside of the flank.
 CHATTER = 3.0
-"""Times the scatter of contact that its mean may lie inside of the flank."""
+# Standard deviations by which touches must deviate from a flank for it to be moved to these.
 SURE = 3.0
-"""Standard deviations by which touches must deviate from a flank for it to be moved to these."""
+# Expected size, in noises of a block, of an order that is taken to be absent.
 ABSENT = 1e-3
-"""Expected size, in noises of a block, of an order that is taken to be absent."""
+# Places on a flank for each column, below which they do not show it.
 PLACES = 20
-"""Places on a flank for each column, below which they do not show it."""
+# Variance inflation factor from which on a column is not distinguishable: 5 to 10 are usual in regression.
 INFLATED = 5.0
-"""Variance inflation factor from which on a column is not distinguishable: 5 to 10 are usual in regression."""
+# Part of the dead band that counts like noise of a jump's place: flights are curved within its reach.
 CORNER = 0.003
-"""Part of the dead band that counts like noise of a jump's place: flights are curved within its reach."""
+# Misplacement of a jump between two blocks, over the way that the jump of speed makes in a block.
 ROUNDED = 0.25
-"""Misplacement of a jump between two blocks, over the way that the jump of speed makes in a block."""
 ROUNDS = 8
+# Rounds before which significant orders are looked for.
 GROWS = (0, 2, 4)
-"""Rounds before which significant orders are looked for."""
+# Orders of a record at most.
 MOST_ORDERS = 16
-"""Orders of a record at most."""
+# Times its noise that contact may scatter without a search for orders: the tips of bounces lie in it.
 QUIET = 1.5
-"""Times its noise that contact may scatter without a search for orders: the tips of bounces lie in it."""
+# Times its noise that a path may deviate from its flank without a search for orders.
 SMOOTH = 1.5
-"""Times its noise that a path may deviate from its flank without a search for orders."""
+# Part of the dead band that blocks of contact may be off their flank at first.
 WIDEST = 0.05
-"""Part of the dead band that blocks of contact may be off their flank at first."""
+# Deviations from the flank that still make a dwelling block one of contact.
 REACH = 4.0
-"""Deviations from the flank that still make a dwelling block one of contact."""
+# Deviations by which a dwelling block may move against the flank while its neighbours pass.
 STILL = 6.0
-"""Deviations by which a dwelling block may move against the flank while its neighbours pass."""
+# Usual distances from the flank at which what passes for contact has no say in where the flank is.
 ASTRAY = 10.0
-"""Usual distances from the flank at which what passes for contact has no say in where the flank is."""
+# Bounces off a flank from which its error is estimated.
 FEWEST = 10
-"""Bounces off a flank from which its error is estimated."""
+# Blocks that are looked at at most for contact, and how many neighbours of these stay together.
 LOOKED_AT, TOGETHER = 100_000, 50
-"""Blocks that are looked at at most for contact, and how many neighbours of these stay together."""
+# Blocks of contact that are fitted at most; every so manieth is taken.
 MOST = 5_000
-"""Blocks of contact that are fitted at most; every so manieth is taken."""
 
 
 def find_flanks(
@@ -70,13 +70,6 @@ def find_flanks(
 
     Velocity jumps show where the path bounced and on which side; the flanks through them are then fitted to all blocks
     that rest near them, round by round, closer each time.
-
-    Args:
-        path: displacement in blocks.
-        found: its velocity jumps; without any the whole record is contact with the active flank.
-        teeth: of drive and loose gear where known, for mesh orders.
-        both: whether the reverse flank is looked for too.
-        grow: whether significant orders of contact are looked for.
     """
     terms = make_terms(path, teeth)
     looked = _looked_at(len(path.time))
@@ -113,12 +106,6 @@ def plain_flanks(path: Blocks, found: Kinks, teeth: tuple[int, int] | None = Non
 
     A flank with impacts only, without lasting contact, or touched at the same angles repeatedly does not show its
     orders. Where jumps lie on flanks without any, none are assumed until contact shows some (:func:`shown_orders`).
-
-    Args:
-        path: displacement in blocks.
-        found: its velocity jumps.
-        teeth: of drive and loose gear where known, for mesh orders.
-        both: whether the reverse flank is looked for too.
     """
     up = found.jump > 0.0
     sides = (up, ~up) if both else (up,)
@@ -161,13 +148,6 @@ def shown_orders(
     """Return smooth flanks with the orders that their contact can show, ``None`` where it can show none.
 
     An order is shown where it is distinguishable from all others at the touched angles (variance inflation factor).
-
-    Args:
-        path: displacement in blocks.
-        flanks: of :func:`plain_flanks`.
-        still: as for :func:`refined`.
-        touches: as for :func:`refined`.
-        teeth: of drive and loose gear where known.
     """
     usual = make_terms(path, teeth).prior
     near, side = still
@@ -229,12 +209,8 @@ def _padded(flanks: Flanks, more: int) -> Flanks:
 def grown(path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, goal: float = 0.0) -> list[tuple[str, int]]:
     """Return significant orders of the contact with both flanks.
 
-    Args:
-        path: displacement in blocks.
-        flanks: so far.
-        near: blocks in contact, (k,).
-        side: flank of each, (k,).
-        goal: what may be left, as a standard deviation [m]: orders that cannot reach it are not examined.
+    ``near``: blocks in contact, (k,); ``side``: flank of each, (k,); ``goal``: what may be left, as a standard
+    deviation [m]: orders that cannot reach it are not examined.
     """
     room = MOST_ORDERS - flanks.terms.grown
     touched = []
@@ -283,11 +259,7 @@ def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
 def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False, goal: float = 0.0) -> Flanks:
     """Return the active flank of a record that never leaves it.
 
-    Args:
-        path: displacement in blocks.
-        teeth: of drive and loose gear where known, for mesh orders.
-        grow: whether significant orders are looked for; of a rattling gear they are those of its fluctuation.
-        goal: how far the path may be off [m]: where no orders can come to that, none are gone through.
+    ``goal``: how far the path may be off [m]: where no orders can come to that, none are gone through.
     """
     terms = make_terms(path, teeth)
     size = max(float(np.ptp(path.place)), path.noise)
@@ -333,13 +305,7 @@ def _closer(
 
 
 def moved(path: Blocks, like: Flanks, found: Kinks) -> Flanks | None:
-    """Return the flanks of another record of the same gears where a record has them; ``None`` without velocity jumps.
-
-    Args:
-        path: displacement in blocks.
-        like: flanks of the other record; its slow drift stays with it.
-        found: velocity jumps of this one.
-    """
+    """Return the flanks of another record of the same gears, moved onto this one; ``None`` without velocity jumps."""
     if len(found.at) < 2:
         return None
     drifts = np.array([kind == "drift" for kind, _ in like.terms.kinds])  # one column each, before all orders
@@ -361,12 +327,9 @@ def refined(
 
     Blocks that dwell include the rounded tips of bounces, which lie inside the dead band; these do not.
 
-    Args:
-        path: displacement in blocks.
-        flanks: so far.
-        still: indices of blocks in contact, and their flanks, each (k,).
-        touches: time [s], angles of drive and loose gear [rad], flank, displacement and its deviation [m], and whether
-            it lasts for no time that is resolved, each (i,).
+    ``still``: indices of blocks in contact, and their flanks, each (k,); ``touches``: time [s], angles of drive and
+    loose gear [rad], flank, displacement and its deviation [m], and whether it lasts for no time that is resolved, each
+    (i,).
     """
     near, side = still
     some = slice(None, None, max(len(near) // MOST, 1))
@@ -432,11 +395,8 @@ def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.n
 
     What lies between two flights counts as contact, also where a flight was overlooked; a bounce touches its flank.
 
-    Args:
-        off: distances from the flanks [m], (n,).
-        side: flank of each, (n,).
-        still: how many of them, the first ones, are blocks in contact.
-        rough: what contact scatters at least [m].
+    ``off``: distances from the flanks [m], (n,); ``side``: flank of each, (n,); ``rough``: what contact scatters at
+    least [m].
     """
     usual = np.full(len(off), np.inf)
     for flank in (0, 1):
@@ -451,13 +411,9 @@ def dwelling(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the blocks that rest near a flank: index, flank, and distance from it [m], each (k,).
 
-    Args:
-        path: displacement in blocks.
-        looked: blocks that are looked at, runs of neighbours, (l,).
-        columns: of the flanks' terms at these, (l, p).
-        flanks: so far.
-        scale: standard deviation of blocks about their flank [m].
-        gap: width of the dead band by the velocity jumps [m].
+    ``looked``: blocks that are looked at, runs of neighbours, (l,); ``columns``: of the flanks' terms at these, (l, p);
+    ``scale``: standard deviation of blocks about their flank [m]; ``gap``: width of the dead band by the velocity jumps
+    [m].
     """
     above = path.place[looked] - columns @ flanks.active
     width = np.full(len(above), np.inf) if flanks.gap is None else columns @ flanks.gap

@@ -29,29 +29,29 @@ from gears3d.measured.segmentation.touching import within
 from gears3d.measured.segmentation.zones import ACTIVE, REVERSE, Runs, clearance
 from gears3d.signals import robust_deviation
 
+# Part of the flights that must pass their own test, for the flanks to be believed.
 TOO_FEW = 0.2
-"""Part of the flights that must pass their own test, for the flanks to be believed."""
+# How many scales of velocity jumps are used, until flights pass their own test.
 SCALES_TRIED = (4, 3, 5)
-"""How many scales of velocity jumps are used, until flights pass their own test."""
+# Part of a record that may stay unexplained before other velocity jumps are tried, too.
 PLAIN = 0.005
-"""Part of a record that may stay unexplained before other velocity jumps are tried, too."""
+# Part of a record that stays unexplained, from which on its segmentation is reported with a warning.
 DOUBTFUL = 0.05
-"""Part of a record that stays unexplained, from which on its segmentation is reported with a warning."""
+# Blocks in contact with a flank below which its scatter is not assessed.
 CALM_FEWEST = 50
-"""Blocks in contact with a flank below which its scatter is not assessed."""
+# Part of a record by which orders may explain less before they are excluded.
 SLIGHT = 1e-3
-"""Part of a record by which orders may explain less before they are excluded."""
+# Times its noise that contact may scatter beyond smooth flanks.
 CHATTER = 2.5
-"""Times its noise that contact may scatter beyond smooth flanks."""
+# Part of the impacts on one of two flanks below which a single flank is tried, too.
 RARE = 0.2
-"""Part of the impacts on one of two flanks below which a single flank is tried, too."""
+# Standard deviations of its speed that a usual impact has, for there to be no doubt that it is one.
 FAST = 10.0
-"""Standard deviations of its speed that a usual impact has, for there to be no doubt that it is one."""
+# Times that the flanks are fitted again to what was found to be contact, at most.
 AGAIN = 2
-"""Times that the flanks are fitted again to what was found to be contact, at most."""
+# Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
+# other places in contact would have moved them.
 SETTLED = 0.25
-"""Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
-other places in contact would have moved them."""
 
 
 def segment(
@@ -184,8 +184,7 @@ def _between_flanks(
     Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
     flank that is seldom touched ask for orders, too.
 
-    Raises:
-        InputError: the noise fills the dead band, or the motion between the flanks is not a flight.
+    Raises InputError when the noise fills the dead band, or the motion between the flanks is not a flight.
     """
     found = _cut_between(known, path, flanks, seeds, both, file, tell)
     if found is None or not found.flanks.terms.grown:
@@ -307,11 +306,7 @@ def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:
 
 
 def unsegmented(known: Track) -> Segments:
-    """Return a record of which nothing is known but its path: no flight, no contact, and a constant flank.
-
-    Args:
-        known: displacement and angles.
-    """
+    """Return a record of which nothing is known but its path: no flight, no contact, and a constant flank."""
     path = known.blocks
     flights, contacts, impacts = _rest(known)
     contacts = {name: values[:0] for name, values in contacts.items()}

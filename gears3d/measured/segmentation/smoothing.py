@@ -16,20 +16,20 @@ from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
 from gears3d.signals import noise_of, some_steps
 
+# Longest block [s]: within it the drive's acceleration bends nothing by a micrometre.
 LONGEST = 1e-3
-"""Longest block [s]: within it the drive's acceleration bends nothing by a micrometre."""
+# Times their own noise that means of the drive's readings may be off a smooth curve that takes their place.
 FOLLOWS = 2.0
-"""Times their own noise that means of the drive's readings may be off a smooth curve that takes their place."""
+# Readings that are worked out at a time.
 AT_ONCE = 1 << 18
-"""Readings that are worked out at a time."""
+# Readings up to which the drive's angle is worked out once and kept.
 KEPT = 1 << 20
-"""Readings up to which the drive's angle is worked out once and kept."""
+# Stretches of a long record that tell how lively it is, and the readings in each.
 STRETCHES, STRETCH = 16, 1 << 16
-"""Stretches of a long record that tell how lively it is, and the readings in each."""
+# Part of the range of the displacement to which rigid flanks and flights describe it: 5 nm of 250 um.
 DESCRIBED = 2e-5
-"""Part of the range of the displacement to which rigid flanks and flights describe it: 5 nm of 250 um."""
+# Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal.
 CORNER = 16.0
-"""Cube of the blocks' width in units of noise, speed and spacing: 32 makes rounding and noise equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,9 +260,6 @@ def blocks(known: Track) -> Blocks:
 
     A mean over a time W quietens the noise by the root of its readings and rounds a corner of speed v off by v·W/8; W
     keeps that a little below the noise.
-
-    Args:
-        known: the displacement.
     """
     spacing = known.spacing
     longest = max(int(LONGEST / float(np.quantile(some_steps(known.time), 0.9))), 1)

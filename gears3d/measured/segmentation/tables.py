@@ -16,20 +16,20 @@ from gears3d.recording import Recording
 from gears3d.results import Result
 from gears3d.scenario import Scenario
 
+# Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration.
 RESOLVED = 4.0
-"""Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration."""
+# Samples that an impact must last: encoders that are read a part of a sample apart make durations of that size.
 SAMPLES = 2.0
-"""Samples that an impact must last: encoders that are read a part of a sample apart make durations of that size."""
+# Deviations of a one-sided 95 % bound.
 ONE_SIDED = 1.645
-"""Deviations of a one-sided 95 % bound."""
+# Part of the stretches above a height that may be no flights, for flights of that height to be found.
 LOST = 0.1
-"""Part of the stretches above a height that may be no flights, for flights of that height to be found."""
+# Readings that a flight needs, with those at both ends that may be contact.
 LEAST = 7.0
-"""Readings that a flight needs, with those at both ends that may be contact."""
 Columns = dict[str, np.ndarray]
 
+# Chance of a chi-square as large, below which a flight may not testify.
 DOUBT = 1e-3
-"""Chance of a chi-square as large, below which a flight may not testify."""
 
 
 class Segments(NamedTuple):
@@ -128,12 +128,8 @@ class Measurement(Result):
 def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, same: np.ndarray) -> Columns:
     """Return the table of flights.
 
-    Args:
-        every: the runs that are flights, (k,).
-        paths: their parabolas.
-        start: where they begin.
-        end: where they end.
-        same: whether each begins with the impact that ended the one before, (k,).
+    ``every``: the runs that are flights, (k,); ``same``: whether each begins with the impact that ended the one before,
+    (k,).
     """
     from scipy.special import gammaincc
 
@@ -166,9 +162,7 @@ def flight_table(every: Runs, paths: Parabolas, start: Touches, end: Touches, sa
 def contacts_between(flights: Columns, edges: tuple[float, float, int]) -> Columns:
     """Return the stretches between flights that are more than one touch.
 
-    Args:
-        flights: of :func:`flight_table`.
-        edges: begin and end of what is known [s], and the flank it begins on.
+    ``edges``: begin and end of what is known [s], and the flank it begins on.
     """
     begin = np.append(edges[0], flights["end_s"])
     end = np.append(flights["start_s"], edges[1])
@@ -190,10 +184,8 @@ def impacts_of(flights: Columns, same: np.ndarray, step: float = 0.0) -> Columns
     ``duration_s`` is the time from touching to leaving, NaN where the record does not resolve it or no rebound was
     seen; ``duration_max_s`` is its upper bound of 95 %.
 
-    Args:
-        flights: of :func:`flight_table`.
-        same: whether each flight begins with the impact that ended the one before, (k,).
-        step: distance of the samples [s]: what is shorter than two of them no flights around it tell.
+    ``same``: whether each flight begins with the impact that ended the one before, (k,); ``step``: distance of the
+    samples [s]: what is shorter than two of them no flights around it tell.
     """
     time, sigma = flights["end_s"].copy(), flights["end_sigma_s"].copy()
     rebound, slack = np.full(len(time), np.nan), np.full(len(time), np.nan)

@@ -9,18 +9,18 @@ import numpy as np
 from gears3d.measured.segmentation.kernels import orders
 from gears3d.measured.segmentation.smoothing import Blocks, Shape
 
+# Numbers that the kernels have for the kinds of terms; of shapes they know nothing.
 SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE,
          "shape": orders.OFFSET}  # fmt: skip
-"""Numbers that the kernels have for the kinds of terms; of shapes they know nothing."""
+# Columns before those of shapes.
 SHAPED = 3
-"""Columns before those of shapes."""
 
+# Of either gear, once per revolution and its multiples, that flanks may have.
 LOW_ORDERS = (1, 2, 3)
-"""Of either gear, once per revolution and its multiples, that flanks may have."""
+# Multiples of the tooth number.
 MESH_ORDERS = (1, 2)
-"""Multiples of the tooth number."""
+# Expected size of a term in gaps: what the record does not tell stays small.
 PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
-"""Expected size of a term in gaps: what the record does not tell stays small."""
 
 
 class Terms(NamedTuple):

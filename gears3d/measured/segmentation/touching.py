@@ -9,10 +9,10 @@ from gears3d.measured.segmentation.tables import Measurement, Segments
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS, deviations, phasors_of
 
+# Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's.
 QUARTER = 20
-"""Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's."""
+# Places that are fitted at most.
 ROWS = 20_000
-"""Places that are fitted at most."""
 
 
 def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -> dict[str, np.ndarray]:
@@ -68,11 +68,7 @@ def contact_orders(measurement: Measurement, flank: int = 0, most: int = MOST) -
 def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flank: int | None = None) -> np.ndarray:
     """Return the indices of blocks that lie well within contacts.
 
-    Args:
-        time: of the blocks [s], (m,).
-        contacts: ``flank``, ``start_s``, ``end_s``.
-        width: of a block [s].
-        flank: 0 active, 1 reverse; ``None`` for both.
+    ``time``: of the blocks [s], (m,); ``width``: of a block [s]; ``flank``: 0 active, 1 reverse; ``None`` for both.
     """
     mine = np.ones(len(contacts["flank"]), bool) if flank is None else contacts["flank"] == flank
     start, end = contacts["start_s"][mine], contacts["end_s"][mine]
@@ -113,10 +109,7 @@ def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> n
 
     Where gears touch at some angles only, two orders may nearly cancel: their amplitudes show no share.
 
-    Args:
-        one: places in contact.
-        taken: gear and order of each.
-        numbers: that were fitted, (p,).
+    ``numbers``: that were fitted, (p,).
     """
     columns = columns_of(one, taken)
     rest = one.place - columns @ numbers

@@ -11,14 +11,14 @@ from gears3d.measured.segmentation.flanks import Flanks
 from gears3d.measured.segmentation.kinks import Kinks
 from gears3d.measured.segmentation.smoothing import Blocks
 
+# States of the loose gear; the first two are the codes of the flanks.
 ACTIVE, REVERSE, FLIGHT = 0, 1, 2
-"""States of the loose gear; the first two are the codes of the flanks."""
+# In place of a flank where the record begins or ends in flight.
 CUT = -1
-"""In place of a flank where the record begins or ends in flight."""
+# Deviations of blocks in contact by which a flight must leave its flank.
 CLEAR = 5.0
-"""Deviations of blocks in contact by which a flight must leave its flank."""
+# Blocks from which on a run spares its first and last one, where the touch may lie.
 TRIM = 5
-"""Blocks from which on a run spares its first and last one, where the touch may lie."""
 
 
 class Runs(NamedTuple):
@@ -40,26 +40,14 @@ class Runs(NamedTuple):
 
 
 def clearance(path: Blocks, flanks: Flanks) -> float:
-    """Return how far from a flank a block must be to count as flying [m].
-
-    Args:
-        path: displacement in blocks.
-        flanks: of the record.
-    """
+    """Return how far from a flank a block must be to count as flying [m]."""
     return max(CLEAR * max(flanks.rough, path.stray), path.slack)
 
 
 def zones(path: Blocks, flanks: Flanks, found: Kinks, file: str = "") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return each block's zone, and its distances from the active and to the reverse flank [m], each (m,).
 
-    Args:
-        path: displacement in blocks.
-        flanks: of the record.
-        found: velocity jumps: one close to its flank is a touch, even where its block is rounded off the flank.
-        file: named in faults.
-
-    Raises:
-        InputError: the noise fills the dead band.
+    Raises InputError when the noise fills the dead band.
     """
     low, high = flanks.places(path.time, path.drive, path.loose)
     above, below = path.place - low, high - path.place
@@ -80,10 +68,8 @@ def zones(path: Blocks, flanks: Flanks, found: Kinks, file: str = "") -> tuple[n
 def runs(zone: np.ndarray, above: np.ndarray, below: np.ndarray) -> Runs:
     """Return the runs of blocks in the dead band.
 
-    Args:
-        zone: of :func:`zones`, (m,).
-        above: distance from the active flank [m], (m,).
-        below: distance to the reverse flank [m], (m,).
+    ``zone``: of :func:`zones`, (m,); ``above``: distance from the active flank [m], (m,); ``below``: distance to the
+    reverse flank [m], (m,).
 
     >>> zone = np.array([0, 2, 2, 1, 1], dtype=np.int8)
     >>> found = runs(zone, np.array([0.0, 1.0, 2.0, 3.0, 3.0]), np.array([3.0, 2.0, 1.0, 0.0, 0.0]))
@@ -110,13 +96,8 @@ def touches_missed(
 
     A short touch may be rounded off its flank by a block's width.
 
-    Args:
-        zone: so far, (m,).
-        above: distance from the active flank [m], (m,).
-        below: distance to the reverse flank [m], (m,).
-        found: the runs.
-        wrong: those that are no single parabola, indices.
-        clear: distance that counts as flying [m].
+    ``zone``: so far, (m,); ``above``: distance from the active flank [m], (m,); ``below``: distance to the reverse
+    flank [m], (m,); ``clear``: distance that counts as flying [m].
 
     >>> zone = np.array([0, 2, 2, 2, 2, 2, 0], dtype=np.int8)
     >>> above = np.array([0.0, 5.0, 4.0, 1.5, 4.0, 2.0, 0.0])
@@ -135,13 +116,7 @@ def touches_missed(
 
 
 def readings_of(found: Runs, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and last reading of each run, the blocks where a touch may lie left out, each (k,).
-
-    Args:
-        found: the runs.
-        size: readings in a block.
-        count: readings in all.
-    """
+    """Return the first and last reading of each run, the blocks where a touch may lie left out, each (k,)."""
     spare = (found.last - found.first + 1 >= TRIM).astype(int)
     first = (found.first + spare) * size
     last = np.minimum((found.last + 1 - spare) * size, count) - 1

@@ -1,4 +1,4 @@
-"""Raw channels of encoders and toothed wheels, decoded into angles by functions of arrays that tell what they saw."""
+"""Decoders of raw encoder and toothed-wheel channels into angles, with notes on the faults found."""
 
 from gears3d.measured.readers.decode.counters import counter as counter
 from gears3d.measured.readers.decode.counters import wrapped_angle as wrapped_angle

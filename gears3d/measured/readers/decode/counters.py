@@ -1,4 +1,4 @@
-"""Counters and angles that begin anew: after some bits, after a revolution."""
+"""Counters and angles that wrap: after some bits, after a revolution."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from gears3d.measured.readers.decode.results import Angle, Note, positive, refuse, whole_column
 
+# Part of the range: larger steps between samples are reported.
 NOTABLE = 0.25
-"""Part of the range: larger steps between samples are told."""
 
 
 def counter(
@@ -27,7 +27,7 @@ def counter(
         counts_per_revolution: of the encoder with its decoding.
         bits: of the counter: 8, 16, 24, 32 or any other up to 53.
         signed: whether it goes from -2^(bits-1) on.
-        period: counts after which it begins anew, in place of ``bits``: an encoder's counts when its index resets it.
+        period: counts after which it wraps, in place of ``bits``: an encoder's counts when its index resets it.
         channel: named in faults and notes.
 
     Raises:
@@ -58,11 +58,11 @@ def counter(
 
 
 def wrapped_angle(angle: np.ndarray, period: float = 2 * pi, channel: str = "") -> Angle:
-    """Return an angle that begins anew after a revolution, or after any other period, without its jumps.
+    """Return the unwrapped angle of an angle that wraps after a revolution or another period.
 
     Args:
         angle: as read [rad], (n,).
-        period: after which it begins anew [rad]; any unit in which the angle is, too.
+        period: after which it wraps [rad], or in any other unit that the angle has, too.
         channel: named in faults and notes.
 
     Returns:

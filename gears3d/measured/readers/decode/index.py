@@ -8,15 +8,15 @@ from gears3d.measured.readers.decode.quadrature import Counted
 from gears3d.measured.readers.decode.results import Note, refuse
 from gears3d.measured.readers.decode.switches import Switches
 
+# Counts by which the place of an index may vary: it is passed between two edges.
 SLACK = 1.0
-"""Counts by which the place of an index may vary: it is passed between two edges."""
 
 
 def indexed(counts: Counted, z: Switches) -> Counted:
     """Put the zero of the counts at the first index pulse and hold the counts between pulses against the declared ones.
 
-    An index is amid the counts during its pulse, so that both senses of rotation see it in one place. A pulse in which
-    the shaft turns back is left out. Lost and extra counts are told, not put right.
+    An index lies in the middle of the counts during its pulse, so that it is independent of the sense of rotation.
+    A pulse in which the shaft reverses is excluded. Lost and extra counts are reported, not corrected.
 
     Args:
         counts: of the encoder.

@@ -1,4 +1,4 @@
-"""Two channels a quarter of a period apart: counts with their direction, and the moments at which they change."""
+"""Two channels in quadrature: counts with their direction, and the moments at which they change."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 from gears3d.measured.readers.decode.results import Angle, Edges, Even, Note, positive, refuse, time_of
 from gears3d.measured.readers.decode.switches import Switches, levels, switches
 
+# Counts a line: rising edges of A, both edges of A, all edges of both.
 DECODINGS = (1, 2, 4)
-"""Counts a line: rising edges of A, both edges of A, all edges of both."""
+# Share of illegal transitions from which on the two channels tell no direction at all.
 MOSTLY = 0.5
-"""Share of illegal transitions from which on the two channels tell no direction at all."""
 
 
 class Counted(NamedTuple):

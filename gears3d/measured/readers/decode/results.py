@@ -1,4 +1,4 @@
-"""What every decoder gives back: angles, and what was seen on the way to them."""
+"""Results of the decoders: angles, and notes on faults found while decoding."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Note(NamedTuple):
         size: how large, in ``unit``.
         unit: of the size; empty for a number or a share.
         text: one sentence with what was seen and where.
-        harmless: whether it only tells how the angle came about; ``False`` for what is wrong with the channel.
+        harmless: whether it only describes the decoding; ``False`` for a fault of the channel.
     """
 
     kind: str
@@ -81,11 +81,9 @@ class Even(NamedTuple):
 
 
 def time_of(row: np.ndarray, time: np.ndarray | Even) -> np.ndarray:
-    """Return the time of fractional rows, straight between samples.
+    """Return the time of fractional rows by linear interpolation.
 
-    Args:
-        row: counted from 0, fractions allowed, (k,).
-        time: of the samples [s], (n,), or their even rate.
+    ``row``: counted from 0, fractions allowed, (k,); ``time``: of the samples [s], (n,), or their even rate.
 
     >>> time_of(np.array([0.5, 1.0]), np.array([0.0, 2.0, 3.0])).tolist()
     [1.0, 2.0]
@@ -100,12 +98,7 @@ def time_of(row: np.ndarray, time: np.ndarray | Even) -> np.ndarray:
 
 
 def refuse(channel: str, message: str, remedy: str) -> InputError:
-    """Return the error that names a channel; raise what it returns.
-
-    Args:
-        channel: name of the column.
-        message: what is wrong, with the value and its unit.
-        remedy: what to do about it.
+    """Return an InputError that names a channel, for the caller to raise.
 
     >>> str(refuse("A1", "has no edge", "look at the wiring"))
     'A1: has no edge (look at the wiring)'
@@ -116,13 +109,7 @@ def refuse(channel: str, message: str, remedy: str) -> InputError:
 def whole_column(values: np.ndarray, channel: str, least: int = 2) -> np.ndarray:
     """Return a column without gaps.
 
-    Args:
-        values: as read, (n,).
-        channel: named in faults.
-        least: rows that it must have.
-
-    Raises:
-        InputError: it is no column of numbers, too short, or has a row that is no number.
+    ``values``: as read, (n,). Raises InputError when the values are not numeric, too few, or contain NaN or infinity.
 
     >>> whole_column(np.array([1.0, np.nan]), "theta")
     Traceback (most recent call last):
@@ -146,12 +133,7 @@ def whole_column(values: np.ndarray, channel: str, least: int = 2) -> np.ndarray
 def positive(value: float, name: str) -> float:
     """Return a positive finite number.
 
-    Args:
-        value: any unit.
-        name: named in faults.
-
-    Raises:
-        InputError: it is zero, negative or not finite.
+    Raises InputError when it is zero, negative or not finite.
 
     >>> positive(2048, "lines")
     2048.0
@@ -163,10 +145,6 @@ def positive(value: float, name: str) -> float:
 
 def told(notes: Sequence[Note], kind: str) -> Note | None:
     """Return the first note of a kind, or ``None``.
-
-    Args:
-        notes: of a result.
-        kind: to look for.
 
     >>> told([Note("wraps", "n", 2, "", "wrapped twice")], "wraps").size
     2

@@ -11,7 +11,7 @@ from gears3d.signals import noise_of
 def integrated(time: np.ndarray, speed: np.ndarray, channel: str = "") -> Angle:
     """Return the angle of a measured speed: trapezia, zero at the first sample.
 
-    What the speed is off by adds up: an offset grows with time, noise with its root. The notes tell how far noise and
+    Errors of the speed accumulate: an offset grows with time, noise with its root. The notes give how far noise and
     the straight lines between samples carry; no record shows its own offset.
 
     Args:

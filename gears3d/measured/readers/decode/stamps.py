@@ -9,8 +9,8 @@ import numpy as np
 
 from gears3d.measured.readers.decode.results import Angle, Edges, Note, positive, refuse, whole_column
 
+# Part of a timer's range: a longer step that ends on an earlier tick is a stamp out of order, not a wrap.
 STALE = 0.9
-"""Part of a timer's round: a longer step that ends on an earlier tick is no wrap but a stamp out of order."""
 
 Axis = Literal["loose", "drive", "union", "counters"]
 
@@ -52,7 +52,7 @@ def stamped(
         direction: sense of each edge, positive or negative, (k,); all positive when not given.
 
     Raises:
-        InputError: the stamps go back, or have gaps amid them.
+        InputError: the stamps go back, or have gaps.
 
     >>> found = stamped(np.array([250.0, 254.0, 2.0, np.nan]), 4, "edges 1", clock=1e3, bits=8)
     >>> found.time.round(9).tolist(), (found.angle / pi).tolist()

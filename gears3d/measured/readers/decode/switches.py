@@ -9,18 +9,18 @@ import numpy as np
 
 from gears3d.measured.readers.decode.results import Note, refuse
 
+# Samples that are worked on at a time: they fit into the cache, and long records need no memory.
 BLOCK = 1 << 18
-"""Samples that are worked on at a time: they fit into the cache, and long records need no memory."""
+# Samples from which levels are found.
 LOOKED_AT = 1 << 18
-"""Samples from which levels are found."""
+# Width of the hysteresis unless given, of the difference of both levels.
 BAND = 0.4
-"""Width of the hysteresis unless given, of the difference of both levels."""
+# Least distance of two levels in standard deviations of each: 2.7 are halves of a normal noise, 3.5 of a triangle, 4.6
+# of a sine.
 APART = 3.2
-"""Least distance of two levels in standard deviations of each: 2.7 are halves of a normal noise, 3.5 of a triangle,
-4.6 of a sine."""
 
+# Share of samples: fewer are spikes where the others have two levels of their own, pulses where not.
 RARE = 1e-3
-"""Share of samples: fewer are spikes where the others have two levels of their own, pulses where not."""
 
 
 class Levels(NamedTuple):
@@ -152,14 +152,14 @@ def switches(voltage: np.ndarray | Iterable[np.ndarray], rest: Levels) -> Switch
 
     Only a voltage that passes the whole hysteresis switches: noise less than its width makes no edges. The moment is
     the mean of first and last crossing of the middle on this way, straight between samples, so that neither the sense
-    of the edge nor noise moves it. An edge between two samples of a logic input is put amid them.
+    of the edge nor noise moves it. An edge between two samples of a logic input is placed halfway between them.
 
     Args:
         voltage: of the channel [V], (n,), or an iterable of blocks of it, for records longer than the memory.
         rest: thresholds, of :func:`levels`.
 
     Raises:
-        InputError: a row is no number, or the voltage is never outside the hysteresis.
+        InputError: a row is NaN or infinite, or the voltage is never outside the hysteresis.
 
     >>> found = switches(np.array([0.0, 0.0, 1.0, 1.0, 0.0]), Levels(0.3, 0.7))
     >>> found.row.tolist(), found.rises.tolist(), found.first
@@ -200,7 +200,7 @@ def _blocks(voltage: np.ndarray | Iterable[np.ndarray]) -> Iterator[np.ndarray]:
 
 
 def _refuse_gaps(block: np.ndarray, start: int, channel: str) -> None:
-    """Refuse a block with a row that is no number."""
+    """Refuse a block with NaN or infinity."""
     if block.dtype.kind == "f" and not np.isfinite(block.sum()):
         bad = ~np.isfinite(block)
         row = start + int(np.argmax(bad))

@@ -10,8 +10,8 @@ import numpy as np
 from gears3d.measured.readers.decode.results import Edges, Even, Note, refuse, time_of
 from gears3d.measured.readers.decode.switches import Switches, levels, switches
 
+# Ratio of a pulse spacing to its neighbours from which teeth are missing.
 GAP = 1.5
-"""A distance of two pulses, in those beside it, from which on teeth are missing."""
 
 
 class Spacing(NamedTuple):
@@ -153,8 +153,8 @@ def _ratios(at: np.ndarray) -> np.ndarray:
 def spacing(edges: Edges, positions: int, channel: str = "tacho") -> Spacing:
     """Return by how much the teeth of a wheel stand off even spacing, from whole revolutions at nearly steady speed.
 
-    Every pulse is held against the mean of the revolution around it. What the shaft itself does once a revolution, or a
-    whole number of times, is taken for the wheel's: no record of the wheel alone tells the two apart.
+    Every pulse is compared with the mean of the revolution around it. Motion of the shaft itself once or a
+    whole number of times per revolution counts as the wheel's: a record of the wheel alone cannot separate the two.
 
     Args:
         edges: of the wheel.

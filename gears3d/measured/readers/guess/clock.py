@@ -12,16 +12,16 @@ from gears3d.measured.readers.source import Source
 from gears3d.measured.readers.stated import stated_rate
 from gears3d.measured.readers.unit import to_si
 
+# Rates at which gears are recorded [Hz]: loggers of coast-downs to counters of edges.
 SLOWEST, FASTEST = 1.0, 2e6
-"""Rates at which gears are recorded [Hz]: loggers of coast-downs to counters of edges."""
 
 
+# Part by which two stated rates may differ.
 CONTRADICTS = 0.1
-"""Part by which two stated rates may differ."""
 
 
+# Names of a time.
 _TIME = re.compile(r"t|time|zeit|timestamp|time_s")
-"""Names of a time."""
 
 
 class Clock(NamedTuple):
@@ -30,7 +30,7 @@ class Clock(NamedTuple):
     Args:
         clue: its signal, or nothing.
         unit: of the signal.
-        rate: of the samples [Hz], where there is no signal.
+        rate: of the samples [Hz], without a time signal.
         step: between two samples [s].
         whys: reasons, one sentence each.
         sure: whether something gives the unit.
@@ -47,13 +47,7 @@ class Clock(NamedTuple):
 def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
     """Return the time of a file.
 
-    Args:
-        source: the opened file.
-        found: what its signals show.
-        rate: of the rig's sensors [Hz], where it is known.
-
-    Raises:
-        InputError: nothing gives it.
+    ``rate``: of the rig's sensors [Hz], where it is known. Raises InputError when nothing gives it.
     """
     rising = [each for each in found if each.rising and each.family in ("time", "samples", "")]
     named = [each for each in rising if each.family in ("time", "samples") or each.says("time")]
@@ -79,7 +73,7 @@ def find_clock(source: Source, found: list[Clue], rate: float | None) -> Clock:
             return Clock(None, "", value, 1.0 / value, (f"{stands}; {why}",))
     remedy = "write a record.toml with [time] sample_rate, or give --rig with sensors.sample_rate; " + source.listing()
     gears = [each for each in found if each.says("drive") or each.says("loose") or each.says("angle")]
-    other = [each for each in found if not each.rising and not two_level(each)]  # beside stamps stands a direction only
+    other = [each for each in found if not each.rising and not two_level(each)]  # stamps have a direction only
     uneven = [each.signal.name for each in rising if each.step is None and not gears and not other and len(found) < 3]
     stamps = uneven[0] if uneven else None
     if stamps is not None:
@@ -99,13 +93,7 @@ def _steps_at(step: float, rate: float | None) -> bool:
 def refuse_contradiction(clock: Clock, rig: float | None, file: str) -> None:
     """Refuse a file whose own rate, stated or made by its time, is not that of the rig.
 
-    Args:
-        clock: of the file.
-        rig: rate of the rig's sensors [Hz], where it is stated.
-        file: named in the fault.
-
-    Raises:
-        InputError: they differ by more than 10 %.
+    ``rig``: rate of the rig's sensors [Hz], where it is stated. Raises InputError when they differ by more than 10 %.
     """
     rate = 1.0 / clock.step
     uneven = clock.clue is not None and (clock.clue.family != "time" or clock.clue.step is None)  # times of edges

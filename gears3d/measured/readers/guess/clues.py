@@ -13,14 +13,14 @@ from gears3d.measured.readers.source import Signal, Source
 from gears3d.measured.readers.unit import SAMPLES, is_counts, to_si
 from gears3d.recording.columns import unit_of
 
+# So many values of all signals together are looked at.
 VALUES = 8_000_000
-"""So many values of all signals together are looked at."""
+# So many rows of each are looked at.
 ROWS = 200_000
-"""So many rows of each are looked at."""
+# Share of steps that go up in a time; a few may be damaged.
 RISING = 0.98
-"""Share of steps that go up in a time; a few may be damaged."""
+# Part of all its ways by which an angle moves on; a speed comes back.
 STEADY = 0.5
-"""Part of all its ways by which an angle moves on; a speed comes back."""
 _WORDS = {
     "time": r"^(t|time|zeit|timestamp|sec|seconds|sekunden|temps|tiempo|x)$|time|zeit|(^|_)t(_|$)",
     "loose": r"loose|driven|output|abtrieb|losrad|idle|wheel|slave|secondary|ausgang|(^|[_ .-])(out|ab|sek)($|[_ .-])"
@@ -31,22 +31,22 @@ _WORDS = {
     r"|drehgeber",
     "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
 }
+# Words for what turns; in, out, 1 and 2 may be anything.
 _GEARS = (
     r"drive|driving|driven|loose|antrieb|abtrieb|pinion|ritzel|losrad|motor|gear|zahnrad"
     r"|shaft|welle|rotor|spindle|wheel"
 )
-"""Words for what turns; in, out, 1 and 2 may be anything."""
+# Words of quantities that are no measured angle or speed of a gear in any unit: weather, places on earth, commands.
 _NEVER = (
     r"temp|wind(?!el)|rain|regen|heading|azimuth|latitude|longitude|direction|target|command|soll(?!rad)|humid|feucht|error"
     r"|(?<![a-z])(lat|lon|lng|alt)(?![a-z])"
 )
-"""Words of quantities that are no measured angle or speed of a gear in any unit: weather, places on earth, commands."""
+# Words of other quantities; a unit of rotation or a word for an angle outweighs them.
 _OTHER = (
     r"druck|press|volt|spannung|curr|strom|power|leistung|energ|torque|moment|force|kraft|acc|beschl|oil|coolant"
     r"|level|volume|price|throttle|load|status|(?<![a-z])mode|frequency|noise|(?<![a-z])mic|sound|schall|strain|dms"
     r"|(?<![a-z])([xyzptuiva]|id|nr|no|run|trial|toss|day|year|hour|minute|month|date|kpa|mbar|psi)(?![a-z])"
 )
-"""Words of other quantities; a unit of rotation or a word for an angle outweighs them."""
 _ROTATES = r"theta|phi|angle|winkel|(^|[_ .-])enc|rotation|drehzahl|omega|rpm|θ|φ|ϕ|ω"
 _ENDINGS = {
     "rpm": "rpm",
@@ -61,10 +61,10 @@ _ENDINGS = {
     "us": "us",
     "ns": "ns",
 }
+# Field names that structures use for samples, whatever the signal is called.
 _NAMELESS = ("data", "values", "value", "y", "samples")
-"""Names that structures give the samples of whatever they are called themselves."""
+# Names that are nothing but a unit.
 _WHOLE = {"rpm": "rpm", "u/min": "rpm", "deg": "deg", "rad": "rad", "rev": "rev", "revs": "rev"}
-"""Names that are nothing but a unit."""
 _ENDING = re.compile(r"(?<=[a-z0-9])[ _-](" + "|".join(sorted(_ENDINGS, key=len, reverse=True)) + ")$", re.IGNORECASE)
 
 
@@ -79,8 +79,8 @@ class Clue(NamedTuple):
         family: ``time``, ``angle``, ``speed``, ``counts``, ``samples``, ``other``, or empty where nothing tells.
         rising: whether nearly all steps go up.
         step: of an even rise, else ``None``.
-        moves: whether it goes on like an angle rather than staying like a speed.
-        period: after which it begins anew, in its own unit, else ``None``.
+        moves: whether it increases like an angle rather than staying near a level like a speed.
+        period: after which it wraps, in its own unit, else ``None``.
     """
 
     signal: Signal
@@ -100,10 +100,10 @@ class Clue(NamedTuple):
         if group and name in _NAMELESS:
             return group.rpartition("/")[2]
         bare = self.signal.bare.lower()
-        return bare if re.search(r"[^\W\d_]{2}|^[^\W\d_]", bare) else self.signal.label.lower()  # "Rpm/4" is no group
+        return bare if re.search(r"[^\W\d_]{2}|^[^\W\d_]", bare) else self.signal.label.lower()  # "Rpm/4" has no group
 
     def says(self, word: str) -> bool:
-        """Return whether its name speaks of a word: ``time``, ``drive``, ``loose``, ``angle``, ``speed``."""
+        """Return whether its name contains a word for: ``time``, ``drive``, ``loose``, ``angle``, ``speed``."""
         name = self.word
         if re.fullmatch(r"(.* )?column \d+", name):
             return False
@@ -150,13 +150,9 @@ class Clue(NamedTuple):
 
 
 def clues(source: Source) -> list[Clue]:
-    """Return what is seen of every signal that has numbers that change.
+    """Return the features of every signal that has numbers that change.
 
-    Args:
-        source: the opened file.
-
-    Raises:
-        InputError: it cannot be read.
+    Raises InputError when it cannot be read.
     """
     numeric = [each for each in source.signals if each.numeric and (each.rows is None or each.rows > 1)]
     if not numeric:
@@ -184,7 +180,7 @@ def _clue(signal: Signal, values: np.ndarray) -> Clue | None:
 
 
 def _unit(signal: Signal) -> tuple[str, str]:
-    """Return the unit of a signal and where it is told."""
+    """Return the unit of a signal and its origin."""
     if signal.unit:
         return signal.unit, "unit stated by the file"
     if signal.told_unit:
@@ -212,7 +208,7 @@ def _family(unit: str) -> str:
 
 
 def _period(values: np.ndarray, steps: np.ndarray) -> float | None:
-    """Return after which period a sawtooth begins anew: the likeliest of those that angles and counters have."""
+    """Return the period of a sawtooth: the likeliest of those that angles and counters have."""
     spread = float(np.ptp(values))
     jumps = np.abs(steps) > 0.5 * spread
     usual = float(np.median(steps))

@@ -12,14 +12,14 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
+# Part by which two travels may differ and still be those of two gears in mesh.
 FITS = 0.02
-"""Part by which two travels may differ and still be those of two gears in mesh."""
+# Ratio of a pair beyond which a unit is not believed.
 RATIO = 12.0
-"""Ratio of a pair beyond which a unit is not believed."""
+# Part by which a speed may be off that of the rig and still be meant by it.
 LIKE = 0.25
-"""Part by which a speed may be off that of the rig and still be meant by it."""
+# Speed [rad/s] that no rig of gears reaches; a unit that makes a faster one is not proposed.
 FASTEST = 30_000 * 2 * pi / 60
-"""Speed [rad/s] that no rig of gears reaches; a unit that makes a faster one is not proposed."""
 _ANGLES = ("rad", "deg", "rev")
 _SPEEDS = ("rpm", "rad/s", "deg/s")
 
@@ -56,10 +56,7 @@ class Bench(NamedTuple):
 
 
 def bench_of(rig: Scenario | None) -> Bench:
-    """Return what a scenario says of the bench.
-
-    Args:
-        rig: of the bench, or nothing.
+    """Return the test rig of a scenario.
 
     >>> bench_of(None).teeth is None
     True
@@ -73,12 +70,7 @@ def bench_of(rig: Scenario | None) -> Bench:
 
 
 def candidates(found: list[Clue], clock: Clue | None) -> list[Clue]:
-    """Return the signals that may be the angle or speed of a gear.
-
-    Args:
-        found: of the file.
-        clock: its time.
-    """
+    """Return the signals that may be the angle or speed of a gear."""
     rows = None if clock is None else clock.signal.rows
     return [
         each
@@ -92,12 +84,9 @@ def candidates(found: list[Clue], clock: Clue | None) -> list[Clue]:
 
 
 def pick(able: list[Clue], bench: Bench, lasts: float) -> dict[str, Choice]:
-    """Return the signals of the gears: the pair with the most that speaks for it.
+    """Return the signals of the gears: the pair with the most evidence.
 
-    Args:
-        able: that may be one.
-        bench: what is known of the rig.
-        lasts: time over which the signals were looked at [s].
+    ``lasts``: duration of the examined samples [s].
     """
     if not able:
         return {}
@@ -122,14 +111,9 @@ def pick(able: list[Clue], bench: Bench, lasts: float) -> dict[str, Choice]:
 
 
 def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | None) -> Choice:
-    """Return a signal with its unit: told, or the one that fits what else is known.
+    """Return a signal with its unit: stated, or the one consistent with what else is known.
 
-    Args:
-        clue: the signal.
-        gear: it is taken for.
-        bench: what is known of the rig.
-        lasts: time over which it was looked at [s].
-        mate: the other gear, where it is known already.
+    ``lasts``: duration of the examined samples [s].
     """
     which = 0 if gear == "drive" else 1
     counts, why = _counts(clue, bench.counts[which])
@@ -174,12 +158,9 @@ def resolve(clue: Clue, gear: str, bench: Bench, lasts: float, mate: Choice | No
 
 
 def supported(chosen: dict[str, Choice], bench: Bench, lasts: float) -> dict[str, Choice]:
-    """Return the signals that the file or the rig shows to be of a gear; what merely goes on or stays is none.
+    """Return the signals with evidence from the file or the rig that they belong to a gear.
 
-    Args:
-        chosen: signals of the gears.
-        bench: what is known of the rig.
-        lasts: time over which the signals were looked at [s].
+    ``lasts``: duration of the examined samples [s].
     """
     sure = bench.mean and in_mesh(chosen, bench) and all(each.sure for each in chosen.values())
     if sure and bench.mean and abs(abs(chosen["drive"].turned) / (abs(bench.mean) * lasts) - 1.0) < LIKE:
@@ -196,23 +177,13 @@ def _part(chosen: dict[str, Choice], bench: Bench) -> float | None:
 
 
 def in_mesh(chosen: dict[str, Choice], bench: Bench) -> bool | None:
-    """Return whether both gears turn as their teeth make them; ``None`` where that is not known.
-
-    Args:
-        chosen: signals of the gears.
-        bench: what is known of the rig.
-    """
+    """Return whether both gears turn in the ratio of their teeth; ``None`` where that is not known."""
     part = _part(chosen, bench)
     return None if part is None else abs(part - 1.0) < FITS
 
 
 def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
-    """Return one sentence that holds the travels of both gears against the teeth.
-
-    Args:
-        chosen: signals of the gears.
-        bench: what is known of the rig.
-    """
+    """Return one sentence that compares the travels of both gears with the ratio of the teeth."""
     if len(chosen) < 2 or not chosen["drive"].turned:
         return ""
     turns = [abs(each.turned) / (2 * pi) for each in (chosen["drive"], chosen["loose"])]
@@ -230,12 +201,7 @@ def mesh_note(chosen: dict[str, Choice], bench: Bench) -> str:
 
 
 def fit(chosen: dict[str, Choice], bench: Bench) -> dict[str, Choice]:
-    """Change the gears' places where only that fits the teeth.
-
-    Args:
-        chosen: signals of the gears.
-        bench: what is known of the rig.
-    """
+    """Interchange the gears where only that agrees with the ratio of the teeth."""
     if len(chosen) < 2 or bench.teeth is None or bench.teeth[0] == bench.teeth[1]:
         return chosen
     one, other = chosen["drive"], chosen["loose"]

@@ -11,16 +11,16 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.guess.clues import Clue
 from gears3d.measured.readers.guess.gears import Bench
 
+# Part of the range within which a reading is at one of both levels.
 NEAR = 0.2
-"""Part of the range within which a reading is at one of both levels."""
+# Readings that are at a level; edges of analog pulses lie between.
 SHARE = 0.9
-"""Readings that are at a level; edges of analog pulses lie between."""
+# Share of its readings that each level has at least; an index mark may have fewer.
 RARE = 0.02
-"""Share of its readings that each level has at least; an index mark may have fewer."""
+# Edges that a channel of an encoder or a tacho shows.
 FEWEST = 8
-"""Edges that a channel of an encoder or a tacho shows."""
+# Share of transitions in which both channels of a quadrature may change at once.
 ILLEGAL = 0.02
-"""Share of transitions in which both channels of a quadrature may change at once."""
 
 
 class Pulses(NamedTuple):
@@ -38,11 +38,7 @@ class Pulses(NamedTuple):
 
 
 def two_level(clue: Clue) -> bool:
-    """Return whether a signal is at one of two levels nearly always.
-
-    Args:
-        clue: the signal.
-    """
+    """Return whether a signal is at one of two levels nearly always."""
     low, high = float(clue.values.min()), float(clue.values.max())
     if clue.family in ("time", "angle", "speed", "counts") or high <= low:
         return False
@@ -57,14 +53,8 @@ def two_level(clue: Clue) -> bool:
 def pulses(found: list[Clue], bench: Bench, lasts: float, file: str) -> dict[str, Pulses]:
     """Return the gears that two-level signals show: quadrature first, else pulses of a tacho.
 
-    Args:
-        found: two-level signals, in the order of the file.
-        bench: what is known of the rig.
-        lasts: time over which they were looked at [s].
-        file: named in faults.
-
-    Raises:
-        InputError: the lines of an encoder or the pulses of a revolution are not known.
+    ``lasts``: duration of the examined samples [s]. Raises InputError when the lines of an encoder or the pulses per
+    revolution are not known.
     """
     pairs: list[tuple[Clue, Clue, Clue | None, int]] = []
     at = 0
@@ -107,7 +97,7 @@ def _shares(clue: Clue) -> tuple[float, float]:
 
 
 def _quadrature(a: Clue, b: Clue) -> int:
-    """Return the sense in which two channels a quarter of a period apart turn, 0 where they are none."""
+    """Return the sense of rotation of two channels in quadrature, 0 where they are not in quadrature."""
     if len(a.values) != len(b.values) or min(len(_edges(a)), len(_edges(b))) < FEWEST:
         return 0
     state = np.array([0, 1, 3, 2])[2 * _high(a).astype(int) + _high(b)]  # the order of states when b leads

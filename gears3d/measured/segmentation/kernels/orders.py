@@ -8,31 +8,28 @@ import numpy as np
 
 from gears3d.kernels import njit
 
+# What a term is: a constant, a power of time, orders of either gear.
 OFFSET, DRIFT, DRIVE, LOOSE = range(4)
-"""What a term is: a constant, a power of time, orders of either gear."""
+# Powers of two among orders: the highest is below 2**BITS.
 BITS = 16
-"""Powers of two among orders: the highest is below 2**BITS."""
+# Times that are worked through side by side.
 TOGETHER = 64
-"""Times that are worked through side by side."""
 
 
+# Parts of pi/4 short enough for their products with whole numbers to be exact.
 EIGHTH = (7.85398125648498535156e-1, 3.77489470793079817668e-8, 2.69515142907905952645e-15)
-"""Parts of pi/4 short enough for their products with whole numbers to be exact."""
 SINE = (1.58962301576546568060e-10, -2.50507477628578072866e-8, 2.75573136213857245213e-6,
         -1.98412698295895385996e-4, 8.33333333332211858878e-3, -1.66666666666666307295e-1)  # fmt: skip
+# Coefficients of both over an eighth of a turn to either side, highest power first (Moshier's Cephes library).
 COSINE = (-1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792967388112e-7,
           2.48015872888517045348e-5, -1.38888888888730564116e-3, 4.16666666666665929218e-2)  # fmt: skip
-"""Coefficients of both over an eighth of a turn to either side, highest power first (Moshier's Cephes library)."""
 
 
 @njit(cache=True)
 def turned(angle: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> None:
     """Write cosine and sine of angles, to rounding; without branches, so that several are worked out at once.
 
-    Args:
-        angle: up to 1e8 [rad], (n,).
-        cosine: written, (n,) or longer.
-        sine: written, (n,) or longer.
+    ``angle``: up to 1e8 [rad], (n,); ``cosine``: written, (n,) or longer; ``sine``: written, (n,) or longer.
     """
     for i in range(len(angle)):
         quarters = floor(angle[i] * 0.6366197723675814 + 0.5)
@@ -56,13 +53,8 @@ def turned(angle: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> None:
 def _squared(angle: np.ndarray, sort: np.ndarray, order: np.ndarray, gear: int, re: np.ndarray, im: np.ndarray) -> None:
     """Write cosine and sine of angles times 1, 2, 4, ..., as far as a gear's orders need them, by squaring.
 
-    Args:
-        angle: of the gear [rad], (n,), n at most TOGETHER.
-        sort: of each term, (m,).
-        order: of each, (m,).
-        gear: DRIVE or LOOSE.
-        re: written, (BITS, TOGETHER).
-        im: written, (BITS, TOGETHER).
+    ``angle``: of the gear [rad], (n,), n at most TOGETHER; ``sort``: of each term, (m,); ``order``: of each, (m,);
+    ``re``: written, (BITS, TOGETHER); ``im``: written, (BITS, TOGETHER).
     """
     top, count = 0, len(angle)
     for j in range(len(sort)):
@@ -99,13 +91,7 @@ def _term(
 ) -> int:  # fmt: skip
     """Write the columns of one term at some times, (n,) each, and return how many there are.
 
-    Args:
-        sort: of the term.
-        order: or degree.
-        x: times from -1 to 1, (n,).
-        turns: of :func:`_squared`, for drive and loose gear.
-        cosine: first column, written.
-        sine: second one, written where there is one.
+    ``x``: times from -1 to 1, (n,).
     """
     count = len(x)
     if sort == OFFSET:
@@ -129,13 +115,9 @@ def columns(
 ) -> None:
     """Write the columns at times and angles: what each term is there.
 
-    Args:
-        sort: of each term, one of the four, (m,).
-        order: or degree of each, (m,).
-        x: times from -1 to 1, (n,).
-        drive: [rad], (n,).
-        loose: [rad], (n,).
-        written: one number for a constant or a power, two for an order, (n, p).
+    ``sort``: of each term, one of the four, (m,); ``order``: or degree of each, (m,); ``x``: times from -1 to 1, (n,);
+    ``drive``: [rad], (n,); ``loose``: [rad], (n,); ``written``: one number for a constant or a power, two for an order,
+    (n, p).
     """
     turns = (
         np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))
@@ -167,14 +149,8 @@ def sums(
 ) -> None:
     """Write sums of the columns.
 
-    Args:
-        sort: of each term, (m,).
-        order: or degree of each, (m,).
-        x: times from -1 to 1, (n,).
-        drive: [rad], (n,).
-        loose: [rad], (n,).
-        numbers: of each sum, (s, p).
-        written: (s, n).
+    ``sort``: of each term, (m,); ``order``: or degree of each, (m,); ``x``: times from -1 to 1, (n,); ``drive``: [rad],
+    (n,); ``loose``: [rad], (n,); ``numbers``: of each sum, (s, p); ``written``: (s, n).
     """
     turns = (
         np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER)), np.zeros((BITS, TOGETHER))

@@ -8,20 +8,15 @@ import numpy as np
 
 from gears3d.kernels import njit
 
+# Change of the drag over half a flight below which a parabola is exact to rounding.
 SLIGHT = 1e-4
-"""Change of the drag over half a flight below which a parabola is exact to rounding."""
+# The same below which seven powers are exact to rounding.
 FAINT = 0.03
-"""The same below which seven powers are exact to rounding."""
 
 
 @njit(cache=True)
 def bent(x: float, change: float) -> float:
-    """Return how a deceleration of 2 about x = 0, proportional to speed apart from that, bends a path.
-
-    Args:
-        x: time in half flights.
-        change: of the deceleration over speed, times half the flight.
-    """
+    """Return how a deceleration of 2 about x = 0, proportional to speed apart from that, bends a path."""
     if abs(change) < SLIGHT:
         return x * x * (1.0 - change * x / 3.0)
     y = change * x
@@ -46,17 +41,11 @@ def sum_each(
 ) -> None:
     """Write what least squares for offset, speed and bend of each flight need of its readings.
 
-    Args:
-        time: of the readings [s], (n,).
-        angle: of the loose gear [rad], (n,).
-        sigma: of the angle [rad], (n,).
-        first: index of each flight's first reading, (k,).
-        last: index of its last one, (k,).
-        slope: change of the deceleration with the speed [1/s].
-        middle: written, [s], (k,).
-        half: written, [s], (k,).
-        base: angle from which those of the flight are counted, written [rad], (k,).
-        sums: written: products of the three columns, row by row from the diagonal on, then with the angle, (k, 9).
+    ``time``: of the readings [s], (n,); ``angle``: of the loose gear [rad], (n,); ``sigma``: of the angle [rad], (n,);
+    ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,); ``slope``: change of
+    the deceleration with the speed [1/s]; ``middle``: written, [s], (k,); ``half``: written, [s], (k,); ``base``: angle
+    from which those of the flight are counted, written [rad], (k,); ``sums``: written: products of the three columns,
+    row by row from the diagonal on, then with the angle, (k, 9).
     """
     for k in range(len(first)):
         begin, end = first[k], last[k]
@@ -90,13 +79,9 @@ def solve_each(
 ) -> None:
     """Write offset, speed and bend of each flight.
 
-    Args:
-        base: of :func:`sum_each` [rad], (k,).
-        sums: of :func:`sum_each`, (k, 9).
-        strength: weight of what is expected of the third number [1/rad²], (k,).
-        expected: of the third number [rad], (k,).
-        numbers: written, [rad], (k, 3).
-        covariance: written, [rad²], (k, 3, 3).
+    ``base``: of :func:`sum_each` [rad], (k,); ``sums``: of :func:`sum_each`, (k, 9); ``strength``: weight of what is
+    expected of the third number [1/rad²], (k,); ``expected``: of the third number [rad], (k,); ``numbers``: written,
+    [rad], (k, 3); ``covariance``: written, [rad²], (k, 3, 3).
     """
     for k in range(len(base)):
         a00, a01, a02, a11, a12, a22, b0, b1, b2 = sums[k]
@@ -134,18 +119,8 @@ def judge_each(
 ) -> None:
     """Write chi-square per degree of freedom of flights that have any.
 
-    Args:
-        time: as for :func:`sum_each`.
-        angle: as for :func:`sum_each`.
-        sigma: as for :func:`sum_each`.
-        first: as for :func:`sum_each`.
-        last: as for :func:`sum_each`.
-        slope: as for :func:`sum_each`.
-        middle: of the flights [s], (k,).
-        half: [s], (k,).
-        base: of :func:`sum_each` [rad], (k,).
-        numbers: of their paths [rad], (k, 3).
-        chi2: written, (k,).
+    ``middle``: of the flights [s], (k,); ``half``: [s], (k,); ``base``: of :func:`sum_each` [rad], (k,); ``numbers``:
+    of their paths [rad], (k, 3); ``chi2``: written, (k,).
     """
     for k in range(len(first)):
         begin, end = first[k], last[k]
@@ -186,19 +161,10 @@ def third_powers(
 
     What the third power of time adds is freed of the three numbers of the flight by Gram and Schmidt.
 
-    Args:
-        time: of the readings [s], (n,).
-        angle: of the loose gear [rad], (n,).
-        sigma: of the angle [rad], (n,).
-        first: index of each flight's first reading, (k,).
-        last: index of its last one, (k,).
-        slope: with which the flights were fitted [1/s].
-        middle: of the flights [s], (k,).
-        half: [s], (k,).
-        numbers: of their paths [rad], (k, 3).
-        most: readings of a flight beyond which neighbours are averaged.
-        own: written, [1/s], (k,).
-        slack: written, [1/s], (k,).
+    ``time``: of the readings [s], (n,); ``angle``: of the loose gear [rad], (n,); ``sigma``: of the angle [rad], (n,);
+    ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,); ``slope``: with which
+    the flights were fitted [1/s]; ``middle``: of the flights [s], (k,); ``half``: [s], (k,); ``numbers``: of their
+    paths [rad], (k, 3); ``own``: written, [1/s], (k,); ``slack``: written, [1/s], (k,).
     """
     for k in range(len(first)):
         begin, end = first[k], last[k]
@@ -240,13 +206,9 @@ def spread(
 ) -> None:
     """Write the standard deviations of angle [rad] and speed [rad/s] of flights.
 
-    Args:
-        x: times in half flights, (k, g).
-        half: of the flights [s], (k,).
-        slope: of the deceleration over speed in each [1/s], (k,).
-        covariance: of the numbers of their paths [rad²], (k, 3, 3).
-        angle: written, (k, g).
-        speed: written, (k, g).
+    ``x``: times in half flights, (k, g); ``half``: of the flights [s], (k,); ``slope``: of the deceleration over speed
+    in each [1/s], (k,); ``covariance``: of the numbers of their paths [rad²], (k, 3, 3); ``angle``: written, (k, g);
+    ``speed``: written, (k, g).
     """
     for k in range(x.shape[0]):
         c, change = covariance[k], slope[k] * half[k]
