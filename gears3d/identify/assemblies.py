@@ -15,7 +15,7 @@ from gears3d.identify.law import Identified
 from gears3d.identify.parts import CANDIDATES, Assembly, Inertia, Model, Part, Share, terms_of
 from gears3d.identify.trend import Oil, trends
 
-# Laws of parts that say what they are; Kadmiri et al. 2012, eqs (6), (7); Ottewill et al. 2010, eq. (12).
+# Usual laws of the parts; Kadmiri et al. 2012, eqs (6), (7); Ottewill et al. 2010, eq. (12).
 USUAL = {"shear": "viscous", "churning": "power", "mesh": "viscous"}
 
 
@@ -109,7 +109,7 @@ def identify_mesh_drag(
         ``mesh_drag`` [N·m·s/rad] and the laws of both shafts.
 
     Raises:
-        InputError: there is none of one of them, or nothing fits.
+        InputError: one of them is missing, or no law fits.
 
     Source: Ottewill et al. 2010, section 4.1, eqs (12)-(16).
     """

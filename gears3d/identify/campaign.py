@@ -21,7 +21,7 @@ KEYS = {
     "part": ("law", "temperature", "on_shaft"),
     "oil": ("kinematic_viscosity", "density"),
 }
-# Parts that rub on the shaft unless told otherwise.
+# Parts with friction on the shaft itself by default.
 ON_SHAFT = ("shear",)
 
 

@@ -44,7 +44,7 @@ def identify_coastdown(
 
     Raises:
         InputError: a record cannot be used, or no law fits.
-        UsageError: there is no such law.
+        UsageError: the law is unknown.
 
     Source: Kadmiri et al. 2012, eqs (4)-(7); Rigaud & Perret-Liaudet 2020, section 3; Ottewill et al. 2010, (14)-(16).
 
@@ -71,7 +71,7 @@ def identify_coastdown(
     return report(choose(tracks, models), tracks, spread)
 
 
-# Standard deviation of an inertia that nobody knows, over its first guess: it holds no fit.
+# Relative standard deviation of an unknown inertia about its first guess: it does not constrain a fit.
 UNKNOWN = 10.0
 
 

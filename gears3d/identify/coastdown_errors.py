@@ -1,13 +1,13 @@
-"""Intervals of a fitted drag that count what blocks of the record disagree about, by restricted maximum likelihood.
+"""Intervals of a fitted drag that include the scatter between blocks, by restricted maximum likelihood.
 
 A least-squares covariance is right only where the law holds and errors are independent. Here the true torque may
 deviate from the law by a random smooth function of the speed (common to all runs, and of each run), and readings may
 have 1/f noise. The sizes of these three random effects, and how smooth the deviation is and whether it is largest at
 slow speeds, are found from the record by restricted maximum likelihood: where blocks of the record agree within their
 errors the sizes are zero and the intervals those of least squares; where they disagree, the disagreement is in every
-interval. The best estimate of the torque, law and deviation, is linearised anew until it rests, as a deviation of some
-per cent moves angles by far more than their noise. Random effects were preferred to a block jackknife, as blocks of a
-coast-down see different speeds, so that estimates from single blocks are no repeats of each other, and to sandwich
+interval. The best estimate of the torque, law and deviation, is re-linearised until it converges, as a deviation of
+some per cent moves angles by far more than their noise. Random effects were preferred to a block jackknife, as blocks
+of a coast-down cover different speeds, so that estimates from single blocks are not replicates, and to sandwich
 covariances, which with a few effective blocks are too narrow.
 
 Source: Patterson & Thompson 1971, Biometrika 58, 545 (restricted likelihood); Kennedy & O'Hagan 2001, J. R. Stat. Soc.
@@ -34,22 +34,22 @@ SHAPES = ((0.15, 0.0), (0.05, 0.0), (0.5, 0.0), (0.15, 4.0), (0.5, 4.0))
 WORTH = 4.0
 # Independent deviations that make up one of a middle length: their number is what a size is estimated from.
 DIRECTIONS = 10
-# Points between which a deviation is straight.
+# Points between which a deviation is interpolated linearly.
 FINE = 400
-# Linearisations on the way to the torque; each takes most of the error of the one before.
+# Linearisations of the torque; each removes most of the error of the one before.
 ROUNDS = 6
-# Points of a run in the likelihood, means of its bins: dense covariances of more cost time and tell no more.
+# Points of a run in the likelihood, means of its bins: dense covariances of more cost time and add nothing.
 POINTS = 120
-# Chance of such residuals under the law with independent errors, below which a law is said not to fit.
+# p-value of the residuals, with independent errors, below which a law fails the goodness-of-fit test.
 SURE = 0.01
 # Rise of minus twice the log-likelihood up to which a deviation of the torque is allowed for: one standard deviation.
-# The most likely size is too often none, where noise hides what the law misses.
+# The most likely size is too often 0, where noise hides the misfit of the law.
 UPPER = 1.0
 # Curvature of residuals, in their own size, up to which a step of generalised least squares is taken.
 LINEAR = 0.1
 # Deviation of the torque, in its typical size, by which responses are differenced.
 _STEP = 1e-4
-# Logarithm of a variance that is none.
+# Logarithm of a variance that counts as 0.
 _NONE = -300.0
 
 
@@ -223,7 +223,7 @@ def _functions(best: Fit, task: Task, x: np.ndarray, low: float = np.inf) -> lis
 
 
 def _nodes(best: Fit, data: list[Binned], low: float, high: float) -> np.ndarray:
-    """Return speeds: a third of them spaced evenly, a third at even times, a third in even ratios, as friction goes."""
+    """Return speeds, equally many of them spaced evenly, at even times, and in even ratios, as friction varies."""
     run = max(range(len(data)), key=lambda at: data[at].speed)
     low = max(low, 1e-4 * high)
     grid = np.geomspace(low, high, 1000)
@@ -325,7 +325,7 @@ def _chosen(
         runs = [run._replace(bent=run.bent @ smooth) for run in plain]
         at, upper, p_value = _sizes(runs)
         tries.append((_loss(runs, at)[0], runs, smooth, at, upper, p_value))
-        if all(one <= _NONE for one in at[:2]):  # no deviation, whatever its length
+        if all(one <= _NONE for one in at[:2]):  # no deviation of any length
             break
     best = min(tries, key=lambda one: one[0])
     spare = sum(len(run.rest) for run in plain) - plain[0].slopes.shape[1] - 5  # two sizes, two numbers and the noise
@@ -344,7 +344,7 @@ class _Sought(NamedTuple):
 
 
 def _true(task: Task, x: np.ndarray, functions: list[_Functions], first: _Sought) -> Torque:
-    """Return the best estimate of the torque, linearised anew until it rests."""
+    """Return the best estimate of the torque, re-linearised until it converges."""
     runs, smooth, sizes, prior, shift = first
 
     def misfit(state: _State) -> float:

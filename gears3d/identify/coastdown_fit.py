@@ -18,7 +18,7 @@ _STRETCHES = 24
 _EXPONENTS = np.linspace(0.4, 3.0, 14)
 # Residual of laws that do not slow the gear down.
 _IMPOSSIBLE = 1e9
-# Steps of a search among rivals; one that needs more wanders among laws that these speeds do not tell apart.
+# Steps of a search among competing laws; one that needs more moves among laws that these speeds do not distinguish.
 PATIENCE = 25
 # Part of a track's last speed down to which a law must hold that ends in a speed, not at rest.
 _BELOW = 0.8
@@ -82,7 +82,7 @@ def thin(track: Track) -> Binned:
 
 
 def averaged(track: Track, law: Law, start: np.ndarray) -> Binned:
-    """Return a track against a first model, averaged in bins: what is left is small and smooth.
+    """Return a track against a first model, averaged in bins: the residual is small and smooth.
 
     ``start``: its angle [rad] and speed [rad/s].
     """
@@ -109,7 +109,7 @@ def fit(
 ) -> Fit | None:
     """Fit parts to tracks by a trust region method.
 
-    An inertia that is not known exactly is free, too, and held by what is known of it.
+    An inertia that is not known exactly is free, too, with what is known of it as a prior.
 
     ``begin``: free numbers to begin with, (p,). Returns the fit; ``None`` when nothing of these terms runs down like
     that.

@@ -16,11 +16,11 @@ from gears3d.identify.parts import ALONE, UNITS, Model, Share
 
 # Blocks of a coast-down in time that are held out in turn.
 BLOCKS = 20
-# Readings below which each is held out alone, and a warning says on how few the intervals rest.
+# Readings below which each is held out alone, and a warning states their number.
 FEW = 20
 # Steps of the last search.
 PATIENT = 300
-# A richer law is taken when its better prediction would come by chance this rarely.
+# p-value of the better prediction below which a law with more terms is taken.
 LEVEL = 0.01
 # Of a curve.
 POINTS = 200
@@ -47,7 +47,7 @@ class Choice(NamedTuple):
 
 
 def choose(tracks: list[Track], models: Sequence[Model]) -> Choice:
-    """Fit models that compete, and take the simplest that no richer one beats on held-out blocks.
+    """Fit competing models and take the simplest that none with more terms outperforms on held-out blocks.
 
     Raises InputError when none fits.
     """
@@ -154,7 +154,7 @@ def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: l
 
 
 def report(choice: Choice, tracks: list[Track], torque_spread: float = 0.0) -> Identified:
-    """Return the law that was taken as an answer.
+    """Return the result for the selected law.
 
     Raises InputError when spin-ups and coast-downs do not determine the inertia.
     """
@@ -325,7 +325,7 @@ def _snippet(best: Fit, parameters: dict[str, Parameter]) -> str:
     return "\n".join(lines) + "\n"
 
 
-# What a negative number means, by its name.
+# Meaning of a negative parameter, by its name.
 NEGATIVE = {
     "coulomb": "the law holds between the recorded speeds only, and would drive the gear below them",
     "viscous": "the drag falls with the speed (mixed lubrication), or rose during the record",
@@ -333,7 +333,7 @@ NEGATIVE = {
 }
 
 
-# Residual over noise up to which a law explains a record: its variance is then a quarter noise.
+# Residual over noise up to which a law explains a record: 25 % of its variance is then noise.
 EXPLAINED = 2.0
 
 

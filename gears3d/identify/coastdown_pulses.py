@@ -11,13 +11,13 @@ LOCK = 24
 # Resultant length of the pulses' phases that makes a lock: 24 random phases reach it with a chance of 2e-7, and some
 # 10^4 periods are tried.
 LOCKED = 0.8
-# Pitches a pulse, on average, beyond which (80 % missing) no period stands out.
+# Pitches a pulse, on average, beyond which (80 % missing) no period is significant.
 FINEST = 5
-# Pulses whose deviations from whole numbers are watched, and the root mean square from which on the count is lost: it
-# is 0.05 of magnets that stand unevenly by a twentieth of a pitch, and 0.24 of pulses at random.
+# Pulses whose deviations from whole numbers are tested, and the root mean square from which on the count is lost: it
+# is 0.05 of magnets spaced unevenly by 5 % of a pitch, and 0.24 of pulses at random.
 RECENT, RANDOM = 20, 0.15
 
-# Change of the logarithm of the wait from pulse to pulse below which none is missing (log 2) nor too many.
+# Change of the logarithm of the wait from pulse to pulse below which no pulse is missing (log 2) or extra.
 CALM = 0.25
 
 # Pulses at either end that may be less calm: near standstill waits change by half from one to the next.
@@ -28,7 +28,7 @@ def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.nda
     """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
 
     A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
-    real, and the number says how many are missing; amid two numbers it is an extra one.
+    real, and the number says how many are missing; between two numbers it is an extra one.
 
     ``time``: of the pulses, rising [s], (n,).
 

@@ -18,14 +18,14 @@ from gears3d.signals import edges, noise_of, quantum
 
 # Share of the starting speed below which a coast-down is not used: stiction and the last count disturb it.
 SLOWEST = 0.03
-# Error of an edge that always remains, in counts.
+# Least error of an edge, in counts.
 FLOOR = 0.1
 # Edges or readings below which no drag is identified: two to four numbers, a start and their scatter.
 FEWEST = 20
 # Rows of a file below which readings were taken by hand or by a slow display: each counts, and fewer are enough.
 SHORT = 50
 # Readings of a short file below which nothing is identified: one number of a law, the start, and three degrees of
-# freedom for their scatter; pulses show their own numbers only amid others.
+# freedom for their scatter; pulses show their own numbers only among others.
 LEAST = {"speed": 5, "angle": 6, "pulses": 8}
 # Share of its speed by which a free phase must slow down; less hardly separates drag from fluctuations of a drive.
 LEAST_FALL = 0.25
@@ -33,9 +33,9 @@ LEAST_FALL = 0.25
 LEAST_PEAK = 0.15
 # Mean speeds in which free phases are looked for: 0.2 % of the record each.
 GROUPS = 600
-# Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must stand out.
+# Noise of mean speeds, in the highest one, from which on longer means are taken: rises and falls must be significant.
 CALM = 0.01
-# Share of a free phase by which its use begins after the release found: the release is known no better.
+# Share of a free phase by which its use begins after the release found, which is the uncertainty of the release.
 LATE = 0.015
 # Findings of the sensor checks that are repaired here, and reported with what became of them.
 OWN = ("not-finite", "jumps", "spikes", "lost-counts", "left-out", "repeated", "held", "merged-edges", "doubled-edges",

@@ -143,7 +143,7 @@ class Contacts(NamedTuple):
     # what counting in step with the turning may put each flank's mean place off by, an entry a record [m]
     shifts: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
     cuts: tuple[Segments, ...] = ()  # segmentation of records that rattle, where there are no slow turns
-    unused: int = 0  # records that rattle beside slow turns
+    unused: int = 0  # records that rattle in addition to slow turns
 
 
 def read_contacts(records: Sequence[Admitted]) -> Contacts:
@@ -245,7 +245,7 @@ def _sides(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[
 
 
 def _thrown(record: Admitted, drive: np.ndarray, radii: tuple[float, float]) -> bool:
-    """Whether the drive's fluctuation may throw the loose gear off its flank: it accelerates by more than drag can.
+    """Whether the drive's fluctuation may separate the loose gear from its flank: it exceeds the deceleration by drag.
 
     Small amplitudes do at high frequency, in flights of less than the backlash and at nearly one speed.
     """

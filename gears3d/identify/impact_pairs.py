@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig
     from gears3d.recording import Recording
 
-ABOVE = 2.0  # Heights of the lowest flight seen that a rebound must reach to be taken: above this none is missed
+ABOVE = 2.0  # Heights of the lowest flight seen that a rebound must reach to be taken: above this all are seen
 BLOCKS = 6.0  # Blocks of averaged readings that its flight must last
 SLOPES = 1e-3  # Time about an impact over which the drive's speed is taken [s]
 
@@ -48,7 +48,7 @@ class Pairs(NamedTuple):
     rebound: np.ndarray  # after, above 0; NaN where no rebound was seen [m/s], (n,)
     approach_sigma: np.ndarray  # [m/s], (n,)
     rebound_sigma: np.ndarray  # [m/s], NaN without rebound, (n,)
-    lowest: np.ndarray  # rebound above which none is missed [m/s], (n,)
+    lowest: np.ndarray  # rebound above which all are seen [m/s], (n,)
     sliding: np.ndarray  # typical sliding speed of the teeth [m/s], (n,)
     # of the motion: 2 where the approach came across the gap, plus 1 where the rebound goes there, (n,)
     kind: np.ndarray

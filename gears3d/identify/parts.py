@@ -169,7 +169,7 @@ def plain(
 def terms_of(law: str) -> tuple[str, ...]:
     """Return the terms of a law.
 
-    Raises UsageError when there is no such law.
+    Raises UsageError when a term is unknown.
 
     >>> terms_of("coulomb+power")
     ('coulomb', 'power')

@@ -48,7 +48,7 @@ def _normal(off: np.ndarray, wide: np.ndarray) -> np.ndarray:
 
 
 STRAY = 0.002  # Part of the pairs that may be anything: impacts that were merged or misclassified
-# Relative error of a rebound that may always be: what drag and drive do within a flight is known no better
+# Least relative error of a rebound: the uncertainty of drag and drive motion within a flight
 FLOOR = 1e-3
 TRUST = 0.5  # Standard deviation of the logarithm of the factor by which stated errors may be off
 _LEAST = 1e-9
@@ -347,7 +347,7 @@ def _zero(of: Callable[[float], float], low: float, high: float, fine: float) ->
 # Laws that compete; Rigaud & Perret-Liaudet 2020, eq. (16), and Kadmiri et al. 2012, fig. 7
 CANDIDATES = (Terms(), Terms(slope=True), Terms(asymmetry=True), Terms(slope=True, asymmetry=True))
 FOLDS = 12  # Stretches or groups of records that are held out in turn
-# Relative difference between impacts below which none is claimed: errors that a periodic motion repeats look so
+# Relative difference between impacts that is reported at least: errors that a periodic motion repeats look so
 LEAST = 2.0 * FLOOR
 LEVEL = (
     0.01  # A richer law is taken when its better prediction has a smaller p-value than this, and so have its parameters

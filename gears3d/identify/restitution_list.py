@@ -19,11 +19,11 @@ from gears3d.identify.restitution_fit import choose, scatter_interval
 FEWEST = 3
 # Impacts from which laws can compete; each of the groups that are held out has one.
 ENOUGH = 12
-# Relative error of a speed of which the list states none; what is larger shows as scatter.
+# Relative error of a speed of which the list states none; larger errors show as scatter.
 READ = 1e-3
 # Share of impacts whose rebound has another sense than the rest; more are a mix of conventions.
 WITHOUT_REBOUND = 0.1
-# Chance of a trend that no trend would show.
+# Significance level of a trend.
 LEVEL = 0.01
 _ROLES = (
     ("before", r"(velocity|speed|v|geschwindigkeit|omega)[\s_-]*(before|approach|incoming|impact|vor|pre)"),

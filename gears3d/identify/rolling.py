@@ -74,7 +74,7 @@ def eccentric_axes(rolled: Rolled) -> list[Axis]:
 
 
 STRONGEST = 21  # Orders that are reported, the strongest first, as Ottewill et al. 2010 keep them (eq. 11)
-# Chi-square that the loose gear must explain more than the drive to be named for an order that either may have
+# Δχ² by which the loose gear must explain an order better than the drive to be reported as its cause
 CLEARLY = 10.0
 COUNTED = 0.5  # Part of an order that counting must leave of it, for it to be one of the flank
 ALIKE = 9.0  # Chi-square below which an order of both flanks is the same

@@ -29,7 +29,7 @@ DEGREE = 3
 LEAST = 2.0
 # Harmonics that are looked for.
 MOST = 12
-# Probability that noise alone makes a line in a record; its periodogram is exponentially distributed.
+# p-value below which a line is significant; its periodogram is exponentially distributed.
 CHANCE = 1e-4
 # Lines of the periodogram on each side whose median is the level of the noise.
 BESIDE = 48

@@ -10,13 +10,13 @@ import numpy as np
 from gears3d.measured.noise import NoiseModel, estimate_noise, without_repeats
 from gears3d.signals import changes, count_of, local_slope, noise_of, quantum, some_steps
 
-# So few readings tell nothing of a rattle.
+# Readings below which rattle is not identifiable.
 FEWEST = 200
-# Part of the samples at most that may show a new count, for edges to know more than samples.
+# Part of the samples at most that may show a new count, for edges to be more precise than samples.
 CHANGES = 0.7
 # Noise in counts from which on samples are read with white noise and edges run together.
 WHITE = 0.3
-# Counts by which steps from sample to sample must vary for counts not to keep step with samples.
+# Counts by which steps from sample to sample vary where the count rate is not commensurate with the sampling rate.
 SWEPT = 2.0
 # Edges to either side from which a speed is taken.
 _REACH = 4

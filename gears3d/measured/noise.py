@@ -13,7 +13,7 @@ from gears3d.signals import quantum as quantum_of
 from gears3d.signals import robust_deviation, some_steps
 from gears3d.signals.orders import deviations, harmonics, phasors_of, sums
 
-# Stretches of a long record that are looked at, and the readings in each: a minute at 20 kHz.
+# Stretches of a long record that are examined, and the readings in each: a minute at 20 kHz.
 STRETCHES, STRETCH = 16, 1 << 16
 # Parts of the record, the scatter of which gives the standard deviations of the estimates (jackknife).
 PARTS = 8
@@ -24,13 +24,13 @@ FEWEST = 40
 SHARE = 0.25
 # Growth of the Hadamard deviation by doubling the time from which on it is motion: random walk has 1.4, motion 8.
 STEEP = 3.0
-# Chance that noise makes the strongest of all orders as strong, below which an interpolation error is corrected.
+# p-value of the strongest of all orders below which an interpolation error is corrected.
 CHANCE = 1e-6
 # Lowest order of a line [1/rev]: lower ones may be teeth, run-out or motion.
 LOWEST = 100
 # Highest order that is looked for, as 36 000 lines are the most that rotary encoders have; bins in a wave of it.
 HIGHEST, BINS = 1 << 17, 8
-# Readings of the moving cubic that takes the motion out: impacts bend it over a millisecond at 30 kHz.
+# Readings of the moving cubic that removes the motion: impacts bend it over a millisecond at 30 kHz.
 SMOOTHED = 31
 # Readings in a period of a wave that the moving cubic passes with more than 75 % of its amplitude.
 PASSED = (2.2, 11.0)
@@ -38,22 +38,22 @@ PASSED = (2.2, 11.0)
 RATES = (1, 4, 16)
 # Deviations beyond which a residual is an impact, not noise.
 OUTLIER = 8.0
-# Quantiles of the speed between which an order that samples fold back must not look like motion.
+# Quantiles of the speed between which an aliased order must not look like motion.
 SWEEP = (0.05, 0.95)
-# Part of the strongest order's power from which on a lower order may be the one that samples make it look like.
+# Power over that of the strongest order from which a lower order may be the one of which it is an alias.
 SAME = 0.8
 # Orders of an interpolation error in lines: offset and gain make once and twice, distortion and large errors more.
 HARMONICS = (1, 2, 3, 4)
-# Part of a wave by which it may be weaker in calm windows: that these are calm makes it a little weaker there.
+# Part of a wave by which it may be weaker in calm windows, an effect of their selection.
 ALIKE = 0.3
-# Probability that both halves of a record differ as much in a permanent wave, below which it is not one.
+# p-value of the difference of a wave between both halves of a record below which it is not permanent.
 AGREE = 1e-3
 # Lines of the spectrum (one over the revolutions) within which two orders are one, and multiples of the fluctuation to
 # either side of an order that show how strong the motion is there.
 LINE, BESIDE = 2.0, 5
-# Amplitude over white noise below which an interpolation error is left alone: it adds half a percent to chi-square.
+# Amplitude over white noise below which an interpolation error is not corrected: it adds 0.5 % to chi-square.
 SLIGHT = 0.1
-# Times that each band is looked through: what a strong wave hides shows when it is taken off.
+# Searches of each band: removal of a strong wave reveals weaker ones.
 PASSES = 2
 # Part of the strongest order's amplitude below which another one may be a side band of it.
 FAINT = 0.005

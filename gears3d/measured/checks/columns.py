@@ -12,13 +12,13 @@ from gears3d.measured.checks.view import MESH, Finding, View
 from gears3d.measured.readers import Channels
 
 DROPPED = "drop-outs"
-# Rows without a reading that are excluded without being asked for, at most.
+# Rows without a reading that are excluded without a request, at most.
 FEW = 20
-# Part of a record that they may be, as of damaged rows; the flights that they interrupt are lost, no others.
+# Part of the rows that they may be, as of damaged rows; only the flights that they interrupt are lost.
 SHARE = 0.01
 # Rows in a row that they may be.
 LONGEST = 2
-# So many times as far from zero as they move, the readings around a zero must be for it to be none.
+# Ratio of the distance from zero to the motion of neighbouring readings, from which a zero is a missing reading.
 FAR = 10.0
 # Angle [rad] that no gear reaches: ten years at 30 000 rpm.
 FARTHEST = 1e12

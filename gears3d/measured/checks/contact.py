@@ -250,7 +250,7 @@ def examine_drift(view: View) -> list[Finding]:
 
 # Standard deviations, and part of the backlash, from which a wave is reported.
 WAVE, WAVE_LEAST = 6.0, 0.05
-# How far two amplitudes that are the same may differ, as a part of them.
+# Relative difference up to which two amplitudes are the same.
 NEAR = 0.3
 # Flights that show whether a wave is in them.
 FEWEST = 20
@@ -260,7 +260,7 @@ AMID = 0.1
 FLOWN, FLIGHTS = 2, 3000
 # Blocks in which a wave of the drive is sought.
 SOUGHT = 4000
-# Neighbouring orders of an order, which show the usual amplitude there.
+# Distances of neighbouring orders, which show the noise amplitude.
 BESIDE = (-0.45, -0.35, -0.25, 0.25, 0.35, 0.45)
 
 

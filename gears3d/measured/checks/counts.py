@@ -10,13 +10,13 @@ from gears3d.measured.checks.time_base import EVEN
 from gears3d.measured.checks.view import Finding, View, when
 from gears3d.signals import some_steps
 
-# How far counts found may be off the declared ones.
+# Relative deviation of counts found from the declared ones, at most.
 CLOSE = 1e-3
-# How far they may be off for one of both to be a mistake in the number of lines, not lines taken for edges.
+# Relative deviation up to which it is a wrong number of lines, not lines taken for edges.
 ALIKE = 0.1
 # Part of the backlash: records with more noise were never segmented.
 NOISY = 0.06
-# Noise in counts that rounding alone may seem to make.
+# Noise in counts that may be due to rounding alone.
 ROUNDING = 0.65
 TIMES = (2.0, 4.0, 8.0, 0.5, 0.25, 0.125)
 # Index marks contradict a count by more than what so many rows turn in all, and by so many counts a revolution: a mark
@@ -112,7 +112,7 @@ def _noise(view: View) -> list[Finding]:
     return [Finding("noise", "", length, "m", told, "check couplings, or use encoders with a finer resolution")]
 
 
-# A wrap is so many times larger than what the gear does in a row.
+# Ratio of a wrap to the motion of the gear per row, at least.
 FASTER = 20.0
 WIDTHS = {"a turn": 2 * np.pi, "half a revolution": np.pi, "360 deg": 360.0, "1 revolution": 1.0}
 BITS = range(8, 49)
@@ -167,9 +167,9 @@ def _width(seen: float, slack: float, count: float | None) -> tuple[float, str]:
 REACH = 4
 # Part of the changes that must be one count, for rows to be edges.
 WHOLE = 0.99
-# A time between edges that holds two of them is at least so many times the usual.
+# Ratio of a time between edges to the usual one from which an edge is missing.
 LONGER = 1.6
-# Its logarithm must exceed those of its neighbours by so many times their range.
+# Distance of its logarithm from those of its neighbours, in their range.
 WIDE = 2.5
 # How near the logarithm of a time must be to that of whole usual ones; how much neighbours may differ for that.
 NEAR, STEADY = 0.15, 0.12

@@ -34,7 +34,7 @@ class Check(NamedTuple):
     kinds: tuple[str, ...] = ()
 
 
-# In order: each check may trust what those before it found in order, or could correct.
+# In this order: each check relies on what those before it found correct, or corrected.
 CHECKS = (
     Check(columns.examine, columns.correct, ("drop-outs", "not-finite")),
     Check(time_base.examine_order, time_base.correct_order, ("duplicates", "time-wrap", "time-order", "time-stamps")),

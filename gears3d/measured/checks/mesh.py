@@ -22,9 +22,9 @@ from gears3d.measured.checks.wrong_encoder import judge, reason, remedy_for, sca
 BANDS = 3.0
 # How near a factor must be to that of a mistake.
 CLOSE = 0.003
-# How near a mean speed must be to a mistake's, which no teeth tie down.
+# The same for a mean speed, which the teeth do not constrain.
 NEAR = 0.02
-# Ratio of the drive's speed to the declared one that no test has.
+# Ratio of the drive's speed to the declared one that does not occur in tests.
 FAR = 10.0
 # Deviation of the inverse ratio from 1 below which interchanged channels and a wrong count of an encoder cannot be
 # distinguished: twice the 5 % by which counts are wrong in practice.
@@ -249,7 +249,7 @@ UNITS = {
     "thousand rpm": 0.03 / np.pi,
     "rad/min": 60.0,
 }
-# Units that turn the speed of the rig's scenario into another one, by the factor.
+# Units that convert the speed of the rig's scenario, by factor.
 HINTS = {
     "the angles are in degrees": 180.0 / np.pi,
     "the angles are in revolutions": 0.5 / np.pi,
@@ -266,11 +266,11 @@ PARTNERS = {
 }
 # Stretches whose mean speeds are compared.
 BLOCKS = 2000
-# Part of the mean square of a speed that the angle's must explain, for its factor to be told.
+# Part of the mean square of a speed that the angle's must explain, for its factor to be reported.
 ALIKE = 0.9
-# How far a factor must be off 1 to be told, and how near it must be to that of a unit.
+# Least deviation of a reported factor from 1, and its largest from that of a unit.
 OFF = 0.02
-# How near a factor must be to that of a unit where the declared mean speed alone speaks for it.
+# The same where the declared mean speed is the only evidence.
 MEANT = 0.05
 
 

@@ -10,27 +10,27 @@ import numpy as np
 from gears3d.measured.checks.declared import Declared
 from gears3d.measured.checks.view import MESH, Finding, View, when
 
-# A gear that stands while the other turns by so many backlashes is not in mesh.
+# Travel of one gear, in backlashes, from which a mate at standstill is not in mesh.
 BANDS = 3.0
 # Standard deviations of a change by which a gear must turn in a row for a change of nothing to be impossible.
 SURE = 6.0
 # Rows to either side from which the speed of a gear is estimated.
 REACH = 12
 MOST = 200_000
-# Part of the rows in motion from which on held readings are how a channel is read, not single samples given twice.
+# Part of the rows in motion from which held readings are the update rate of a channel, not repeated samples.
 SHARE = 0.005
 # Runs of held rows of one channel that make a finding.
 FEW = 10
-# Counts by which a reading changes at once that was held; a gear slow enough to repeat a reading makes one, or two.
+# Counts by which a held reading changes at once; a gear slow enough to repeat a reading changes by one or two.
 STEP = 2.5
 # Part of the rows that repeat a reading from which on a channel is held all along; at every second row it is half.
 THROUGHOUT = 0.4
-# A hold of such a channel is at most so many times as long as nearly all others, or, where updates come at random, as
-# long as the longest of their number with a probability of 1 - e^-7.
+# Longest hold over that of nearly all others, or, where updates come at random, the exponent of the probability
+# 1 - e^-7 that the longest of their number is shorter.
 LONGER, RARE = 3.0, 7.0
-# Part of the updates that come at the same row of so many, from which on they are regular.
+# Part of the updates at the same phase from which they are regular.
 REGULAR = 0.99
-# So many times as often as after a change of one count such a change must come after none.
+# Ratio of such changes after no change to those after a change of one count, at least.
 TIMES = 3.0
 
 
@@ -225,7 +225,7 @@ def _repeated(view: View, still: dict[str, np.ndarray]) -> list[Finding]:
 
 # Standard deviations of a change from which it is examined.
 JUMP = 7.0
-# A change must exceed those around it by so many times their range.
+# Excess of a jump over the changes around it, in their range.
 WIDE = 1.5
 # Rows to either side, without the next ones, that show the usual change.
 AROUND = 6

@@ -152,7 +152,7 @@ def _even(time: np.ndarray) -> np.ndarray:
 EVEN = 0.9
 # Jitter, in steps, from which it is reported.
 JITTER = 0.02
-# A gap is wider than so many steps, and than a step by so many standard deviations of the steps.
+# Width of a gap in steps, and its excess over a step in standard deviations of the steps.
 WIDE, SURE = 1.6, 6.0
 
 
@@ -208,12 +208,12 @@ UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9, "minutes"
 CONTRADICTS = 0.1
 # How near a factor must be to that of a unit.
 CLOSE = 0.02
-# The same where the motion alone tells, as a ratio; 60 is near the 57.3 of an angle in degrees.
+# The same where the motion is the only evidence, as a ratio; 60 is near the 57.3 of an angle in degrees.
 MEANT = {"milliseconds": 1.3, "microseconds": 1.3, "nanoseconds": 1.3, "minutes": 1.02, "hours": 1.3}
 # Upper limit of a speed [rad/s]; the square of a larger one overflows.
 MOST = 1e100
 NODES = 20_000
-# A change of an angle by more than this part of its range is taken for a wrap.
+# Change of an angle over its range from which it counts as a wrap.
 WRAP = 0.25
 
 

@@ -54,7 +54,7 @@ class Finding:
         return {**vars(self), "rows": list(self.rows)}
 
 
-# Rows that are examined for what is typical.
+# Rows from which typical values are estimated.
 SOME = 200_000
 # Noise of an encoder that rounds, in counts.
 FLOOR = 0.3
@@ -184,7 +184,7 @@ def when(time: np.ndarray, rows: np.ndarray) -> str:
 
 # First length of a block [s].
 SHORTEST = 2.5e-4
-# Part of the liveliest speeds that the noise of a block's speed may be.
+# Noise of a block's speed over the highest speeds, at most.
 QUIET = 0.03
 # Blocks in a stretch.
 STRETCH = 4
@@ -192,18 +192,18 @@ STRETCH = 4
 SEARCHED = 8000
 # Delays that are tried [s].
 DELAYS = np.concatenate([-np.geomspace(1e-2, 1e-6, 80), [0.0], np.geomspace(1e-6, 1e-2, 80)])
-# A delay is allowed for where it makes so many times as many blocks lie still.
+# Ratio of blocks at rest with and without a delay from which the delay is used.
 STILLER = 1.5
 # Blocks in a period of the drive's motion, at least.
 PERIOD = 60
-# The acceleration is taken over so many times the way of the speed: its noise is that of the displacement, too, and
-# where both share a block it passes for a delay.
+# Ratio of the intervals for acceleration and speed: its noise is that of the displacement, too, and where both share
+# a block it imitates a delay.
 SMOOTHER = 4
 # Ratio of a spectral line to the noise around it.
 LINE = 12.0
 # Part of its mean speed by which a drive that turns evenly may fluctuate.
 EVEN = 1e-4
-# Part of the backlash that the noise of a block may be: more hides what flies and what does not.
+# Part of the backlash that the noise of a block may be: with more, flight and contact are not distinguishable.
 BLURRED = 0.01
 
 
@@ -322,11 +322,11 @@ def _stretches(time: np.ndarray, place: np.ndarray, pull: np.ndarray, noise: flo
 # Revolutions of the slower gear below which a wave is not distinguishable from a drift.
 TURNS = 3.0
 WINDOWS = 400
-# Windows in a turn of the faster gear, at most.
+# Windows in a revolution of the faster gear, at most.
 PARTS = 16
 ORDERS = (1, 2)
 MOST = 12_000
-# Part of the blocks out of contact from which on a gear flies.
+# Part of the blocks out of contact from which a gear is in flight.
 FLIES = 0.02
 # Blocks in contact that a window needs.
 FEWEST = 5

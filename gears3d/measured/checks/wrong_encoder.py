@@ -23,7 +23,7 @@ SHORT = 6.0
 UNRESOLVED = 0.3
 # Further factor, at gears that turn equally fast, for a cause that has two lines where others have one of these.
 NESTED = 5.0
-# Difference of the speeds below which gears turn equally fast, beyond any wrong count that is looked for.
+# Difference of the speeds below which gears turn equally fast, beyond any wrong count that is tested.
 EQUAL = 0.1
 # Windows per revolution of the faster shaft: orders up to 4 stay whole in them.
 FINE = 20
@@ -33,7 +33,7 @@ MICRO = 16
 MOST = 30_000
 # Windows below which no line can be compared with the orders around it.
 FEW = 60
-# Patterns per revolution that decide.
+# Orders on which the decision is based.
 LINES = (1, 2)
 # Patterns per revolution that are removed, as another shaft's revolution may hide in them.
 OTHERS = (3, 4)

@@ -21,7 +21,7 @@ BLOCK = 1 << 18
 UNIT_KEYS = ("unit", "units", "Unit", "Units", "unit_string")
 # Bytes of an attribute.
 LONGEST = 1 << 16
-# Numbers or characters of a dataset that is looked at while a file is opened.
+# Numbers or characters of a dataset that is read while a file is opened.
 SMALL = 4096
 # Such datasets in a file.
 MOST = 20_000

@@ -18,7 +18,7 @@ from gears3d.measured.readers.unit import SAMPLES, scaled, to_si
 from gears3d.recording.columns import unit_of
 
 GEARS = ("drive", "loose")
-# Part by which the rate of a map and that of a file may differ; larger differences are no drift of a clock.
+# Part by which the rate of a map and that of a file may differ; larger differences are not clock drift.
 CONTRADICTS = 0.1
 # Seconds since 1970 in 2001: no record begins so late in its own time.
 EPOCH = 1e9

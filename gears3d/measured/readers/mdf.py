@@ -16,7 +16,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.measured.readers.foreign import library, reading
 from gears3d.measured.readers.source import Signal, Source, Whole, refuse_large, unique
 
-# Of the largest block, while asammdf takes it apart.
+# Copies of the largest block in memory while asammdf decodes it.
 COPIES = 6
 # Characters of a formula, and conversions that refer to one another.
 LONGEST, DEEPEST = 200, 8

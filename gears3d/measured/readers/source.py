@@ -19,7 +19,7 @@ SHOWN = 24
 LONG = 2**53
 _BRACKETS = {"]": "[", ")": "("}
 _INSIDE = re.compile(r"\[([^\[\]]{1,12})\]")
-# Characters of a name behind which a unit is looked for.
+# Length of a name up to which a unit is looked for in it.
 LONGEST = 200
 
 

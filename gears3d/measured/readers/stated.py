@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from math import isfinite
 
-# Characters of a note that are looked at.
+# Characters of a note that are searched.
 LONGEST = 2000
 # Rates that a sampled record has [Hz].
 SLOWEST, FASTEST = 1.0, 1e9

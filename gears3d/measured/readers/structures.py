@@ -25,7 +25,7 @@ _RATES = re.compile(
 _UNITS = ("unit", "units", "y_unit", "yunit", "unit_string", "physicalunit")
 _NAMES = ("signalname", "channelname", "name")
 _TIMES = ("time", "t", "zeit")
-# So many columns a matrix may have.
+# Columns of a matrix, at most.
 COLUMNS = 256
 # Structures within structures.
 DEEPEST = 16

@@ -26,17 +26,17 @@ from gears3d.measured.segmentation.zones import (
 
 # Deviations by which the speed of an approach must differ from rest; a bump of the flank has none.
 BLOW = 5.0
-# Why a stretch above a flank is not a flight: too few readings, no speed at its end, cut by an end of the record.
+# Reasons why a stretch above a flank is not a flight: too few readings, no speed at its end, end of the record.
 DROPPED = ("too_short", "no_blow", "cut_off")
 # Deviations within which the end of a flight and the start of the next are one touch.
 SAME = 4.0
-# Longest impact of yielding teeth [s]; what stays longer on a flank is in contact.
+# Longest impact of compliant teeth [s]; longer episodes are sustained contact.
 HELD = 5e-3
-# Part of the speed of approach with which a gear must leave a flank that held it.
+# Separation speed over approach speed, at least, after contact of that duration.
 THROWN = 0.15
-# Times what counts as flying that a path which noise lifts off its flank does not reach.
+# Multiple of the clearance of flight that noise on a flank does not reach.
 RISEN = 2.0
-# Median chi-square of flights from which on the flanks are not believed.
+# Median chi-square of flights from which the flanks are rejected.
 WRONG = 5.0
 
 
@@ -55,7 +55,7 @@ class Cut(NamedTuple):
 
 
 def cut_along(known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, file: str) -> Cut:
-    """Cut a record along given flanks.
+    """Segment a record with given flanks.
 
     Raises InputError when the noise fills the dead band.
     """

@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from gears3d.measured.drive_motion import DriveMotion
     from gears3d.measured.encoder import Reading
 
-# Time over which the angle is averaged before it is smoothed [s]; shorter where the motion asks for it.
+# Time over which the angle is averaged before it is smoothed [s]; shorter where the motion requires it.
 SHORTEST = 0.4e-3
 # Times by which that time is shortened as long as the finest curve is further from the means than their noise.
 FINER = 4
-# Times their noise that means may be off the curve before finer ones are tried: motion that was averaged away.
+# Deviation of means from the curve, in noise, from which finer ones are tried, as motion was averaged out.
 MISSED = 1.2
-# Means that are worked out at a time.
+# Means processed at a time.
 AT_ONCE = 1 << 14
 # Means between the knots of the finest curve.
 KNOT = 4
 # Curves that are tried at most, each with half the knots of the one before.
 RUNGS = 14
-# Times by which both must grow: beyond, two curves that both miss the motion are as alike as any.
+# Factor by which both must grow: beyond it, two curves that both miss the motion agree by chance.
 GROWN = 1.5
 # Pieces of a harmonic's period that a cubic follows to a thousandth of its amplitude.
 PER_PERIOD = 12.0
@@ -174,7 +174,7 @@ def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
         left.append(float(np.std(angle - curves[-1](time))))
         if len(curves) > 1:
             between.append(_apart(curves[-2], curves[-1], time))
-            # noise lessens from rung to rung; where the difference and what is left grow, the motion is missed
+            # noise decreases from step to step; where difference and residual grow, the curve misses the motion
             if between[-1][1] > GROWN * min(speed for _, speed in between) and left[-1] > GROWN * left[0]:
                 between.pop()
                 break
@@ -185,7 +185,7 @@ def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
     best = int(np.argmin([speed for _, speed in between]))
     speed = between[best][1]
     sigma = min(one for one, _ in between[max(best - 1, 0) : best + 1])  # the coarser curve may miss a part
-    angle = angle - 0.5 * within * curves[best](time, 2)  # a bent path's mean lies beside it
+    angle = angle - 0.5 * within * curves[best](time, 2)  # the mean of a curved path deviates from the path
     curve = _spline(time, angle, KNOT * 2**best)
     off = float(np.std(angle - curve(time)))
     expected = usual(reading.sigma) / np.sqrt(size)
@@ -195,7 +195,7 @@ def _through(reading: Reading, size: int, waves: _Waves) -> Steady:
 
 
 def redrawn(reading: Reading, before: Steady) -> Curve:
-    """Return the curve through other readings of the same motion, as stiff as it was before.
+    """Return the curve through other readings of the same motion, with the same stiffness.
 
     >>> from gears3d.measured.encoder import read_encoder
     >>> time = np.arange(0.0, 2.0, 1e-4)

@@ -14,15 +14,15 @@ from gears3d.measured.segmentation.zones import ACTIVE, FLIGHT, REVERSE, clearan
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.tables import Segments
 
-# Part of the time that must be explained: what is left may hold as many impacts as a fifth of what was found.
+# Part of the time that must be explained: the rest may hold as many impacts as 20 % of those found.
 ENOUGH = 0.8
 # Part of the dead band, or of the range of the displacement, by which contact may be off its flank at most.
 NEAR = 0.1
-# Part of the dead band by which two halves of a record may differ whatever their errors say: thermal drift does it.
+# Part of the dead band by which two halves of a record may differ, by thermal drift, at any standard error.
 AGREE = 0.05
-# Standard deviations of the difference of two halves that make it one: three in a hundred thousand by chance.
+# Standard deviations from which the difference of two halves is significant: p = 3e-5.
 SURE = 4.0
-# Parts of a record, the scatter of which says how well the place of a flank is known; every other one is held out.
+# Parts of a record, the scatter of which gives the uncertainty of a flank; every other one is held out.
 PARTS = 16
 # Flights whose decelerations are compared.
 FEWEST = 8
@@ -60,10 +60,10 @@ class NotExplained(InputError):
 
 
 def unexplained(cut: Segments) -> np.ndarray:
-    """Return which blocks a cut does not explain, (m,).
+    """Return which blocks a segmentation does not explain, (m,).
 
-    These are the blocks of flights that fail their test, those of contact further from their flank than noise and a
-    tenth of the dead band, and those of impacts further behind it: teeth yield by a small part of their backlash.
+    These are the blocks of flights that fail their test, those of contact further from their flank than noise and
+    10 % of the dead band, and those of impacts further behind it: teeth deflect by a small part of their backlash.
     """
     path, flights = cut.path, cut.flights
     state = cut.states(path.time)
@@ -168,7 +168,7 @@ def _touched(cut: Segments, flank: int) -> tuple[np.ndarray, np.ndarray]:
     time = np.append(path.time[near], cut.impacts["time_s"][mine])
     place, drive, loose = (np.interp(time, path.time, column) for column in (path.place, path.drive, path.loose))
     off = place - cut.flanks.places(time, drive, loose)[flank]
-    # an impact's block is rounded off the flank by a quarter of its width at the speed of approach
+    # an impact's block lies off the flank by 0.25 of its width times the speed of approach
     rounded = np.append(np.zeros(len(near)), 0.5 * path.width * np.abs(cut.impacts["velocity_m_s"][mine]))
     keep = np.abs(off) < clearance(path, cut.flanks) + rounded
     return time[keep], off[keep]

@@ -8,13 +8,13 @@ import numpy as np
 
 from gears3d.measured.segmentation.terms import SHAPED, Terms
 
-# Part of its mean that the dead band keeps everywhere: at angles without contact it would be anything.
+# Least dead band over its mean: at angles without contact it is not determined.
 NARROWEST = 0.4
 # Parts of the expected sizes that are tried.
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
-# Part of its expected size that a shape may have on the flank that it is not on.
+# Part of its expected size that a shape may have on the other flank.
 NONE = 1e-3
-# Places that speak for a size at most.
+# Places that count as evidence for a size, at most.
 EVIDENCE = 300
 
 
@@ -24,7 +24,7 @@ class Flanks(NamedTuple):
     Args:
         terms: of both.
         active: coefficients of the active flank's place [m], (p,).
-        gap: coefficients of the dead band [m], (p,); ``None`` when the reverse flank was never struck.
+        gap: coefficients of the dead band [m], (p,); ``None`` without an impact on the reverse flank.
         covariance: of (active, gap) [m²], (2p, 2p) or (p, p).
         rough: standard deviation of blocks in contact about their flank [m].
         contact: share of the blocks that were taken for contact.
@@ -38,7 +38,7 @@ class Flanks(NamedTuple):
     contact: float
 
     def places(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the displacement of the active and of the reverse flank [m], infinity where there is none, each (n,).
+        """Return the displacement of the active and the reverse flank [m], infinity without a reverse flank, each (n,).
 
         Args:
             time: [s], (n,).
@@ -94,7 +94,7 @@ class Flanks(NamedTuple):
 
     @property
     def backlash(self) -> tuple[float, float] | None:
-        """Mean dead band and its standard deviation [m]; ``None`` when the reverse flank was never struck."""
+        """Mean dead band and its standard deviation [m]; ``None`` without an impact on the reverse flank."""
         if self.gap is None:
             return None
         return float(self.gap[0]), float(np.sqrt(self.covariance[len(self.gap), len(self.gap)]))
@@ -111,17 +111,17 @@ def through(
     robust: bool = True,
     weight: np.ndarray | None = None,
 ) -> Flanks:
-    """Return the flanks through places on them: least squares with expected sizes, Tukey's weights against strays.
+    """Return the flanks through places on them: least squares with expected sizes, Tukey's weights against outliers.
 
     ``columns``: of the terms at the places, (n, p); ``side``: 0 active, 1 reverse, (n,); ``place``: displacement [m],
     (n,); ``scale``: standard deviation of a place [m]; ``gap``: about the width of the dead band [m]; ``weight``: of
-    the places, (n,); all alike without.
+    the places, (n,); equal if ``None``.
     """
     count = columns.shape[1]
     owner = terms.flank
     low, high = np.where(owner < 1, terms.expected, 0.0), np.where(owner == 1, terms.expected, 0.0)
     behind = side[:, None].astype(float)
-    whole = columns * np.where(owner == 0, 1.0 - behind, owner < 1)  # a shape of one flank is none of the other
+    whole = columns * np.where(owner == 0, 1.0 - behind, owner < 1)  # a shape of one flank does not apply to the other
     whole = np.hstack([whole, columns * (owner != 0) * behind]) if both else whole
     idle = np.concatenate([owner == 1, owner == 0])
     prior = (terms.both * gap * np.where(idle, NONE, 1.0))[: whole.shape[1]]

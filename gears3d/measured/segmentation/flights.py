@@ -14,13 +14,13 @@ from gears3d.measured.segmentation.smoothing import Blocks, Track
 if TYPE_CHECKING:
     from gears3d.measured.segmentation.drive import Steady
 
-# Flights that are held against their flank at a time.
+# Flights compared with their flank at a time.
 AT_ONCE = 500
-# Times at which a parabola may be held against a flank.
+# Times at which a parabola may be compared with a flank.
 POINTS = 160
 # Standard deviations of a flight's distance from a flank within which the two may meet.
 NEAR = 4.0
-# Of these every so manieth is looked at first, then so many together.
+# Stride of a first search through these, and width of the second.
 STRIDE, WINDOW = 4, 11
 
 
@@ -108,7 +108,7 @@ class Touches(NamedTuple):
     def moving(self, where: Shafts, flank: np.ndarray, near: float) -> Touches:
         """Return the same, the speeds as uncertain as the flank's own speed makes them, too.
 
-        Whether a flight ends with a blow is told by its path; how hard the blow was also asks how fast the flank moved.
+        The path of a flight shows whether it ends with an impact; the impact speed also depends on the flank's speed.
 
         ``flank``: that is touched, 0 active, 1 reverse, (k,); ``near``: time over which a flank is straight [s].
         """
@@ -116,7 +116,7 @@ class Touches(NamedTuple):
 
 
 def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
-    """Return where parabolas strike flanks: the first zero of the gap from ``begin`` over ``span``.
+    """Return where parabolas meet flanks: the first zero of the gap from ``begin`` over ``span``.
 
     ``paths``: of the flights, (k,); ``flank``: that is met, 0 active, 1 reverse, (k,); ``begin``: [s], (k,); ``span``:
     negative for looking back [s], (k,).
@@ -144,9 +144,9 @@ def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, 
 
 
 def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, span: np.ndarray) -> Touches:
-    """Return where parabolas leave flanks without a blow, so that gap and its rate vanish together.
+    """Return where parabolas leave flanks without an impact, so that gap and its rate vanish together.
 
-    The moment counts at which both are least in their standard deviations.
+    The moment taken is that at which both are least, in their standard deviations.
 
     ``flank``: that is left, 0 active, 1 reverse, (k,).
     """

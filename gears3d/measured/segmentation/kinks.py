@@ -14,7 +14,7 @@ SCALES = (3, 6, 12, 24, 48)
 USUAL = 4
 # Standard deviations of a jump from which on it is used to find flanks.
 SURE = 7.0
-# Standard deviations from which on no longer reach is used: it would merge neighbouring jumps.
+# Standard deviations from which a longer reach is not used: it would merge neighbouring jumps.
 PLAIN = 2.0 * SURE
 # Part of its size that a jump keeps at half the reach, and again at half of that; a smooth curve keeps 1/8.
 SHARP = 0.6

@@ -27,14 +27,14 @@ from gears3d.scenario import Scenario, load
 from gears3d.signals import changes, some_steps
 from gears3d.signals.orders import deviations, phasors_of
 
-# Rows from which on columns of the recording are worked out when they are asked for.
+# Rows from which columns of the recording are computed on access.
 LONG = 1 << 20
-# What a summary says of a record that is not explained; the rest is null.
+# Keys of the summary of a record that is not explained; the rest is null.
 KEPT = {"format", "status", "warnings", "quality", "flanks", "cut", "contacts_seen"}
-# Blocks that are asked for orders, and orders that are stated, of such a record.
+# Blocks in which orders are searched, and orders reported, of such a record.
 VISIBLE, MOST_VISIBLE = 20_000, 6
-# Impacts, and their part, that must last for their durations to be asked, and times by which the longest tenth lasts
-# longer than the shortest: speeds of impact differ by a factor of a hundred, and durations by 2.5.
+# Impacts, and their part, that must have a duration for durations to be tested, and ratio of the 90 % to the 10 %
+# quantile: speeds of impact differ by a factor of a hundred, and durations by 2.5.
 FEW, MOSTLY, UNLIKE = 10, 0.1, 10.0
 # Part of the backlash: a gear that moves more about its flank is not in contact with it all the time.
 MOVES = 0.1

@@ -14,13 +14,13 @@ import numpy as np
 from gears3d.signals import robust_deviation
 from gears3d.signals.orders import GEARS, colour_of, each_alone, harmonics, trimmed
 
-# Probability that noise alone makes the strongest of all orders as strong, below which it is significant.
+# p-value of the strongest of all orders below which it is significant.
 DOUBT = 1e-4
 # Orders that are taken at most.
 MOST = 40
 # Parts of a record of few revolutions, every other one held out; in longer ones every other revolution is.
 STRETCHES = 37
-# Times its noise that places may scatter without a search for orders.
+# Scatter of places over their noise from which orders are searched.
 QUIET = 1.15
 # Times the power of the strongest order that a further one may have at most: they are not quite independent.
 HOPE = 2.0

@@ -24,12 +24,12 @@ SURE = 4.0
 MOST = 2000
 
 
-# Part of the displacement that a flight goes through by which its readings may be off a parabola all along.
+# Deviation of readings from a parabola, over the displacement of the flight, that is immaterial.
 IMMATERIAL = 1e-3
 # Readings of a flight, and flights, that show whether noise in them is slow.
 LONG, TOLD = 20, 10
-# Most by which the variance of rounding to counts may be underestimated: third differences of a sawtooth of a sixth of
-# a count have that much less of it than white noise.
+# Largest factor by which the variance of rounding to counts is underestimated: third differences of a sawtooth of
+# 1/6 count have that much less of it than white noise.
 COUNTED = 1.6
 # Sums of 1/k², 1/k³ and 1/k⁴ from k = 3 on.
 TAILS = {2: 0.394934, 3: 0.077057, 4: 0.019823}
@@ -194,7 +194,7 @@ def _slow_parts(
 
 
 def _shown_share(known: Track, lasts: np.ndarray, readings: np.ndarray, chi2: np.ndarray) -> np.ndarray:
-    """Return the part of the slow noise that flights show: impacts make the model state some where there is none."""
+    """Return the part of the slow noise that flights show: near impacts the noise model alone states too much."""
     expected, _ = _expected_scatter(known, lasts, readings, np.ones(len(lasts)))
     seen = np.isfinite(chi2) & (readings > LONG)
     share = 1.0
@@ -260,8 +260,8 @@ def slope_within(
 ) -> tuple[float, float]:
     """Return how the deceleration changes with speed within flights, and its standard deviation [1/s].
 
-    Under viscous drag a flight is no parabola; the third power of time in it tells the slope, the same for all flights.
-    What all tell together is their weighted median: a flight that is none does not count for more than another.
+    Under viscous drag a flight is not a parabola; its third power of time gives the slope, the same for all flights.
+    The estimate is the weighted median of all, which is robust to segments that are not flights.
 
     ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,).
     """

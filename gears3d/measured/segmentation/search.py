@@ -53,7 +53,7 @@ WIDEST = 0.05
 REACH = 4.0
 # Deviations by which a dwelling block may move against the flank while its neighbours pass.
 STILL = 6.0
-# Usual distances from the flank at which what passes for contact has no say in where the flank is.
+# Multiple of the usual distance from the flank beyond which blocks have no weight in its fit.
 ASTRAY = 10.0
 # Bounces off a flank from which its error is estimated.
 FEWEST = 10

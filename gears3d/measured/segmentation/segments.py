@@ -29,9 +29,9 @@ from gears3d.measured.segmentation.touching import within
 from gears3d.measured.segmentation.zones import ACTIVE, REVERSE, Runs, clearance
 from gears3d.signals import robust_deviation
 
-# Part of the flights that must pass their own test, for the flanks to be believed.
+# Part of the flights that must pass the χ² test, for the flanks to be accepted.
 TOO_FEW = 0.2
-# How many scales of velocity jumps are used, until flights pass their own test.
+# Numbers of scales of velocity jumps tried, until flights pass the χ² test.
 SCALES_TRIED = (4, 3, 5)
 # Part of a record that may stay unexplained before other velocity jumps are tried, too.
 PLAIN = 0.005
@@ -45,12 +45,12 @@ SLIGHT = 1e-3
 CHATTER = 2.5
 # Part of the impacts on one of two flanks below which a single flank is tried, too.
 RARE = 0.2
-# Standard deviations of its speed that a usual impact has, for there to be no doubt that it is one.
+# Median impact speed in standard deviations from which impacts are certain.
 FAST = 10.0
-# Times that the flanks are fitted again to what was found to be contact, at most.
+# Refits of the flanks to the contact found, at most.
 AGAIN = 2
-# Part of the noise (root mean square) by which flanks may still move, for their cut to be the last: about as far as
-# other places in contact would have moved them.
+# Shift of the flanks over the noise (root mean square) below which segmentation has converged: about the scatter
+# between other selections of contact.
 SETTLED = 0.25
 
 

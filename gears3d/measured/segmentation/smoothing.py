@@ -1,4 +1,4 @@
-"""Displacement of the loose gear, and how well it is known, from two encoders that count and tremble."""
+"""Displacement of the loose gear and its uncertainty, from two encoders with counts and noise."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from gears3d.measured.noise import NOT_KNOWN, NoiseModel, combined
 from gears3d.measured.segmentation.drive import Steady, steady
 from gears3d.signals import noise_of, some_steps
 
-# Longest block [s]: within it the drive's acceleration bends nothing by a micrometre.
+# Longest block [s]: within it the drive's acceleration bends the path by less than 1 µm.
 LONGEST = 1e-3
-# Times their own noise that means of the drive's readings may be off a smooth curve that takes their place.
+# Deviation, in noise, of means of the drive's readings from a smooth curve that replaces them.
 FOLLOWS = 2.0
-# Readings that are worked out at a time.
+# Readings processed at a time.
 AT_ONCE = 1 << 18
-# Readings up to which the drive's angle is worked out once and kept.
+# Readings up to which the drive's angle is computed once and cached.
 KEPT = 1 << 20
-# Stretches of a long record that tell how lively it is, and the readings in each.
+# Stretches of a long record that show its fluctuation, and the readings in each.
 STRETCHES, STRETCH = 16, 1 << 16
 # Part of the range of the displacement to which rigid flanks and flights describe it: 5 nm of 250 um.
 DESCRIBED = 2e-5
@@ -256,10 +256,10 @@ def _floored(one: Reading, other: Reading, radii: tuple[float, float]) -> tuple[
 
 
 def blocks(known: Track) -> Blocks:
-    """Return means over blocks, as long as a corner of the path allows.
+    """Return means over blocks, as long as the velocity jumps of the path allow.
 
-    A mean over a time W quietens the noise by the root of its readings and rounds a corner of speed v off by v·W/8; W
-    keeps that a little below the noise.
+    A mean over a time W reduces the noise by the root of its readings and rounds a velocity jump v off by v·W/8; W
+    keeps that slightly below the noise.
     """
     spacing = known.spacing
     longest = max(int(LONGEST / float(np.quantile(some_steps(known.time), 0.9))), 1)
@@ -278,13 +278,13 @@ def blocks(known: Track) -> Blocks:
 
 
 def _speed(known: Track, noise: float) -> float:
-    """Return how fast the displacement changes at its liveliest tenth [m/s], between the shortest means to show it."""
+    """Return the 90 % quantile of the displacement's speed [m/s], between the shortest means that resolve it."""
     means = np.concatenate([known.part(rows)[2] for rows in _stretches(len(known.time))])
     for size in 2 ** np.arange(0, 16):
         if len(means) < 16:
             break
         longer = 0.5 * (means[: len(means) // 2 * 2 : 2] + means[1::2])
-        moved = np.subtract(means[1:], means[:-1], out=means[:-1])  # in place: a long record has no room for two
+        moved = np.subtract(means[1:], means[:-1], out=means[:-1])  # in place, to save memory
         high = float(np.quantile(np.abs(moved, out=moved), 0.9, overwrite_input=True))
         means = longer
         if high > 4.0 * noise * np.sqrt(2.0 / size):

@@ -18,17 +18,17 @@ from gears3d.scenario import Scenario
 
 # Deviations that the end of one flight and the start of the next must be apart, for an impact to have a duration.
 RESOLVED = 4.0
-# Samples that an impact must last: encoders that are read a part of a sample apart make durations of that size.
+# Samples that an impact must last: a time offset between encoders of less than a sample imitates durations.
 SAMPLES = 2.0
 # Deviations of a one-sided 95 % bound.
 ONE_SIDED = 1.645
-# Part of the stretches above a height that may be no flights, for flights of that height to be found.
+# Part of the stretches above a height that may not be flights, for flights of that height to count as found.
 LOST = 0.1
 # Readings that a flight needs, with those at both ends that may be contact.
 LEAST = 7.0
 Columns = dict[str, np.ndarray]
 
-# Chance of a chi-square as large, below which a flight may not testify.
+# p-value of chi-square below which a flight fails the goodness-of-fit test.
 DOUBT = 1e-3
 
 
@@ -43,8 +43,8 @@ class Segments(NamedTuple):
             ``start_sigma_s``, ``end_sigma_s``; against the flank ``velocity_m_s`` at the end and ``departure_m_s`` at
             the start, with sigmas; ``blow`` (1 when it began with an impact), ``height_m``, ``deceleration_rad_s2``
             with sigma, ``omega_loose_rad_s`` and ``theta_loose_rad`` at half time, ``slope_1_s`` (change of the
-            deceleration with the loose gear's speed, common to all, 0 where there is none to be seen), ``chi2`` (per
-            degree of freedom), ``readings``, ``testifies`` (1 when its chi-square is no wonder), each (k,).
+            deceleration with the loose gear's speed, common to all, 0 where none is seen), ``chi2`` (per
+            degree of freedom), ``readings``, ``testifies`` (1 when it passes the χ² test), each (k,).
         contacts: ``flank``, ``start_s``, ``end_s``, ``duration_s`` with sigma, each (c,).
         impacts: columns of the contract, and ``time_sigma_s``, ``velocity_sigma_m_s``, ``rebound_sigma_m_s``,
             ``duration_s`` (NaN where not resolved) with sigma, ``duration_max_s``, ``testifies``, each (i,).
@@ -179,13 +179,13 @@ def contacts_between(flights: Columns, edges: tuple[float, float, int]) -> Colum
 
 
 def impacts_of(flights: Columns, same: np.ndarray, step: float = 0.0) -> Columns:
-    """Return the impacts that end flights; where the next flight begins with it, both tell its moment.
+    """Return the impacts that end flights; where the next flight begins with it, both give its moment.
 
     ``duration_s`` is the time from touching to leaving, NaN where the record does not resolve it or no rebound was
     seen; ``duration_max_s`` is its upper bound of 95 %.
 
     ``same``: whether each flight begins with the impact that ended the one before, (k,); ``step``: distance of the
-    samples [s]: what is shorter than two of them no flights around it tell.
+    samples [s]: a duration below two of them is not resolved.
     """
     time, sigma = flights["end_s"].copy(), flights["end_sigma_s"].copy()
     rebound, slack = np.full(len(time), np.nan), np.full(len(time), np.nan)

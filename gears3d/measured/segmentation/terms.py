@@ -9,7 +9,7 @@ import numpy as np
 from gears3d.measured.segmentation.kernels import orders
 from gears3d.measured.segmentation.smoothing import Blocks, Shape
 
-# Numbers that the kernels have for the kinds of terms; of shapes they know nothing.
+# Codes of the kinds of terms in the kernels, which do not handle shapes.
 SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE,
          "shape": orders.OFFSET}  # fmt: skip
 # Columns before those of shapes.
@@ -19,7 +19,7 @@ SHAPED = 3
 LOW_ORDERS = (1, 2, 3)
 # Multiples of the tooth number.
 MESH_ORDERS = (1, 2)
-# Expected size of a term in gaps: what the record does not tell stays small.
+# Expected size of a term in gaps: terms that the record does not determine stay small.
 PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
 
 
@@ -136,10 +136,10 @@ class Terms(NamedTuple):
 
 
 def make_terms(path: Blocks, teeth: tuple[int, int] | None) -> Terms:
-    """Return the terms that a record can tell apart.
+    """Return the terms that a record can distinguish.
 
-    Orders of both gears are one where the gears have turned almost alike; mesh orders need blocks short enough and a
-    record of some meshes.
+    Orders of both gears are one where the gears have turned by almost equal angles; mesh orders need blocks short
+    enough and a record of some meshes.
 
     Args:
         path: displacement in blocks.

@@ -12,7 +12,7 @@ from gears3d.measured.readers.decode.switches import Switches, levels, switches
 
 # Counts a line: rising edges of A, both edges of A, all edges of both.
 DECODINGS = (1, 2, 4)
-# Share of illegal transitions from which on the two channels tell no direction at all.
+# Share of illegal transitions from which the two channels do not determine a direction.
 MOSTLY = 0.5
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gears3d.measured.readers.decode.results import Note, refuse
 
-# Samples that are worked on at a time: they fit into the cache, and long records need no memory.
+# Samples processed at a time: they fit into the cache and bound the memory.
 BLOCK = 1 << 18
 # Samples from which levels are found.
 LOOKED_AT = 1 << 18

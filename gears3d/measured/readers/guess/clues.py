@@ -13,13 +13,13 @@ from gears3d.measured.readers.source import Signal, Source
 from gears3d.measured.readers.unit import SAMPLES, is_counts, to_si
 from gears3d.recording.columns import unit_of
 
-# So many values of all signals together are looked at.
+# Values of all signals together that are examined.
 VALUES = 8_000_000
-# So many rows of each are looked at.
+# Rows of each signal that are examined.
 ROWS = 200_000
-# Share of steps that go up in a time; a few may be damaged.
+# Share of rising steps in a time; a few may be damaged.
 RISING = 0.98
-# Part of all its ways by which an angle moves on; a speed comes back.
+# Net change over total variation, at least, of an angle; a speed returns.
 STEADY = 0.5
 _WORDS = {
     "time": r"^(t|time|zeit|timestamp|sec|seconds|sekunden|temps|tiempo|x)$|time|zeit|(^|_)t(_|$)",
@@ -31,12 +31,12 @@ _WORDS = {
     r"|drehgeber",
     "speed": r"speed|rpm|omega|drehzahl|velocity|vel|geschw|ω|(^|_)n[_ ]?\d?$",
 }
-# Words for what turns; in, out, 1 and 2 may be anything.
+# Words for rotating parts; in, out, 1 and 2 are ambiguous.
 _GEARS = (
     r"drive|driving|driven|loose|antrieb|abtrieb|pinion|ritzel|losrad|motor|gear|zahnrad"
     r"|shaft|welle|rotor|spindle|wheel"
 )
-# Words of quantities that are no measured angle or speed of a gear in any unit: weather, places on earth, commands.
+# Words of quantities that are never a measured angle or speed of a gear: weather, geographic position, commands.
 _NEVER = (
     r"temp|wind(?!el)|rain|regen|heading|azimuth|latitude|longitude|direction|target|command|soll(?!rad)|humid|feucht|error"
     r"|(?<![a-z])(lat|lon|lng|alt)(?![a-z])"

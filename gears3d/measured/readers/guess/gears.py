@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 # Part by which two travels may differ and still be those of two gears in mesh.
 FITS = 0.02
-# Ratio of a pair beyond which a unit is not believed.
+# Ratio of a pair beyond which a unit is rejected.
 RATIO = 12.0
-# Part by which a speed may be off that of the rig and still be meant by it.
+# Relative deviation up to which a speed counts as that of the rig.
 LIKE = 0.25
-# Speed [rad/s] that no rig of gears reaches; a unit that makes a faster one is not proposed.
+# Upper limit of speeds [rad/s]; a unit that gives a higher one is not proposed.
 FASTEST = 30_000 * 2 * pi / 60
 _ANGLES = ("rad", "deg", "rev")
 _SPEEDS = ("rpm", "rad/s", "deg/s")

@@ -36,7 +36,7 @@ from gears3d.units import show
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-# What a speed means that is so many times that of the rig.
+# Meaning of a speed by its ratio to that of the rig.
 MEANT = {
     "rad were meant where it says deg": pi / 180.0,
     "deg were meant where it says rad": 180.0 / pi,
@@ -45,7 +45,7 @@ MEANT = {
     "time were in ms and not in s": 1e-3,
     "time were in s and not in ms": 1e3,
 }
-# Part by which such a speed may be off: the speed of a run is hardly set better.
+# Relative deviation of such a ratio: the speed of a run is rarely set better.
 CLOSE = 0.02
 
 

@@ -12,7 +12,7 @@ from gears3d.kernels import njit
 OFFSET, DRIFT, DRIVE, LOOSE = range(4)
 # Powers of two among orders: the highest is below 2**BITS.
 BITS = 16
-# Times that are worked through side by side.
+# Times processed together, for vectorisation.
 TOGETHER = 64
 
 
