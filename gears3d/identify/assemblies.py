@@ -1,4 +1,4 @@
-"""Drag part by part, from run-downs of several assemblies: what was added is what is lost more."""
+"""Drag of each part, from run-downs of several assemblies: an added part adds its drag."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def identify_assemblies(
     each: Mapping[str, bool] | None = None,
     oil: Oil | None = None,
 ) -> Identified:
-    """Identify the drag of every part, jointly: what is not known of one part widens the intervals of the others.
+    """Identify the drag of every part, jointly: the uncertainty of one part widens the intervals of the others.
 
     The law of a part without one is chosen where it comes in first, the parts before it known; then all numbers are
     fitted at once to all runs.
@@ -95,7 +95,7 @@ def identify_mesh_drag(
     ratio: float,
     laws: Mapping[str, str] | None = None,
 ) -> Identified:
-    """Identify what the mesh adds: the run-down in mesh less the run-downs of both gears alone.
+    """Identify the drag of the mesh: the run-down in mesh less the run-downs of both gears alone.
 
     Args:
         loose: run-downs of the loose gear alone.
@@ -128,7 +128,7 @@ def identify_mesh_drag(
     constant = richer.parameters["mesh.coulomb"]
     notes = found.warnings
     if not constant.low <= 0.0 <= constant.high:
-        what = f"a constant part of {constant.value:.3g} N m fits beside it ({constant.low:.3g} to {constant.high:.3g})"
+        what = f"a constant part of {constant.value:.3g} N m fits, too ({constant.low:.3g} to {constant.high:.3g})"
         notes = (*notes, f"the mesh's drag does not only go with the speed: {what}; mesh_drag leaves that out")
     parameters = {"mesh_drag": found.parameters["mesh.viscous"], **found.parameters}
     del parameters["mesh.viscous"]
@@ -191,4 +191,4 @@ def _refuse_mixed(runs: Sequence[Run], order: list[str]) -> None:
     ]
     which = " and ".join(together[0]) if together else ", ".join(order)
     remedy = "record an assembly with one of them only"
-    raise InputError(Fault("run", f"the parts {which} come together in every run: nothing tells them apart", remedy))
+    raise InputError(Fault("run", f"the parts {which} come together in every run: they cannot be separated", remedy))

@@ -1,4 +1,4 @@
-"""A campaign of run-downs written down: which files, which parts were in, what ran down, how warm."""
+"""A campaign of run-downs as a file: records, installed parts, rotating inertia, temperature."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drag from coast-downs: which law slows the gear, with which numbers, and how well each is known."""
+"""Drag from coast-downs: the law that decelerates the gear, its parameters and their intervals."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def identify_coastdown(
 ) -> Identified:
     """Identify the drag on a gear from records of its coast-down.
 
-    What was measured is fitted, angle, speed or times of pulses, not a speed made by differencing nor an angle made by
-    integrating. Among the laws, a richer one is taken only where it predicts held-out blocks of the record better. The
-    intervals count what blocks of the record disagree about.
+    The measured quantity is fitted, angle, speed or times of pulses, not a differenced speed nor an integrated angle.
+    Among the laws, one with more terms is taken only where it predicts held-out blocks of the record better. The
+    intervals include the scatter between blocks of the record.
 
     Args:
         files: records of the same drag, each with one or several free coast-downs; columns ``time_s`` and

@@ -74,7 +74,7 @@ class Torque(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """What is known of a fit once disagreement counts.
+    """Uncertainty of a fit with the scatter between blocks included.
 
     Args:
         fit: with numbers and covariance by generalised least squares.
@@ -253,7 +253,7 @@ def _bent(task: Task, x: np.ndarray, at: int, functions: _Functions, state: _Sta
 
 
 def _linear(task: Task, x: np.ndarray, functions: list[_Functions], state: _State) -> list[_Run] | None:
-    """Return residuals of all runs at a state, carried back to none of it; ``None`` where one does not slow down."""
+    """Return residuals of all runs at a state, linearised to zero deviation; ``None`` where one does not slow down."""
     runs = []
     for at, own in enumerate(functions):
         if (run := _run(task, x, at, own, state)) is None:
@@ -263,7 +263,7 @@ def _linear(task: Task, x: np.ndarray, functions: list[_Functions], state: _Stat
 
 
 def _run(task: Task, x: np.ndarray, at: int, functions: _Functions, state: _State) -> _Run | None:
-    """Return residuals of a run at a state, carried back to none of it, and their slopes; means of neighbours."""
+    """Return residuals of a run at a state, linearised to zero deviation, and their slopes; means of neighbours."""
     track = task.tracks[at]
     law, start = _bent(task, x, at, functions, state)
     rest = standardised(track, law, start)
@@ -428,7 +428,7 @@ def _whitened(run: _Run, own: float, pink: float) -> tuple[np.ndarray, float]:
 
 
 def _loss(runs: list[_Run], at: tuple[float, ...]) -> tuple[float, float]:
-    """Return minus twice the restricted log-likelihood, and the variance of the noise; priors are left aside.
+    """Return minus twice the restricted log-likelihood, and the variance of the noise; priors are not included.
 
     By an orthogonal decomposition: normal equations would lose residuals far above the noise in their rounding errors.
     """

@@ -1,4 +1,4 @@
-"""Coast-downs under a drag law: the motion, least squares, and covariances that count what the law does not explain."""
+"""Coast-downs under a drag law: the motion, least squares, and covariances that include the misfit of the law."""
 
 from __future__ import annotations
 
@@ -138,9 +138,9 @@ def fit(
 
 
 class Task(NamedTuple):
-    """What is fitted: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order.
+    """Free parameters: numbers over their scale, shifts of unsure inertias, starts of the tracks, in this order.
 
-    ``last`` has of every run where its residuals were last asked for, and these: slopes are wanted at the same place.
+    ``last`` has the last argument and residuals of every run, as slopes are needed at the same argument.
     """
 
     tracks: list[Binned]
@@ -181,7 +181,7 @@ class Task(NamedTuple):
         return None if found is None else found[self.masks[run]]
 
     def noted(self, x: np.ndarray, run: int) -> np.ndarray | None:
-        """Return the residuals of one run, worked out once for the same place."""
+        """Return the residuals of one run, cached for the last argument."""
         if self.last.get(run, (b"", None))[0] != x.tobytes():
             self.last[run] = x.tobytes(), self.one(x, run)
         return self.last[run][1]
@@ -198,7 +198,7 @@ class Task(NamedTuple):
     def slopes(self, x: np.ndarray) -> np.ndarray:
         """Return the slopes of the residuals, by differences; a run moves with its own start, parts and inertias.
 
-        The inertias' follow from those of the torques: differences of their own would blur what no run can tell.
+        The inertias' follow from those of the torques: their own differences would obscure what no run can determine.
         """
         rows = np.cumsum([0, *(int(mask.sum()) for mask in self.masks)])
         slopes = np.zeros((rows[-1] + self.unsure, len(x)))
@@ -283,7 +283,7 @@ def last_speed(track: Binned, law: Law, start: np.ndarray) -> float:
 
 
 def guess(tracks: list[Track], model: Model) -> np.ndarray:
-    """Return free numbers from speeds made by differencing: good enough to begin a search with."""
+    """Return start values of the free numbers from differenced speeds."""
     parted = [_differenced(track) for track in tracks]
     pushes = [each.torque / model.inertia(run) for run, each in enumerate(model.runs)]
     slowing = np.concatenate([slow + push for (_, slow), push in zip(parted, pushes, strict=True)])

@@ -1,4 +1,4 @@
-"""The law among those that compete, and the answer: parameters, torque over speed, TOML for a scenario, warnings."""
+"""Choice among competing laws, and the result: parameters, torque over speed, TOML for a scenario, warnings."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def label(model: Model) -> str:
 
 
 def _settled(best: Fit, data: list[Binned]) -> Fit:
-    """Return a fit carried on until it rests: terms that are hardly separated need many steps."""
+    """Return a fit iterated to convergence: terms that are hardly separable need many steps."""
     return fit(data, best.model, best.numbers, patience=PATIENT) or best
 
 
@@ -121,7 +121,7 @@ def _held_out(data: list[Binned], whole: Fit, folds: list[list[np.ndarray]]) -> 
 
 
 def _best(sound: list[Fit], losses: list[np.ndarray]) -> int:
-    """Return the place of the simplest law that no richer one beats on held-out blocks."""
+    """Return the index of the simplest law that none with more terms outperforms on held-out blocks."""
     sizes = [len(found.numbers) for found in sound]
     best = min((at for at, size in enumerate(sizes) if size == min(sizes)), key=lambda at: losses[at].mean())
     for richer in sorted(range(len(sound)), key=lambda at: sizes[at]):
@@ -139,7 +139,7 @@ def _best(sound: list[Fit], losses: list[np.ndarray]) -> int:
 
 
 def _unstructured(sound: list[Fit], losses: list[np.ndarray], best: int, data: list[Binned]) -> int:
-    """Return the place of the simplest richer law that leaves no structure, where the one taken does.
+    """Return the index of the simplest richer law without a residual pattern, where the selected law has one.
 
     Ranks of blocks overlook what a law misses in few of them, such as at the end of a range of speeds.
     """
@@ -295,7 +295,7 @@ def _torque(errors: Errors, shares: tuple[Share, ...], run: int, speed: np.ndarr
 
 
 def _snippet(best: Fit, parameters: dict[str, Parameter]) -> str:
-    """Return the drag as TOML of a scenario: what the loose gear feels out of mesh, and the mesh; an inertia found."""
+    """Return the drag as TOML of a scenario: the loose gear out of mesh, the mesh, and an identified inertia."""
     values = dict(zip(best.model.names(), map(float, best.numbers), strict=True))
     against = {share.part: share.against for run in best.model.runs for share in run.shares}
     warm = sorted({part.name.partition("@")[2] for part in best.model.parts if "@" in part.name}, key=float)

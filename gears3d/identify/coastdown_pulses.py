@@ -1,4 +1,4 @@
-"""Pulses of a shaft that coasts down: which are real, the number of each, and how unevenly the magnets stand."""
+"""Pulses of a shaft that coasts down: which are real, the number of each, and the spacing errors of the magnets."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.nda
     """Return which pulses are real, the number of each, and the real pulses before which the count was lost.
 
     A phase-locked count: the speed of the pulses before predicts the phase of the next one; near a whole number it is
-    real, and the number says how many are missing; between two numbers it is an extra one.
+    real, and the number gives how many are missing; between two numbers it is an extra one.
 
     ``time``: of the pulses, rising [s], (n,).
 
@@ -70,8 +70,8 @@ def count_pulses(time: np.ndarray, magnets: int = 1) -> tuple[np.ndarray, np.nda
 def _evened_waits(time: np.ndarray, magnets: int) -> np.ndarray:
     """Return the logarithms of the waits between pulses, without what repeats in every revolution, (n - 1,).
 
-    The pattern is that of all revolutions together: where pulses are missing or too many it is smeared, and no wait is
-    evened that should not be.
+    The pattern is that of all revolutions together: where pulses are missing or too many it is smeared, and no wait
+    is corrected wrongly.
     """
     wait = np.log(np.maximum(np.diff(time), 1e-300))
     if magnets < 2 or len(wait) < 4 * magnets:
@@ -85,7 +85,7 @@ def _evened_waits(time: np.ndarray, magnets: int) -> np.ndarray:
 
 
 def _lock(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return which of some pulses are real and their numbers, by the coarsest period that nearly all are whole of."""
+    """Return which of some pulses are real and their numbers, by the coarsest period that divides nearly all."""
     since = time - time[0]
     wait = np.diff(time)
     if len(time) < 8 or since[-1] <= 0.0:
@@ -146,7 +146,7 @@ def _follow(time: np.ndarray, places: list[int], numbers: list[int], row: int) -
 
 
 def uneven_magnets(time: np.ndarray, number: np.ndarray, magnets: int, breaks: np.ndarray) -> np.ndarray | None:
-    """Return by how much each magnet stands off its place [pitches], (magnets,), where that is significant."""
+    """Return the spacing error of each magnet [pitches], (magnets,), where that is significant."""
     from scipy.interpolate import BSpline
     from scipy.stats import f as fisher
 

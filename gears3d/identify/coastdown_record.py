@@ -228,7 +228,7 @@ def make_tracks(
 
 
 class _Points(NamedTuple):
-    """A prepared record: what was measured, and between which points it may have jumped."""
+    """A preprocessed record: the measured quantity, and the points between which it may have jumped."""
 
     time: np.ndarray
     value: np.ndarray
@@ -609,7 +609,7 @@ def _falls(speed: np.ndarray, least: float) -> list[tuple[int, int]]:
 
 
 def _release(time: np.ndarray, speed: np.ndarray, high: int, low: int) -> float:
-    """Return from when on a falling speed is free: after the knee between a plateau, or a slow ramp, and the fall."""
+    """Return the start of free coasting: after the knee between a plateau, or a slow ramp, and the fall."""
     from scipy.stats import f as fisher
 
     peak = speed[high]

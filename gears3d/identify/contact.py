@@ -1,4 +1,4 @@
-"""Where the flanks touch in measured records: slow turns forth and back, or what rattle leaves, in bins."""
+"""Where the flanks touch in measured records: slow turns in both directions, or contact during rattle, in bins."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ NEAR = 0.75  # Cycles over the record that a line of counting makes at most, to 
 
 
 def whole_count(angle: np.ndarray, declared: float | None) -> float:
-    """Return the angle of a declared count where the readings keep to it, else 0 [rad].
+    """Return the angle of a declared count where the readings are multiples of it, else 0 [rad].
 
     >>> whole_count(np.array([0.0, 0.25, 1.75]) * np.pi, 8) / np.pi, whole_count(np.array([0.0, 1.0]), 8)
     (0.25, 0.0)
@@ -68,7 +68,7 @@ def count_noise(counts: np.ndarray) -> float:
 def shift_by_counting(
     angles: tuple[np.ndarray, np.ndarray], quanta: tuple[float, float], radii: tuple[float, float]
 ) -> float:
-    """Return the deviation of a flank's mean place that counting in step with the turning makes [m]."""
+    """Return the error of a flank's mean position where the count rate is commensurate with the rotation [m]."""
     spare = len(angles[0]) // 8  # a way begins and ends at rest
     variance = 0.0
     for angle, count, radius in zip(angles, quanta, radii, strict=True):
@@ -86,7 +86,7 @@ def shift_by_counting(
 
 
 def off_by_counting(time: np.ndarray, angle: np.ndarray, quantum: float) -> np.ndarray:
-    """Return what readings of a gear whose motion is smooth are off that motion [rad], (n,)."""
+    """Return the deviation of readings from the smooth motion of their gear [rad], (n,)."""
     from gears3d.measured.encoder import read_encoder
     from gears3d.measured.segmentation import steady
 
@@ -130,7 +130,7 @@ class Contact(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """What is known of the contact of a pair from its records."""
+    """Contact of a gear pair, from its records."""
 
     # contact with the active and with the reverse flank; ``None`` without contact
     flanks: tuple[Contact | None, Contact | None]
@@ -147,7 +147,7 @@ class Contacts(NamedTuple):
 
 
 def read_contacts(records: Sequence[Admitted]) -> Contacts:
-    """Return the contacts of records: whole ways of slow turns, or what rattle leaves in contact.
+    """Return the contacts of records: complete passes of slow turns, or the contacts during rattle.
 
     Args:
         records: each with its rig.
@@ -212,7 +212,7 @@ def _segmented(record: Admitted) -> Segments:
 
 
 def _off(time: np.ndarray, drive: np.ndarray, chosen: np.ndarray, count: float) -> np.ndarray:
-    """Return what the drive's readings on a flank are off its smooth motion, each way by itself [rad]."""
+    """Return the deviation of the drive's readings on a flank from its smooth motion, by direction [rad]."""
     at = np.flatnonzero(chosen)
     ways = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
     return np.concatenate([off_by_counting(time[way], drive[way], count) for way in ways])
@@ -274,7 +274,7 @@ def _held(record: Admitted, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
 
 
 def ways_of(drive: np.ndarray) -> list[tuple[int, int, bool]]:
-    """Return the ways of the drive between changes of its direction that are long enough: first, last, whether forth.
+    """Return the long enough passes of the drive between reversals: first, last, whether forwards.
 
     >>> there = np.linspace(0.0, 7.0, 700)
     >>> ways_of(np.concatenate([there, there[::-1]]))

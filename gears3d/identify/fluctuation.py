@@ -140,11 +140,11 @@ def pressed() -> np.ndarray:
 
 
 def flattened(found: Periods, teeth: tuple[int, int], file: str = "", quiet: np.ndarray | None = None) -> Periods:
-    """Return periods with the flanks' waves, a slow drift and a delay between the encoders taken off.
+    """Return periods without the flanks' waves, a slow drift and a delay between the encoders.
 
     They are fitted to the phases in which the drive speeds up: the gears are in contact there in every regime.
-    What counting does in these few phases, the same in every period, would pass for a delay, which continues
-    into the flights: where quiet periods are known, all their phases count.
+    Counting errors in these few phases, the same in every period, would imitate a delay, which continues into
+    the flights: where quiet periods are known, all their phases are used.
     """
     shape = found.place.shape
     delay = np.cumsum(np.cos(np.tile(phases(), shape[0]))) * found.level.repeat(BINS) / found.level.max()
@@ -168,7 +168,7 @@ def flattened(found: Periods, teeth: tuple[int, int], file: str = "", quiet: np.
 
 
 def _robust(basis: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return least squares in which what is far off weighs less."""
+    """Return robust least squares, with less weight for large residuals."""
     weight = np.ones(len(place))
     numbers = np.zeros(basis.shape[1])
     for _ in range(_ROUNDS):

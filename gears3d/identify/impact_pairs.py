@@ -69,7 +69,7 @@ class Pairs(NamedTuple):
 
 
 def pairs_of(measured: Sequence[Measured], rig: Rig) -> Pairs:
-    """Return the impacts of measured records whose flights pass for flights."""
+    """Return the impacts of measured records between flights that pass the χ² test."""
     return _joined([_of_one(index, one, rig) for index, one in enumerate(measured)])
 
 
@@ -122,7 +122,7 @@ def lowest_rebound(
     width: float,
     most: float = np.inf,
 ) -> np.ndarray:
-    """Return the rebound above which a record overlooks none [m/s], (n,); infinity where it shows no bounce.
+    """Return the rebound above which a record shows all [m/s], (n,); infinity where it shows no bounce.
 
     A bounce of rebound w falls back on its flank with the acceleration a; it rises by w²/2a and lasts 2w/a. The
     greatest acceleration is taken that bounces of the record have shown on a flank.
@@ -163,8 +163,8 @@ def greatest_fall(recording: Recording, slowing: float, rig: Rig) -> float:
 def sliding_speed(recording: Recording, time: np.ndarray, rig: Rig) -> np.ndarray:
     """Return the sliding speed of teeth at the mean distance of their contacts from the pitch point [m/s], (n,).
 
-    A record does not tell where on the teeth an impact falls; over a path of contact of length g that is centred on the
-    pitch point, the distance is g/4 in the mean, and teeth slide with ω1 + ω2 times it.
+    A record does not show where on the teeth an impact occurs; over a path of contact of length g that is centred on
+    the pitch point, the distance is g/4 in the mean, and teeth slide with ω1 + ω2 times it.
 
     Source: ISO 21771, sliding speed.
     """
@@ -222,7 +222,7 @@ def misplaced(flights: Mapping[str, np.ndarray]) -> dict[int, float]:
 def mean_depths(flights: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return how much deeper than assumed each flank lies in the mean of its impacts [m], (2,).
 
-    A mean that its own standard error may explain is shrunk towards 0. Flanks that are misplaced beyond belief have 0.
+    A mean within its own standard error is shrunk towards 0. Flanks with an implausible displacement have 0.
     """
     found, beyond = np.zeros(len(FLANKS)), misplaced(flights)
     depth, sigma, flank = depths(flights)
@@ -243,7 +243,7 @@ def mean_depths(flights: Mapping[str, np.ndarray]) -> np.ndarray:
 def speeds_set_right(
     flights: Mapping[str, np.ndarray], drive: Callable[[np.ndarray], np.ndarray], radii: tuple[float, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is to be added to each impact's speeds of approach and rebound [m/s], as paths meet there, each (k,).
+    """Return the corrections of each impact's speeds of approach and rebound [m/s], from where paths meet, each (k,).
 
     Where a flank lies deeper by d, the approach lasts d/v longer and the rebound begins d/w earlier, both under the
     acceleration of the free gear: 0.1 um is 0.5 % of a rebound of 25 mm/s under 40 m/s².

@@ -1,4 +1,4 @@
-"""What an identification gives: a law, its parameters with intervals, and a snippet for a scenario."""
+"""Result of an identification: a law, its parameters with intervals, and a snippet for a scenario."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Identified(Result):
     warnings: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold; the curves stay behind."""
+        """Return what JSON can hold, without the curves."""
         return {
             "law": self.law,
             "parameters": {name: parameter.to_dict() for name, parameter in self.parameters.items()},

@@ -35,7 +35,7 @@ class Line(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """The orders that are looked at."""
+    """The orders that are examined."""
 
     all: tuple[Line, ...]  # distinguishable ones; of a set of indistinguishable ones the drive's
     frequency: np.ndarray  # of each, cycles a turn of the drive, (m,)
@@ -43,7 +43,7 @@ class Lines(NamedTuple):
 
 
 def lines_of(contact: Contact, teeth: tuple[int, int]) -> Lines:
-    """Return the orders that can be looked at in a record."""
+    """Return the orders that can be examined in a record."""
     turns = np.ptp(contact.turn % 1_000_000) + 1.0 if contact.turns < 1.0 else contact.turns
     ratio = teeth[0] / teeth[1]
     highest = min(HARMONICS * teeth[0] + 2, int(0.8 * np.pi / contact.width))
@@ -148,14 +148,14 @@ class Fit(NamedTuple):
 
     @property
     def chance(self) -> np.ndarray:
-        """Probability that noise makes an order so large, (p,)."""
+        """p-value of each order, (p,)."""
         return chances(self.phasors, self.covariance)
 
 
 def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
     """Return the orders of a flank that exceed its noise.
 
-    The largest come first; each round looks at what the orders so far leave over.
+    The largest come first; each round searches the residual of the orders found so far.
     """
     found: list[Line] = []
     for _ in range(ROUNDS):
@@ -180,7 +180,7 @@ def find(contact: Contact, lines: Lines, ratio: float) -> list[Line]:
 def fit(contact: Contact, lines: Lines, chosen: list[Line], ratio: float) -> Fit:
     """Fit orders to a flank by least squares, on the angles of both gears at once.
 
-    Noise is what stands at neighbouring orders that are not among the fitted ones: it counts what comes again every
+    Noise is the amplitude at neighbouring orders that are not fitted: it includes what repeats every
     turn, as rounding to counts does; where turns scatter by more, their scatter is taken.
     """
     return _judged(contact, lines, chosen, solve(contact, chosen, ratio))
@@ -199,7 +199,7 @@ class Solved(NamedTuple):
 def solve(contact: Contact, chosen: list[Line], ratio: float) -> Solved:
     """Solve for orders by least squares without outlying bins, 30 % of them at most.
 
-    A flank in slow turns has no bounces: bins off it are lift-offs, which stay excluded.
+    A flank in slow turns has no bounces: bins off it are contact losses, which are excluded.
     """
     angles = (contact.drive, contact.loose)
     columns = [(contact.file == file).astype(float) for file in np.unique(contact.file)]

@@ -1,4 +1,4 @@
-"""What slows a run-down, part by part: bearings, shear, churning, mesh; each run has some of them and an inertia."""
+"""Drag of a run-down, part by part: bearings, shear, churning, mesh; each run has some of them and an inertia."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Inertia(NamedTuple):
 
 
 class Assembly(NamedTuple):
-    """What runs down in one run.
+    """The rotating assembly of one run.
 
     Args:
         shares: parts that slow it.
@@ -95,7 +95,7 @@ class Model(NamedTuple):
         return tuple((part.name, name) for part in self.parts for name in part.names())
 
     def inertia(self, run: int) -> float:
-        """Return what runs down in a run [kg·m²]."""
+        """Return the inertia of a run [kg·m²]."""
         parts = ((self.inertias[name], often) for name, often in self.runs[run].inertias)
         return sum(often * (own.value + own.shift * own.sigma) for own, often in parts)
 
@@ -156,10 +156,10 @@ class Model(NamedTuple):
 def plain(
     terms: tuple[str, ...], inertia: float, runs: int, sigma: float = 0.0, torques: Sequence[float] = ()
 ) -> Model:
-    """Return the model of run-downs that all have one drag.
+    """Return the model of run-downs with one common drag.
 
-    ``inertia``: of what runs down [kg·m²]; ``sigma``: standard deviation of the inertia [kg·m²]; ``torques``: known
-    torque that spins each run up [N·m], 0 of coast-downs; all coast down unless given.
+    ``inertia``: of the rotating assembly [kg·m²]; ``sigma``: standard deviation of the inertia [kg·m²]; ``torques``:
+    known torque that spins each run up [N·m], 0 of coast-downs; all coast down unless given.
     """
     one = Assembly((Share(ALONE),), (("inertia", 1.0),))
     made = tuple(one._replace(torque=torque) for torque in torques) or (one,) * runs

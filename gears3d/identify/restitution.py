@@ -72,7 +72,7 @@ def snippet(parameters: dict[str, Parameter]) -> str:
 
 
 def warnings(parameters: dict[str, Parameter], goodness: dict[str, Any]) -> tuple[str, ...]:
-    """Return what the reader should know before relying on the law."""
+    """Return the warnings about the law."""
     found = []
     missed, tested = goodness["unseen"], goodness["sliding"]
     if missed["impacts"] > missed["expected"] + 3.0 * np.sqrt(missed["expected"]) + 0.02 * missed["of"] + 2.0:
@@ -135,8 +135,8 @@ STILL = 8  # Impacts without any rebound that show a plastic one
 def identify_restitution(measured: Sequence[Measured], rig: Rig) -> Identified:
     """Identify the law of restitution from measured rattle records.
 
-    A rebound is seen only where the flight after it rises high enough. Rebounds below a threshold above which none is
-    overlooked are excluded, and the likelihood is that of the rest; errors of both speeds, scatter beyond them and a
+    A rebound is seen only where the flight after it rises high enough. Rebounds below the threshold above which all are
+    seen are excluded, and the likelihood is that of the rest; errors of both speeds, scatter beyond them and a
     coefficient held within 0 and 1 are part of it.
 
     Args:
@@ -260,7 +260,7 @@ def _parameters(best: Fit, pairs: Pairs) -> dict[str, Parameter]:
 
 
 def _tested(pairs: Pairs, best: Fit, fits: dict[str, Fit]) -> dict[str, Any]:
-    """Return the terms that the law was spared, as the next richer law has them."""
+    """Return the estimates of the terms that were not selected, from the next richer law."""
     spared = {}
     for name in ("slope", "asymmetry"):
         richer = fits.get(best.terms._replace(**{name: True}).name)
@@ -279,7 +279,7 @@ def _parameters_of_term(richer: Fit, name: str) -> Parameter:
 
 
 def _flanks(pairs: Pairs, best: Fit) -> dict[str, Any]:
-    """Return what each flank shows by itself: pairs, median coefficient and approach."""
+    """Return each flank's own pairs, median coefficient and approach."""
     told = {}
     for code, name in enumerate(FLANKS):
         own = pairs.only(pairs.flank == code)

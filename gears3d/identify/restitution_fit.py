@@ -55,7 +55,7 @@ _LEAST = 1e-9
 
 
 class Errors(NamedTuple):
-    """How far the stated errors of speeds are off."""
+    """Correction of the stated errors of speeds."""
 
     factor: float = 1.0  # on the stated errors
     more: float = 0.0  # what comes on top, as a multiple of a typical stated error and of ``FLOOR`` of the rebound
@@ -124,10 +124,10 @@ def least(
     unit: np.ndarray,
     bounds: Sequence[tuple[float | None, float | None]],
 ) -> Any:
-    """Return where a cost is least, as ``scipy.optimize.minimize`` does.
+    """Return the minimum of a cost, as ``scipy.optimize.minimize`` does.
 
-    Every number is counted in its own typical error: in plain numbers a search rests before a coefficient known to a
-    ten-thousandth is found.
+    Every number is scaled with its typical error: unscaled, a search stops before a coefficient known to 1e-4 is
+    found.
 
     >>> def steep(x):
     ...     return 1e8 * (x[0] - 0.5) ** 2 + (x[1] - 2.0) ** 2
@@ -188,8 +188,8 @@ def repeated(
 ) -> tuple[np.ndarray, float]:
     """Return what errors that repeat add to the covariance of a law's numbers, (p, p), and their share of all errors.
 
-    Every group of impacts has one error in common: the drive's motion, the flank and the rounding to counts are off by
-    the same at the same phase of the motion, however often it comes. Its share of the errors is weighed by restricted
+    Every group of impacts has one error in common: the errors of drive motion, flank and rounding to counts are
+    equal at the same phase of the motion, however often it comes. Its share of the errors is weighed by restricted
     likelihood, from how the groups differ beyond the law, and from what records usually have.
 
     Source: Patterson & Thompson 1971 for the restricted likelihood; Laird & Ware 1982 for effects of groups.
@@ -309,13 +309,13 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
 
 
 def _typical(columns: np.ndarray, pairs: Pairs, steep: np.ndarray, deviation: float) -> np.ndarray:
-    """Return about how well each number of a law is known, (p,)."""
+    """Return the approximate standard error of each number of a law, (p,)."""
     wide = np.hypot(deviation, noise_of_ratio(pairs, steep, Errors()))
     return np.sqrt(np.diag(np.linalg.pinv(columns.T @ (columns / wide[:, None] ** 2))))
 
 
 def _inverse(bent: np.ndarray, count: int) -> np.ndarray:
-    """Return the covariance of the law's numbers; where variances are not told, that at given variances."""
+    """Return the covariance of the law's numbers; where variances are not identifiable, that at given variances."""
     if np.linalg.eigvalsh(bent)[0] > 0.0:
         return np.linalg.inv(bent)[:count, :count]
     return np.linalg.pinv(bent[:count, :count], hermitian=True)
@@ -372,7 +372,7 @@ def folds_of(pairs: Pairs) -> np.ndarray:
 
 
 def held_out(pairs: Pairs, whole: Fit, folds: np.ndarray) -> np.ndarray:
-    """Return each group's mean logarithm of the density under a law that never saw it, (folds,)."""
+    """Return each group's mean log-density under a law fitted without it, (folds,)."""
     told = np.zeros(int(folds.max()) + 1)
     for fold in range(len(told)):
         rest, own = pairs.only(folds != fold), pairs.only(folds == fold)
@@ -408,7 +408,7 @@ def wide_enough(pairs: Pairs) -> bool:
 
 
 def _impossible_at_rest(law: Fit) -> bool:
-    """Return whether a law makes energy, or takes more than there is, in the slowest impacts."""
+    """Return whether a law gives a coefficient outside 0 to 1 in the slowest impacts."""
     row = np.zeros(len(law.numbers))
     row[0], row[1] = 1.0, -1.0
     value, sigma = float(row @ law.numbers), float(np.sqrt(row @ law.covariance @ row))
@@ -431,9 +431,9 @@ def _beats(richer: Fit, simpler: Fit, pairs: Pairs, scores: dict[str, np.ndarray
 def rarely_by_chance(gain: np.ndarray, sizes: np.ndarray) -> bool:
     """Return whether so much better a prediction has a p-value below 1 %.
 
-    Either most groups are foretold better, or all together so much better that the simpler law would hardly let it
-    happen: a ratio of likelihoods exceeds 1/p with a chance of p at most. Groups of a few impacts at the middle of the
-    speeds know nothing of a slope, so that the first alone would miss it in short records.
+    Either most groups are predicted better, or all together so much better that this is improbable under the simpler
+    law: a ratio of likelihoods exceeds 1/p with a chance of p at most. Groups of a few impacts at the middle of the
+    speeds contain no information on a slope, so that the first criterion alone would miss it in short records.
 
     Source: Wilcoxon 1945 for ranks; Royall 1997 for the bound on the ratio.
 

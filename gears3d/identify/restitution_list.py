@@ -264,7 +264,7 @@ def _mean(whole: ImpactList) -> Identified:
     notes = [*whole.notes, *(["the law is taken as constant"] if whole.kind == "speeds" else [])]
     trend: Any = linregress(np.log(whole.before), values) if np.ptp(whole.before) > 0.0 and count > 3 else None
     if trend is not None and trend.pvalue < LEVEL and spread > 0.0:
-        notes.append(f"e changes with the {whole.kind} before the impact (p = {trend.pvalue:.1g}): it is no constant")
+        notes.append(f"e changes with the {whole.kind} before the impact (p = {trend.pvalue:.1g}): it is not constant")
     if p_drops < LEVEL:
         notes.append(f"e differs between the {drops} drops (p = {p_drops:.1g}): the interval is that of their scatter")
     goodness = {
@@ -280,7 +280,7 @@ def _mean(whole: ImpactList) -> Identified:
 def _drops(values: np.ndarray, drop: np.ndarray) -> tuple[int, float, float]:
     """Return the number of drops, the 95 % half width by their scatter, and the p-value if all drops were equal.
 
-    Ratios within a drop share its height, ball and reading, so that they are no independent values; the standard error
+    Ratios within a drop share its height, ball and reading, so that they are not independent; the standard error
     of clusters counts each drop once.
     """
     groups = [values[drop == one] for one in np.unique(drop)]

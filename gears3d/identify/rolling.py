@@ -41,8 +41,8 @@ def eccentric_axes(rolled: Rolled) -> list[Axis]:
     """Return the gears whose eccentric teeth would explain order 1 of both flanks.
 
     To first order, an offset e at the phase p moves the active flank by e·sin(θ + p + αw) and the reverse one by
-    e·sin(θ + p − αw), or of the loose gear by −e·sin(θ + p − αw) and −e·sin(θ + p + αw): alike in
-    amplitude and 2·αw apart in phase, in a sense that tells whose teeth they are.
+    e·sin(θ + p − αw), or of the loose gear by −e·sin(θ + p − αw) and −e·sin(θ + p + αw): equal in
+    amplitude and 2·αw apart in phase, with a sign that identifies the gear.
 
     Source: geometry, as the effect ``eccentricity``.
     """
@@ -91,7 +91,7 @@ class Rolled(NamedTuple):
 
     @property
     def level(self) -> float:
-        """Chance below which an order of a flank is taken for real."""
+        """p-value below which an order of a flank is significant."""
         return LEVEL / (2 * len(self.lines.all))
 
     def half_count(self, line: Line) -> float:
@@ -127,9 +127,9 @@ def _smoothed(contact: Contact, chosen: list[Line], ratio: float, radius: float)
 
 
 def _sides(seen: list[Contact], lines: Lines, chosen: list[Line], ratio: float) -> tuple[Lines, list[Line]]:
-    """Give orders that either gear may have to the loose one where that leaves clearly less over.
+    """Assign orders that either gear may have to the loose one where that gives a significantly smaller residual.
 
-    The angles of both gears differ by the displacement itself, which tells large orders apart, but not small ones: on
+    The angles of both gears differ by the displacement itself, which separates large orders, but not small ones: on
     one flank by its own waves, from flank to flank by the backlash. What on the loose gear moves both flanks equally
     would be a variation of the backlash on the drive.
     """
@@ -165,7 +165,7 @@ def _parted(solved: list[Solved], place: int, count: int) -> float:
 
 
 def _gain(contact: Contact, old: Solved, new: Solved, floor: float) -> float:
-    """Return how much chi-square a fit has less than another, by the noise at an order."""
+    """Return the Δχ² between two fits, by the noise at an order."""
     weight = contact.weight * (old.kept & new.kept)
     left = float((weight * (old.rest**2 - new.rest**2)).sum())
     return left / max(0.5 * float(weight.sum()) * floor**2, 1e-300)
@@ -176,8 +176,8 @@ def amplitude_and_phase(
 ) -> tuple[Parameter, Parameter]:
     """Return amplitude and phase of an order with 95 % intervals.
 
-    Noise makes amplitudes too large on average; that is taken off. The phase counts from the zero of the record's
-    angle, which counts of the encoder leave open by half of one.
+    Noise makes amplitudes too large on average; that is subtracted. The phase counts from the zero of the record's
+    angle, which is uncertain by half a count of the encoder.
 
     >>> size, phase = amplitude_and_phase(3e-6 + 4e-6j, 1e-16 * np.eye(2), 0.0, 1e9)
     >>> [round(1e6 * end, 3) for end in (size.low, size.value, size.high)], round(phase.high - phase.value, 5)
@@ -228,7 +228,7 @@ def counted(fitted: Fit) -> np.ndarray:
 
 
 def cycle(teeth: tuple[int, int]) -> int:
-    """Return the turns of the drive after which the same teeth meet again.
+    """Return the revolutions of the drive after which the same teeth meet again.
 
     >>> cycle((19, 37)), cycle((90, 90))
     (37, 1)
@@ -263,7 +263,7 @@ def _fitted(rolled: Rolled) -> tuple[Line, ...]:
 
 
 def warnings(rolled: Rolled) -> list[str]:
-    """Return what is to be known before relying on the orders."""
+    """Return the warnings about the orders."""
     contacts, told = rolled.contacts, [*rolled.notes]
     turns = min((contact.turns for contact in contacts.flanks if contact is not None), default=0.0)
     if contacts.unused:

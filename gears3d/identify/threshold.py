@@ -119,7 +119,7 @@ class Flown(NamedTuple):
         return low[:, None] & ~over & (self.phase > PRESSED[0]) & np.isfinite(self.place)
 
     def rest(self, value: float, use: np.ndarray) -> np.ndarray:
-        """Return what the law leaves over, each period about its own mean [m], NaN where nothing counts, (k, BINS)."""
+        """Return the residual of the law, each period about its own mean [m], NaN where nothing counts, (k, BINS)."""
         rest = np.where(use, self.place - self.heights(value), np.nan)
         count = np.maximum(use.sum(axis=1), 1)
         return rest - (np.nansum(rest, axis=1) / count)[:, None]
@@ -181,7 +181,7 @@ class Flights(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """What one direction of a sweep tells."""
+    """Result of one direction of a sweep."""
 
     # amplitude of the drive's acceleration at which contact is lost [rad/s²]; ``None``: not in this sweep
     value: float | None
@@ -237,7 +237,7 @@ def _step(opening: np.ndarray) -> int | None:
 
 
 def _first_run(lively: np.ndarray, otherwise: int) -> int:
-    """Return the first place from which on three of four periods are lively."""
+    """Return the first period from which three of four contain flights."""
     runs = np.convolve(lively.astype(float), np.ones(4))[3:]
     where = np.flatnonzero(lively[: len(runs)] & (runs >= 3.0))
     return int(where[0]) if where.size else otherwise
@@ -327,12 +327,12 @@ class Laid(NamedTuple):
 def recounted(
     found: dict[str, Onset], laid: list[Laid], ways: list[np.ndarray], teeth: tuple[int, int], backlash: float
 ) -> dict[str, Onset]:
-    """Return thresholds by flights with intervals that know what counting does, by reading the same motion again.
+    """Return thresholds by flights with intervals that include counting errors, from simulated readings.
 
-    Counting errors keep step with the fluctuation for many periods, so no scatter of the periods shows them; but they
-    follow from the motion and from where within a count each encoder began. What else there is (noise, waves that were
-    not taken off) differs from period to period and shows there; few periods tell that badly, so it is added only
-    where flights fit worse than counting explains.
+    Counting errors are commensurate with the fluctuation for many periods, so the scatter of the periods does not show
+    them; but they follow from the motion and the initial position of each encoder within a count. Other errors (noise,
+    waves that were not removed) differ from period to period and show in the scatter; as few periods estimate it
+    poorly, it is added only where flights fit worse than counting errors explain.
     """
     flights = {name: one.flights for name, one in found.items() if one.flights is not None}
     if not flights or all(count is None for one in laid for count in one.quanta):
@@ -355,7 +355,7 @@ def recounted(
 
 
 def _shifted(flown: Flown, value: float, backlash: float) -> tuple[float, float]:
-    """Return how far periods say that a threshold is off [rad/s²], and what they leave over, mean squared [m²]."""
+    """Return the deviation of a threshold by period [rad/s²], and the mean square residual [m²]."""
     use = flown.usable(value, backlash)
     slope, rest = flown.slope(value, use), flown.rest(value, use)
     info = np.nansum(slope**2, axis=1)
@@ -449,10 +449,10 @@ class Sweep(NamedTuple):
 def identify_threshold(sweeps: Sequence[Sweep]) -> Identified:
     """Identify the excitation at which contact is lost, rising and falling, and the drag that it stands for.
 
-    Above the threshold the first flight of each period has a known shape; its height over the excitation tells the
+    Above the threshold the first flight of each period has a known shape; its height over the excitation determines the
     threshold far better than the moment at which a flight can be seen. Where flights are not those of rigid teeth that
-    lie on the flank before (bounces that outlast a period, flanks that separate the gears), the last quiet and the
-    first lively period bracket it.
+    lie on the flank before (bounces that outlast a period, flanks that separate the gears), the last period without and
+    the first with flights bracket it.
 
     Args:
         sweeps: records with a fluctuation amplitude that grows, falls, or both; or one amplitude each, in the order of
@@ -492,7 +492,7 @@ def _onsets(laid: list[Laid], ways: list[np.ndarray], sweeps: Sequence[Sweep]) -
 
 
 def _laid(sweep: Sweep) -> Laid:
-    """Return a record by periods, its flanks' waves taken off."""
+    """Return a record by periods, without its flanks' waves."""
     rig, file = sweep.rig.rig(), sweep.file
     if not sweep.rig.motion.harmonics:
         remedy = "give the fluctuation's frequency in motion.harmonics of the rig or of the record's [condition]"

@@ -62,7 +62,7 @@ def identify_transmission_error(records: Sequence[Admitted]) -> Identified:
 
 
 def transmission_error(rolled: Rolled) -> Identified:
-    """Return the transmission error of flanks that were rolled on.
+    """Return the transmission error of flanks in rolling contact.
 
     Args:
         rolled: both flanks.
@@ -233,7 +233,7 @@ def _width_of_turns(rolled: Rolled) -> tuple[float, float, float, float]:
 
 
 def _width_of_rattle(rolled: Rolled) -> tuple[float, float, float, float]:
-    """Return the same from records that rattle: each has its own, and an interval holds what they disagree by."""
+    """Return the same from records that rattle: each has its own, and the interval includes their scatter."""
     from scipy.stats import t as student
 
     from gears3d.measured.segmentation.touching import place_slack

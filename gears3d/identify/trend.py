@@ -1,4 +1,4 @@
-"""Drag over temperature: whether it changes at all, how fast, and with which power of the oil's viscosity."""
+"""Drag over temperature: significance, rate, and exponent of the oil's viscosity."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Oil(NamedTuple):
 
 
 def trends(best: Fit, temperatures: Mapping[str, float | None], oil: Oil | None) -> dict[str, Any]:
-    """Return for every number that was found at several temperatures how it changes.
+    """Return the temperature trend of every number identified at several temperatures.
 
-    ``temperatures``: by the name that parts bear behind the ``@`` [°C]. Returns by ``part.name``:
+    ``temperatures``: by the suffix of part names after ``@`` [°C]. Returns by ``part.name``:
     ``temperature_degC``, ``value`` and ``sigma`` at each; ``change_1_K``, slope of the number's logarithm, with
     ``value`` and ``ci95``; ``p_constant``, the chance of such values if nothing changed; ``p_exponential``, if the
     change is exponential; with an oil, ``viscosity_exponent`` and ``p_viscosity``.

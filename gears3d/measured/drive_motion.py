@@ -200,7 +200,7 @@ def _of(time: Array, angle: Array, frequencies: Sequence[float], count: float = 
 def _beats(reading: Reading) -> float:
     """Return the count of an encoder as far as its lines are left by noise, which dithers them [rad].
 
-    Counts that keep step with samples may pass for noise, but not in every second, third and fifth reading as well.
+    A count rate commensurate with the sampling rate may imitate noise, but not in every 2nd, 3rd and 5th reading, too.
     Source: Widrow and Kollar 2008, Quantization Noise: noise of variance v lets the line of counts q fall by
     exp(-2·pi²·v/q²).
     """

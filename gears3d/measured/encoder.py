@@ -1,4 +1,4 @@
-"""What one encoder knows of its gear: the moments at which its counter changed, or its samples."""
+"""Information of one encoder about its gear: the moments at which its counter changed, or its samples."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TRIES = 200_000
 
 
 class Reading(NamedTuple):
-    """What one encoder knows of its gear.
+    """Reading of one encoder.
 
     Args:
         time: of each reading [s], (n,).
@@ -50,7 +50,7 @@ class Reading(NamedTuple):
 
 
 def read_encoder(time: np.ndarray, angle: np.ndarray) -> Reading:
-    """Return what an encoder's record knows: edges where a count lasts longer than a sample, else samples.
+    """Return the reading of an encoder: edges where a count lasts longer than a sample, else samples.
 
     A counter rounds down: samples are moved up by half a count. Where edges leave no order, the samples are taken.
 

@@ -313,7 +313,7 @@ def held_readings(time: np.ndarray, angle: np.ndarray) -> Held:
 
 
 def _pieces(time: np.ndarray, angle: np.ndarray, edges: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return stretches that stand for the record, the whole of a short one in ``PARTS``."""
+    """Return representative stretches of the record, the whole of a short one in ``PARTS``."""
     count = len(time)
     if count <= STRETCHES * STRETCH:
         cuts = np.linspace(0, count, PARTS + 1).astype(int)
@@ -362,7 +362,7 @@ def _highpassed(values: np.ndarray) -> np.ndarray:
 
 
 def _residual(time: np.ndarray, angle: np.ndarray, edges: bool) -> np.ndarray:
-    """Return what a moving cubic leaves of the angle [rad]; of edges, which are exact in angle, by their moments."""
+    """Return the residual of the angle about a moving cubic [rad]; of edges, exact in angle, from their moments."""
     if not edges:
         return _highpassed(angle)
     reach = SMOOTHED // 2
@@ -403,8 +403,8 @@ def _slow(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return white noise [rad], flicker [rad] and random walk [rad/√s], 0 where not significant, and their deviations.
 
-    All three make what a moving cubic leaves (``near``: its standard deviation and that of it) and the variances of
-    longer means.
+    All three contribute to the residual of a moving cubic (``near``: its standard deviation and that of it) and to the
+    variances of longer means.
     """
     from scipy.optimize import nnls
 

@@ -1,4 +1,4 @@
-"""The sensor gate: what is wrong with the encoders and the file, before anything is said of the gears."""
+"""The sensor gate: faults of the encoders and the file, before any statement about the gears."""
 
 from gears3d.measured.checks.admission import Admission as Admission
 from gears3d.measured.checks.admission import Admitted as Admitted

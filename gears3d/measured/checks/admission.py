@@ -1,4 +1,4 @@
-"""The way in for measured records: read, examined, corrected where asked, joined with the rig of their condition."""
+"""Admission of measured records: read, examined, corrected on request, joined with the rig of their condition."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ SHORT = 3.0
 
 
 class Admission(NamedTuple):
-    """What became of the files that were given.
+    """Result of the admission of several files.
 
     Args:
         admitted: records that may be used, in the order given.

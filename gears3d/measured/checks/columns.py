@@ -1,4 +1,4 @@
-"""Is everything there, once: columns, rows, numbers, what decoders noted, records given twice."""
+"""Completeness: columns, rows, numbers, notes of decoders, records given twice."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def examine(view: View) -> list[Finding]:
 
 
 def correct(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Leave rows without a reading out: NaN, infinity, or a zero far from the readings around it."""
+    """Exclude rows without a reading: NaN, infinity, or a zero far from the readings around it."""
     good = np.ones(len(columns["time_s"]), bool)
     for finding in findings:
         values = columns[finding.channel]
@@ -73,7 +73,7 @@ def _shapes(view: View) -> list[Finding]:
 
 
 def empty(view: View) -> list[Finding]:
-    """Find too few rows to tell anything."""
+    """Find records with too few rows."""
     rows = len(view.time)
     if rows >= 3:
         return []
@@ -113,7 +113,7 @@ def _dropped(name: str, rows: np.ndarray, told: str, fatal: bool = False) -> Fin
 
 
 def _few(rows: np.ndarray, total: int) -> bool:
-    """Return whether rows are few and single, so that what is lost with them can be neglected."""
+    """Return whether rows are few and single, so that their loss can be neglected."""
     if len(rows) > FEW or len(rows) > SHARE * total:
         return False
     return not bool(np.any(rows[LONGEST:] - rows[:-LONGEST] == LONGEST))

@@ -1,4 +1,4 @@
-"""What contact shows of the encoders: a delay between them, drift, waves of an encoder with its revolutions."""
+"""Encoder faults that contact shows: a delay between encoders, drift, errors once per revolution of an encoder."""
 
 from __future__ import annotations
 

@@ -81,7 +81,7 @@ def _counts(view: View, name: str) -> list[Finding]:
 
 
 def _unseen(view: View, name: str, declared: float) -> list[Finding]:
-    """Find angles that keep to no counts although counts are declared and large enough to show."""
+    """Find angles that are not multiples of a count although counts are declared and large enough to show."""
     step = 2 * np.pi / declared
     rounding = 1e-13 * float(np.abs(view.angles[name]).max(initial=0.0))
     moving = np.abs(view.some_changes(name)) > 10.0 * rounding
@@ -119,7 +119,7 @@ BITS = range(8, 49)
 
 
 def examine_wraps(view: View) -> list[Finding]:
-    """Find angles that fall back by a turn, or by a power of two of their counts."""
+    """Find angles that wrap at a revolution, or at a power of two of their counts."""
     found = []
     for name in view.angles:
         usual = float(np.quantile(np.abs(view.some_changes(name)), 0.99))
@@ -139,7 +139,7 @@ def examine_wraps(view: View) -> list[Finding]:
 
 
 def correct_wraps(columns: dict[str, np.ndarray], findings: list[Finding]) -> dict[str, np.ndarray]:
-    """Add the turns up."""
+    """Unwrap the angles."""
     corrected = dict(columns)
     for finding in findings:
         angle = columns[finding.channel]

@@ -1,4 +1,4 @@
-"""All checks in order, and all corrections that are asked for."""
+"""All checks in order, and all requested corrections."""
 
 from __future__ import annotations
 

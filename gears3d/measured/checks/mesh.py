@@ -43,7 +43,7 @@ FACTORS = {
 
 
 class Ratio(NamedTuple):
-    """How far the loose gear goes for the drive's way along the line of action.
+    """Ratio of the travels of loose gear and drive along the line of action.
 
     Args:
         value: 1 when it is what the teeth say.
@@ -95,7 +95,7 @@ def recounted(declared: Declared, findings: list[Finding]) -> Declared:
 
 
 def ratio_of(view: View) -> Ratio | None:
-    """Return the ratio, ``None`` when the drive does not go far enough to tell one."""
+    """Return the ratio, ``None`` when the drive does not turn far enough to determine it."""
     declared = view.declared
     if not declared.meshed or declared.radii is None or declared.backlash is None or len(view.angles) < 2:
         return None
@@ -116,7 +116,7 @@ def ratio_of(view: View) -> Ratio | None:
 
 
 def speed_of(view: View) -> float | None:
-    """Return the drive's mean speed over the declared one, ``None`` when that is not declared or tells nothing."""
+    """Return the drive's mean speed over the declared one, ``None`` when that is not declared or not conclusive."""
     mean = view.declared.mean_speed
     if mean is None or abs(mean) <= 0.2 * view.declared.fluctuation or mean == 0.0:
         return None
@@ -188,7 +188,7 @@ def _both(view: View) -> list[Finding]:
 
 
 def _wrong(view: View, ratio: Ratio) -> Finding:
-    """Return the finding of a ratio that no known mistake makes, with what is wrong where the record decides that."""
+    """Return the finding of a ratio that no known mistake explains, and the fault where the record decides."""
     off = abs(ratio.value) - 1.0
     way = float(np.ptp(view.angles[MESH[0]])) * (view.declared.radii or (0.0, 0.0))[0]
     told = (

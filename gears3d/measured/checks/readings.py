@@ -1,4 +1,4 @@
-"""Readings that do not follow the gear: held, frozen or repeated ones, and jumps that no gear makes."""
+"""Readings that do not follow the gear: held, frozen or repeated ones, and jumps that are not motion of a gear."""
 
 from __future__ import annotations
 

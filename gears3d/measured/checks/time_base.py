@@ -1,4 +1,4 @@
-"""Is the time base right: rows in order, even steps, seconds."""
+"""Time base: order of rows, even steps, unit of seconds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A record under examination, what is found in it, and what several checks need of it."""
+"""A record under examination, its findings, and quantities that several checks need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from gears3d.signals.orders import harmonics, phasors_of
 
 @dataclass(frozen=True)
 class Finding:
-    """What the gate found in a record.
+    """A finding of the gate in a record.
 
     Args:
         kind: one word with hyphens, the one to name where it is to be corrected: ``"skew"``, ``"time-not-rising"``.

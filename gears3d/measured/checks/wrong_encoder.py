@@ -1,4 +1,4 @@
-"""Which encoder has a wrong count per revolution, where both angles do not turn as the teeth say.
+"""Which encoder has a wrong count per revolution, where the ratio of both angles is not that of the teeth.
 
 The ratio of both angles shows by which factor one count deviates, not which one. Run-out of a gear and eccentricity of
 an encoder repeat once per true revolution of their shaft: at order 1 of an angle that is right, at another order of one
@@ -48,7 +48,7 @@ CALLED = {MESH[0]: "the drive encoder is", MESH[1]: "the loose encoder is", "tee
 
 
 class Verdict(NamedTuple):
-    """What is wrong where both angles do not turn as the teeth say.
+    """What is wrong where the ratio of both angles is not that of the teeth.
 
     Args:
         possible: causes that the record does not exclude: columns, or ``"teeth"``.
@@ -123,7 +123,7 @@ def scale_of(verdict: Verdict, name: str) -> tuple[float, float]:
 
 
 def reason(verdict: Verdict) -> str:
-    """Return as text why a cause is named, or what would decide."""
+    """Return the reason for a cause as text, or the data that would decide."""
     seen = f"{verdict.revolutions:.3g} revolutions"
     if not verdict.cause:
         enough = 1.0 / abs(verdict.factor - 1.0)
@@ -262,7 +262,7 @@ def _hidden(view: View, micro: _Series, edges: np.ndarray, orders: dict[str, tup
 def _explained(
     series: _Series, orders: dict[str, tuple[float, float]], hidden: float | None
 ) -> tuple[float, dict[str, float]]:
-    """Return the noise of a line and the sum of squares that each hypothesis leaves."""
+    """Return the noise of a line and the residual sum of squares of each hypothesis."""
     lasting = float(series.time[-1] - series.time[0])
     row = 2.0 * (series.time - series.time[0]) / lasting - 1.0
     angles = (series.drive, series.loose)
@@ -316,7 +316,7 @@ def _wave(phase: np.ndarray) -> list[np.ndarray]:
 
 
 def _without(table: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return what a linear fit leaves of values, (n,) or (n, k); columns that are nearly the same count once."""
+    """Return the residual of a linear fit of values, (n,) or (n, k); columns that are nearly the same count once."""
     gram = table.T @ table
     return values - table @ (np.linalg.pinv(gram, rcond=1e-9, hermitian=True) @ (table.T @ values))
 

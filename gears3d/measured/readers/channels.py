@@ -1,4 +1,4 @@
-"""What a file holds before anyone trusts it: channels with the contract's names in SI units."""
+"""Unchecked content of a file: channels with the contract's names in SI units."""
 
 from __future__ import annotations
 

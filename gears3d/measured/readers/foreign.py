@@ -1,4 +1,4 @@
-"""The libraries that know the formats: found or named with the line that installs them, their errors made ours."""
+"""Optional libraries of the formats: imported or reported with the install command, their errors converted."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def _ratio(value: Any) -> Any:
         try:
             return float(match[1]) / float(match[2])
         except (ValueError, ZeroDivisionError) as error:
-            raise ValueError(f"{value!r} is no ratio") from error
+            raise ValueError(f"{value!r} is not a ratio") from error
     if isinstance(value, bool):
         raise ValueError("is no number")
     return value

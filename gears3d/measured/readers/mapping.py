@@ -147,7 +147,7 @@ class Mapper:
             raise InputError(Fault("", f"signals differ in length: {told} samples", remedy, self.source.file))
 
     def _take(self, name: str) -> np.ndarray:
-        """Return a signal to do with as one likes: itself at its last use, else a copy."""
+        """Return a signal that may be overwritten: itself at its last use, else a copy."""
         self._uses[name] -= 1
         return self._loaded[name].copy() if self._uses[name] > 0 else self._loaded.pop(name)
 

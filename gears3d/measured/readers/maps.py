@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def files_of(paths: Sequence[str | Path], map_file: str | Path | None = None) -> list[tuple[Path, Path | None]]:
-    """Return the measured files that are meant, each with its map.
+    """Return the measured files that the arguments name, each with its map.
 
     Args:
         paths: measured files, and maps that name files.
@@ -47,7 +47,7 @@ def files_of(paths: Sequence[str | Path], map_file: str | Path | None = None) ->
 def named_files(map_file: Path) -> list[Path]:
     """Return the files that a map names, relative to the map.
 
-    Raises InputError when it cannot be used, or names none.
+    Raises InputError when it is not valid, or names no file.
     """
     files = [map_file.parent / str(each["file"]) for each in _records(map_file) if each.get("file")]
     if not files:
@@ -59,8 +59,8 @@ def named_files(map_file: Path) -> list[Path]:
 def load_map(map_file: Path, path: Path) -> RecordMap:
     """Return the map of one measured file.
 
-    ``map_file``: ``record.toml``; keys of the ``[[record]]`` that names the file go over the common ones. InputError
-    when the map cannot be used, or has records of other files only; carries every fault.
+    ``map_file``: ``record.toml``; keys of the ``[[record]]`` that names the file override the common ones. Raises
+    InputError with every fault when the map is not valid, or has records of other files only.
     """
     records = _records(map_file)
     own = [each for each in records if "file" not in each or _same(map_file.parent / str(each["file"]), path)]

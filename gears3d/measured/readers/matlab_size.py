@@ -1,4 +1,4 @@
-"""How much memory a MATLAB file of version 5 to 7.2 takes once it is loaded, told without loading it."""
+"""How much memory a MATLAB file of version 5 to 7.2 takes once it is loaded, without loading it."""
 
 from __future__ import annotations
 

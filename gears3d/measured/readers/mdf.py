@@ -154,7 +154,7 @@ def _bounded() -> Iterator[_Room]:
 
 
 def _hush() -> None:
-    """Let files that could not be opened go in silence; asammdf closes what it never made, and says so on stderr."""
+    """Suppress the message of asammdf on stderr when it closes a file that it could not open."""
     from asammdf.blocks import mdf_v3, mdf_v4
 
     def go(self: Any) -> None:

@@ -70,8 +70,8 @@ def readers() -> dict[str, tuple[Reader, str]]:
 def open_plugged(path: Path, head: bytes) -> Source | None:
     """Open a file by the reader of another package.
 
-    Returns ``None`` when no reader recognises it. Raises InputError when the reader that recognises it
-    fails; names its package.
+    Returns ``None`` when no reader recognises it. Raises InputError, which names the package, when that
+    reader fails.
     """
     for name, (reader, package) in list(readers().items()):
         try:

@@ -59,7 +59,7 @@ class Signal:
 
     @property
     def told_unit(self) -> str:
-        """The unit that the file tells, or that stands in brackets behind the name.
+        """The unit that the file states, or that follows the name in brackets.
 
         >>> Signal("n1 [1/min]").told_unit, Signal("t", "ms").told_unit
         ('1/min', 'ms')

@@ -52,7 +52,7 @@ class Stated(NamedTuple):
 
 
 def stated(tree: Tree) -> dict[str, Stated]:
-    """Return what is stated of the arrays of a tree, by path with slashes.
+    """Return the stated metadata of the arrays of a tree, by path with slashes.
 
     >>> signal = {"x_values": {"start_value": 0.0, "increment": 1e-3}, "y_values": {"values": np.zeros(9)}}
     >>> stated({"Signal": signal})["Signal/y_values/values"].clock

@@ -1,4 +1,4 @@
-"""Measured records: displacement and its noise, flanks, flights and contacts, each known as well as it says."""
+"""Measured records: displacement and its noise, flanks, flights and contacts, each with its uncertainty."""
 
 from gears3d.measured.encoder import Reading as Reading
 from gears3d.measured.encoder import read_encoder as read_encoder

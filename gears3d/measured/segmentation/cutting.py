@@ -1,4 +1,4 @@
-"""A record cut along known flanks: runs in the dead band, the flights among them, where these touch."""
+"""A record segmented with known flanks: runs in the dead band, flights among them, and their touches."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ WRONG = 5.0
 
 
 class Cut(NamedTuple):
-    """A record cut along flanks, with what the cut rests on.
+    """A record segmented with given flanks, and the inputs of the segmentation.
 
     Args:
         segments: the record.
@@ -172,10 +172,10 @@ def _only(
 def _met_once_more(
     known: Track, path: Blocks, every: Runs, paths: Parabolas, where: Shafts, start: Touches, end: Touches
 ) -> tuple[Touches, Touches]:
-    """Return where flights begin and end; those that met no flank are looked at again.
+    """Return where flights begin and end; those without a flank at an end are re-examined.
 
     A path that rises slowly from its flank passes what counts as flying several times in its noise. The short runs that
-    this makes stood between the flight and its touch, as long as they passed for flights themselves.
+    this makes stood between the flight and its touch, as long as they counted as flights themselves.
     """
     missed = np.flatnonzero(~(start.met & end.met))
     if not len(missed):

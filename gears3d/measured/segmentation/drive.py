@@ -1,4 +1,4 @@
-"""The drive's motion as a smooth curve: it is imposed, so it bends slowly, and its counts must not pass for speeds."""
+"""The drive's motion as a smooth curve: it is imposed, so it changes slowly, and its counts must not imitate speeds."""
 
 from __future__ import annotations
 
@@ -121,11 +121,11 @@ class Steady(NamedTuple):
 
 
 def steady(reading: Reading, motion: DriveMotion | None = None) -> Steady:
-    """Return the motion through an encoder's readings, as stiff as the readings allow.
+    """Return the smooth motion through an encoder's readings, with the stiffness that the readings determine.
 
     The harmonics of its fluctuation are fitted to the whole record first: a spline stiff enough to average noise out
-    would miss a fast one. Splines with ever fewer knots are drawn through the rest. Counting errors keep step with the
-    motion for a while and are no white noise, so no chi-square indicates how stiff the curve may be; but from one
+    would miss a fast one. Splines with ever fewer knots are drawn through the rest. Counting errors are commensurate
+    with the motion for a while and not white, so chi-square does not determine the stiffness of the curve; but from one
     spline to the next the speed differs by noise, less the fewer knots, until the motion itself is missed. The pair
     that differs least gives the curve, and its difference the uncertainty.
 

@@ -1,4 +1,4 @@
-"""What a segmentation explains of its record, and the tests that it must pass before anything of it is reported."""
+"""Explained part of a record, and the tests that a segmentation must pass before its results are reported."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def unexplained(cut: Segments) -> np.ndarray:
 
 
 def explain(cut: Segments) -> Explanation:
-    """Return what a cut explains, and which tests it fails.
+    """Return what a segmentation explains, and which tests it fails.
 
     Args:
         cut: the record.
@@ -115,7 +115,7 @@ def _extent(cut: Segments) -> float:
 
 
 def _few(cut: Segments) -> str:
-    """Return why too little of what is off the flanks is flight."""
+    """Return the reason why too little of the motion off the flanks is flight."""
     if cut.flanks.gap is not None and cut.lowest > cut.flanks.gap[0]:
         return "stretches as high as the dead band are no flights"
     state = cut.states(cut.path.time)
@@ -129,7 +129,7 @@ def _few(cut: Segments) -> str:
 
 
 def _decelerations(cut: Segments) -> str:
-    """Return how the decelerations of flights contradict each other: drag is much the same in all."""
+    """Return the contradiction between the decelerations of flights: drag is similar in all."""
     flights = cut.flights
     sane = flights["testifies"] == 1
     way = np.sign(flights["omega_loose_rad_s"])[sane]

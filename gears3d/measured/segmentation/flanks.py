@@ -52,7 +52,7 @@ class Flanks(NamedTuple):
         return low, low + np.maximum(width, NARROWEST * self.gap[0])
 
     def lifted(self, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
-        """Return by how much shapes besides orders move a flank [m], (n,).
+        """Return the displacement of a flank by shapes other than orders [m], (n,).
 
         Args:
             drive: [rad], (n,).
@@ -64,7 +64,7 @@ class Flanks(NamedTuple):
         return low + width * (np.asarray(flank) == 1)
 
     def sigma(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
-        """Return how well the place of a flank is known [m], (n,).
+        """Return the standard deviation of a flank's position [m], (n,).
 
         Args:
             time: [s], (n,).
@@ -75,7 +75,7 @@ class Flanks(NamedTuple):
         return self._slack(self.terms.columns(time, drive, loose), flank)
 
     def rate_sigma(self, times: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
-        """Return how well the speed of a flank is known [m/s], (n,): orders that nothing touches have a speed, too.
+        """Return the standard deviation of a flank's speed [m/s], (n,), orders without contact included.
 
         Args:
             times: shortly before and shortly after [s], (2, n).
@@ -155,7 +155,7 @@ def through(
 
 
 def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, terms: Terms) -> np.ndarray:
-    """Return expected sizes, shrunk to what the places ask for: angles without any contact are not extrapolated wildly.
+    """Return expected sizes, shrunk to the evidence of the places: it limits extrapolation to angles without contact.
 
     The size with the greatest evidence is taken, for some hundred places: neighbours are not
     independent of what the terms leave out.

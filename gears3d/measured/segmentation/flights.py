@@ -25,7 +25,7 @@ STRIDE, WINDOW = 4, 11
 
 
 class Shafts(NamedTuple):
-    """Both gears' angles as smooth functions of time, to say where a flank is at any moment.
+    """Both gears' angles as smooth functions of time, for the position of a flank at any moment.
 
     Args:
         drive: the motion of the drive, which is imposed and knows no impacts.
@@ -53,7 +53,7 @@ class Shafts(NamedTuple):
         return np.where(flank == 1, high.reshape(time.shape) - place, place - low.reshape(time.shape))
 
     def rate_sigma(self, time: np.ndarray, flank: np.ndarray, near: float) -> np.ndarray:
-        """Return how well the speed of a flank is known [m/s], (k,).
+        """Return the standard deviation of a flank's speed [m/s], (k,).
 
         ``time``: [s], (k,); ``flank``: 0 active, 1 reverse, (k,); ``near``: time over which a flank is straight [s].
         """
@@ -106,7 +106,7 @@ class Touches(NamedTuple):
     near: np.ndarray
 
     def moving(self, where: Shafts, flank: np.ndarray, near: float) -> Touches:
-        """Return the same, the speeds as uncertain as the flank's own speed makes them, too.
+        """Return the same touches, with the uncertainty of the flank's own speed in the speeds.
 
         The path of a flight shows whether it ends with an impact; the impact speed also depends on the flank's speed.
 

@@ -1,4 +1,4 @@
-"""A measured record as a recording with impacts, and what is to be said of its quality."""
+"""A measured record as a recording with impacts, and its quality."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def measure(
     motion: DriveMotion | None = None,
     stated_motion: bool = False,
 ) -> Measurement:
-    """Cut a measured record into flights and contacts and say how well everything is known.
+    """Segment a measured record into flights and contacts, with uncertainties.
 
     Args:
         record: time and both angles, zeros of the angles may be anywhere; or the file of one, which has to pass the
@@ -108,7 +108,7 @@ def segments_of(
     progress: Callable[[float], None] | None = None,
     shapes: tuple[Shape, ...] = (),
 ) -> Segments:
-    """Cut the path of a measured record, for those who need neither a recording nor a summary of it.
+    """Segment the path of a measured record, without a recording or a summary of it.
 
     Args:
         known: of :func:`path_of`.
@@ -137,7 +137,7 @@ def _teeth(rig: Scenario | None) -> tuple[int, int] | None:
 
 
 def path_of(record: Recording, rig: Scenario | None = None, file: str = "") -> Track:
-    """Return displacement and angles of a measured record, uncut.
+    """Return displacement and angles of a measured record, without segmentation.
 
     Args:
         record: as for :func:`measure`.
@@ -164,7 +164,7 @@ def _refuse_parted(angles: tuple[Any, Any], radii: tuple[float, float], file: st
 
 
 def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
-    """Refuse to call a record one of contact that moves, or whose noise hides, what may be a crossing of the gap."""
+    """Refuse a verdict of contact only where motion or noise may hide a crossing of the gap."""
     seen = clearance(cut.path, cut.flanks)
     if cut.flanks.rough > max(MOVES * backlash, 3.0 * cut.path.noise):
         what = f"moves by {1e6 * cut.flanks.rough:.3g} um about a flank of low orders, but shows no impact"
@@ -178,7 +178,7 @@ def _refuse_blind(cut: Segments, backlash: float, file: str) -> None:
 
 
 def _about(record: Recording, rig: Scenario | None, file: str) -> dict[str, Any]:
-    """Return what is known of the rig, as ``meta`` of a recording has it."""
+    """Return the known data of the rig, in the form of ``meta`` of a recording."""
     keys = ("base_radius_drive_m", "base_radius_loose_m", "inertia_kg_m2", "title")
     about = {key: record.meta[key] for key in keys if key in record.meta}
     if rig is not None:
@@ -248,7 +248,7 @@ def _recording(record: Recording, cut: Segments, about: dict[str, Any], teeth: t
 
 
 def _withheld(record: Recording, known: Track, about: dict[str, Any], error: NotExplained) -> Measurement:
-    """Return what is to be said of a record that flights and contact do not explain: what it shows, and no more."""
+    """Return the summary of a record that flights and contact do not explain: directly visible quantities only."""
     cut = unsegmented(known)
     bare = _recording(record, cut, about, None)
     reason = error.faults[0].message
@@ -297,7 +297,7 @@ def _visible(path: Blocks, known: Track) -> dict[str, Any]:
 
 
 def _thinned(made: Recording) -> Recording:
-    """Return a record with some of its rows where it is long: to say how a motion repeats, these do."""
+    """Return a long record with some of its rows, which suffice to determine how a motion repeats."""
     if len(made.time) <= LONG:
         return made
     rows = slice(None, None, -(-len(made.time) // (LONG // 2)))
@@ -356,7 +356,7 @@ def _explained(cut: Segments) -> dict[str, Any]:
 
 
 def _warnings(cut: Segments) -> list[str]:
-    """Return what is to be said before anybody believes the cut."""
+    """Return the warnings about the segmentation."""
     told = []
     if (part := doubtful(cut)) > DOUBTFUL:
         what = "is neither flight nor contact as the flanks have it: look at the picture, or record with more counts"
@@ -366,9 +366,9 @@ def _warnings(cut: Segments) -> list[str]:
 
 
 def _behind(cut: Segments) -> list[str]:
-    """Return a warning where impacts last as long, and as differently, as a misplaced flank makes them seem to.
+    """Return a warning where durations of impacts and their spread are those that a misplaced flank imitates.
 
-    Yielding teeth give all impacts much the same duration: it changes with the fifth root of the speed (Hertz).
+    Compliant teeth give all impacts similar durations: it changes with the fifth root of the speed (Hertz).
     """
     lasts, speed = cut.impacts["duration_s"], np.abs(cut.impacts["velocity_m_s"])
     long = np.isfinite(lasts)

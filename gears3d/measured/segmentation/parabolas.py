@@ -1,4 +1,4 @@
-"""Flights one by one: the loose gear's angle under a drag that hardly changes, and what all flights have in common."""
+"""Flights one by one: the loose gear's angle under nearly constant drag, and the law common to all flights."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LEGENDRE = np.array([[1.0, 0.0, 1.0 / 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0 / 3.
 
 
 class Law(NamedTuple):
-    """What the decelerations of all flights have in common.
+    """Deceleration law common to all flights.
 
     Args:
         deceleration: of the loose gear at ``speed`` [rad/s²].
@@ -135,8 +135,8 @@ def bend(x: np.ndarray, change: np.ndarray | float) -> tuple[np.ndarray, np.ndar
 def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, law: Law | None = None) -> Parabolas:
     """Fit each flight by weighted least squares.
 
-    Each has a deceleration of its own; constant is what dry friction comes to. With ``slope`` it changes with the speed
-    within the flight, as under viscous drag.
+    Each has its own deceleration, constant as under dry friction. With ``slope`` it changes with the speed within the
+    flight, as under viscous drag.
 
     ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,); ``slope``: change of
     the deceleration with the loose gear's speed [1/s].
@@ -164,7 +164,7 @@ def fit(known: Track, first: np.ndarray, last: np.ndarray, slope: float = 0.0, l
 
 
 def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law: Law | None) -> Parabolas:
-    """Return flights as :func:`fit` has them with what is expected of their deceleration; their chi-square stays.
+    """Return flights of :func:`fit` with a prior of their deceleration; their chi-square is unchanged.
 
     ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,).
     """
@@ -177,7 +177,7 @@ def tied(known: Track, first: np.ndarray, last: np.ndarray, free: Parabolas, law
 
 
 def _extent(known: Track, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return through how much of the displacement each flight goes [m], (k,)."""
+    """Return the range of the displacement of each flight [m], (k,)."""
     if not len(first):
         return np.zeros(0)
     places = np.stack([known.part(rows)[2] for rows in (first, (first + last) // 2, last)])
@@ -204,9 +204,9 @@ def _shown_share(known: Track, lasts: np.ndarray, readings: np.ndarray, chi2: np
 
 
 def _rounding(known: Track, readings: np.ndarray, chi2: np.ndarray) -> float:
-    """Return by how much the variance of a counted reading is larger than was measured, as all flights show it.
+    """Return the ratio of the variance of a counted reading in all flights to the measured one.
 
-    Errors of rounding keep step with the motion: differences of neighbours show more or less of them than there are.
+    Rounding errors are correlated with the motion: differences of neighbours over- or underestimate them.
     """
     seen = np.isfinite(chi2) & (readings > LONG)
     if known.readings[1].kind != "counts" or np.count_nonzero(seen) < TOLD:
@@ -219,8 +219,8 @@ def _expected_scatter(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean of chi-square by degree of freedom, and the degrees of freedom that give its scatter, (k,).
 
-    What a fit leaves are the half-waves from 3 on in the flight; the power of each is that of white noise, 1/f noise
-    over k and random walk over k² (Satterthwaite 1946).
+    The residual of a fit consists of the half-waves from 3 on in the flight; the power of each is that of white noise,
+    1/f noise over k and random walk over k² (Satterthwaite 1946).
     """
     flicker, walk = _slow_parts(known, lasts, readings, share)
     count = np.maximum(readings - 3.0, 1.0)
@@ -289,7 +289,7 @@ def slope_within(
 def _third_powers(
     known: Track, first: np.ndarray, last: np.ndarray, slope: float, made: Parabolas
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much each flight asks for another slope, and the standard deviation of that [1/s], each (k,)."""
+    """Return the correction of the slope by each flight, and its standard deviation [1/s], each (k,)."""
     own, slack = np.full(len(first), np.nan), np.full(len(first), np.nan)
     numbers = made.numbers - np.array([known.lift, 0.0, 0.0])
     given = (known.time, known.shown, known.sigma_loose, first, last, slope, made.middle, made.half, numbers)
@@ -326,7 +326,7 @@ def common_law(flights: Parabolas) -> Law | None:
 
 
 def _between(speed: np.ndarray, slowing: np.ndarray) -> float:
-    """Return the slope of decelerations over speeds when it is sure, 0 when not [1/s]."""
+    """Return the slope of decelerations over speeds, 0 where it is not significant [1/s]."""
     if len(speed) < 12 or np.ptp(speed) == 0.0:
         return 0.0
     weight = np.ones(len(speed))

@@ -1,4 +1,4 @@
-"""Where the flanks are, from the path alone: through velocity jumps, then through all blocks at rest."""
+"""Position of the flanks, from the path alone: through velocity jumps, then through all blocks at rest."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def _told_apart(columns: np.ndarray, terms: Terms) -> np.ndarray:
 
 
 def _looked_at(count: int) -> np.ndarray:
-    """Return the blocks that are looked at: all, or of many blocks runs of neighbours spread evenly."""
+    """Return the examined blocks: all, or of many blocks runs of neighbours spread evenly."""
     if count <= LOOKED_AT:
         return np.arange(count)
     first = np.linspace(0, count - TOGETHER, LOOKED_AT // TOGETHER).astype(np.intp)
@@ -200,7 +200,7 @@ def _columns(path: Blocks, terms: Terms, at: np.ndarray) -> np.ndarray:
 
 
 def _padded(flanks: Flanks, more: int) -> Flanks:
-    """Return flanks with further columns, nothing in them yet."""
+    """Return flanks with further columns, all zero."""
     active = np.append(flanks.active, np.zeros(more))
     gap = None if flanks.gap is None else np.append(flanks.gap, np.zeros(more))
     return flanks._replace(active=active, gap=gap)
@@ -209,8 +209,8 @@ def _padded(flanks: Flanks, more: int) -> Flanks:
 def grown(path: Blocks, flanks: Flanks, near: np.ndarray, side: np.ndarray, goal: float = 0.0) -> list[tuple[str, int]]:
     """Return significant orders of the contact with both flanks.
 
-    ``near``: blocks in contact, (k,); ``side``: flank of each, (k,); ``goal``: what may be left, as a standard
-    deviation [m]: orders that cannot reach it are not examined.
+    ``near``: blocks in contact, (k,); ``side``: flank of each, (k,); ``goal``: standard deviation of the
+    residual [m]: orders that cannot reach it are not examined.
     """
     room = MOST_ORDERS - flanks.terms.grown
     touched = []
@@ -259,7 +259,7 @@ def _first_gap(place: np.ndarray, side: np.ndarray, path: Blocks) -> float:
 def one_flank(path: Blocks, teeth: tuple[int, int] | None = None, grow: bool = False, goal: float = 0.0) -> Flanks:
     """Return the active flank of a record that never leaves it.
 
-    ``goal``: how far the path may be off [m]: where no orders can come to that, none are gone through.
+    ``goal``: residual of the path [m]: where no orders can reach it, none are searched.
     """
     terms = make_terms(path, teeth)
     size = max(float(np.ptp(path.place)), path.noise)
@@ -323,13 +323,12 @@ def moved(path: Blocks, like: Flanks, found: Kinks) -> Flanks | None:
 def refined(
     path: Blocks, flanks: Flanks, still: tuple[np.ndarray, np.ndarray], touches: tuple[np.ndarray, ...]
 ) -> Flanks:
-    """Return the flanks through what is known to be contact and through the moments at which bounces touch.
+    """Return the flanks through known contact and through the moments at which bounces touch.
 
     Blocks that dwell include the rounded tips of bounces, which lie inside the dead band; these do not.
 
     ``still``: indices of blocks in contact, and their flanks, each (k,); ``touches``: time [s], angles of drive and
-    loose gear [rad], flank, displacement and its deviation [m], and whether it lasts for no time that is resolved, each
-    (i,).
+    loose gear [rad], flank, displacement and its deviation [m], and whether its duration is not resolved, each (i,).
     """
     near, side = still
     some = slice(None, None, max(len(near) // MOST, 1))
@@ -361,10 +360,10 @@ def refined(
 def _set_on(
     flanks: Flanks, columns: np.ndarray, side: np.ndarray, place: np.ndarray, sigma: np.ndarray, most: Sequence[float]
 ) -> Flanks:
-    """Return flanks moved to where bounces touch them, where contact is not calm and has them elsewhere.
+    """Return flanks moved to the touches of bounces, where contact scatters and disagrees with these.
 
-    Bounces that are too low to be seen lie in contact, all on its inner side; the crossings of flights know no flank.
-    Where contact is calm it is right: yielding teeth are where they are loaded, and flights cross beyond.
+    Bounces that are too low to be seen count as contact, all on its inner side; crossings of flights are independent of
+    flanks. Where contact does not scatter it is right: loaded compliant teeth deflect, and flights cross beyond.
     """
     moved, slack = [0.0, 0.0], [0.0, 0.0]
     for flank in (0, 1) if flanks.gap is not None else (0,):
@@ -391,12 +390,12 @@ def _set_on(
 
 
 def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.ndarray:
-    """Return Tukey's weights of places by how far they are off their flank, against what is usual where bounces touch.
+    """Return Tukey's weights of places by their distance from the flank, in the usual distance of touches.
 
     What lies between two flights counts as contact, also where a flight was overlooked; a bounce touches its flank.
 
-    ``off``: distances from the flanks [m], (n,); ``side``: flank of each, (n,); ``rough``: what contact scatters at
-    least [m].
+    ``off``: distances from the flanks [m], (n,); ``side``: flank of each, (n,); ``rough``: least scatter
+    of contact [m].
     """
     usual = np.full(len(off), np.inf)
     for flank in (0, 1):
@@ -411,7 +410,7 @@ def dwelling(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the blocks that rest near a flank: index, flank, and distance from it [m], each (k,).
 
-    ``looked``: blocks that are looked at, runs of neighbours, (l,); ``columns``: of the flanks' terms at these, (l, p);
+    ``looked``: examined blocks, runs of neighbours, (l,); ``columns``: of the flanks' terms at these, (l, p);
     ``scale``: standard deviation of blocks about their flank [m]; ``gap``: width of the dead band by the velocity jumps
     [m].
     """

@@ -1,4 +1,4 @@
-"""A record cut into flights and contacts: flanks are tried until flights pass their own test of noise."""
+"""A record segmented into flights and contacts: flanks are tried until flights pass the χ² test."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def segment(
     progress: Callable[[float], None] | None = None,
     shapes: tuple[Shape, ...] = (),
 ) -> Segments:
-    """Cut a record into flights and contacts by the position in the gap.
+    """Segment a record into flights and contacts by the position in the gap.
 
     Args:
         known: displacement and angles.
@@ -119,9 +119,9 @@ def segment(
 
 
 def alike(known: Track, like: Flanks, file: str = "") -> Segments:
-    """Cut a record along the flanks that another record of the same gears has shown, wherever its zero is.
+    """Segment a record with the flanks of another record of the same gears, at any angular datum.
 
-    A gear that never rests tells little of where its flanks are; what it bounces off are the same flanks.
+    A gear without sustained contact determines its flanks poorly, but it bounces off the same flanks.
 
     Args:
         known: displacement and angles, with the same zeros of both.
@@ -141,7 +141,7 @@ def alike(known: Track, like: Flanks, file: str = "") -> Segments:
 
 
 def doubtful(cut: Segments) -> float:
-    """Return the part of a record that the cut does not explain.
+    """Return the part of a record that the segmentation does not explain.
 
     That is the time of flights that fail their test, and of contacts further from their flank than noise allows.
 
@@ -154,7 +154,7 @@ def doubtful(cut: Segments) -> float:
 def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tuple[Flanks, bool]:
     """Return the flank of a record of contact alone, and whether the path never leaves it.
 
-    A rattle in step with the revolution has orders, too, but none that round its impacts off.
+    Rattle synchronous with the revolution has orders, too, but they do not reproduce its impacts.
     """
     least = max(3.0 * path.stray, path.slack)
     wavy = one_flank(path, teeth, True, least)
@@ -166,7 +166,7 @@ def _resting(path: Blocks, teeth: tuple[int, int] | None, plain: Flanks) -> tupl
 
 
 def _quiet(part: float) -> None:
-    """Tell nobody."""
+    """Report no progress."""
 
 
 def _between_flanks(
@@ -181,8 +181,8 @@ def _between_flanks(
 ) -> Segments | None:
     """Return the record segmented with flanks that are fitted again; ``None`` where two flanks are one.
 
-    Orders that a flank asked for are left out again where contact is as calm without them: bounces that die out on a
-    flank that is seldom touched ask for orders, too.
+    Orders of a flank are excluded again where contact scatters as little without them: bounces that die out on a
+    rarely touched flank imitate orders.
 
     Raises InputError when the noise fills the dead band, or the motion between the flanks is not a flight.
     """
@@ -206,7 +206,7 @@ def _smooth(
     file: str,
     tell: Callable[[float], None],
 ) -> Segments | None:
-    """Return the record cut along smooth flanks where these leave next to nothing unexplained, else ``None``."""
+    """Return the record segmented with smooth flanks where these explain nearly all of it, else ``None``."""
     taken: Segments | None = None
     for both in (True, False):
         flanks = plain_flanks(path, seeds, teeth, both)
@@ -229,7 +229,7 @@ def _smooth(
 
 
 def _struck_often(cut: Segments) -> bool:
-    """Return whether impacts on either flank are too many, and too fast, for tops of flights that are as high."""
+    """Return whether impacts on either flank are too many and too fast to be the tops of equally high flights."""
     if cut.flanks.gap is None:
         return False
     struck, speed = cut.impacts["flank"], np.abs(cut.impacts["velocity_m_s"]) / cut.impacts["velocity_sigma_m_s"]
@@ -240,7 +240,7 @@ def _struck_often(cut: Segments) -> bool:
 def _tried(
     known: Track, path: Blocks, flanks: Flanks, seeds: Kinks, both: bool, file: str, tell: Callable[[float], None]
 ) -> Segments | None:
-    """Return the record cut along flanks, ``None`` where it is not to be cut along these."""
+    """Return the record segmented with flanks, ``None`` where that is not possible."""
     try:
         return _cut_between(known, path, flanks, seeds, both, file, tell)
     except InputError:
@@ -250,7 +250,7 @@ def _tried(
 def _calm(path: Blocks, cut: Segments, quiet: float = QUIET, inner: bool = True) -> bool:
     """Whether contact deviates from its flanks by at most so many times its noise.
 
-    Without ``inner`` only what lies beyond a flank is asked: bounces too low to be seen lie on its inner side.
+    Without ``inner`` only blocks beyond a flank are tested: bounces too low to be seen lie on its inner side.
     """
     flanks = cut.flanks.places(path.time, path.drive, path.loose)
     clear = 2.0 * clearance(path, cut.flanks)
@@ -283,7 +283,7 @@ def _cut_between(
     chi2, sane = cut.segments.flights["chi2"], cut.segments.flights["testifies"]
     if len(chi2) and np.nanmedian(chi2) < WRONG and np.mean(sane) > TOO_FEW:
         return cut.segments
-    what = "leaves what looks like a flank, but never strikes it"
+    what = "leaves what looks like a flank, but without an impact on it"
     if len(chi2):
         what = f"moves between what look like flanks, but not as in flight (chi-square {np.nanmedian(chi2):.3g})"
     remedy = "the counts are too coarse, or the flanks too wavy, or nothing rattles"
@@ -291,7 +291,7 @@ def _cut_between(
 
 
 def _moved(path: Blocks, before: Flanks, now: Flanks) -> bool:
-    """Whether flanks are elsewhere than they were, by more than what the choice of places on them does."""
+    """Whether flanks have moved by more than the scatter between selections of places on them."""
     some = slice(None, None, max(len(path.time) // MOST, 1))
     angles = path.time[some], path.drive[some], path.loose[some]
     one, other = (flanks.places(*angles) for flanks in (before, now))
@@ -306,7 +306,7 @@ def _no_rattle(known: Track, path: Blocks, flanks: Flanks) -> Segments:
 
 
 def unsegmented(known: Track) -> Segments:
-    """Return a record of which nothing is known but its path: no flight, no contact, and a constant flank."""
+    """Return a record with its path alone: no flight, no contact, and a constant flank."""
     path = known.blocks
     flights, contacts, impacts = _rest(known)
     contacts = {name: values[:0] for name, values in contacts.items()}
@@ -339,7 +339,7 @@ def _rest(known: Track) -> tuple[Columns, Columns, Columns]:
 
 
 def _evidence(path: Blocks, cut: Cut) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, ...]]:
-    """Return what tells where the flanks are: blocks within contacts, and crossings of flights."""
+    """Return the evidence of the flanks: blocks within contacts, and crossings of flights."""
     contacts, flights = cut.segments.contacts, cut.segments.flights
     near = [within(path.time, contacts, path.width, flank) for flank in (ACTIVE, REVERSE)]
     side = np.repeat([ACTIVE, REVERSE], [len(one) for one in near])

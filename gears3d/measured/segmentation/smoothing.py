@@ -34,7 +34,7 @@ CORNER = 16.0
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Both gears at the readings of the loose gear: :meth:`part` works out what a stretch of a long record needs.
+    """Both gears at the readings of the loose gear: :meth:`part` computes a stretch of a long record.
 
     Args:
         time: [s], rising, (n,).
@@ -79,7 +79,7 @@ class Track:
 
     @cached_property
     def place(self) -> np.ndarray:
-        """Displacement Rb2·θ_loose − Rb1·θ_drive [m], zero anywhere, (n,)."""
+        """Displacement Rb2·θ_loose − Rb1·θ_drive [m] with an arbitrary offset, (n,)."""
         return self.part(slice(None))[2]
 
     @cached_property
@@ -99,7 +99,7 @@ class Track:
 
     @property
     def lift(self) -> float:
-        """What the loose gear's angle is above what its encoder shows [rad]."""
+        """Offset of the loose gear's angle from the reading of its encoder [rad]."""
         return self.readings[1].lift
 
     def driven(self, rows: slice | np.ndarray) -> np.ndarray:
@@ -126,7 +126,7 @@ class Track:
         return driven, loose, place
 
     def angles(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the angles of drive and loose gear at times, straight lines between the readings [rad], each (k,).
+        """Return the angles of drive and loose gear at times, interpolated linearly [rad], each (k,).
 
         Args:
             time: [s], (k,).
@@ -155,7 +155,7 @@ class Shape(NamedTuple):
 
 
 class Blocks(NamedTuple):
-    """Means over a few readings each: short enough for a bounce, long enough to quieten the noise.
+    """Means over a few readings each: short enough for a bounce, long enough to reduce the noise.
 
     Args:
         time: [s], (m,).
@@ -239,9 +239,9 @@ def track(time: np.ndarray, drive: np.ndarray, loose: np.ndarray, radii: tuple[f
 
 
 def _floored(one: Reading, other: Reading, radii: tuple[float, float]) -> tuple[Reading, Reading]:
-    """Return readings that are no better known than flanks, teeth and drag can be described.
+    """Return readings with at least the uncertainty of the model of flanks, teeth and drag.
 
-    Numbers without noise would hold a rigid flank with some orders, and a drag that hardly changes, to a picometre.
+    Readings without noise would test rigid flanks with some orders, and nearly constant drag, to a picometre.
     """
     some = other.time[:: max(len(other.time) // STRETCH, 1)]
     place = radii[1] * np.interp(some, other.time, other.shown) - radii[0] * np.interp(some, one.time, one.shown)
@@ -305,7 +305,7 @@ def _means(known: Track, size: int, wanted: tuple[int, ...] = (0, 1, 2, 3)) -> t
 
 
 def _stretches(count: int) -> list[slice]:
-    """Return stretches of a record that stand for it, evenly spread; the whole where it is short."""
+    """Return representative stretches of a record, evenly spread; the whole where it is short."""
     if count <= STRETCHES * STRETCH:
         return [slice(0, count)]
     first = np.linspace(0, count - STRETCH, STRETCHES).astype(int)

@@ -1,4 +1,4 @@
-"""What a cut record holds, as tables: flights, contacts, impacts, each column by its name."""
+"""Tables of a segmented record: flights, contacts, impacts, each column by its name."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DOUBT = 1e-3
 
 
 class Segments(NamedTuple):
-    """A record cut into flights and contacts.
+    """A record segmented into flights and contacts.
 
     Args:
         track: what was measured.
@@ -103,7 +103,7 @@ class Segments(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Measurement(Result):
-    """What a record came to.
+    """Result of a measured record.
 
     Args:
         recording: the record with displacement, state and impacts; ``compare``, ``describe``, ``sound`` and ``replay``

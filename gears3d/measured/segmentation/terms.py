@@ -1,4 +1,4 @@
-"""What the place of a flank is made of: constant, slow drift, and orders of both gears."""
+"""Terms of the position of a flank: constant, slow drift, and orders of both gears."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "
 
 
 class Terms(NamedTuple):
-    """What a flank's place is made of.
+    """Terms of a flank's position.
 
     Args:
         kinds: ``"offset"``, ``"drift"``, ``"shape"``, ``"drive"``, ``"loose"`` each with its number, degree or order,
@@ -113,7 +113,7 @@ class Terms(NamedTuple):
         return numbers
 
     def shaped(self, numbers: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
-        """Return what the shapes alone add to sums of the columns, (s, n).
+        """Return the contribution of the shapes alone to sums of the columns, (s, n).
 
         Args:
             numbers: of each sum, (s, p).

@@ -81,11 +81,11 @@ def within(time: np.ndarray, contacts: dict[str, np.ndarray], width: float, flan
 
 
 def place_slack(cut: Segments) -> tuple[float, float]:
-    """Return by how much the place of each flank may deviate in the mean [m]: active, reverse.
+    """Return the bound of the mean error of each flank's position [m]: active, reverse.
 
-    Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. What the quarters of
-    the contacts disagree by about the flank is what they may have done to it; half the noise of a block where no
-    contact lasts long enough to be divided.
+    Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. Their effect is
+    bounded by the disagreement of the quarters of the contacts about the flank, or by half the noise of a block where
+    no contact lasts long enough to be divided.
     """
     path, contacts = cut.path, cut.contacts
     slack = []

@@ -40,7 +40,7 @@ class Runs(NamedTuple):
 
 
 def clearance(path: Blocks, flanks: Flanks) -> float:
-    """Return how far from a flank a block must be to count as flying [m]."""
+    """Return the least distance of a block in flight from a flank [m]."""
     return max(CLEAR * max(flanks.rough, path.stray), path.slack)
 
 
@@ -92,12 +92,12 @@ def runs(zone: np.ndarray, above: np.ndarray, below: np.ndarray) -> Runs:
 def touches_missed(
     zone: np.ndarray, above: np.ndarray, below: np.ndarray, found: Runs, wrong: np.ndarray, clear: float
 ) -> np.ndarray:
-    """Return zones in which runs that are no single parabola are parted where they come closest to a flank, (m,).
+    """Return zones in which runs that are not a single parabola are split where they come closest to a flank, (m,).
 
     A short touch may be rounded off its flank by a block's width.
 
     ``zone``: so far, (m,); ``above``: distance from the active flank [m], (m,); ``below``: distance to the reverse
-    flank [m], (m,); ``clear``: distance that counts as flying [m].
+    flank [m], (m,); ``clear``: least distance of flight [m].
 
     >>> zone = np.array([0, 2, 2, 2, 2, 2, 0], dtype=np.int8)
     >>> above = np.array([0.0, 5.0, 4.0, 1.5, 4.0, 2.0, 0.0])
@@ -116,7 +116,7 @@ def touches_missed(
 
 
 def readings_of(found: Runs, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first and last reading of each run, the blocks where a touch may lie left out, each (k,)."""
+    """Return the first and last reading of each run, without the blocks where a touch may lie, each (k,)."""
     spare = (found.last - found.first + 1 >= TRIM).astype(int)
     first = (found.first + spare) * size
     last = np.minimum((found.last + 1 - spare) * size, count) - 1

@@ -99,7 +99,7 @@ def _unwrapped(values: np.ndarray, span: float, channel: str, unit: str) -> tupl
         what = f"goes from {values[row - 1]:.9g} to {values[row]:.9g} at row {row}: forwards or backwards by about half"
         raise refuse(channel, f"{what} its range of {span:.9g}", "sample faster, or use a counter of more bits")
     wraps = int(np.sum(np.abs(np.diff(values)) * 2 > span))
-    notes = [Note("wraps", channel, wraps, "", f"began anew {wraps} times")] if wraps else []
+    notes = [Note("wraps", channel, wraps, "", f"wrapped {wraps} times")] if wraps else []
     if largest > NOTABLE * span:
         text = f"moves by up to {largest:.6g} {unit} between samples, {100 * largest / span:.3g} % of its range"
         text += ": at twice the range and more a step would be misread unseen"

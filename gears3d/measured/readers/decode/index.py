@@ -13,7 +13,7 @@ SLACK = 1.0
 
 
 def indexed(counts: Counted, z: Switches) -> Counted:
-    """Put the zero of the counts at the first index pulse and hold the counts between pulses against the declared ones.
+    """Put the zero of the counts at the first index pulse and compare the counts between pulses with the declared ones.
 
     An index lies in the middle of the counts during its pulse, so that it is independent of the sense of rotation.
     A pulse in which the shaft reverses is excluded. Lost and extra counts are reported, not corrected.
@@ -73,7 +73,7 @@ def _places(counts: Counted, z: Switches) -> tuple[np.ndarray, int]:
 
 
 def _refuse_declared(travel: np.ndarray, per_turn: float, name: str) -> None:
-    """Refuse a declared number of counts that the revolutions contradict with one voice."""
+    """Refuse a declared number of counts that all revolutions contradict."""
     whole = np.abs(travel[np.abs(travel) > 2.0 * SLACK])
     if len(whole) < 2:
         return

@@ -65,7 +65,7 @@ def quadrature(
     """Decode the two channels of an incremental encoder, voltages or logic levels.
 
     The angle grows while A leads B. Where both channels change between the same two samples the shaft passed two edges
-    unseen: they are counted on in the direction it had, and told.
+    unseen: they are counted in the previous direction, and reported.
 
     Args:
         a: voltage of channel A, or 0 and 1 [V], (n,); a memory map will do.
@@ -150,7 +150,7 @@ def _steps(a: Switches, b: Switches) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def _illegal(a: Switches, b: Switches, row: np.ndarray, illegal: np.ndarray) -> list[Note]:
-    """Return what is to be said of transitions in which both channels changed."""
+    """Return the note on transitions in which both channels changed."""
     if not illegal.any():
         return []
     name = f"{a.levels.channel}/{b.levels.channel}"

@@ -11,7 +11,7 @@ from gears3d.errors import Fault, InputError
 
 
 class Note(NamedTuple):
-    """Something that a decoder saw or assumed, for the gate to report.
+    """An observation or assumption of a decoder, for the gate to report.
 
     Args:
         kind: one word with hyphens: ``"thresholds"``, ``"illegal-transitions"``, ``"lost-counts"``.

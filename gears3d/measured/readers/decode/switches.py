@@ -40,7 +40,7 @@ class Levels(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """Voltage at which an edge is said to happen [V]."""
+        """Voltage that defines the moment of an edge [V]."""
         return 0.5 * (self.low + self.high)
 
 
@@ -148,7 +148,7 @@ def _two_means(seen: np.ndarray) -> tuple[float, float, float, np.ndarray]:
 
 
 def switches(voltage: np.ndarray | Iterable[np.ndarray], rest: Levels) -> Switches:
-    """Return when a channel switches, as a Schmitt trigger tells it, at crossings of the middle between samples.
+    """Return when a channel switches, as a Schmitt trigger defines it, at crossings of the middle between samples.
 
     Only a voltage that passes the whole hysteresis switches: noise less than its width makes no edges. The moment is
     the mean of first and last crossing of the middle on this way, straight between samples, so that neither the sense
@@ -181,7 +181,7 @@ def switches(voltage: np.ndarray | Iterable[np.ndarray], rest: Levels) -> Switch
 
 
 class _State(NamedTuple):
-    """What one block hands on to the next: samples, last known state and its row, last sample, crossings."""
+    """State passed from one block to the next: samples, last known state and its row, last sample, crossings."""
 
     samples: int
     high: bool | None
@@ -208,7 +208,7 @@ def _refuse_gaps(block: np.ndarray, start: int, channel: str) -> None:
 
 
 def _passed(block: np.ndarray, rest: Levels, state: _State) -> tuple[np.ndarray, np.ndarray, bool | None, _State]:
-    """Return rows and senses of the switches in a block, the first state known in it, and what to hand on."""
+    """Return rows and senses of the switches in a block, the first known state, and the state for the next block."""
     high = block > rest.high
     at = np.flatnonzero(high | (block < rest.low))
     known, is_high = state.samples + at, high[at]

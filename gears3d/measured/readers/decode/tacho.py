@@ -1,4 +1,4 @@
-"""One pulse a tooth: angles of a toothed wheel, with teeth left out, and of wheels cut unevenly."""
+"""One pulse a tooth: angles of a toothed wheel, with missing teeth, and of wheels with spacing errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GAP = 1.5
 
 
 class Spacing(NamedTuple):
-    """How unevenly a wheel is cut.
+    """Spacing errors of a toothed wheel.
 
     Args:
         error: by which each tooth passes too early, in the order of the pulses from the first on [rad], (m,).
@@ -108,7 +108,7 @@ def pulses(
 
 
 def _places(at: np.ndarray, positions: int, missing: int | Literal["find"], name: str) -> tuple[np.ndarray, list[Note]]:
-    """Return the position of every pulse, zero after the first gap, and what is odd about the gaps."""
+    """Return the position of every pulse, zero after the first gap, and irregularities of the gaps."""
     plain = np.arange(len(at), dtype=float)
     if missing == 0:
         return plain, []
@@ -151,7 +151,7 @@ def _ratios(at: np.ndarray) -> np.ndarray:
 
 
 def spacing(edges: Edges, positions: int, channel: str = "tacho") -> Spacing:
-    """Return by how much the teeth of a wheel stand off even spacing, from whole revolutions at nearly steady speed.
+    """Return the spacing errors of the teeth of a wheel, from whole revolutions at nearly steady speed.
 
     Every pulse is compared with the mean of the revolution around it. Motion of the shaft itself once or a
     whole number of times per revolution counts as the wheel's: a record of the wheel alone cannot separate the two.
@@ -194,7 +194,7 @@ def spacing(edges: Edges, positions: int, channel: str = "tacho") -> Spacing:
 
 
 def evened(edges: Edges, found: Spacing, channel: str = "tacho") -> Edges:
-    """Return edges with the teeth where they really stand; only for those who ask for it.
+    """Return edges corrected for the spacing errors of the teeth; only on request.
 
     Args:
         edges: of the wheel.

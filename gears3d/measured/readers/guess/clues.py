@@ -1,4 +1,4 @@
-"""What a signal shows of itself: its name, its unit, how its values go."""
+"""Features of a signal: its name, its unit, the course of its values."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ _ENDING = re.compile(r"(?<=[a-z0-9])[ _-](" + "|".join(sorted(_ENDINGS, key=len,
 
 
 class Clue(NamedTuple):
-    """What is seen of a signal.
+    """Features of a signal.
 
     Args:
         signal: as the file has it.

@@ -216,7 +216,7 @@ def fit(chosen: dict[str, Choice], bench: Bench) -> dict[str, Choice]:
 
 
 def _score(one: Clue, other: Clue, at: int, to: int) -> float:
-    """Return what speaks for a pair as drive and loose gear."""
+    """Return the score of a pair as drive and loose gear."""
     score = 4.0 * one.says("drive") + 4.0 * other.says("loose")
     score -= 4.0 * one.says("loose") + 4.0 * other.says("drive")
     for each in (one, other):
@@ -243,7 +243,7 @@ def _counts(clue: Clue, told: float | None) -> tuple[float | None, tuple[str, ..
 
 
 def _expected(which: int, bench: Bench, lasts: float, mate: Choice | None) -> tuple[float, str]:
-    """Return by how much a gear should turn [rad], and what says so."""
+    """Return the expected travel of a gear [rad], and its source."""
     other = 1 - which
     if mate is not None and mate.turned:
         ratio = 1.0 if bench.teeth is None else bench.teeth[other] / bench.teeth[which]

@@ -100,7 +100,7 @@ def propose(path: str | Path, rig: Scenario | None = None, beside: str | Path | 
 
 
 def _without_units(text: str, unsure: list[str]) -> str:
-    """Return a map in which units that nothing gives are comments: reading it then asks for them."""
+    """Return a map with unknown units as comments: they are reported as missing when it is read."""
     for table in unsure:
         form = rf'(?m)^(\[{table}\]\nchannel = .*\n)unit = (".*")$'
         text = re.sub(form, r"\1# unit = \2  # write the right one: nothing gives it", text)

@@ -27,7 +27,7 @@ COSINE = (-1.13585365213876817300e-11, 2.08757008419747316778e-9, -2.75573141792
 
 @njit(cache=True)
 def turned(angle: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> None:
-    """Write cosine and sine of angles, to rounding; without branches, so that several are worked out at once.
+    """Write cosine and sine of angles, to rounding; without branches, so that several are computed at once.
 
     ``angle``: up to 1e8 [rad], (n,); ``cosine``: written, (n,) or longer; ``sine``: written, (n,) or longer.
     """

@@ -157,9 +157,9 @@ def third_powers(
     own: np.ndarray,
     slack: np.ndarray,
 ) -> None:
-    """Write by how much each flight asks for another slope, and the standard deviation of that.
+    """Write the correction of the slope by each flight, and its standard deviation.
 
-    What the third power of time adds is freed of the three numbers of the flight by Gram and Schmidt.
+    The third power of time is orthogonalised to the three columns of the flight (Gram-Schmidt).
 
     ``time``: of the readings [s], (n,); ``angle``: of the loose gear [rad], (n,); ``sigma``: of the angle [rad], (n,);
     ``first``: index of each flight's first reading, (k,); ``last``: index of its last one, (k,); ``slope``: with which
