@@ -121,8 +121,7 @@ class SensorEffect(Effect, Protocol):
 
 E_ = TypeVar("E_", bound=type)
 _REGISTRY: dict[str, type] = {}
-_LOADED: set[str] = set()
-"""Of ``"built-in"`` and ``"plug-ins"`` those that are registered."""
+_LOADED: set[str] = set()  # those of ``"built-in"`` and ``"plug-ins"`` that are registered
 _HERE = "gears3d.effects"
 
 

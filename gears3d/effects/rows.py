@@ -13,8 +13,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import NamedTuple
 
-WIDTH = 6
-"""How many numbers a row holds."""
+WIDTH = 6  # numbers in a row
 
 
 class Code(IntEnum):

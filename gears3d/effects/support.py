@@ -15,6 +15,8 @@ NATIVE = "bullet, native contact"
 _ANY = frozenset(Gate)
 _ALWAYS = frozenset({Gate.ALWAYS})
 _ALL: dict[Code, frozenset[Gate]] = dict.fromkeys(Code, _ANY)
+# Normal forms that each model evaluates, each with the gates that it observes. Effects of sensors have no rows: they
+# act on the recording of any model.
 TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
     "bullet": _ALL,
     NATIVE: {
@@ -26,8 +28,6 @@ TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
     "plastic": {Code.TORQUE_CONSTANT: _ALWAYS},
     "lubricated": {code: _ANY for code in Code if not 300 < code < 400},  # its teeth are compliant: no restitution
 }
-"""Of each model the normal forms that it evaluates, each with the gates that it observes. Effects of sensors have no
-rows: they act on the recording, whatever model made it."""
 
 
 def takes(model: str, row: Row) -> bool:

@@ -8,10 +8,8 @@ import numpy as np
 
 from gears3d.errors import Fault, InputError
 
-FIRST, MOST = 8, 200_000
-"""Lines to begin with, and at most."""
-FINEST = 1e-12
-"""Shortest line, as a part of the table: a law that is not straight over that jumps."""
+FIRST, MOST = 8, 200_000  # lines at first, and at most
+FINEST = 1e-12  # shortest line as a part of the table: a law that is not straight over this length has a jump
 
 
 def tabulate(

@@ -21,16 +21,13 @@ if TYPE_CHECKING:
     from gears3d.engine.closing import Plant
     from gears3d.gears import Pair
 
-WIDENINGS = 6
-"""How often the search for near teeth is widened before the gears count as out of mesh."""
+WIDENINGS = 6  # the gears count as out of mesh when the search for near teeth was widened this often
+# Deeper overlaps of compliant flanks are not compared with Bullet's, which are those of whole hulls [m].
 DEEP = 2e-5
-"""Overlaps of yielding flanks deeper than this are not held against Bullet's, which are those of whole hulls [m]."""
-FAR = 3e-4
-"""Gaps wider than this are not held against Bullet's: the ends of the hulls' flanks may be nearest there [m]."""
+FAR = 3e-4  # wider gaps are not compared with Bullet's: the ends of the hulls' flanks may be nearest there [m]
+# Turn of the drive after which Bullet's gaps are compared again where the near teeth are known [rad].
 COMPARE_AFTER = 0.618 * 2.0 * math.pi
-"""Turn of the drive after which Bullet's gaps are compared again where the near teeth are known [rad]."""
-MARGINS = 2.0 * MARGIN / MM
-"""By how much Bullet's margins, one a body, make a raw gap smaller [m]."""
+MARGINS = 2.0 * MARGIN / MM  # Bullet's margins, one for each body, reduce a raw gap by this much [m]
 
 _budget = lru_cache(maxsize=KEPT)(piece_budget)
 

@@ -19,10 +19,9 @@ from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import acceleration
 
 INERTIA, STIFFNESS, DAMPING, PLAY = 2, 3, 4, 5
+# Time at which the cubic begins, its four coefficients, angle and speed of the body.
 SINCE, CUBIC, ANGLE, SPEED = 2 + WIDTH, 3 + WIDTH, 7 + WIDTH, 8 + WIDTH
-"""Time at which the cubic begins, its four coefficients, angle and speed of the body."""
-PART = 0.05
-"""Of a radian of the spring's oscillation that a step may last."""
+PART = 0.05  # largest step in radians of the spring's oscillation
 PARTS = 3
 
 

@@ -13,18 +13,15 @@ from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
 from gears3d.records import Floats2, Record
 
+# How a step ends: no event, a gap closes on the active or reverse flank, the loose gear comes to rest.
 NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE, STOPS = 0, 1, 2, 3
-"""How a step ends: no event, a gap closes on the active or reverse flank, the loose gear comes to rest."""
 
-TOUCH = 1e-11
-"""A gap smaller than this counts as none [m]."""
-PARTS = 4
-"""Looks within a step at which both gaps are measured."""
-GLIDING = 1e-9
-"""Rate of a gap that has just been let go, within rounding [m/s]: it may open yet."""
+TOUCH = 1e-11  # A smaller gap counts as closed [m]
+PARTS = 4  # evaluations of both gaps within a step
+GLIDING = 1e-9  # rounding of the rate of a gap just after separation [m/s]: the gap may still open
 HALVINGS = 60
+# Both points of Gauss-Legendre quadrature, in parts of a step.
 GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
-"""The two points of Gauss-Legendre quadrature, in parts of a step."""
 
 
 class Plant(Record):

@@ -10,7 +10,5 @@ from typing import Any
 
 from gears3d import kernels
 
-inner: Any = partial(kernels.inner, error_model="numpy")
-"""Decorator of functions that only compiled code calls."""
-entry: Any = kernels.njit(cache=True, error_model="numpy")
-"""Decorator of functions that Python calls, kept on disk."""
+inner: Any = partial(kernels.inner, error_model="numpy")  # for functions that only compiled code calls
+entry: Any = kernels.njit(cache=True, error_model="numpy")  # for functions that Python calls; kept on disk

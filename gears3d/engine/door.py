@@ -41,14 +41,12 @@ if TYPE_CHECKING:
 Parts = tuple[World, Plant, Watch, Log]
 Begin = Callable[[Plant, tuple[float, float]], tuple[Log, list[tuple[int, float, float]]]]
 CONTACTS = ("located", "native")
+# Above it the two evaluations of the reaction in a step miss contact losses due to reliefs [s].
 LONGEST_STEP = 1e-3
-"""Above it the two looks that a step takes at the reaction miss how reliefs throw the loose gear off [s]."""
-TURN_PER_STEP = 0.3
-"""How far the drive gear turns in one step at most, in tooth pitches."""
-STRETCH = 1.25
-"""How much farther a step may go where a window of near teeth ends there."""
+TURN_PER_STEP = 0.3  # largest turn of the drive gear in one step, in tooth pitches
+STRETCH = 1.25  # factor by which a step may be longer where a window of near teeth ends there
+# Smallest number of steps in one period of the fastest harmonic of motion, torque or flanks.
 STEPS_PER_WAVE = 40.0
-"""Steps in one period of the fastest harmonic of motion, torque or flanks at least."""
 
 
 def simulate(

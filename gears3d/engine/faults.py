@@ -6,12 +6,9 @@ import math
 
 from gears3d.errors import EngineError
 
-SUNK = 1e-7
-"""How deep the flanks of rigid teeth may lie in each other [m]."""
-SUNK_NATIVE = 2e-5
-"""The same in Bullet's own contact, whose quantised hulls are off by a tenth of it [m]."""
-YIELDED = 0.1
-"""How deep yielding flanks may, in modules: beyond it neighbouring teeth would carry too."""
+SUNK = 1e-7  # largest overlap of the flanks of rigid teeth [m]
+SUNK_NATIVE = 2e-5  # the same in Bullet's own contact, whose quantised hulls deviate by 10 % of it [m]
+YIELDED = 0.1  # the same for compliant flanks, in modules: beyond it neighbouring teeth would carry load, too
 
 
 def jammed_at_start(overlap: float) -> EngineError:

@@ -13,10 +13,8 @@ from gears3d.engine.compile import entry
 from gears3d.errors import Fault, InputError
 from gears3d.records import Record
 
-WIDEST = 0.25
-"""Part of the backlash that the height from which on a film is felt may be."""
-THINNEST = 1e-3
-"""The same height in smallest thicknesses, at least."""
+WIDEST = 0.25  # largest height at which the film begins to act, as a part of the backlash
+THINNEST = 1e-3  # smallest such height, in smallest thicknesses
 
 
 class Film(Record):

@@ -19,22 +19,17 @@ from gears3d.engine.motion import drive_at
 from gears3d.engine.pressing import gap_force
 from gears3d.engine.torques import FREE, resisting
 
-AT_REST = 2.0
-"""Stands for the direction of motion of a loose gear that dry torque holds."""
-NOBODY = -1
-"""Stands for a flank where there is none."""
+AT_REST = 2.0  # direction of motion of a loose gear that dry torque keeps at rest
+NOBODY = -1  # stands for no flank
+# How a step ends: no event, the loose gear at rest; then, one more on the reverse flank: a gap begins or ceases to
+# close, flanks touch, compliant flanks begin or cease to push, they separate, a passage begins, or ends.
 ON, HALTS, TURNS, TOUCHES, FLIPS, CLEARS, ENTERS, LEAVES = 0, 1, 2, 4, 6, 8, 10, 12
-"""How a step ends: nothing, the loose gear at rest; then, one more on the reverse flank: a gap begins or ceases to
-close, flanks touch, yielding flanks begin or cease to push, they are clear of each other, a passage begins, or ends."""
-STILL = 1e-13
-"""Rate of a gap that is none: it has just turned [m/s]."""
-THINNER = 0.05
-"""Part of its thickness by which a film may change in a step."""
+STILL = 1e-13  # rate below which a gap is at a turning point, within rounding [m/s]
+THINNER = 0.05  # largest change of a film in a step, as a part of its thickness
+# Steps in the time constants of a film: of the decay of a rate under the squeeze, of a radian on the wedge.
 DAMPED, SWINGS = 0.3, 0.2
-"""Steps in the time constants of a film: of the decay of a rate under the squeeze, of a radian on the wedge."""
 BISECTIONS = 40
-SAME = 1e-13
-"""Duration of a step known so well is that of its event [s]."""
+SAME = 1e-13  # accuracy to which the duration of a step is that of its event [s]
 
 
 class Forces(NamedTuple):

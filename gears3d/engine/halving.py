@@ -9,10 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     from gears3d.recording import Recording
 
+# Order of the error in the step: flights and compliant contacts use two Gauss points a step; native is Bullet's own
+# integration.
 ORDER = {"located": 4, "native": 1}
-"""Of the error in the step: flights and yielding contacts by two Gauss points a step, Bullet's own integration."""
-PARTED = 0.01
-"""Part of the backlash by which two runs may lie apart before they tell nothing of each other any more."""
+PARTED = 0.01  # distance of two runs, as a part of the backlash, beyond which they are independent
 
 
 def halved(made: Recording, finer: Recording, backlash: float, order: int) -> dict[str, Any]:

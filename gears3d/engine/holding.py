@@ -16,12 +16,10 @@ from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, resisting
 
+# How a step of permanent contact ends: still in contact, contact lost, or an impact of another tooth pair.
 HELD, LOST, MEETS = 0, 1, 2
-"""How a step of permanent contact ends: still held, lost, or another pair of teeth hits."""
-LOOKS = 2
-"""Looks at the reaction within a step."""
-DIFFERENCE = 2e-6
-"""Half-width of the differences of the flank's speed along the imposed motion [s]."""
+LOOKS = 2  # evaluations of the reaction within a step
+DIFFERENCE = 2e-6  # half-width of the finite differences of the flank's speed along the imposed motion [s]
 
 
 @entry

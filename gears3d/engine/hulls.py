@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+# Bullet's hull computer truncates vertices to this fraction of a piece's extent, towards its middle, on each axis.
 QUANTA = 10216
-"""Bullet's hull computer cuts vertices to this fraction of a piece's extent, towards its middle, on each axis."""
 
 
 def against_truncation(points: np.ndarray) -> np.ndarray:

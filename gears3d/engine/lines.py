@@ -25,16 +25,12 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 _TURN, _LEAN, _HALF = 0, 1, 2
-LOOKS = 13
-"""Sections in which a gap that differs along the line is looked at."""
-_LEVEL = 1e-13
-"""Gaps of neighbouring sections that differ by less need no search between them [m]."""
+LOOKS = 13  # sections in which a gap that varies along the line is evaluated
+_LEVEL = 1e-13  # if gaps of neighbouring sections differ by less, no search between them is needed [m]
+# Distance from the end of the face at which the sign of the gap's slope there is tested, in face widths.
 _BESIDE = 1e-4
-"""How far from the end of the face a gap is looked at to tell whether it falls to that end, in face widths."""
-_WITHIN = 1e-9
-"""How near the height of the smallest gap is found [m]."""
-_STAND_OFF = 2e-6
-"""How far Bullet's slices may stand off a helical flank between their ends [m]."""
+_WITHIN = 1e-9  # accuracy of the height of the smallest gap [m]
+_STAND_OFF = 2e-6  # largest distance of Bullet's slices from a helical flank between their ends [m]
 _SLICES = 8
 
 

@@ -43,10 +43,8 @@ from gears3d.errors import EngineError
 
 Progress = Callable[[float], None]
 
-STEPS = 128
-"""Steps after which the compiled loop returns, for progress and Ctrl-C."""
-EVENTS = 256
-"""Impacts, or contacts, of a block."""
+STEPS = 128  # steps after which the compiled loop returns, for progress and Ctrl-C
+EVENTS = 256  # impacts, or contacts, of a block
 HALVINGS = 100
 
 
@@ -312,6 +310,7 @@ def _sunk(run: Located) -> EngineError:
     return sunk(float(run.state["fault"]), run.time, remedy)
 
 
+# Why the compiled loop cannot continue, and the error of each.
 _FAULTS: dict[int, Callable[[Located], EngineError]] = {
     JAMS: lambda run: jammed(run.time),
     SINKS: _sunk,
@@ -319,4 +318,3 @@ _FAULTS: dict[int, Callable[[Located], EngineError]] = {
     NO_NUMBER: lambda run: not_a_number(run.time),
     STANDS: lambda run: standing(run.time),
 }
-"""Why the compiled loop cannot continue, and its error."""

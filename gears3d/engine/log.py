@@ -12,8 +12,7 @@ from gears3d.engine.compile import inner
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at, drive_samples
 
-HELICAL = ("height_m", "axial_impulse_N_s")
-"""Columns of helical teeth only."""
+HELICAL = ("height_m", "axial_impulse_N_s")  # columns of helical teeth only
 
 
 class Impact(NamedTuple):

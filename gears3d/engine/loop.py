@@ -46,10 +46,8 @@ from gears3d.engine.oiled import leave_film, strike_film, swim
 from gears3d.engine.pressing import lasting, pressed_step
 from gears3d.engine.torques import FREE, until_kink
 
-STANDSTILL = 2000
-"""Events in a row without any time passing before the run is given up."""
-ROOM = 3
-"""Impacts or contacts that one step may write, at most."""
+STANDSTILL = 2000  # successive events without progress in time after which the run is given up
+ROOM = 3  # largest number of impacts or contacts that one step may write
 
 
 @inner
@@ -249,7 +247,5 @@ def _looped(step: Any) -> Any:
     return advance
 
 
-advance_rigid: Any = _looped(_rigid_step)
-"""The loop of flanks that meet with impulses."""
-advance_soft: Any = _looped(_soft_step)
-"""The loop of compliant or lubricated flanks."""
+advance_rigid: Any = _looped(_rigid_step)  # the loop of rigid flanks, with impulses
+advance_soft: Any = _looped(_soft_step)  # the loop of compliant or lubricated flanks

@@ -19,12 +19,9 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 ACTIVE, REVERSE = 0, 1
-NOBODY = -1
-"""Stands for a tooth when a point lies on no flank that could touch its partner's."""
-TOGETHER = 1e-10
-"""Tooth pairs whose gaps differ by less touch together [m]."""
-SAME_RATE = 1e-4
-"""Tooth pairs that close on each other with rates differing by less hit together [m/s]."""
+NOBODY = -1  # stands for a tooth where a point is on no flank that could touch the mate's
+TOGETHER = 1e-10  # tooth pairs whose gaps differ by less touch together [m]
+SAME_RATE = 1e-4  # tooth pairs whose approach speeds differ by less have their impact together [m/s]
 _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
@@ -57,8 +54,8 @@ _GAP = types.UniTuple(float64, 3)(Mesh.compiled, float64, float64, int64, int64,
 _call_gap = caller(_GAP)
 TEETH = types.Array(int64, 2, "C")
 _SIDE_GAP = types.Tuple((float64, float64, float64, int64))(Mesh.compiled, TEETH, int64, float64, float64)
+# ``call_side(mesh.side, (mesh, teeth, side, theta_drive, theta_loose))``: :func:`side_gap`, compiled by itself.
 call_side = caller(_SIDE_GAP)
-"""``call_side(mesh.side, (mesh, teeth, side, theta_drive, theta_loose))``: :func:`side_gap`, compiled by itself."""
 
 
 def meshed(pair: Pair, layer: float = 0.0) -> Mesh:

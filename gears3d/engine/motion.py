@@ -19,12 +19,9 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 
-KNOTS = 16.0
-"""Knots of a smoothed record in one period of its bandwidth."""
-RESOLVED = 8.0
-"""Samples of a record without a bandwidth in the shortest period that it is taken to resolve."""
-PIECE = 3
-"""Lines of the motion table that one piece of a record takes."""
+KNOTS = 16.0  # knots of a smoothed record in one period of its bandwidth
+RESOLVED = 8.0  # samples in the shortest period that a record without a bandwidth is taken to resolve
+PIECE = 3  # lines of the motion table for one piece of a record
 
 
 def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:

@@ -21,14 +21,12 @@ from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE
 from gears3d.records import Floats2, Record
 
+# Why a compiled loop returns: it has done its steps; the run is over; Bullet is to be queried; a block is full; both
+# flanks touch; teeth lie too deep in each other; a gap is not closed at its impact; the state is not a number; no time
+# passes.
 GO_ON, DONE, QUERY, FULL, JAMS, SINKS, OPEN, NO_NUMBER, STANDS = range(9)
-"""Why a compiled loop returns: it has done its steps; the run is over; Bullet is to be queried; a block is full; both
-flanks touch; teeth lie too deep in each other; a gap is not closed at its impact; the state is not a number; no time
-passes."""
-NEAR = 1e-10
-"""How exactly a gap must be closed when its impact happens [m]."""
-NOBODY = -1
-"""Stands for a flank where there is none."""
+NEAR = 1e-10  # largest gap at the time of its impact [m]
+NOBODY = -1  # stands for no flank
 
 STATE = np.dtype(
     [

@@ -21,13 +21,12 @@ from gears3d.engine.motion import drive_at
 from gears3d.engine.torques import FREE, acceleration
 from gears3d.engine.world import World
 
-STEP = 1e-5
-"""Default step [s]."""
+STEP = 1e-5  # default step [s]
+# Largest number of contact steps of one impact, and smallest number of free steps before it; all else is resting
+# contact.
 LONGEST_IMPACT = 3
-"""Steps of contact that make one impact at most, and free steps before it at least; all else is resting contact."""
 REPORT_EVERY = 2000
-LOOK_EVERY = 100
-"""Steps between two looks at how deep the teeth lie in each other."""
+LOOK_EVERY = 100  # steps between two checks of the overlap of the teeth
 
 
 @dataclass

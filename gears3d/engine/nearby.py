@@ -23,24 +23,19 @@ from gears3d.gears.flank import Flanks
 if TYPE_CHECKING:
     from gears3d.gears import Pair
 
-WINDOWS = 3
-"""Windows in one pitch of the drive."""
+WINDOWS = 3  # windows in one pitch of the drive
+# Windows to either side of the present one that an answer fills: the next query comes after one pitch at the latest.
+# Every pair of teeth is in mesh for longer than a pitch, so that all of them are compared with Bullet's gaps.
 AHEAD = 2
-"""Windows to either side of the present one that an answer fills: the next query comes after one pitch at the latest.
-
-Every pair of teeth is in mesh for longer than a pitch, so that all of them are compared with Bullet's gaps.
-"""
+# Part of a window by which its pairs are searched for beyond its ends, as a step may overshoot by this much.
 GUARD = 0.1
-"""Part of a window by which its pairs are looked for beyond its ends, as far as a step may go too far."""
+# Places in a window at which the pairs that touch first are found, in windows.
 NODES = (-GUARD, 0.5, 1.0 + GUARD)
-"""Places in a window at which the pairs that touch first are found, in windows."""
+# Part of a gap by which two pairs may change order while the gap closes: levers of two contacts differ by less.
 LEVERS = 0.1
-"""Part of a gap by which two pairs may change places while the gap closes: levers of two contacts differ by less."""
-BEYOND = 1e-6
-"""Part of a window by which a step ends beyond it."""
+BEYOND = 1e-6  # part of a window by which a step ends beyond it
 _SEARCH = 60
-_LOOKS = 24
-"""Places in a pitch at which the distance of teeth that roll on each other is measured."""
+_LOOKS = 24  # places in a pitch at which the distance of the teeth in mesh is measured
 _PITCHES = 3
 
 

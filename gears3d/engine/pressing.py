@@ -10,8 +10,7 @@ import numpy as np
 from gears3d.effects.rows import Code, Row
 from gears3d.engine.compile import inner
 
-STEPS_PER_RADIAN = 10.0
-"""Steps while the undamped contact oscillation turns through one radian."""
+STEPS_PER_RADIAN = 10.0  # steps in one radian of the undamped contact oscillation
 
 
 def springs_of(rows: Sequence[Row]) -> np.ndarray:

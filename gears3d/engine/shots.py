@@ -28,14 +28,10 @@ from gears3d.errors import EngineError, Fault, InputError
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-NEAR = 1e-9
-"""Gap at which an impact's approach begins [m]."""
-APART = 1e-6
-"""Part of the gap by which a gear that is thrown from a flank is off it already."""
-LATE = 4.0
-"""Time that a drop may take, in those at half its speed on arrival."""
-AFTER = 5.0
-"""Time that an impact may take, in those of its approach, or in swings of yielding flanks."""
+NEAR = 1e-9  # gap at which the approach of an impact begins [m]
+APART = 1e-6  # part of the gap by which a gear that is launched from a flank is away from it at the start
+LATE = 4.0  # longest drop, in times that it takes at half its speed on arrival
+AFTER = 5.0  # longest impact, in times of its approach, or in radians of the oscillation on compliant flanks
 
 
 class Bench:

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
     from gears3d.scenario import Scenario
 
-ROWS = 1 << 16
-"""Samples of a group."""
-EVENTS = 1 << 10
-"""Impacts, or contacts, of a group."""
+ROWS = 1 << 16  # samples of a group
+EVENTS = 1 << 10  # impacts, or contacts, of a group
 CONTACTS: tuple[str, ...] = ("flank", "time_s", "end_s")
 
 

@@ -11,10 +11,9 @@ from gears3d.effects.rows import WIDTH, Code, Gate, Row, Variable
 from gears3d.engine.compile import entry, inner
 from gears3d.errors import Fault, InputError
 
-_SOON = 1e-6
-"""Points of a tabulated torque nearer than this are passed over [s]."""
+_SOON = 1e-6  # points of a tabulated torque nearer than this are passed over [s]
+# Where the loose gear is: between the flanks, on the active flank, on the reverse flank.
 FREE, ON_ACTIVE, ON_REVERSE = 0, 1, 2
-"""Where the loose gear is: between the flanks, on the active one, on the reverse one."""
 
 _CONSTANT = int(Code.TORQUE_CONSTANT)
 _LINEAR = int(Code.TORQUE_LINEAR)
@@ -23,8 +22,7 @@ _HARMONIC = int(Code.TORQUE_HARMONIC)
 _RELAX = int(Code.TORQUE_RELAX)
 _TABLE = int(Code.TORQUE_TABLE)
 _CARRIED = int(Code.TORQUE_CARRIED)
-_BEHIND = 7
-"""Numbers that a carried body has behind those of its row, see :mod:`gears3d.engine.carried`."""
+_BEHIND = 7  # numbers of a carried body after those of its row, see :mod:`gears3d.engine.carried`
 _SPEED = int(Variable.SPEED)
 _ANGLE = int(Variable.ANGLE)
 _ALWAYS = int(Gate.ALWAYS)

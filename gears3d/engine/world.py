@@ -21,12 +21,9 @@ from gears3d.engine.hulls import write_compound
 from gears3d.errors import EngineError
 from gears3d.files import PRIVATE, temporary
 
-MM = 1e3
-"""mm per m."""
-TORQUE = 1e6
-"""kg mm²/s² per N·m, and kg mm² per kg m²."""
-MARGIN = 1e-3
-"""Bullet's collision margin of a convex hull, in its own length unit: mm here."""
+MM = 1e3  # mm per m
+TORQUE = 1e6  # kg mm²/s² per N·m, and kg mm² per kg m²
+MARGIN = 1e-3  # Bullet's collision margin of a convex hull, in its own length unit: mm here
 LINK = 0
 
 
@@ -63,8 +60,7 @@ class Body:
         return -self.lean[1] * size, self.lean[0] * size, 0.0, math.cos(half)
 
 
-KEPT = 2
-"""Worlds that are kept for further runs of the same gears."""
+KEPT = 2  # worlds that are kept for further runs of the same gears
 
 
 class World:
@@ -236,8 +232,8 @@ class World:
             raise EngineError("Bullet did not take these settings: " + "; ".join(wrong))
 
 
+# Worlds that no run uses, by the identity of their bodies, the last used last.
 _idle: dict[tuple[int, int], World] = {}
-"""Worlds that no run uses, by the identity of their bodies, the last used last."""
 
 
 @contextmanager

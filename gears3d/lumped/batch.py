@@ -17,14 +17,11 @@ from gears3d.lumped import closed_kernel, kernel, repeating, tally
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import borrowed, entry, inner
 
-DONE, BROKEN, STANDSTILL, TOO_LONG = 0, 1, 2, 3
-"""How a point ended."""
-ALL = -2
-"""What ``stop`` holds when the whole batch is given up."""
+DONE, BROKEN, STANDSTILL, TOO_LONG = 0, 1, 2, 3  # how a point ended
+ALL = -2  # value of ``stop`` that gives up the whole batch
+# Impacts of either flank in a period, and altogether, that are kept to find whether the motion repeats.
 ROOM, MOST = 64, 1 << 16
-"""Impacts of either flank in a period, and altogether, that are kept to see whether the motion repeats."""
-_AWAY = 1e-6
-"""Part of the backlash that is left to either flank where a motion goes on."""
+_AWAY = 1e-6  # smallest gap to either flank where a motion is continued, as a part of the backlash
 
 
 @inner

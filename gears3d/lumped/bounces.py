@@ -14,8 +14,7 @@ from gears3d.lumped.compile import inner
 from gears3d.lumped.flank_events import impact, let_go
 from gears3d.lumped.law import LEAST, restitution, thrust
 
-WIDEST = 0.7
-"""Largest phase of a bounce [rad]."""
+WIDEST = 0.7  # largest phase of a bounce [rad]
 
 
 @inner

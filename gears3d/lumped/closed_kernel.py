@@ -14,10 +14,8 @@ from gears3d.lumped.flank_events import begin
 from gears3d.lumped.flights import follow_flight
 from gears3d.lumped.sustained_contact import follow_contact
 
-PATIENCE = 20_000
-"""So many steps in a row that are SHORTEST or less on average break a run off."""
-SHORTEST = 1e-12
-"""Mean length of a step that leads nowhere [s]."""
+PATIENCE = 20_000  # A run is given up after so many successive steps whose mean is SHORTEST or less
+SHORTEST = 1e-12  # mean length of a step without progress [s]
 
 
 @entry

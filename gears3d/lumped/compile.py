@@ -14,15 +14,15 @@ from numba.extending import intrinsic
 
 from gears3d import kernels
 
+# For functions that only compiled code calls. They make no arrays, so references to those that they get are not
+# counted, which would cost more than the computation.
 inner: Any = partial(kernels.inner, error_model="numpy", _nrt=False)
-"""Decorator of functions that only compiled code calls. They make no arrays, so nothing counts references to those that
-they are given, which would cost more than what they compute."""
+# for functions that only compiled code calls and that make arrays
 owner: Any = partial(kernels.inner, error_model="numpy", _nrt=True)
-"""Decorator of functions that only compiled code calls and that make arrays."""
+# For functions that every step calls: inlined, so that unused results are not computed.
 tight: Any = partial(kernels.inner, error_model="numpy", forceinline=True, _nrt=False)
-"""Decorator of what every step calls: what is not asked for is not computed."""
+# For functions that Python calls; kept on disk and run without Python's lock.
 entry: Any = kernels.njit(cache=True, nogil=True, error_model="numpy")
-"""Decorator of functions that Python calls, kept on disk and run without Python's lock."""
 
 
 def _borrowed(typingctx, array):

@@ -34,26 +34,20 @@ from gears3d.lumped.impacts import (
 from gears3d.lumped.integrator import DENSE, END, inside, integrator, off, resize
 from gears3d.lumped.law import TOUCH
 
+# Events, the first four of both flanks, the last of both ends of every table.
 TURNS, TOUCHES, BORDERS, LETS_GO, STOPS, ROLLS, LIFTS, ENGAGES, RELEASES, KNOTS = 0, 2, 4, 6, 8, 9, 10, 11, 12, 13
-"""Events, the first four of both flanks, the last of both ends of every table."""
-NEVER = 1.0
-"""Of an event that cannot happen."""
-STILL = 1e-13
-"""Rate of a gap that is none [m/s], or of a twist [rad/s]."""
+NEVER = 1.0  # value of an event that cannot happen
+STILL = 1e-13  # rate that counts as zero, of a gap [m/s] or of a twist [rad/s]
+# Relative overshoot at the end of half the play, so that a body that has just reached the end is in contact.
 SLACK = 1e-9
-"""Part of its half beyond which a play ends, so that what has just got there is there."""
+# Smallest rate of a gap, and of the twist times the base radius, to which errors are related [m/s].
 SLOWEST = 1e-3
-"""Rate of a gap, and rate of the twist times the base radius, to which errors are related at least [m/s]."""
-NARROWEST = 1e-3
-"""Gap, in backlashes, to which errors are related at least where there is no oil."""
-SHORTEST = 1e-15
-"""Steps below that lead nowhere [s]."""
-SECANTS = 8
-"""Of the mesh force in a step."""
-EXACT = 1e-11
-"""Part of a step to which events are located."""
+NARROWEST = 1e-3  # smallest gap, in backlashes, to which errors are related without oil
+SHORTEST = 1e-15  # shorter steps make no progress [s]
+SECANTS = 8  # secants of the mesh force in a step
+EXACT = 1e-11  # part of a step to which events are located
+# Phase of the oscillation on compliant teeth after which contact counts as permanent [rad].
 LASTING = 10.0 * pi
-"""Phase of the oscillation on compliant teeth after which contact counts as permanent [rad]."""
 
 
 @inner

@@ -12,10 +12,8 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 from gears3d.lumped.roots import first_root
 
-SLACK = 4e-15
-"""Relative distance from a knot that is rounding."""
-BRIEF = 1e-9
-"""Added to what is only about a distance [s]."""
+SLACK = 4e-15  # relative distance from a knot that is rounding
+BRIEF = 1e-9  # added to an approximate distance [s]
 
 
 @inner

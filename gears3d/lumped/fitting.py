@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 DEGREE = 7
+# Chebyshev points of the second kind in [0, 1].
 NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
-"""Chebyshev points of the second kind in [0, 1]."""
 CHECKS = 0.5 * (NODES[1:] + NODES[:-1]) + np.array([0.011, -0.017, 0.019, 0.005, -0.013, 0.017, -0.007])
-JUMP = 1e4
-"""A change over the shortest piece that no corner makes, in accuracies."""
-NOUGHT = 2e-15
-"""A displacement that is rounding [m]."""
-MOST = 1_000_000
-"""So many spans at once are no corners but noise."""
+JUMP = 1e4  # change over the shortest piece that only a jump makes, not a slope discontinuity, in accuracies
+NOUGHT = 2e-15  # displacement that is rounding [m]
+MOST = 1_000_000  # so many spans at once are noise, not slope discontinuities
 _AMONG = np.argsort(np.concatenate([NODES, CHECKS]))
 _SOLVE = np.linalg.inv(np.vander(NODES, increasing=True))
 _CHECK = np.vander(CHECKS, DEGREE + 1, increasing=True)

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from gears3d.gears.deviation import Deviation
 
 Array = NDArray[np.float64]
-ACCURACY = 1e-13
-"""Of the polynomials, at the places tried [m]."""
-NARROW = 1e-9
-"""Shortest piece, in pitches."""
+ACCURACY = 1e-13  # of the polynomials, at the places tried [m]
+NARROW = 1e-9  # shortest piece, in pitches
 
 
 def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:

@@ -17,8 +17,7 @@ from gears3d.lumped.compile import inner
 from gears3d.lumped.flank_events import impact, let_go, set_on_flank
 from gears3d.lumped.law import TOUCH
 
-BESIDE = 1e-9
-"""Phases so near to each other are one [rad]."""
+BESIDE = 1e-9  # phases that differ by less are equal [rad]
 
 
 @inner

@@ -18,8 +18,7 @@ from gears3d.lumped.cursors import derivatives, page
 from gears3d.lumped.law import thrust
 from gears3d.lumped.torques import HARMONIC, POWER, RELAX, SLOW, TABLE
 
-THINNEST = 0.25
-"""Part of its smallest thickness that a film has at least, in steps that are thrown away."""
+THINNEST = 0.25  # smallest thickness of a film in rejected steps, as a part of its smallest thickness
 
 
 class Acting(NamedTuple):

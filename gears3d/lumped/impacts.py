@@ -10,8 +10,7 @@ from gears3d.lumped.cursors import horizon, turn_page
 from gears3d.lumped.forces import acting, material
 from gears3d.lumped.law import LEAST, TOUCH, restitution, thrust
 
-SMOOTH = 1e-6
-"""Change of a flank's slope that contact rides over, as it comes with polynomials in pieces [m/rad]."""
+SMOOTH = 1e-6  # change of a flank's slope between pieces of polynomials that does not end contact [m/rad]
 
 
 @inner

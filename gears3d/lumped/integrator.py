@@ -15,18 +15,15 @@ import numpy as np
 
 from gears3d.lumped.compile import inner
 
-STAGES, END = 16, 12
-"""Rates that are kept, of which those after that at the end serve dense output alone."""
-MOST = 6.0
-"""By which a step may grow."""
-DENSE = 7
-"""Coefficients of dense output."""
+STAGES, END = 16, 12  # rates that are kept; those after END serve dense output alone
+MOST = 6.0  # largest growth of a step
+DENSE = 7  # coefficients of dense output
 
+# Nodes: places in a step at which the rates are evaluated.
 C = np.array([
     0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 0.3333333333333333,
     0.25, 0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0, 1.0, 0.1, 0.2, 0.7777777777777778,
 ])  # fmt: skip
-"""Where in a step the rates are asked for."""
 _SPARSE = (
     (1, (0,), (0.05260015195876773,)),
     (2, (0, 1,), (0.0197250569845379, 0.0591751709536137,)),
@@ -55,17 +52,17 @@ _SPARSE = (
     (15, (0, 5, 6, 7, 8, 12, 13, 14,), (-0.42889630158379194, -4.697621415361164, 7.683421196062599,
     4.06898981839711, 0.3567271874552811, -0.0013990241651590145, 2.9475147891527724, -9.15095847217987,)),
 )  # fmt: skip
-A = np.zeros((STAGES, STAGES))
-"""How far the state is led by the rates before, stage by stage; that at END is the result."""
+A = np.zeros((STAGES, STAGES))  # Runge-Kutta matrix, stage by stage; the row END gives the result
 for _stage, _places, _parts in _SPARSE:
     A[_stage, list(_places)] = _parts
+# Weights of the error estimates of orders 5 and 3.
 E = np.array([
     [0.01312004499419488, 0.0, 0.0, 0.0, 0.0, -1.2251564463762044, -0.4957589496572502, 1.6643771824549864,
     -0.35032884874997366, 0.3341791187130175, 0.08192320648511571, -0.022355307863886294],
     [-0.18980075407240762, 0.0, 0.0, 0.0, 0.0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
     -0.4226823213237919, -0.1521609496625161, 0.20136540080403034, 0.02265179219836082],
 ])  # fmt: skip
-"""By how much results of orders 5 and 3 are off."""
+# Weights of dense output.
 D = np.array([
     [-8.428938276109013, 0.0, 0.0, 0.0, 0.0, 0.5667149535193777, -3.0689499459498917, 2.38466765651207,
     2.117034582445028, -0.871391583777973, 2.2404374302607883, 0.6315787787694688, -0.08899033645133331,
@@ -80,7 +77,6 @@ D = np.array([
     93.40532418362432, -37.45832313645163, 104.0996495089623, 29.8402934266605, -43.53345659001114,
     96.32455395918828, -39.17726167561544, -149.72683625798564],
 ])  # fmt: skip
-"""Of dense output."""
 
 
 def integrator(rates: Any) -> tuple[Any, Any]:

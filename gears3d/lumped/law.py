@@ -9,10 +9,8 @@ import numpy as np
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner
 
-LEAST = 1e-13
-"""Rebound speed that no clock resolves [m/s]."""
-TOUCH = 1e-12
-"""Approach speed up to which a contact does not count as an impact [m/s]."""
+LEAST = 1e-13  # rebound speed below any resolution in time [m/s]
+TOUCH = 1e-12  # approach speed up to which a contact does not count as an impact [m/s]
 
 
 @inner

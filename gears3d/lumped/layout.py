@@ -11,14 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-ORDER = 20
-"""Highest order of the series."""
+ORDER = 20  # highest order of the series
 
 # rows of the work array
+# GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank); the effects' own begin at ROWS.
 (
     OMEGA1, THETA1, OMEGA2, THETA2, S, GAP, TORQUE, DEVIATION, REACTION, DRY, SCRATCH, TABLED, ROWS,
 ) = 0, 1, 2, 3, 4, 5, 7, 8, 12, 13, 14, 15, 17  # fmt: skip
-"""GAP, DEVIATION and TABLED take a row a flank (DEVIATION + 2*gear + flank); the effects' own begin at ROWS."""
 
 # the model's numbers, one after the other
 (
@@ -37,8 +36,7 @@ PER_HARMONIC, PER_TORQUE, PER_FLANK = 4, 5, 5
 # columns of the table of compliant teeth over a pitch of the drive, of both flanks: stiffness, lever of friction, lever
 # of shearing oil
 TOOTH_STIFFNESS, LEVER, SHEAR, TOOTH_COLUMNS = 0, 2, 4, 6
-PER_POINT = 8
-"""Coefficients of a polynomial, the highest first."""
+PER_POINT = 8  # coefficients of a polynomial, the highest first
 
 # a table: row of its variable (TIME_TABLE: time), number and width of its pieces, period, where knots and pieces lie
 VARIABLE, PIECES, WIDTH, PERIOD, AT_KNOTS, AT_PIECES, PER_TABLE = range(7)
@@ -59,8 +57,7 @@ WORKS = (
     53  # of the mesh on the loose gear, drag, friction; spring, damping, squeeze, wedge on the gaps; drive on the mesh
 )
 N_WORKS = 8
-STATE = 61
-"""From here on the state holds two numbers a table: the piece it is in, and the turns before it [rad]."""
+STATE = 61  # after it the state holds two numbers a table: the piece it is in, and the turns before it [rad]
 
 # modes; those of contact and spring hold for the active flank, one more is the reverse flank
 BEFORE, FREE, STUCK, PRESSED = -1, 0, 1, 3
@@ -91,14 +88,13 @@ COUNTERS = 14
 DONE, IMPACTS_FULL, CONTACTS_FULL, BROKEN, STANDSTILL = range(5)
 
 IMPACT_COLUMNS = 7  # time, flank, velocity, rebound, impulse, displacement, flight height
+# Time, both angles, both speeds, displacement, its rate, and from FORCES on the forces of both flanks.
 FORCES, SAMPLE_COLUMNS = 7, 9
-"""Time, both angles, both speeds, displacement, its rate, and from FORCES on the forces of both flanks."""
 
-INVERSE = np.array([0.0, *[1.0 / k for k in range(1, ORDER + 2)]])
-"""1/k."""
+INVERSE = np.array([0.0, *[1.0 / k for k in range(1, ORDER + 2)]])  # 1/k
 
+# Largest rate*step that a series of order n + 1 covers to rounding, at index n.
 REACH = np.array([(factorial(n) * 1e-14) ** (1.0 / n) for n in range(1, ORDER + 1)])
-"""Largest rate*step that a series of order n + 1 covers to rounding, at index n."""
 
 
 class Buffers(NamedTuple):

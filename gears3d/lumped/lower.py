@@ -12,8 +12,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.lumped import layout
 from gears3d.lumped.tables import Table, torque_lines
 
-FLIGHT, ACTIVE, REVERSE = 0, 1, 2
-"""Phases of the motion; the flank of a contact phase is phase - 1."""
+FLIGHT, ACTIVE, REVERSE = 0, 1, 2  # phases of the motion; the flank of a contact phase is phase - 1
 
 _ACTS = {
     Gate.ALWAYS: (FLIGHT, ACTIVE, REVERSE),

@@ -13,15 +13,13 @@ from gears3d.lumped import layout as at
 from gears3d.lumped.kernel import advance
 from gears3d.lumped.model import Model
 
+# Size of a disturbance in tolerances of the integrator, times the backlash: far above the error of its steps.
 DISTURBANCE = 1e3
-"""Size of a disturbance in tolerances of the integrator, times the backlash: far above what its steps are off by."""
+# A disturbance that shrinks by more than this within a period is rounding noise: contact has erased it. Such a period
+# counts as this much and the copy is disturbed again, as all differences of two runs disturb them repeatedly: a motion
+# that diverges for many periods and sticks once is chaotic. Only where every period erases the disturbance is the
+# exponent minus infinity.
 WIPED = 1e-6
-"""A disturbance that shrinks by more than this within a period is rounding noise: contact has wiped it out.
-
-Such a period counts as this much and the copy is disturbed anew, as everything that two runs differ in disturbs them
-again and again: a motion that parts for many periods and sticks once is chaotic. Only where every period wipes the
-disturbance out is the exponent minus infinity.
-"""
 
 
 class Shadow:

@@ -13,8 +13,7 @@ from gears3d.errors import Fault, InputError
 from gears3d.lumped import layout, lower
 from gears3d.lumped.tables import Table, pack
 
-TOLERANCE = 1e-9
-"""Of steps of the integrator unless given."""
+TOLERANCE = 1e-9  # default tolerance of the integrator's steps
 FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
 
 

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
 Array = np.ndarray
+# Smallest gap to either flank at the start of a motion that is picked up, as a part of the backlash.
 LEAST = 0.002
-"""Part of the backlash that is left to either flank where a motion is picked up."""
+# The motion is the measured one; scatter predicts nothing.
 LEFT_OUT = (Code.MOTION_HARMONIC, Code.IMPACT_SCATTER)
-"""The motion is the measured one; scatter predicts nothing."""
 
 
 class Start(NamedTuple):

@@ -13,14 +13,10 @@ from gears3d.lumped import layout as at
 from gears3d.lumped import tally
 from gears3d.lumped.compile import inner
 
-SAME = 1e-9
-"""Part of a period by which two losses of contact may miss whole periods."""
-LOOK = 3
-"""Periods before the first look."""
-AT_ONCE = 16
-"""Periods that run without a look at what may stop them."""
-ROOM = 1024
-"""Impacts of a cycle that are kept."""
+SAME = 1e-9  # part of a period by which the time between two losses of contact may deviate from whole periods
+LOOK = 3  # periods before the first test
+AT_ONCE = 16  # periods that run without a check of the signals that stop them
+ROOM = 1024  # impacts of a cycle that are kept
 
 # how far a run has come: whole periods, whether the section within the next was taken, length of the cycle in periods,
 # impacts of it so far, when it began, and whether one is looked for

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from gears3d.effects import Rig, Row
     from gears3d.scenario import Scenario
 
-KNOTS = 8.0
-"""Knots of a smoothed drive motion in one period of its bandwidth."""
+KNOTS = 8.0  # knots of a smoothed drive motion in one period of its bandwidth
 SIGNALS = (
     "time_s",
     "theta_drive_rad",

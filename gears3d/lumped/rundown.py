@@ -18,10 +18,8 @@ from gears3d.recording import Recording
 if TYPE_CHECKING:
     from gears3d.scenario import Scenario
 
-LONGEST = 3600.0
-"""After this time a gear that still turns is taken not to stop [s]."""
-AFTER = 0.02
-"""How long the record goes on when the gear stands, as a part of the run-down."""
+LONGEST = 3600.0  # after this time a gear that still turns is taken not to stop [s]
+AFTER = 0.02  # length of the record after the gear has stopped, as a part of the coast-down
 
 
 class DriveDrag(NamedTuple):

@@ -22,12 +22,9 @@ if TYPE_CHECKING:
     from gears3d.effects import Row
     from gears3d.scenario import Scenario
 
-LEAD = 0.05
-"""Turns that are driven beyond those asked for, in which the gears change flanks."""
-TURNING = 0.01
-"""Turns in whose time the drive changes its direction."""
-LOST = 0.01
-"""Part of the turns asked for that may go by without contact."""
+LEAD = 0.05  # additional turns of the drive, in which the gears change flanks
+TURNING = 0.01  # time in which the drive changes its direction, in turns
+LOST = 0.01  # largest part of the turns that may pass without contact
 
 
 def slow_turns(

@@ -16,8 +16,7 @@ from gears3d.lumped.impacts import holds, let_go, place_on_flank, reaction, stic
 from gears3d.lumped.model import Model
 
 STATES = ("active", "reverse", "free")
-FIRST_STEP = 1e-6
-"""Of the integrator, unless it is too long [s]."""
+FIRST_STEP = 1e-6  # first step of the integrator, unless it is too long [s]
 
 
 def start_state(start: str, tables: int = 0) -> np.ndarray:

@@ -21,10 +21,8 @@ NUMBERS = 18
 PLACE, RATE, FIRST = 0, 1, 2
 SECTIONS = 4
 
-LONGEST = 8
-"""Largest number of periods after which a motion is said to repeat."""
-UNKNOWN = -1
-"""Repetition of what does not repeat."""
+LONGEST = 8  # largest number of periods after which a motion is reported to repeat
+UNKNOWN = -1  # repetition of a motion that does not repeat
 
 
 @inner

@@ -11,8 +11,7 @@ from gears3d.lumped.cursors import linear
 
 POWER, HARMONIC, RELAX = float(Code.TORQUE_POWER), float(Code.TORQUE_HARMONIC), float(Code.TORQUE_RELAX)
 TABLE = float(Code.TORQUE_TABLE)
-SLOW = 1e-6
-"""Loose speed below which a power law goes on as a straight line through the origin [rad/s]."""
+SLOW = 1e-6  # loose speed below which a power law is replaced by a straight line through the origin [rad/s]
 
 
 @inner

@@ -10,22 +10,19 @@ import numpy as np
 
 from gears3d.kernels import njit
 
-NEAR = 0.1
-"""Part of the gap's thickness that a step goes through at most where oil lies in it."""
-SLOWEST = 1e-7
-"""Shortest step [s]."""
+NEAR = 0.1  # largest change of the gap in a step where oil lies in it, as a part of the gap
+SLOWEST = 1e-7  # shortest step [s]
+# A flank is not reached in a step if it is this many times as far as the gear moves towards it at its speed.
 AMID = 3.0
-"""Times as far as its speed takes the gear in a step towards a flank, from which on that flank is not met in it."""
-EDGE = 1e-8
-"""How far a step goes beyond the moment at which teeth touch [s]."""
+EDGE = 1e-8  # overshoot of a step beyond the moment at which teeth touch [s]
 ACTIVE, REVERSE, FREE = 0, 1, 2
+# Numbers of a law: of the oil [N·s, N·s·m^0.5, m], of the teeth [N/m, N·s/m], of the flanks [1], of impacts [1, s/m,
+# 1], rebound speed below which the gear stays in contact [m/s], mass along the line of action [kg].
 WEDGE, SQUEEZE, LAYER, STIFFNESS, DAMPING, FRICTION, RESTITUTION, SLOPE, ASYMMETRY, STICK, MASS = range(11)
-"""What the numbers of a law are: of the oil [N·s, N·s·m^0.5, m], of the teeth [N/m, N·s/m], of the flanks [1], of
-impacts [1, s/m, 1], speed of a rebound that stays [m/s], mass along the line of action [kg]."""
 NUMBERS = 11
+# Columns on the grid: acceleration without the flanks [m/s²], place of both flanks [m], rolling speed [m/s], speed of
+# both flanks [m/s].
 FORCED, LOW, HIGH, ROLLING, LOW_RATE, HIGH_RATE = range(6)
-"""What is given on the grid: acceleration without the flanks [m/s²], place of both flanks [m], rolling speed [m/s],
-speed of both flanks [m/s]."""
 COLUMNS = 6
 
 

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = NDArray[np.float64]
-SLICES = 64
-"""Of the face, where lines of contact are averaged."""
+SLICES = 64  # slices of the face over which lines of contact are averaged
 
 
 def coefficient(place: ArrayLike, average: float, regularisation: float) -> Array:

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from gears3d.scenario import Scenario
     from gears3d.scenario.models import Lubricated
 
+# Points of the table over one pitch of the drive; SHARP where friction changes sign at one place.
 POINTS, SHARP = 64, 256
-"""Of the table over one pitch of the drive; as many as SHARP where friction turns round at one place."""
+# Height at which the film begins to act: at most in backlashes, at least in gaps at which teeth touch.
 WIDEST, NARROWEST = 0.3, 1.5
-"""The felt height, in backlashes at most and in gaps at which teeth touch at least."""
 REMEDY = "run it with --model rigid"
 
 

@@ -16,10 +16,8 @@ if TYPE_CHECKING:
     from gears3d.gears import Pair
 
 Array = NDArray[np.float64]
-POSITIONS = 240
-"""Of a tooth on its way through the space of its mate."""
-CHORD = 1e-5
-"""Of the outlines [m]."""
+POSITIONS = 240  # positions of a tooth on its way through the space of its mate
+CHORD = 1e-5  # chord error of the outlines [m]
 
 
 def space_area(pair: Pair, which: str, angle: Array) -> Array:
