@@ -141,18 +141,9 @@ _closed, _dry, _compliant = _compiled(True, False), _compiled(False, False), _co
 
 @njit(cache=True, error_model="numpy")
 def count_impacts(rows, begin, end, period, first, numbers, sections, kept, mass):
-    """Count the impacts of one run.
+    """Count impacts of one run, ``rows`` (n, 7), into ``numbers`` (NUMBERS,); see :func:`gears3d.lumped.tally.take`.
 
-    Args:
-        rows: of the run, in order of time, as :func:`gears3d.lumped.tally.take` has them; (n, 7).
-        begin: of what counts [s].
-        end: of what counts [s].
-        period: of the excitation [s].
-        first: period since ``begin`` that the first of the sections belongs to.
-        numbers: filled, (NUMBERS,).
-        sections: the first impacts' speeds are filled, (k, SECTIONS).
-        kept: room, (2, m, 2).
-        mass: of the loose gear on the line of action [kg].
+    The first impacts' speeds go into ``sections`` (k, SECTIONS); ``kept`` (2, m, 2) is scratch. Times in s, mass in kg.
     """
     tally.clear(numbers, sections)
     tally.take(rows, len(rows), begin, end, period, first, numbers, sections, kept, mass)
@@ -160,10 +151,7 @@ def count_impacts(rows, begin, end, period, first, numbers, sections, kept, mass
 
 
 def room(periods: int) -> np.ndarray:
-    """Return room for the impacts of a point, (2, m, 2).
-
-    Args:
-        periods: in which impacts count.
+    """Return zeroed arrays for the impacts of a point over so many counted periods, (2, m, 2).
 
     >>> room(2).shape
     (2, 128, 2)
@@ -229,15 +217,11 @@ class Batch:
 
 
 def pack_points(base: np.ndarray, quantities: dict[str, np.ndarray]) -> np.ndarray:
-    """Return packed models that differ in the numbers of the rig and of one harmonic alone.
+    """Return packed models (n, m) that differ from ``base`` (m,) in the numbers of the rig and of one harmonic alone.
 
-    Args:
-        base: a packed model with one harmonic and no effects, flat, (m,).
-        quantities: ``mean`` and ``amplitude`` [rad/s], ``frequency`` [Hz], ``phase`` [rad], ``torque`` [N·m],
-            ``restitution``, ``stick_velocity`` [m/s], ``backlash`` [m], ``inertia`` [kg·m²], ``seed``; (n,) each.
-
-    Returns:
-        What :meth:`gears3d.lumped.model.Model.flat` gives of each point, (n, m).
+    ``base`` has one harmonic and no effects. ``quantities`` (n,) each: ``mean`` and ``amplitude`` [rad/s],
+    ``frequency`` [Hz], ``phase`` [rad], ``torque`` [N·m], ``restitution``, ``stick_velocity`` [m/s], ``backlash`` [m],
+    ``inertia`` [kg·m²], ``seed``.
 
     >>> from gears3d.effects import Rig
     >>> from gears3d.lumped.model import model

@@ -20,18 +20,7 @@ SHORTEST = 1e-12  # mean length of a step without progress [s]
 
 @entry
 def advance(m, state, count, impacts, contacts, samples, spacing, end):
-    """Move the state to the time ``end`` or to the first table that is full; see :func:`gears3d.lumped.kernel.advance`.
-
-    Args:
-        m: the packed model, flat.
-        state: moved on.
-        count: counters, moved on.
-        impacts: table, filled.
-        contacts: table, filled.
-        samples: table, filled.
-        spacing: of the samples [s].
-        end: [s].
-    """
+    """Advance the state as :func:`gears3d.lumped.kernel.advance` does, with samples ``spacing`` [s] apart."""
     m, state, count = borrowed(m), borrowed(state), borrowed(count)
     impacts, contacts, samples = borrowed(impacts), borrowed(contacts), borrowed(samples)
     if state[at.MODE] == at.BEFORE:

@@ -22,21 +22,12 @@ _CHECK = np.vander(CHECKS, DEGREE + 1, increasing=True)
 
 
 def fit(function: Callable[[Array], Array], edges: Array, accuracy: float, narrow: float) -> tuple[Array, Array]:
-    """Return the knots and pieces of a polynomial of degree 7 in pieces that follows a function.
+    """Return the knots (m + 1,) and pieces (m, 9) of a piecewise polynomial of degree 7 that follows a function.
 
-    Pieces meet where the function has corners, which are found where the polynomials of both sides cross.
-
-    Args:
-        function: sampled at rising places, (n,) -> (n,).
-        edges: where pieces have to end at least, rising, (n + 1,).
-        accuracy: largest error at the places tried.
-        narrow: length of a piece that is not divided any more.
-
-    Raises:
-        ValueError: the function jumps at the place that it carries.
-
-    Returns:
-        Knots, (m + 1,), and the pieces' own zeros and coefficients, (m, 9).
+    Each piece holds its own zero and coefficients. Pieces end at the rising ``edges`` (n + 1,) and meet at slope
+    discontinuities, which are found where the polynomials of both sides intersect. The largest error at the places
+    tried is ``accuracy``; pieces as short as ``narrow`` are not divided. A jump of the function is a ValueError that
+    carries its place.
 
     >>> knots, pieces = fit(lambda x: np.abs(x - 0.3), np.array([0.0, 1.0]), 1e-11, 1e-9)
     >>> 0.3 in knots.round(12)

@@ -26,18 +26,10 @@ NARROW = 1e-9  # shortest piece, in pitches
 
 
 def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:
-    """Return the material that moves the contact on the active and on the reverse flanks.
+    """Return the displacement of the contact on the active and reverse flanks by deviations, reliefs and mounting.
 
-    Args:
-        pair: the pair with deviations, reliefs and mounting.
-        low: smallest angle of the drive gear that is needed [rad].
-        high: largest; where the period is shorter, tables repeat and hold everywhere.
-
-    Returns:
-        Tables over the drive's angle, degree 7, in m: φ(θ) of the active flanks, −φ(θ) of the reverse ones.
-
-    Raises:
-        InputError: teeth that come out of mesh.
+    Both are tables over the drive's angle from ``low`` to ``high`` [rad], degree 7, in m: φ(θ) of the active flanks,
+    −φ(θ) of the reverse ones. Where the period is shorter, tables repeat. Teeth out of mesh are an InputError.
 
     >>> from gears3d.gears import Gear, Pair, ToothDeviation
     >>> gear = Gear(3.5e-3, 30)
@@ -70,11 +62,10 @@ def flank_tables(pair: Pair, low: float, high: float) -> tuple[Table, Table]:
 
 
 def table_period(pair: Pair) -> float:
-    """Return the angle of the drive gear after which the flanks' displacements come again [rad].
+    """Return the angle of the drive gear after which the flanks' displacements repeat [rad].
 
-    Args:
-        pair: one pitch when all teeth of both gears are the same and run true, a turn of the gear whose are not, or
-            the hunting period.
+    It is one pitch when all teeth of both gears are the same and run true, a turn of the gear whose teeth do not, or
+    the hunting period.
 
     >>> from gears3d.gears import Gear, Pair
     >>> table_period(Pair.from_backlash(Gear(2e-3, 20), Gear(2e-3, 30), 1e-4)) * 20 / (2 * pi)
@@ -94,9 +85,6 @@ def _same_on_all_teeth(pair: Pair, one: Deviation) -> bool:
 
 def perfect(pair: Pair) -> bool:
     """Whether a pair's flanks are perfect involutes on true axes, which need no table.
-
-    Args:
-        pair: the pair.
 
     >>> from gears3d.gears import Gear, Pair
     >>> perfect(Pair.from_backlash(Gear(2e-3, 20), Gear(2e-3, 30), 1e-4))

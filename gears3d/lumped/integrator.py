@@ -82,14 +82,12 @@ D = np.array([
 def integrator(rates: Any) -> tuple[Any, Any]:
     """Return a step of the integrator for a law of motion, and its dense output, to be called from compiled code.
 
-    ``attempt(given, t, y, h, k, end, motions)`` tries a step ``h`` from the time ``t`` and the state ``y`` (n,). The
-    first row of ``k`` (STAGES, n) holds the rates there; ``end`` (n,) becomes the state at the end, whose rates the
-    caller writes into the row END. ``open_up(given, t, y, h, k, end, dense, between, motions)`` then fills ``dense``
-    (DENSE, n); ``between`` (n,) is scratch. The state is ``motions`` numbers, places and their rates in pairs, and
-    after them integrals on which nothing depends.
-
-    Args:
-        rates: compiled function of (given, time, state, out) that writes the rates of the state.
+    ``rates(given, time, state, out)`` is compiled and writes the rates of the state. ``attempt(given, t, y, h, k, end,
+    motions)`` tries a step ``h`` from the time ``t`` and the state ``y`` (n,). The first row of ``k`` (STAGES, n) holds
+    the rates there; ``end`` (n,) becomes the state at the end, whose rates the caller writes into the row END.
+    ``open_up(given, t, y, h, k, end, dense, between, motions)`` then fills ``dense`` (DENSE, n); ``between`` (n,) is
+    scratch. The state is ``motions`` numbers, places and their rates in pairs, and after them integrals on which
+    nothing depends.
     """
 
     @inner

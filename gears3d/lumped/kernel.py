@@ -87,29 +87,16 @@ def compliant(m, state, count, w, impacts, contacts, samples, spacing, end):
 
 
 def integrated(m: np.ndarray) -> bool:
-    """Whether a packed model is one for the integrator.
-
-    Args:
-        m: flat.
-    """
+    """Whether a flat packed model needs the integrator."""
     return bool(m[at.FLOOR] > 0.0 or m[at.STIFFNESS] > 0.0 or m[at.CARRIED] > 0.0)
 
 
 def advance(m: np.ndarray, state: np.ndarray, count: np.ndarray, out: at.Buffers, end: float) -> int:
-    """Move the state to the time ``end`` or to the first buffer that is full, and return how it ended.
+    """Advance the state to the time ``end`` [s] or to the first buffer that is full, and return why it ended.
 
-    Three programs: closed form where there is one, power series for rigid flanks, the integrator for oil films,
-    compliant teeth and carried bodies.
-
-    Args:
-        m: the packed model, flat.
-        state: moved on.
-        count: counters, moved on.
-        out: buffers, filled.
-        end: [s].
-
-    Returns:
-        How it ended, one of those in :mod:`gears3d.lumped.layout`.
+    The reason is one of those in :mod:`gears3d.lumped.layout`. Three programs: closed form where it exists, power
+    series for rigid flanks, the integrator for oil films, compliant teeth and carried bodies. State, counters and
+    buffers are changed.
     """
     tables = (out.impacts, out.contacts, out.samples, out.spacing, end)
     if m[at.SIMPLE] > 0.0:

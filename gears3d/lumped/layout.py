@@ -116,14 +116,7 @@ class Buffers(NamedTuple):
 
 
 def buffers(effect_rows: int, impacts: int, contacts: int, samples: int, spacing: float) -> Buffers:
-    """Return zeroed buffers.
-
-    Args:
-        effect_rows: torque and flank rows together.
-        impacts: room for so many.
-        contacts: room for so many.
-        samples: how many to take.
-        spacing: time between samples [s].
+    """Return zeroed buffers for so many torque and flank rows, impacts, contacts and samples, ``spacing`` [s] apart.
 
     >>> buffers(0, 1, 1, 2, 0.5).samples.shape
     (2, 9)

@@ -24,12 +24,7 @@ _ACTS = {
 
 
 def torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, list[Table]]:
-    """Return the constant and linear torques by phase, all others, and the tables that these refer to.
-
-    Args:
-        rig: constants of the base model.
-        rows: normal forms of the effects.
-    """
+    """Return the constant and linear torques by phase, all others, and the tables that these refer to."""
     base = np.zeros((3, 3))
     base[:, 0] = rig.drag_torque
     others, tables = [], []
@@ -50,14 +45,10 @@ def torques(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, list
 
 
 def motion(rig: Rig, harmonics: Sequence[tuple[float, ...]]) -> tuple[float, np.ndarray]:
-    """Return the mean speed, and the harmonics that move; one of no frequency is part of the mean.
+    """Return the mean speed [rad/s] and the harmonics (n, 4); one of frequency 0 is part of the mean.
 
-    Args:
-        rig: constants of the base model.
-        harmonics: amplitude [rad/s], frequency [Hz], phase [rad] of each.
-
-    Returns:
-        The mean [rad/s]; amplitude [rad/s], angular frequency [rad/s], phase [rad], its cosine, (n, 4).
+    A harmonic in is amplitude [rad/s], frequency [Hz], phase [rad]; out it is amplitude [rad/s], angular frequency
+    [rad/s], phase [rad] and its cosine.
     """
     mean = rig.mean_speed + sum(a * np.sin(p) for a, f, p in harmonics if f == 0.0)
     moving = [(a, 2 * np.pi * f, p, np.cos(p)) for a, f, p in harmonics if f != 0.0]
@@ -68,10 +59,6 @@ def flanks(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, float]:
     """Return the waves of the flanks, and what is constant on the reverse ones [m], which narrows the backlash.
 
     Both flanks of a gear share a wave where order and phase are the same.
-
-    Args:
-        rig: constants of the base model.
-        rows: normal forms of the effects.
     """
     waves: dict[tuple[float, ...], list[float]] = {}
     thicker = 0.0
@@ -87,17 +74,10 @@ def flanks(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, float]:
 
 
 def eccentric(rig: Rig, row: Row) -> list[Row]:
-    """Return what teeth off their axis add to both flanks of their gear, to first order in the offset.
+    """Return what eccentric teeth, a FLANK_ECCENTRIC, add to both flanks of their gear, to first order in the offset.
 
-    The offset projected on the lines of action: they are inclined by the working pressure angle to the motion at the
-    pitch point, and every flank's normal leans towards the mate.
-
-    Args:
-        rig: constants of the base model.
-        row: a FLANK_ECCENTRIC.
-
-    Returns:
-        A wave of order 1 for either flank.
+    It is a wave of order 1 for either flank, the offset projected on the lines of action: they are inclined by the
+    working pressure angle to the motion at the pitch point, and the normal of every flank is inclined towards the mate.
 
     >>> from gears3d.effects.rows import flank_eccentric
     >>> rig = Rig(0.1, 0.1, 0.1, 0.0, 1e-4, 0.0, 1.0, 20, 20, working_pressure_angle=0.0)
@@ -114,18 +94,11 @@ def eccentric(rig: Rig, row: Row) -> list[Row]:
 
 
 def film(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarray:
-    """Return wedge, squeeze, both rolling radii, smallest thickness and the height over it from which a film is felt.
+    """Return wedge, squeeze, both rolling radii, smallest thickness and height over it at which the film acts, (6,).
 
-    Args:
-        rows: normal forms of the effects.
-        backlash: without what is constant on the reverse flanks [m].
-        waves: of the flanks, as :class:`gears3d.lumped.model.Model` has them; (n, 5).
-
-    Returns:
-        [N·s, N·s·√m, m, m, m, m], zeros without a film; (6,).
-
-    Raises:
-        InputError: there is more than one film, or it fills the backlash.
+    In N·s, N·s·√m, m, m, m, m; zeros without a film. ``backlash`` [m] is without what is constant on the reverse
+    flanks; ``waves`` (n, 5) are those of :class:`gears3d.lumped.model.Model`. More than one film, or a film that fills
+    the backlash, is an InputError.
 
     >>> from gears3d.effects.rows import gap_film
     >>> film([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6, np.zeros((0, 5)))[5]
@@ -151,14 +124,7 @@ def film(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarray:
 
 
 def friction(rows: Sequence[Row]) -> float:
-    """Return the friction in the mesh by flank force and base radius.
-
-    Args:
-        rows: normal forms of the effects.
-
-    Raises:
-        InputError: it blocks the mesh.
-    """
+    """Return the mesh friction by flank force and base radius; friction that blocks the mesh is an InputError."""
     total = sum(row.p[0] for row in rows if row.code == Code.TORQUE_FRICTION)
     if not abs(total) < 1.0:
         raise InputError(
@@ -170,11 +136,7 @@ def friction(rows: Sequence[Row]) -> float:
 def carried(rows: Sequence[Row]) -> np.ndarray:
     """Return inertia [kg·m²], stiffness [N·m/rad], damping [N·m·s/rad] and play [rad] of the carried body, (4,).
 
-    Args:
-        rows: normal forms of the effects.
-
-    Raises:
-        InputError: there is more than one body.
+    More than one body is an InputError.
     """
     bodies = [row.p for row in rows if row.code == Code.TORQUE_CARRIED]
     if len(bodies) > 1:
@@ -186,9 +148,7 @@ def carried(rows: Sequence[Row]) -> np.ndarray:
 def gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:
     """Return whether torques differ between flight and contact on either flank, (2,).
 
-    Args:
-        base: constant and linear torques by phase, (3, 3).
-        torques: all others, (n, 5).
+    ``base`` (3, 3) holds constant and linear torques by phase, ``torques`` (n, 5) all others.
     """
     masks = torques[:, 1].astype(int)
     return np.array(
@@ -200,12 +160,7 @@ def gated(base: np.ndarray, torques: np.ndarray) -> np.ndarray:
 
 
 def restitution(rig: Rig, rows: Sequence[Row]) -> np.ndarray:
-    """Return e0, slope [s/m], asymmetry and standard deviation, (4,).
-
-    Args:
-        rig: constants of the base model.
-        rows: normal forms of the effects.
-    """
+    """Return e0, slope [s/m], asymmetry and standard deviation of the coefficient of restitution, (4,)."""
 
     def total(code: Code) -> float:
         return sum(row.p[0] for row in rows if row.code == code)

@@ -43,13 +43,9 @@ class Shadow:
         self._time = 0.0
 
     def follow(self, before: np.ndarray, after: np.ndarray, total: int, end: float) -> None:
-        """Take the copy over one period.
+        """Advance the copy over one period that ends at ``end`` [s], between the run's states ``before`` and ``after``.
 
-        Args:
-            before: the run's state at the period's start.
-            after: the run's state at the period's end.
-            total: impacts before the period, where the scatter goes on.
-            end: of the period [s].
+        The scatter continues after ``total`` impacts.
         """
         start = before[at.TIME]
         if start < self._from * (1 - 1e-12) or end <= start:

@@ -159,22 +159,11 @@ def model(
 ) -> Model:
     """Pack the base model, the drive's motion and the effects' rows for the kernel.
 
-    Args:
-        rig: constants of the base model.
-        harmonics: amplitude [rad/s], frequency [Hz], phase [rad] of each.
-        rows: normal forms of the effects.
-        stick_velocity: rebound speed below which contact is permanent [m/s].
-        seed: of the scatter.
-        flanks: tables of the material on active and reverse flanks, in place of all rows of flanks.
-        drive: angle [rad] over time, in place of the mean speed.
-        teeth: compliant ones that differ along their mesh.
-        tolerance: of steps of the integrator.
-
-    Returns:
-        The packed model.
-
-    Raises:
-        InputError: a row's normal form is not one that the rigid model has.
+    A harmonic is amplitude [rad/s], frequency [Hz] and phase [rad]; ``stick_velocity`` [m/s] is the rebound speed below
+    which contact is permanent; ``seed`` is that of the scatter. ``flanks``, tables of the displacement of active and
+    reverse flanks, replace all rows of flanks; ``drive``, angle [rad] over time, replaces the mean speed; ``teeth`` are
+    compliant teeth that vary along their mesh; ``tolerance`` is that of the integrator's steps. A row of another normal
+    form than the rigid model's is an InputError.
 
     >>> rig = Rig(0.148, 0.148, 0.0695, 0.22, 250e-6, 0.0, 3.1, 90, 90)
     >>> model(rig, [(2.0, 3.0, 0.0)]).base[0].tolist()

@@ -53,22 +53,13 @@ class Start(NamedTuple):
 def pick_up(
     scenario: Scenario, start: Start, time: Array, drive: Array, output_rate: float, riding: int | None = None
 ) -> Recording:
-    """Run a scenario in the rigid model from a measured state, the drive moving as it is told.
+    """Run a scenario in the rigid model from a measured state, under the drive's measured motion.
 
-    Args:
-        scenario: gears, drag, impact law and effects; its motion, and scatter of the impacts, play no part.
-        start: the state.
-        time: of the drive's motion, the first one that of the start [s], (n,), twelve or more; the last ends the run.
-        drive: angle of the drive gear there [rad], (n,).
-        output_rate: samples a second.
-        riding: the flank on which the gear begins, 0 active or 1 reverse; place and rate are not asked then.
-
-    Returns:
-        The recording, with times and angles as the start has them.
-
-    Raises:
-        InputError: the scenario holds what the rigid model cannot do.
-        EngineError: the motion cannot go on.
+    Its own motion and the scatter of impacts are not used. ``drive`` is the angle of the drive gear [rad] at ``time``
+    [s], (n,), twelve points or more: the first is that of the start, the last ends the run. ``riding`` is the flank on
+    which the gear begins, 0 active or 1 reverse, in place of the start's displacement and rate. Times and angles of the
+    recording are those of the start. A scenario that the rigid model cannot simulate is an InputError, a motion that
+    cannot continue an EngineError.
     """
     rig = scenario.rig()
     path = quintic(time - start.time, drive - start.drive)
@@ -84,12 +75,7 @@ def pick_up(
 
 
 def turned_back(rows: Iterable[Row], start: Start, radius_loose: float) -> list[Row]:
-    """Return rows as they are seen by a clock and by angles that begin where a motion is picked up.
-
-    Args:
-        rows: normal forms; motion and scatter are left out.
-        start: the state.
-        radius_loose: base radius of the loose gear [m].
+    """Return rows for a clock and angles that begin where a motion is picked up; motion and scatter are excluded.
 
     >>> from gears3d.effects.rows import flank_harmonic, torque_relax
     >>> start = Start(2.0, 0.25, 0.0, 0.0, 0.0)

@@ -70,17 +70,10 @@ class Piece:
 
 
 def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Recording:
-    """Give the closed form of a scenario as a recording.
+    """Give the closed form of a scenario as a recording, with the columns of the rigid model and its ``meta``.
 
-    Args:
-        scenario: at most one harmonic, constant drag, restitution 0; sensor effects do nothing here.
-        progress: called once with the duration [s].
-
-    Returns:
-        The recording, with the columns of the rigid model and its ``meta``.
-
-    Raises:
-        InputError: an assumption of the closed form fails: names the key.
+    The scenario has at most one harmonic, constant drag and restitution 0; effects of sensors do not act here.
+    ``progress`` is called once with the duration [s]. An assumption that fails is an InputError that names the key.
 
     Source: Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
 
@@ -116,14 +109,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
 
 
 def assumed(scenario: Scenario) -> Setting:
-    """Return what the closed form computes with.
-
-    Args:
-        scenario: to be simulated.
-
-    Raises:
-        InputError: the scenario holds what the closed form cannot do; carries every fault.
-    """
+    """Return the parameters of the closed form; an InputError carries every violated assumption."""
     from dataclasses import replace
 
     from gears3d.effects import Code
@@ -154,18 +140,10 @@ def assumed(scenario: Scenario) -> Setting:
 
 
 def follow(setting: Setting, start: str, duration: float) -> list[Piece]:
-    """Return contacts and flights one after the other.
+    """Return contacts and flights one after the other, from 0 to ``duration`` [s].
 
-    Args:
-        setting: what is followed.
-        start: ``"active"``, ``"reverse"`` or ``"free"``.
-        duration: [s].
-
-    Returns:
-        The pieces from 0 to ``duration``.
-
-    Raises:
-        InputError: an impact is not followed by contact, so that the closed form ends there.
+    ``start`` is ``"active"``, ``"reverse"`` or ``"free"``. An impact that is not followed by contact is an InputError:
+    the closed form ends there.
     """
     swing, backlash = setting.swing, setting.rig.backlash
     pieces: list[Piece] = []

@@ -25,23 +25,16 @@ REACHED, SAMPLED, LENGTH, HITS, BEGUN, LOOKING, TURN = range(7)
 
 @inner
 def forgets(m):
-    """Return whether nothing outlasts a contact: neither the place on the flanks nor the number of the impact.
-
-    Args:
-        m: the packed model, flat.
-    """
+    """Return whether contact erases the past: neither the place on the flanks nor the number of the impact matters."""
     rigid = m[at.STIFFNESS] == 0.0 and m[at.FLOOR] == 0.0
     return m[at.SIMPLE] != 0.0 and rigid and m[at.RESTITUTION + 3] == 0.0
 
 
 @njit(cache=True, error_model="numpy")
 def cycle_of(contacts, count, period):
-    """Return after how many periods the motion repeats, 0 where contact on the active flank has not shown it yet.
+    """Return after how many periods the motion repeats, 0 while contact on the active flank has not shown it.
 
-    Args:
-        contacts: flank, start [s], end [s], in order of time, (n, 3).
-        count: how many of the rows.
-        period: of the excitation [s].
+    The first ``count`` rows of ``contacts`` (n, 3) hold flank, start [s] and end [s] in order of time.
     """
     later = -1.0
     for k in range(count - 1, -1, -1):
@@ -58,13 +51,9 @@ def cycle_of(contacts, count, period):
 
 @inner
 def next_stop(turn, quiet, strobe, period):
-    """Return how many periods are run through next, 0 up to a section, and until when.
+    """Return how many periods are run through next, 0 up to a section, and until when [s].
 
-    Args:
-        turn: how far the run has come.
-        quiet: periods that are left before the sections.
-        strobe: when in the period sections are taken, in cycles.
-        period: of the excitation [s].
+    ``quiet`` periods are left before the sections, which are taken at ``strobe`` in the period, in cycles.
     """
     reached = turn[REACHED]
     if quiet > 0 and turn[LENGTH] == 0:
@@ -77,18 +66,11 @@ def next_stop(turn, quiet, strobe, period):
 
 @inner
 def note(turn, stride, total, impacts, hits, contacts, touched, period, cycle):
-    """Keep the impacts of a cycle that runs, or look whether one has shown itself.
+    """Keep the impacts of a running cycle, or test whether a cycle has begun.
 
-    Args:
-        turn: how far the run has come; changed.
-        stride: periods that are run through.
-        total: periods of the run.
-        impacts: since the last call, (n, 7).
-        hits: how many there are.
-        contacts: flank, start [s], end [s], (n, 3).
-        touched: how many there are.
-        period: of the excitation [s].
-        cycle: filled, (ROOM, 7).
+    The first ``hits`` rows of ``impacts`` (n, 7) and ``touched`` rows of ``contacts`` (n, 3), flank, start [s] and end
+    [s], are those since the last call, over ``stride`` of ``total`` periods; ``turn`` and ``cycle`` (ROOM, 7) are
+    changed.
     """
     if turn[LENGTH] > 0:
         for k in range(hits):
@@ -104,15 +86,10 @@ def note(turn, stride, total, impacts, hits, contacts, touched, period, cycle):
 
 @inner
 def arrive(turn, stride, state, row, section, marks):
-    """Move on to where a run has come to; True once a whole cycle has been run and kept.
+    """Record where a run has come to after ``stride`` periods, 0 up to a section; True once a whole cycle is kept.
 
-    Args:
-        turn: changed.
-        stride: periods that were run through, 0 up to a section.
-        state: of the kernel.
-        row: of the section, below 0 where it is not kept.
-        section: of the point, filled.
-        marks: displacement [m] and velocity [m/s] once a period of the cycle, filled.
+    ``turn`` is changed, row ``row`` of ``section`` filled unless it is below 0, and ``marks`` filled with displacement
+    [m] and velocity [m/s] once a period of the cycle.
     """
     if stride == 0:
         if row >= 0:
@@ -134,22 +111,11 @@ def arrive(turn, stride, state, row, section, marks):
 
 @inner
 def repeat(turn, cycle, marks, total, settle, period, numbers, section, kept, mass, stop, point, everything):
-    """Count what a cycle does again and again, up to the end of the run; False when that was stopped.
+    """Count a cycle repeatedly up to the end of the run, ``total`` periods; False when that was stopped.
 
-    Args:
-        turn: how far the run has come; moved to its end.
-        cycle: impacts of the cycle, their times are changed, (n, 7).
-        marks: displacement [m] and velocity [m/s] once a period of the cycle, (n, 2).
-        total: whole periods of the run.
-        settle: those left out at its begin.
-        period: of the excitation [s].
-        numbers: of the point, added to.
-        section: of the point, filled.
-        kept: room for impacts, (2, m, 2).
-        mass: of the loose gear on the line of action [kg].
-        stop: set by another thread, (1,).
-        point: value of ``stop`` that gives up this point.
-        everything: value of ``stop`` that gives up the batch.
+    ``cycle`` (n, 7) holds its impacts, whose times are changed, ``marks`` (n, 2) displacement [m] and velocity [m/s]
+    once a period. ``turn`` moves to the end, ``numbers`` are added to, ``section`` filled; ``kept`` (2, m, 2) takes
+    impacts. Another thread sets ``stop`` (1,) to ``point`` to give up this point, or to ``everything``.
     """
     length, hits, done = turn[LENGTH], turn[HITS], turn[REACHED]
     first = total - settle - section.shape[0]

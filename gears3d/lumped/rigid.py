@@ -38,20 +38,12 @@ SIGNALS = (
 
 
 def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Recording:
-    """Run a scenario in the rigid model.
+    """Run a scenario in the rigid model and return the recording; effects of sensors do not act here.
 
-    Args:
-        scenario: what is simulated; its effects act through their rows, those of sensors do nothing here.
-        progress: called now and then with the simulated time done [s].
-
-    Returns:
-        The recording. ``meta["contacts"]`` lists permanent contacts as [flank, start, end] in s, ``counters`` counts
-        bounces, contacts, grazing touches and accumulations of bounces that were cut, ``lyapunov_1_s`` is the largest
-        exponent, minus infinity where permanent contact wipes the memory.
-
-    Raises:
-        InputError: the scenario holds what the rigid model cannot do.
-        EngineError: the motion cannot go on.
+    ``progress`` is called now and then with the simulated time [s]. ``meta["contacts"]`` lists permanent contacts as
+    [flank, start, end] in s, ``counters`` counts bounces, contacts, grazing touches and accumulations of bounces that
+    were truncated, ``lyapunov_1_s`` is the largest exponent, minus infinity where permanent contact erases the memory.
+    A scenario that the model cannot simulate is an InputError, a motion that cannot continue an EngineError.
 
     Source: Kadmiri et al. 2012, eqs (13)-(29).
 
@@ -67,16 +59,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
 
 
 def packed(scenario: Scenario, teeth: Teeth | None = None, tolerance: float = TOLERANCE) -> Model:
-    """Return the packed model of a scenario.
-
-    Args:
-        scenario: to be run.
-        teeth: compliant ones that differ along their mesh.
-        tolerance: of steps of the integrator.
-
-    Raises:
-        InputError: the scenario holds what the model cannot do.
-    """
+    """Return the packed model of a scenario; what the model cannot do is an InputError."""
     rows = scenario.rows()
     drive = None if scenario.motion.record is None else measured_drive(scenario)
     sines = [(h.amplitude, h.frequency, h.phase) for h in scenario.motion.harmonics] if drive is None else []
@@ -86,14 +69,7 @@ def packed(scenario: Scenario, teeth: Teeth | None = None, tolerance: float = TO
 
 
 def recorded(outcome: Outcome, m: Model, scenario: Scenario, name: str) -> Recording:
-    """Return a run as a recording.
-
-    Args:
-        outcome: of the run.
-        m: the packed model.
-        scenario: that was run.
-        name: of the model.
-    """
+    """Return a run of a packed model as a recording, under the name of its model."""
     rig = scenario.rig()
     meta = {
         "model": name,
@@ -112,13 +88,9 @@ def recorded(outcome: Outcome, m: Model, scenario: Scenario, name: str) -> Recor
 
 
 def measured_drive(scenario: Scenario) -> Table:
-    """Return the measured drive motion as a quintic spline, its knots as dense as the bandwidth asks for.
+    """Return the measured drive motion as a quintic spline, with knots as dense as the bandwidth requires.
 
-    Args:
-        scenario: with ``motion.record``.
-
-    Raises:
-        InputError: the record cannot be used.
+    A record that cannot be used is an InputError.
     """
     time, theta, bandwidth = drive_record(scenario)
     every = 1 if bandwidth is None else max(1, int(1.0 / (KNOTS * bandwidth * time[1])))
@@ -127,13 +99,7 @@ def measured_drive(scenario: Scenario) -> Table:
 
 
 def flanks_of(scenario: Scenario, rows: Sequence[Row], reach: tuple[float, float]) -> tuple[Table, Table] | None:
-    """Return tables of flanks that are not perfect but for waves and eccentric teeth; those the model has without.
-
-    Args:
-        scenario: its pair.
-        rows: of its effects.
-        reach: bounds of the drive's angle [rad].
-    """
+    """Return tables of flanks, over drive angles [rad], where they deviate by more than waves and eccentricity."""
     pair = scenario.pair()
     if perfect(pair) and not any(row.code == Code.FLANK_TOOTH for row in rows):
         return None
@@ -155,17 +121,7 @@ def _reach(scenario: Scenario, rows: tuple[Row, ...], drive: Table | None) -> tu
 def impact_columns(
     outcome: Outcome, m: Model, rig: Rig, harmonics: list[tuple[float, float, float]]
 ) -> dict[str, np.ndarray]:
-    """Return the impact table of a recording.
-
-    Args:
-        outcome: of the run.
-        m: the packed model.
-        rig: constants of the base model.
-        harmonics: amplitude [rad/s], frequency [Hz], phase [rad]; the first one gives ``phase_rad``.
-
-    Returns:
-        Columns by name, (n,) each.
-    """
+    """Return the impact table of a recording, columns (n,) by name; the first of the harmonics gives ``phase_rad``."""
     time, flank, velocity, rebound, impulse, displacement, height = outcome.impacts.T.copy()
     drive = drive_angle(m, time)
     loose = (displacement + rig.base_radius_drive * drive) / rig.base_radius_loose
@@ -184,14 +140,7 @@ def impact_columns(
 
 
 def drive_angle(m: Model, time: np.ndarray) -> np.ndarray:
-    """Return the imposed angle, 0 at time 0.
-
-    Args:
-        m: the packed model.
-        time: [s], (n,).
-
-    Returns:
-        Angle [rad], (n,).
+    """Return the imposed angle [rad], (n,), at times [s], (n,); 0 at time 0.
 
     Source: Rigaud & Perret-Liaudet 2020, eq. (1), integrated.
     """
@@ -202,14 +151,7 @@ def drive_angle(m: Model, time: np.ndarray) -> np.ndarray:
 
 
 def tooth(angle: np.ndarray, teeth: int) -> np.ndarray:
-    """Return the number of the tooth next to the pitch point, counted in order of meshing from 1.
-
-    Args:
-        angle: of the gear [rad], (n,).
-        teeth: of the gear.
-
-    Returns:
-        Numbers, (n,).
+    """Return the numbers (n,) of the teeth next to the pitch point at angles [rad], (n,), in order of meshing from 1.
 
     >>> tooth(np.array([0.0, 0.6, 6.3]), 10).tolist()
     [1, 2, 1]

@@ -62,24 +62,13 @@ def run(
     chunk: float | None = None,
     put: Callable[[np.ndarray], None] | None = None,
 ) -> Outcome:
-    """Simulate the rigid model from rest on a flank or free in the middle of the backlash.
+    """Simulate the rigid model from rest on a flank or free in the middle of the backlash, for ``duration`` [s].
 
-    Args:
-        m: the packed model.
-        duration: [s].
-        spacing: time between samples [s]; infinite for none.
-        start: ``"active"``, ``"reverse"`` or ``"free"``.
-        progress: called with the time reached [s].
-        lyapunov: whether to follow a disturbed copy, too.
-        chunk: time between two calls of ``progress`` and two renewed disturbances [s]; the slowest harmonic's period
-            unless given.
-        put: changes the state at time 0, as :func:`gears3d.lumped.pickup.pick_up` does.
-
-    Returns:
-        Impacts, contacts, samples and counters.
-
-    Raises:
-        EngineError: the motion stands still, is not finite, or has more impacts than fit into memory.
+    Samples are ``spacing`` [s] apart, none if it is infinite; ``start`` is ``"active"``, ``"reverse"`` or ``"free"``.
+    ``progress`` is called with the time reached [s]; ``lyapunov`` follows a disturbed copy, too. ``chunk`` [s] is the
+    time between two calls of ``progress`` and two renewed disturbances, the slowest harmonic's period unless given.
+    ``put`` changes the state at time 0, as :func:`gears3d.lumped.pickup.pick_up` does. A motion that stands still, is
+    not finite, or has more impacts than fit into memory is an EngineError.
 
     >>> from gears3d.effects import Rig
     >>> from gears3d.lumped.model import model
@@ -137,19 +126,9 @@ def stretch(
     impacts: list[np.ndarray],
     contacts: list[np.ndarray],
 ) -> None:
-    """Advance to ``end`` [s], emptying full tables into the lists.
+    """Advance to ``end`` [s], emptying full tables into the lists ``impacts`` and ``contacts``.
 
-    Args:
-        numbers: the packed model, flat.
-        state: moved on.
-        count: moved on.
-        out: filled.
-        end: [s].
-        impacts: full tables of impacts.
-        contacts: full tables of contacts.
-
-    Raises:
-        EngineError: the motion stands still, is not finite, or has more impacts than fit into memory.
+    A motion that stands still, is not finite, or has more impacts than fit into memory is an EngineError.
     """
     while True:
         status = advance(numbers, state, count, out, end)

@@ -43,23 +43,14 @@ def rundown(
     turning: str = "loose",
     drive_drag: DriveDrag | None = None,
 ) -> Recording:
-    """Let the loose gear, the drive, or both in mesh run down under their drag, effects included.
+    """Simulate the coast-down of the loose gear, the drive, or both in mesh under their drag, effects included.
 
-    Args:
-        scenario: its inertias, drag, torque effects and sample rate. Out of mesh gates of flight hold and flanks play
-            no part; in mesh gates of contact hold, on perfect flanks that stay in contact.
-        speed: of the gear whose angle counts, the loose one of both, at the start [rad/s]; the one that the drive's
-            mean speed gives it unless given.
-        duration: [s]; until it stands unless given.
-        progress: called now and then with the simulated time done [s].
-        turning: ``"loose"``, ``"drive"`` or ``"both"``.
-        drive_drag: on the drive's own shaft.
-
-    Returns:
-        The recording, sampled at the rate of the sensors; a gear that does not take part stands still.
-
-    Raises:
-        InputError: no speed, no inertia of the drive, friction in the mesh, or nothing that slows the gear down.
+    ``speed`` [rad/s] at the start is that of the gear whose angle counts, the loose one of both; by default the one
+    that the drive's mean speed gives. ``duration`` [s] is by default until it stands. ``progress`` gets the simulated
+    time [s]; ``turning`` is ``"loose"``, ``"drive"`` or ``"both"``; ``drive_drag`` acts on the drive's own shaft. Out
+    of mesh the gates of flight apply and flanks are not used; in mesh the gates of contact apply, on perfect flanks
+    that stay in contact. A gear that does not take part stands still in the recording, which has the sample rate of the
+    sensors. No speed, no inertia of the drive, friction in the mesh or no resisting torque is an InputError.
 
     Source: Kadmiri et al. 2012, eqs (4)-(7); Ottewill et al. 2010, section 4.1 and eqs (14)-(16).
 

@@ -34,20 +34,11 @@ def slow_turns(
     rate: float,
     progress: Callable[[float], None] | None = None,
 ) -> Recording:
-    """Drive slowly forth on the active flanks and back on the reverse ones, drag holding the loose gear on them.
+    """Drive slowly forth on the active flanks and back on the reverse ones, with drag as the load of the loose gear.
 
-    Args:
-        scenario: pair, inertia, drag and effects; its mean speed, harmonics and record play no part.
-        speed: of the drive [rad/s]; its sign is that of the first half.
-        turns: of the drive, each way.
-        rate: of the samples [Hz].
-        progress: called now and then with the simulated time done [s].
-
-    Returns:
-        The recording; the drive begins at 0 and ends there.
-
-    Raises:
-        InputError: speed or turns are not above 0, or the loose gear leaves its flank for long.
+    The scenario's mean speed, harmonics and record are not used. The sign of ``speed`` [rad/s] is that of the first
+    half; ``turns`` of the drive count each way; ``rate`` [Hz] is that of the samples; ``progress`` gets the simulated
+    time [s]. The drive begins and ends at 0. A speed or turns not above 0, or a long loss of contact, is an InputError.
 
     Source: Rigaud & Perret-Liaudet 2020, section 3, fig. 2.
 
@@ -97,13 +88,9 @@ def _later(progress: Callable[[float], None], begin: float) -> Callable[[float],
 
 
 def there_and_back(speed: float, way: float, turning: float, begin: float = 0.0) -> Table:
-    """Return the drive's angle: at constant speed, a smooth change of direction, and back.
+    """Return the drive's angle [rad] over time: at constant ``speed`` [rad/s], a smooth change of direction, and back.
 
-    Args:
-        speed: [rad/s].
-        way: angle until the change [rad].
-        turning: time that the change takes [s].
-        begin: time that is called 0 [s].
+    The change comes at the angle ``way`` [rad] and takes ``turning`` [s]; the path starts at the time ``begin`` [s].
 
     >>> path = there_and_back(2.0, 10.0, 1.0)
     >>> path([0.0, 5.0, 6.0, 11.0]).tolist()

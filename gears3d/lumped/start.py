@@ -20,18 +20,10 @@ FIRST_STEP = 1e-6  # first step of the integrator, unless it is too long [s]
 
 
 def start_state(start: str, tables: int = 0) -> np.ndarray:
-    """Return the state from which the kernel works out where the run begins.
+    """Return the state (STATE + 2*tables,) from which the kernel finds where the run begins.
 
-    Args:
-        start: ``"active"`` or ``"reverse"``, riding on that flank if it holds, else leaving it with no relative
-            speed; ``"free"``: in the middle of the backlash, with no relative speed.
-        tables: how many the model has.
-
-    Returns:
-        The state, (STATE + 2*tables,).
-
-    Raises:
-        InputError: the start is unknown.
+    ``"active"`` or ``"reverse"`` is in contact with that flank if contact holds, else separating from it with no
+    relative speed; ``"free"`` is in the middle of the backlash, with no relative speed. Another start is an InputError.
 
     >>> int(start_state("reverse")[layout.DEPARTED])
     1
@@ -45,15 +37,7 @@ def start_state(start: str, tables: int = 0) -> np.ndarray:
 
 
 def refuse_jammed(m: Model, state: np.ndarray) -> None:
-    """Refuse flanks that leave no backlash at the start.
-
-    Args:
-        m: the packed model.
-        state: at time 0.
-
-    Raises:
-        InputError: there is none.
-    """
+    """Raise an InputError for flanks without backlash in the state at time 0."""
     left = state[at.GAPS] + state[at.GAPS + 1]
     if left <= 0.0 and m.stiffness == 0.0:
         raise InputError(

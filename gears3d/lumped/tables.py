@@ -37,10 +37,7 @@ class Table(NamedTuple):
     period: float = 0.0
 
     def __call__(self, x: ArrayLike) -> np.ndarray:
-        """Return the values at some places, for tests and drawings.
-
-        Args:
-            x: in the variable's unit, any shape.
+        """Return the values at places ``x`` of any shape, in the variable's unit, for tests and drawings.
 
         >>> lines(Variable.SPEED, [(0.0, 1.0), (2.0, 5.0)])([-1.0, 0.5, 9.0]).tolist()
         [1.0, 2.0, 5.0]
@@ -55,12 +52,7 @@ class Table(NamedTuple):
 
 
 def lines(variable: Variable, points: Sequence[tuple[float, float]]) -> Table:
-    """Return straight lines between points, constant beyond the ends.
-
-    Args:
-        variable: what the abscissa is.
-        points: abscissa [rad/s, rad or s] and value, rising, at least one.
-    """
+    """Return straight lines between rising points, abscissa [rad/s, rad or s] and value, constant beyond the ends."""
     x, y = np.array(points, dtype=float).reshape(-1, 2).T
     slopes = np.concatenate([[0.0], np.diff(y) / np.diff(x), [0.0]])
     start = np.concatenate([x[:1], x])
@@ -69,11 +61,9 @@ def lines(variable: Variable, points: Sequence[tuple[float, float]]) -> Table:
 
 
 def quintic(time: ArrayLike, value: ArrayLike) -> Table:
-    """Return the quintic spline through points, with four continuous derivatives.
+    """Return the quintic spline through six or more values (n,) at rising times [s], (n,).
 
-    Args:
-        time: [s], rising, (n,), six or more.
-        value: (n,).
+    It has four continuous derivatives.
 
     >>> t = np.linspace(0.0, 1.0, 30)
     >>> bool(abs(quintic(t, np.sin(t))(0.512) - np.sin(0.512)) < 1e-10)
@@ -89,14 +79,7 @@ def quintic(time: ArrayLike, value: ArrayLike) -> Table:
 
 
 def torque_lines(row: Row) -> Table:
-    """Return the table of a tabulated torque.
-
-    Args:
-        row: a TORQUE_TABLE.
-
-    Raises:
-        InputError: no points, points that do not rise, or that are not finite.
-    """
+    """Return the table of a TORQUE_TABLE; points that are missing, not finite or not rising are an InputError."""
     points = np.array(row.table, dtype=float).reshape(-1, 2)
     if len(points) == 0 or not np.isfinite(points).all() or not (np.diff(points[:, 0]) > 0.0).all():
         raise InputError(
@@ -106,14 +89,9 @@ def torque_lines(row: Row) -> Table:
 
 
 def pack(tables: Sequence[Table], at_tables: int) -> np.ndarray:
-    """Return the numbers of tables as :mod:`gears3d.lumped.layout` has them.
+    """Return the numbers of tables (n,) as in :mod:`gears3d.lumped.layout`: a line for each, then knots and pieces.
 
-    Args:
-        tables: the tables.
-        at_tables: where they begin in the model's numbers.
-
-    Returns:
-        One line a table, then all knots and pieces, (n,).
+    They begin at ``at_tables`` in the model's numbers.
     """
     at = at_tables + layout.PER_TABLE * len(tables)
     heads, data = [], []

@@ -27,12 +27,7 @@ UNKNOWN = -1  # repetition of a motion that does not repeat
 
 @inner
 def clear(numbers, sections):
-    """Empty the numbers of a point.
-
-    Args:
-        numbers: of a point, (NUMBERS,).
-        sections: of a point, (k, SECTIONS).
-    """
+    """Clear the numbers (NUMBERS,) and sections (k, SECTIONS) of a point."""
     for i in range(NUMBERS):
         numbers[i] = 0.0
     numbers[LAST] = numbers[LAST + 1] = -1.0
@@ -44,19 +39,12 @@ def clear(numbers, sections):
 
 @inner
 def take(rows, count, begin, end, period, first, numbers, sections, kept, mass):
-    """Add impacts to the numbers of a point.
+    """Add the impacts from ``begin`` to ``end`` [s] to the numbers of a point.
 
-    Args:
-        rows: time [s], flank, velocity and rebound [m/s], impulse [N·s], displacement and flight height [m]; (n, 7).
-        count: how many of the rows.
-        begin: of what counts [s].
-        end: of what counts [s].
-        period: of the excitation [s].
-        first: period since ``begin`` that the first of the sections belongs to.
-        numbers: of the point, added to.
-        sections: of the point; the speed of the first impact of each period is written.
-        kept: room for time [s] and velocity [m/s] of the impacts of both flanks, (2, m, 2).
-        mass: of the loose gear on the line of action [kg].
+    The first ``count`` of ``rows`` (n, 7) hold time [s], flank, velocity and rebound [m/s], impulse [N·s], displacement
+    and flight height [m]. The speed of the first impact of each period [s] goes into ``sections``, the first of which
+    is that of period ``first`` after ``begin``. ``kept`` (2, m, 2) takes time [s] and velocity [m/s] of the impacts of
+    both flanks. ``mass`` [kg] is that of the loose gear on the line of action.
     """
     for i in range(count):
         time, velocity, rebound, height = rows[i, 0], rows[i, 2], rows[i, 3], rows[i, 6]
@@ -85,17 +73,10 @@ def take(rows, count, begin, end, period, first, numbers, sections, kept, mass):
 
 @inner
 def repetition(kept, numbers, begin, end, period):
-    """Return the smallest number of periods after which the impacts repeat.
+    """Return the smallest number of periods after which the impacts from ``begin`` to ``end`` [s] repeat.
 
-    Args:
-        kept: time [s] and velocity [m/s] of the impacts of both flanks, (2, m, 2).
-        numbers: of the point.
-        begin: of what counts [s].
-        end: of what counts [s].
-        period: of the excitation [s].
-
-    Returns:
-        The number; 0 without impacts; -1 when nothing repeats, or more impacts came than were kept.
+    ``kept`` (2, m, 2) holds time [s] and velocity [m/s] of the impacts of both flanks. 0 without impacts; -1 if they do
+    not repeat, or are more than were kept.
     """
     total = numbers[COUNT] + numbers[COUNT + 1]
     if total == 0.0:

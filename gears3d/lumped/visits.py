@@ -142,14 +142,9 @@ def _far(law, y, v, at, nearer, step):
 
 @njit(cache=True, error_model="numpy")
 def follow(law, start, given, step, out):
-    """Carry one path over its grid.
+    """Integrate one path over its grid, ``step`` [s] apart, and write the place at every point into ``out`` [m], (n,).
 
-    Args:
-        law: numbers of the law, (NUMBERS,).
-        start: place [m] and speed [m/s].
-        given: on the grid, (n, COLUMNS).
-        step: of the grid [s].
-        out: gets the place at every point of the grid [m], (n,).
+    ``law`` is (NUMBERS,), ``start`` place [m] and speed [m/s], ``given`` (n, COLUMNS).
     """
     y, v, mode = start[0], start[1], FREE
     slope = np.zeros(COLUMNS)
@@ -205,17 +200,11 @@ def _struck(law, y, v, at, slope, x, h, side):
 
 @njit(cache=True, error_model="numpy")
 def follow_all(law, starts, zero, given, sizes, step, per, out):
-    """Carry many paths, each with its own start and grid, and return means over ``per`` steps each.
+    """Integrate many paths, each with its own start and grid, and return means over ``per`` steps each.
 
-    Args:
-        law: numbers of the law, (NUMBERS,).
-        starts: place [m] and speed [m/s] of each, (w, 2).
-        zero: that both flanks lie further up than given [m].
-        given: on the grids, (w, n, COLUMNS).
-        sizes: points of each grid that count, (w,).
-        step: of the grids [s].
-        per: steps of the grid to a mean.
-        out: gets the means [m], (w, (n - 1)//per).
+    ``law`` is (NUMBERS,), ``starts`` (w, 2) place [m] and speed [m/s], ``given`` (w, n, COLUMNS) with ``sizes`` (w,)
+    points that count, ``step`` [s] apart. Both flanks lie higher than given by ``zero`` [m]. ``out`` (w, (n - 1)//per)
+    gets the means [m].
     """
     path, start = np.zeros(given.shape[1]), np.zeros(2)
     for w in range(len(starts)):

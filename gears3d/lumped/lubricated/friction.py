@@ -20,12 +20,9 @@ SLICES = 64  # slices of the face over which lines of contact are averaged
 def coefficient(place: ArrayLike, average: float, regularisation: float) -> Array:
     """Return µ at a distance from the pitch point, (2µ/π)·(atan x + x/(1 + x²)) with x = Φ·place.
 
-    Printed is ε, the contact ratio, in place of the second Φ, with which both terms would turn at different places.
-
-    Args:
-        place: of the contact, from the pitch point in the sense of its motion [m].
-        average: µ far from the pitch point.
-        regularisation: Φ [1/m].
+    ``place`` [m] counts in the sense of the contact's motion, ``average`` is µ far from the pitch point,
+    ``regularisation`` is Φ [1/m]. Printed is ε, the contact ratio, in place of the second Φ, with which both terms
+    would change sign at different places.
 
     Source: the lubricated dual-clutch transmission, eq. (29), after Vaishya & Singh 2003.
 
@@ -39,12 +36,8 @@ def coefficient(place: ArrayLike, average: float, regularisation: float) -> Arra
 def hydrodynamic(thickness: ArrayLike, sliding: ArrayLike, length: float, viscosity: float, radius: float) -> Array:
     """Return the friction of sheared oil, Fhf = L·π·η0·|ut|·√(req/(2h)) [N].
 
-    Args:
-        thickness: h [m].
-        sliding: ut [m/s].
-        length: of the lines of contact, L [m].
-        viscosity: η0 [Pa·s].
-        radius: equivalent, req [m].
+    h is ``thickness`` [m], ut ``sliding`` [m/s], L the ``length`` of the lines of contact [m], η0 ``viscosity`` [Pa·s]
+    and req the equivalent ``radius`` [m].
 
     Source: the lubricated dual-clutch transmission, eq. (30).
 
@@ -56,21 +49,12 @@ def hydrodynamic(thickness: ArrayLike, sliding: ArrayLike, length: float, viscos
 
 
 def levers(pair: Pair, theta: Array, flank: int, average: float, regularisation: float, published: bool) -> Array:
-    """Return what friction adds to a flank's force on the loose gear, both along the transverse line of action.
+    """Return what friction adds to a flank's force on the loose gear along the transverse line of action, a ratio (n,).
 
-    Friction on the loose gear acts along the rolling direction while the drive slides faster, behind the pitch point;
-    its arm is the distance from the contact to the point where the line of action touches the loose gear's base circle.
-
-    Args:
-        pair: the pair.
-        theta: angles of the drive [rad], (n,).
-        flank: 0 active, 1 reverse.
-        average: µ far from the pitch point.
-        regularisation: Φ [1/m].
-        published: one place for all lines and the arm at the pitch point, r·sin αt, as printed.
-
-    Returns:
-        Ratio of both forces, (n,).
+    ``theta`` are angles of the drive [rad], (n,); ``flank`` is 0 active, 1 reverse; ``published`` takes one place for
+    all lines and the arm at the pitch point, r·sin αt, as printed. Friction on the loose gear acts along the rolling
+    direction while the drive slides faster, behind the pitch point; its arm is the distance from the contact to the
+    point where the line of action touches the loose gear's base circle.
 
     Source: the lubricated dual-clutch transmission, eqs (27) to (29).
     """
@@ -86,16 +70,11 @@ def levers(pair: Pair, theta: Array, flank: int, average: float, regularisation:
 
 
 def shearing(pair: Pair, theta: Array, flank: int, published: bool, length: float) -> Array:
-    """Return the integral over all lines of contact of place times arm, in base radii of the loose gear [m²].
+    """Return the integral over all lines of contact of place times arm, in base radii of the loose gear [m²], (n,).
 
-    Times π·η0·√(req/2h) and both speeds together it is the force of sheared oil along the line of action.
-
-    Args:
-        pair: the pair.
-        theta: angles of the drive [rad], (n,).
-        flank: 0 active, 1 reverse.
-        published: one place for all lines and the arm at the pitch point, as printed.
-        length: of the lines of contact, where printed [m].
+    Times π·η0·√(req/2h) and both speeds together it is the force of sheared oil along the line of action. ``theta``
+    [rad], (n,), ``flank`` and ``published`` are as for :func:`levers`; ``length`` [m] of the lines of contact counts
+    where printed.
 
     Source: the lubricated dual-clutch transmission, eqs (30), (31).
     """
@@ -129,10 +108,6 @@ def _places(pair: Pair, theta: Array, flank: int) -> Array:
 
 
 def arm(pair: Pair) -> float:
-    """Return the arm of friction at the pitch point, r·sin αt of the loose gear [m].
-
-    Args:
-        pair: the pair.
-    """
+    """Return the arm of friction at the pitch point, r·sin αt of the loose gear [m]."""
     angle = pair.working_pressure_angle
     return pair.loose.base_radius / cos(angle) * sin(angle)

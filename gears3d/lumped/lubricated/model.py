@@ -32,16 +32,10 @@ REMEDY = "run it with --model rigid"
 
 
 def pack(scenario: Scenario) -> Model:
-    """Return the lubricated model of a scenario: the rigid model's, with teeth that differ along their mesh.
+    """Return the packed lubricated model of a scenario: the rigid model's, with teeth that vary along their mesh.
 
-    Args:
-        scenario: with an effect ``oil_film``; ``tooth_compliance`` takes the place of the stiffness of its own teeth.
-
-    Returns:
-        The packed model.
-
-    Raises:
-        InputError: the scenario holds what the model cannot do, or no oil; carries every fault.
+    ``tooth_compliance`` replaces the stiffness of its own teeth. An InputError carries every fault of a scenario that
+    has no ``oil_film`` or what the model cannot do.
 
     >>> from gears3d.scenario import load
     >>> m = pack(load("scenarios/dct-helical-lubricated/fig13.toml"))

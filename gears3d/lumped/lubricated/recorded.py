@@ -64,12 +64,7 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
 
 
 def flown(outcome: Outcome, m: Model) -> Outcome:
-    """Return a run whose flights are as high as they get above the felt height.
-
-    Args:
-        outcome: of the run.
-        m: the packed model.
-    """
+    """Return a run whose flights are as high as they get above the height at which the film begins to act."""
     impacts = outcome.impacts.copy()
     impacts[:, 6] = np.maximum(impacts[:, 6] - m.film[5], 0.0)
     return replace(outcome, impacts=impacts)

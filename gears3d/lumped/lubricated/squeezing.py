@@ -21,12 +21,10 @@ CHORD = 1e-5  # chord error of the outlines [m]
 
 
 def space_area(pair: Pair, which: str, angle: Array) -> Array:
-    """Return the area of a gear's tooth space, within its tip circle, that the mate's tooth leaves free [m²].
+    """Return the free area of a gear's tooth space within its tip circle, (n,) [m²], with the mate's tooth in it.
 
-    Args:
-        pair: the pair; helical teeth by their transverse section.
-        which: whose space.
-        angle: of the *mate* from where its tooth stands on the line of centres [rad], (n,).
+    ``angle`` [rad], (n,), is that of the *mate* from where its tooth stands on the line of centres; helical teeth count
+    by their transverse section.
 
     Source: the lubricated dual-clutch transmission, fig. 7; the areas there came from Boolean operations on drawings.
 
@@ -51,18 +49,12 @@ def space_area(pair: Pair, which: str, angle: Array) -> Array:
 
 
 def squeezing_torque(pair: Pair, density: float, speed: float) -> float:
-    """Return the mean torque on the loose gear of oil squeezed out of the tooth spaces of both gears.
+    """Return the mean torque [N·m] on the loose gear of oil squeezed out of the tooth spaces of both gears.
 
-    What a space loses leaves by both ends with v = B·|dS/dt|/(2S); by Bernoulli's law it takes the pressure ½·ρ·v², and
-    the power is pressure times volume a second, while the space gets smaller. Mean over the way of a tooth.
-
-    Args:
-        pair: the pair; helical teeth as spur teeth of the same transverse section.
-        density: of the oil [kg/m³].
-        speed: of the loose gear [rad/s].
-
-    Returns:
-        Torque [N·m], with the sign of the speed.
+    It has the sign of the loose gear's ``speed`` [rad/s]; ``density`` is in kg/m³; helical teeth count as spur teeth of
+    the same transverse section. The oil that leaves a space flows out of both ends with v = B·|dS/dt|/(2S); by
+    Bernoulli's law it takes the pressure ½·ρ·v², and the power is pressure times volume a second, while the space gets
+    smaller. Mean over the way of a tooth.
 
     Source: the lubricated dual-clutch transmission, eqs (17) to (22).
 
@@ -86,11 +78,7 @@ def squeezing_torque(pair: Pair, density: float, speed: float) -> float:
 
 
 def area_in_circle(points: Array, radius: float) -> float:
-    """Return the area that a polygon has in common with a circle about the origin, positive counter-clockwise [m²].
-
-    Args:
-        points: of the polygon [m], (n, 2).
-        radius: [m].
+    """Return the area of a polygon (n, 2) [m] inside a circle about the origin, positive counter-clockwise [m²].
 
     >>> round(area_in_circle(np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]]), 1.0), 9)
     3.141592654
