@@ -64,13 +64,10 @@ class OilFilm:
         return [gap_film(wedge * self.wedge, squeeze * self.squeeze, drive, loose, minimum, felt)]
 
     def felt(self, rig: Rig) -> float:
-        """Return the gap from which on the film carries the drag [m].
+        """Return the gap below which the film carries the drag [m].
 
-        The height at which the wedge carries the base drag at the mean speed, and as much again as the squeeze needs to
-        do so at the speed of a fall across the backlash; a quarter of the backlash at most, and where there is no drag.
-
-        Args:
-            rig: constants of the base model.
+        At this height the wedge carries the base drag at the mean speed; as much again is what the squeeze needs to do
+        so at the speed of a fall across the backlash. It is 1/4 of the backlash at most, and without drag.
         """
         force = rig.drag_torque / rig.base_radius_loose
         if force <= 0.0:

@@ -31,11 +31,7 @@ TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
 
 
 def takes(model: str, row: Row) -> bool:
-    """Return whether a model evaluates a row.
-
-    Args:
-        model: a key of :data:`TAKEN`.
-        row: of an effect.
+    """Return whether a model, a key of :data:`TAKEN`, evaluates a row.
 
     >>> from gears3d.effects.rows import torque_constant
     >>> takes("plastic", torque_constant(0.1)), takes("plastic", torque_constant(0.1, Gate.CONTACT))
@@ -46,10 +42,6 @@ def takes(model: str, row: Row) -> bool:
 
 def models_of(effect: Effect, rig: Rig) -> tuple[str, ...]:
     """Return the models in which an effect acts.
-
-    Args:
-        effect: any.
-        rig: constants of the base model.
 
     >>> from math import pi
     >>> from gears3d.effects import Rig, catalogue
@@ -63,12 +55,6 @@ def models_of(effect: Effect, rig: Rig) -> tuple[str, ...]:
 
 def refused(effects: Iterable[Effect], rig: Rig, model: str, file: str = "") -> list[Fault]:
     """Return a fault for every effect that does not act in a model, with the models in which it does.
-
-    Args:
-        effects: of a scenario, in its order.
-        rig: constants of the base model.
-        model: a key of :data:`TAKEN`.
-        file: of the scenario.
 
     >>> from math import pi
     >>> from gears3d.effects import Rig, catalogue

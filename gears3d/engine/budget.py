@@ -54,16 +54,9 @@ class Watch:
         self.queries = 0
 
     def look(self, world: World, plant: Plant, time: float, theta_loose: float) -> None:
-        """Query Bullet once, name the candidate teeth, and check the raw gaps.
+        """Query Bullet once with the gears posed as at ``time`` [s], find the candidate teeth, and check the raw gaps.
 
-        Args:
-            world: gears posed as at ``time``.
-            plant: for the drive gear's motion.
-            time: s.
-            theta_loose: rad.
-
-        Raises:
-            EngineError: a raw gap differs from the refined one by more than the hulls can account for.
+        A raw gap that differs from the refined one by more than the hulls can account for is an EngineError.
         """
         theta_drive = drive_at(plant.motion, time)[0]
         found, raw = self._near(world, theta_drive, theta_loose, time)
@@ -99,16 +92,12 @@ class Watch:
         )
 
     def report(self, located: float) -> dict[str, float]:
-        """Return the error budget, all in m.
+        """Return the error budget, all in m; ``located`` is the largest gap at an impact.
 
-        Args:
-            located: largest gap left at an impact.
-
-        Returns:
-            ``facet_chord``, ``slice_edge`` of helical teeth, ``axis_tilt`` of axes that are not parallel,
-            ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and about it, margins
-            taken out, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` (0: no event falls between two steps)
-            and the ``total`` of what an impact's place depends on, which the hulls do not.
+        ``facet_chord``, ``slice_edge`` of helical teeth, ``axis_tilt`` of axes that are not parallel,
+        ``hull_quantisation``, ``hull_margins`` of Bullet's hulls; ``raw_minus_refined_mean``, and about it, margins
+        subtracted, ``_std``, ``_max``; ``raw_allowed``; ``location``, ``step`` (0: no event falls between two steps)
+        and the ``total`` of the errors of an impact's place, which do not include the hulls.
         """
         count = max(self._sums[0], 1.0)
         mean = self._sums[1] / count

@@ -55,15 +55,10 @@ def reach_of(row, inertia):
 
 @inner
 def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, held: bool, s, duration: float) -> float:
-    """Write the torque of the spring over the step to come, and return the loose gear's acceleration at its start.
+    """Write the spring's torque over the next step, and return the loose gear's acceleration at its start [rad/s²].
 
-    Args:
-        plant: surfaces, motion, torques, inertia.
-        teeth: candidate tooth pairs (n, 3).
-        row: of the body in the table of torques.
-        held: whether the loose gear follows a rigid flank.
-        s: state of the run.
-        duration: of the step [s].
+    ``row`` is that of the body in the table of torques, ``teeth`` (n, 3) are candidate tooth pairs, ``held`` states
+    whether the loose gear follows a rigid flank, ``duration`` is that of the step [s].
     """
     row[SINCE] = s.time
     row[CUBIC : CUBIC + 4] = 0.0
@@ -94,13 +89,10 @@ def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, held: bool, s, dur
 
 @inner
 def pursue(row: np.ndarray, begin: tuple[float, float, float], jerk: float, duration: float) -> None:
-    """Move the body under a path of the loose gear.
+    """Move the body through a step of ``duration`` [s] under a path of the loose gear with constant ``jerk`` [rad/s³].
 
-    Args:
-        row: of the body in the table of torques.
-        begin: angle [rad], speed [rad/s] and acceleration [rad/s²] of the loose gear at the start.
-        jerk: rate of that acceleration throughout [rad/s³].
-        duration: of the step [s].
+    ``begin`` is angle [rad], speed [rad/s] and acceleration [rad/s²] of the loose gear; ``row`` that of the body in the
+    table of torques.
     """
     theta, omega, accel = begin
     h, angle, speed = duration / PARTS, row[ANGLE], row[SPEED]
@@ -126,14 +118,11 @@ def pursue(row: np.ndarray, begin: tuple[float, float, float], jerk: float, dura
 
 @inner
 def follow(row, free, begin, s, smooth):
-    """Move the body under the path that the loose gear took in the last step.
+    """Move the body under the path that the loose gear took in the last step, from ``begin`` to the state ``s``.
 
-    Args:
-        row: of the body in the table of torques.
-        free: whether nothing but torques acted on the loose gear, so that its acceleration at the start is known.
-        begin: time [s], angle [rad], speed [rad/s] and acceleration [rad/s²] of the loose gear before the step.
-        s: state of the run after it.
-        smooth: whether the loose gear's speed had no jump at the end.
+    ``begin`` is time [s], angle [rad], speed [rad/s] and acceleration [rad/s²]; ``free`` states whether only torques
+    acted on the loose gear, so that its acceleration at the start is known; ``smooth`` whether its speed had no jump at
+    the end.
     """
     since, theta, omega, accel = begin
     h = s.time - since

@@ -85,13 +85,9 @@ def through(start: Arc, duration: float, first: float, second: float) -> Arc:
 
 @inner
 def flight_arc(plant: Plant, place: int, start: Arc, duration: float) -> Arc:
-    """Return the flight under the torques for a step: exact for constant ones, else of fourth order.
+    """Return the flight under the torques for ``duration`` [s]: exact for constant ones, else of fourth order.
 
-    Args:
-        plant: surfaces, motion, torques, inertia.
-        place: FREE, ON_ACTIVE or ON_REVERSE.
-        start: time and state; acceleration and jerk are not used.
-        duration: of the step [s].
+    ``place`` is FREE, ON_ACTIVE or ON_REVERSE; acceleration and jerk of ``start`` are not used.
     """
     torques, inertia = plant.torques, plant.inertia
     direction = np.sign(start.omega)
@@ -205,18 +201,11 @@ def _stop_within(arc: Arc, longest: float) -> float:
 def plan_flight(
     plant: Plant, teeth: np.ndarray, start: Arc, longest: float, left: int
 ) -> tuple[float, Arc, int, float]:
-    """Return how long the next step of a flight is, its path, how it ends, and how far it gets from a flank.
+    """Return how long the next step of a flight is [s], its path, how it ends, and how far it gets from a flank [m].
 
-    Args:
-        plant: surfaces, motion, torques, inertia.
-        teeth: candidate tooth pairs (n, 3): drive, loose, side.
-        start: where the flight is now; acceleration and jerk are not used.
-        longest: longest step wanted [s].
-        left: the flank that the flight left.
-
-    Returns:
-        Duration [s], path, NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS, and the largest gap of the flank that the
-        flight left [m].
+    ``teeth`` (n, 3) are candidate pairs: drive, loose, side. Acceleration and jerk of ``start`` are not used;
+    ``longest`` [s] limits the step. The end is NOTHING, CLOSES_ACTIVE, CLOSES_REVERSE or STOPS; the last number is the
+    largest gap of the flank ``left``.
     """
     duration, event = longest, NOTHING
     arc = flight_arc(plant, FREE, start, duration)

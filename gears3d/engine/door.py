@@ -101,14 +101,7 @@ def simulate(
 
 
 def check_contact(contact: str) -> None:
-    """Refuse a contact that there is not.
-
-    Args:
-        contact: its name.
-
-    Raises:
-        UsageError: it is not known.
-    """
+    """Raise a UsageError for the name of an unknown contact."""
     if contact not in CONTACTS:
         raise UsageError(f"there is no contact {contact!r}; {did_you_mean(contact, CONTACTS)}")
 
@@ -158,15 +151,10 @@ def _run(asked: Asked) -> Recording:
 
 
 def simulated(asked: Asked, begin: Begin | None = None) -> Outcome:
-    """Run a scenario once, to wherever it gets.
+    """Run a scenario once, up to its end or its first error.
 
-    Args:
-        asked: what is to be run.
-        begin: gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
-            memory.
-
-    Raises:
-        MissingExtraError: PyBullet is not installed.
+    ``begin`` gives the log, and the list of permanent contacts, for a plant and its base radii [m]; ``None``: in
+    memory. A MissingExtraError states that PyBullet is not installed.
     """
     require_bullet()
     scenario, pair, contact, progress, step, path = asked
@@ -300,12 +288,7 @@ def longest_step(
 ) -> float:
     """Return the longest step [s] that resolves the mesh and every harmonic of motion, torque and flanks.
 
-    Args:
-        motion: table of the drive gear's motion.
-        rows: of all effects.
-        pair: the gears, deviations included.
-        most: however slow everything is [s].
-        turn: of the drive gear in one step at most, in tooth pitches.
+    It is at most ``most`` [s]; ``turn`` is the largest turn of the drive gear in one step, in tooth pitches.
     """
     speed, frequency = fastest(motion)
     speed_loose = speed * pair.drive.base_radius / pair.loose.base_radius

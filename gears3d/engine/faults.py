@@ -12,11 +12,7 @@ YIELDED = 0.1  # the same for compliant flanks, in modules: beyond it neighbouri
 
 
 def jammed_at_start(overlap: float) -> EngineError:
-    """Return the error of flanks that overlap before anything moves.
-
-    Args:
-        overlap: of both flanks together [m].
-    """
+    """Return the error of flanks that overlap [m], both together, before anything moves."""
     return EngineError(
         f"the gears are jammed at the start: their flanks overlap by {1e6 * overlap:.3g} µm"
         " (give more backlash or a larger centre distance)"
@@ -24,21 +20,12 @@ def jammed_at_start(overlap: float) -> EngineError:
 
 
 def jammed(time: float) -> EngineError:
-    """Return the error of gears of which both flanks touch.
-
-    Args:
-        time: [s].
-    """
+    """Return the error of gears of which both flanks touch at a time [s]."""
     return EngineError(f"the gears jam at t = {time:.6g} s: both flanks of the loose gear touch (give more backlash)")
 
 
 def sunk(depth: float, time: float, remedy: str) -> EngineError:
-    """Return the error of teeth that lie in each other.
-
-    Args:
-        depth: [m].
-        time: [s].
-        remedy: what to do about it.
+    """Return the error of teeth that overlap by ``depth`` [m] at a time [s].
 
     >>> print(sunk(3e-6, 0.25, "give stiffer teeth"))
     the teeth lie 3 µm deep in each other at t = 0.25 s: their contact gives way (give stiffer teeth)
@@ -49,43 +36,21 @@ def sunk(depth: float, time: float, remedy: str) -> EngineError:
 
 
 def not_closed(gap: float, time: float) -> EngineError:
-    """Return the error of an impact of flanks that do not touch.
-
-    Args:
-        gap: [m].
-        time: [s].
-    """
+    """Return the error of an impact of flanks that do not touch, at a gap [m] and time [s]."""
     return EngineError(f"the gap is {gap * 1e9:.3g} nm at the impact at t = {time:.9g} s")
 
 
 def standing(time: float) -> EngineError:
-    """Return the error of events without any time passing.
-
-    Args:
-        time: [s].
-    """
+    """Return the error of events without progress in time [s]."""
     return EngineError(f"no progress at t = {time:.9g} s: raise impact.stick_velocity")
 
 
 def not_a_number(time: float) -> EngineError:
-    """Return the error of a state that is not a number.
-
-    Args:
-        time: up to which all was well [s].
-    """
+    """Return the error of a state that is not a number after ``time`` [s]."""
     return EngineError(f"the loose gear's state is not a number after t = {time:.6g} s: look at the torques")
 
 
 def see_numbers(theta: float, omega: float, time: float) -> None:
-    """Stop before a state that is no number gets into what is written down.
-
-    Args:
-        theta: angle of the loose gear [rad].
-        omega: its speed [rad/s].
-        time: up to which all was well [s].
-
-    Raises:
-        EngineError: one of them is not finite.
-    """
+    """Raise an EngineError for an angle or speed that is not finite after ``time`` [s], before it is written."""
     if not (math.isfinite(theta) and math.isfinite(omega)):
         raise not_a_number(time)

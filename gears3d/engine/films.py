@@ -41,14 +41,7 @@ NO_FILM = Film(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def film_of(rows: Sequence[Row], backlash: float) -> Film:
-    """Return the film among the normal forms of the effects.
-
-    Args:
-        rows: of all effects.
-        backlash: of the gears [m].
-
-    Raises:
-        InputError: there is more than one, or it fills the backlash.
+    """Return the film among the effects' rows; more than one, or one that fills the backlash [m], is an InputError.
 
     >>> from gears3d.effects.rows import gap_film
     >>> film_of([gap_film(1e-6, 1e-6, 0.01, 0.02, 2e-6, 12e-6)], 98e-6).felt
@@ -72,14 +65,10 @@ def film_of(rows: Sequence[Row], backlash: float) -> Film:
 
 @entry
 def film_push(film: Film, gap: float, rate: float, squeezed: bool, speeds: tuple[float, float]) -> float:
-    """Return the force with which a film keeps two flanks apart [N].
+    """Return the force with which a film separates two flanks [N].
 
-    Args:
-        film: of oil.
-        gap: over the film's smallest thickness [m].
-        rate: of the gap [m/s].
-        squeezed: whether the flanks approach.
-        speeds: of drive and loose gear [rad/s].
+    ``gap`` [m] is over the film's smallest thickness, ``rate`` [m/s] its rate; ``squeezed`` states whether the flanks
+    approach; ``speeds`` [rad/s] are those of drive and loose gear.
     """
     thickness = max(gap, 0.0) + film.minimum
     rolling = film.rolling_drive * speeds[0] + film.rolling_loose * speeds[1]

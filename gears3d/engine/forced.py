@@ -54,19 +54,10 @@ class Forces(NamedTuple):
 def pushed(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
 ) -> tuple[float, float, float]:
-    """Return what films and yielding flank do along a path.
+    """Return the effect of films and compliant flank ``after`` seconds on a path: a torque [N m] and two forces [N].
 
-    Args:
-        plant: surfaces, motion, torques, film.
-        teeth: candidate tooth pairs (n, 3).
-        springs: stiffness and damping (1, 2), or (0, 2).
-        forces: what is fixed.
-        arc: path.
-        after: time since its start [s].
-
-    Returns:
-        Their torque on the loose gear [N m], the force on the flank whose passage is under way [N], and that of the
-        yielding flank [N].
+    The torque is theirs on the loose gear; the forces are that on the flank whose passage is under way and that of the
+    compliant flank. ``teeth`` (n, 3) are candidate pairs, ``springs`` stiffness and damping (1, 2), or (0, 2).
     """
     angle, speed, _ = drive_at(plant.motion, arc.time + after)
     theta, omega = angle_after(arc, after), speed_after(arc, after)
@@ -116,13 +107,9 @@ def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: F
 
 @inner
 def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> float:
-    """Return the longest step that both films allow [s]; without oil there is none.
+    """Return the longest step that both films allow [s], infinite without oil.
 
-    Args:
-        plant: surfaces, motion, film.
-        teeth: candidate tooth pairs (n, 3).
-        start: where the loose gear is now.
-        acceleration: of the loose gear there [rad/s²].
+    ``teeth`` (n, 3) are candidate pairs, ``start`` and ``acceleration`` [rad/s²] those of the loose gear now.
     """
     angle, speed, alpha = drive_at(plant.motion, start.time)
     film, longest = plant.film, math.inf
@@ -194,18 +181,11 @@ def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, 
 def plan_forced(
     plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Forces, start: Arc, steps: tuple[float, float]
 ) -> tuple[float, Arc, float, int]:
-    """Return the next step under forces of the gap.
+    """Return the next step under forces of the gap: duration [s], path, impulse [N s] on the flank in passage, its end.
 
-    Args:
-        plant: surfaces, motion, torques, inertia, film.
-        teeth: candidate tooth pairs (n, 3).
-        springs: stiffness and damping (1, 2), or (0, 2).
-        state: flanks that matter; its direction is not used.
-        start: where the loose gear is now; acceleration and jerk are not used.
-        steps: longest one wanted [s], and the part taken of what the films ask for.
-
-    Returns:
-        Duration [s], path, impulse on the flank whose passage is under way [N s], and how it ends.
+    ``teeth`` (n, 3) are candidate pairs, ``springs`` stiffness and damping (1, 2), or (0, 2). ``state`` gives the
+    flanks that matter, not the direction; acceleration and jerk of ``start`` are not used. ``steps`` is the longest
+    step [s], and the part used of the step that the films allow.
     """
     direction = direction_of(plant, teeth, springs, state, start)
     forces = Forces(direction, state.squeezed, state.touching, state.pushing, state.within)

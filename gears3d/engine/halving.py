@@ -16,21 +16,13 @@ PARTED = 0.01  # distance of two runs, as a part of the backlash, beyond which t
 
 
 def halved(made: Recording, finer: Recording, backlash: float, order: int) -> dict[str, Any]:
-    """Return the error of a run, as half its step tells it.
+    """Return the error of a run ``made``, as estimated by the run ``finer`` with half its longest step.
 
-    Motions that part (chaotic ones do after a while, whatever the step) are compared until then.
-
-    Args:
-        made: the run.
-        finer: the same with half its longest step.
-        backlash: of the pair [m].
-        order: of the error in the step.
-
-    Returns:
-        ``order``; ``step_s`` and ``half_step_s`` as in the runs' ``meta``; ``until_s``, up to where both were compared,
-        and ``parted``, whether they parted there; ``displacement_m`` and ``displacement_rms_m``; and of ``impacts``
-        compared one by one the largest ``impact_time_s`` and ``impact_velocity_m_s``. All errors are those of
-        ``made``: the difference times 2^order/(2^order - 1).
+    The dict has ``order``, that of the error in the step; ``step_s`` and ``half_step_s`` as in the runs' ``meta``;
+    ``until_s``, up to which both were compared, and ``parted``, whether they diverged there, as chaotic motions do with
+    any step; ``displacement_m`` and ``displacement_rms_m``; and of ``impacts`` compared one by one the largest
+    ``impact_time_s`` and ``impact_velocity_m_s``. All errors are those of ``made``: the difference times
+    2^order/(2^order - 1). ``backlash`` is in m.
 
     Source: Richardson's extrapolation.
     """

@@ -24,14 +24,9 @@ DIFFERENCE = 2e-6  # half-width of the finite differences of the flank's speed a
 
 @entry
 def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: float) -> tuple[float, float]:
-    """Return the loose gear's angle [rad] and speed [rad/s] that keep the gap of one side closed.
+    """Return the loose gear's angle [rad] and speed [rad/s] that keep the gap of one side closed at a time [s].
 
-    Args:
-        plant: surfaces, motion, torques, inertia.
-        teeth: candidate tooth pairs (n, 3).
-        side: 0 active, 1 reverse.
-        time: s.
-        guess: angle to start from [rad].
+    ``teeth`` (n, 3) are candidate pairs, ``side`` is 0 active, 1 reverse, ``guess`` the angle to start from [rad].
     """
     angle, speed, _ = drive_at(plant.motion, time)
     theta, by_drive, by_loose = guess, 0.0, 1.0
@@ -131,19 +126,11 @@ def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: f
 def plan_contact(
     plant: Plant, teeth: np.ndarray, side: int, start: Arc, longest: float, soft: float
 ) -> tuple[float, int, int]:
-    """Return how the next step of permanent contact ends.
+    """Return how the next step of permanent contact ends: duration [s], HELD, LOST or MEETS, and the row of ``teeth``.
 
-    Args:
-        plant: surfaces, motion, torques, inertia.
-        teeth: candidate tooth pairs (n, 3).
-        side: 0 active, 1 reverse.
-        start: time and state of the loose gear; the acceleration is not used.
-        longest: longest step wanted [s].
-        soft: approach speed of the next tooth pair up to which it takes over without an impact [m/s].
-
-    Returns:
-        Duration [s]; HELD, LOST (the flank would have to pull) or MEETS (another pair of teeth hits); and the row of
-        ``teeth`` that holds until then.
+    LOST: the flank would have to pull; MEETS: an impact of another pair; the row's teeth are in contact until then.
+    ``teeth`` (n, 3) are candidate pairs, ``side`` is 0 active, 1 reverse; the acceleration of ``start`` is not used;
+    ``longest`` [s] limits the step. A next pair takes over without an impact up to the approach speed ``soft`` [m/s].
     """
     weak = -1e-7 * plant.inertia
     row, force = supporting(plant, teeth, side, start.time, start.theta, soft)

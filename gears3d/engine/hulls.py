@@ -12,10 +12,9 @@ QUANTA = 10216
 
 
 def against_truncation(points: np.ndarray) -> np.ndarray:
-    """Return the vertices moved outwards by half a step of Bullet's grid, so that cutting them rounds them.
+    """Return the vertices (n, 3) of one convex piece moved outwards by half a step of Bullet's grid.
 
-    Args:
-        points: of one convex piece (n, 3).
+    Truncation then rounds them.
 
     >>> import numpy as np
     >>> against_truncation(np.array([[0.0, 0.0, 0.0], [1.0216, 1.0216, 1.0216]]))[:, 0].round(9).tolist()
@@ -26,12 +25,7 @@ def against_truncation(points: np.ndarray) -> np.ndarray:
 
 
 def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
-    """Write an OBJ with one object a piece, which Bullet loads as a compound of convex hulls.
-
-    Args:
-        path: of the file.
-        pieces: convex point sets, each (n, 3), in the unit of the world.
-    """
+    """Write an OBJ with one object for each convex piece (n, 3), which Bullet loads as a compound of convex hulls."""
     text: list[str] = []
     first = 1
     for number, piece in enumerate(pieces):

@@ -20,14 +20,10 @@ _ACTIVE = int(Flank.ACTIVE)
 
 @inner
 def coefficient(restitution: float, table: np.ndarray, flank: int, speed: float, draw: float) -> float:
-    """Return the coefficient of restitution of one impact.
+    """Return the coefficient of restitution of one impact at an approach speed [m/s].
 
-    Args:
-        restitution: base coefficient e0.
-        table: impact rows: code and number (n, 2).
-        flank: which is hit.
-        speed: of approach [m/s].
-        draw: standard normal number of this impact, for its scatter.
+    ``restitution`` is the base coefficient e0, ``table`` (n, 2) has code and number of the impact rows, ``draw`` is the
+    standard normal number of this impact, for its scatter.
     """
     value = restitution
     for i in range(table.shape[0]):
@@ -69,11 +65,9 @@ class ImpactLaw:
         return bool((self.table[:, 0] != _OFFSET).any())
 
     def draws(self, used: int, count: int) -> np.ndarray:
-        """Return the standard normal numbers of the next impacts, zeros without scatter (count,).
+        """Return the standard normal numbers of the next impacts (count,), zeros without scatter.
 
-        Args:
-            used: impacts since the last call.
-            count: how many numbers.
+        ``used`` is the number of impacts since the last call.
         """
         self._asked += used
         if (self.table[:, 0] != _SCATTER).all():
@@ -81,12 +75,7 @@ class ImpactLaw:
         return np.array([scatter(self._seed, index) for index in range(self._asked, self._asked + count)])
 
     def coefficient(self, flank: Flank, speed: float) -> float:
-        """Return the coefficient for one impact; with scatter rows every call is the next impact's draw.
-
-        Args:
-            flank: which is hit.
-            speed: of approach [m/s].
-        """
+        """Return the coefficient for one impact at an approach speed [m/s]; a call draws the next scatter."""
         draw = float(self.draws(0, 1)[0])
         self._asked += 1
         return float(coefficient(self.restitution, self.table, flank, speed, draw))
@@ -94,18 +83,12 @@ class ImpactLaw:
 
 @inner
 def normal_impulse(inertia: float, lever: float, friction: float, speeds: tuple[float, float]) -> float:
-    """Return the impulse along the contact normal that changes the loose gear's speed, friction of the flanks paid.
+    """Return the impulse along the contact normal for a change of the loose gear's speed, with flank friction [N s].
 
-    Friction turns round with the gear: an impact that stops it and drives it back has a part on either side of rest.
-
-    Args:
-        inertia: of the loose gear [kg m²].
-        lever: of the normal about its axis, positive on the active flank [m].
-        friction: torque against the motion over the flank force [m].
-        speeds: of the loose gear before and after [rad/s].
-
-    Returns:
-        The impulse, positive [N s].
+    Friction changes sign with the direction: an impact that stops the gear and drives it back has a part on either side
+    of rest. ``inertia`` is in kg m²; ``lever`` [m] is that of the normal about the gear's axis, positive on the active
+    flank; ``friction`` [m] is the torque against the motion over the flank force; ``speeds`` [rad/s] are before and
+    after.
 
     Source: J·Δω = P·(lever ∓ friction), the generalised impulse through the contact Jacobian.
     """

@@ -55,11 +55,7 @@ class Along(Record):
 
 
 def along_of(pair: Pair) -> Along:
-    """Return what makes a pair's contact differ from one transverse section.
-
-    Args:
-        pair: deviations and mounting included.
-    """
+    """Return the properties of a pair's contact that do not follow from one transverse section."""
     surfaces = compile_surfaces(pair)
     axial, leads = surfaces.axial, surfaces.leads
     gears = (pair.drive, pair.loose)
@@ -77,11 +73,7 @@ def along_of(pair: Pair) -> Along:
 
 
 def slices_of(pair: Pair) -> int | None:
-    """Return into how many slices along the face Bullet's teeth are cut, ``None`` for those of straight teeth.
-
-    Args:
-        pair: the pair.
-    """
+    """Return the number of slices along the face into which Bullet's teeth are divided, ``None`` for straight teeth."""
     if pair.drive.helix_angle == 0.0:
         return None
     whole = piece_budget(pair, slices=1)["slice_error_m"]
@@ -91,11 +83,7 @@ def slices_of(pair: Pair) -> int | None:
 def turn_of(along: Along, gear: int, side: int, tooth: int) -> float:
     """Return by how much a flank's sections turn about +z with the height, lead included [rad/m].
 
-    Args:
-        along: of the pair.
-        gear: 0 drive, 1 loose.
-        side: 0 active, 1 reverse.
-        tooth: its number.
+    ``gear`` is 0 drive, 1 loose; ``side`` 0 active, 1 reverse.
     """
     own = along.leads[gear, side, tooth - 1] if along.leads.size else 0.0
     return float(along.axial[gear, _TURN] + own)
@@ -105,19 +93,11 @@ def turn_of(along: Along, gear: int, side: int, tooth: int) -> float:
 def facing(
     shape: Edged, along: Along, angles: tuple[float, float], teeth: tuple[int, int], side: int, margin: float
 ) -> tuple[float, float, float]:
-    """Return between which heights two teeth face each other, flank on flank.
+    """Return between which heights [m] two teeth face each other flank on flank, and the face's nearest height [m].
 
-    Args:
-        shape: flanks and edges of the pair.
-        along: of the pair.
-        angles: of drive and loose gear [rad].
-        teeth: numbers of drive and loose tooth.
-        side: 0 active, 1 reverse.
-        margin: roll angle by which they may do so beyond their tips, negative for what they must stay within [rad].
-
-    Returns:
-        Lower and upper height [m], the upper one below the lower where they do not face each other, and the height of
-        the face that is nearest to doing so [m].
+    The upper height is below the lower where they do not face each other; the last is then nearest to doing so.
+    ``angles`` [rad] and ``teeth`` are those of drive and loose gear, ``side`` is 0 active, 1 reverse; ``margin`` [rad]
+    is the roll angle by which they may face each other beyond their tips, negative for what they must stay within.
     """
     half = min(along.axial[0, _HALF], along.axial[1, _HALF])
     psi = (1.0 - 2.0 * side) * shape.flanks.mount[3]
@@ -151,19 +131,9 @@ def line_gap(
 ) -> tuple[float, float, float, float, bool]:
     """Return the smallest gap of two teeth over the face.
 
-    Args:
-        shape: flanks and edges of the pair.
-        along: of the pair.
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-        tooth_drive: number of the drive gear's tooth.
-        tooth_loose: number of the loose gear's tooth.
-        side: 0 active, 1 reverse.
-
-    Returns:
-        Gap in the transverse section [m], infinite where the teeth do not face each other, its derivatives by the
-        angles of drive and loose gear [m/rad], the height of that section [m], and whether the teeth face each other
-        flank on flank.
+    That is the gap in the transverse section [m], infinite where the teeth do not face each other, its derivatives by
+    the angles of drive and loose gear [m/rad], the height of that section [m], and whether the teeth face each other
+    flank on flank. Angles are in rad; ``side`` is 0 active, 1 reverse.
     """
     surfaces, angles, teeth = along.surfaces, (theta_drive, theta_loose), (tooth_drive, tooth_loose)
     low, high, end = facing(shape, along, angles, teeth, side, -along.margin)
@@ -207,9 +177,7 @@ def _searched(
 def merged(found: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return each pair of teeth once, with the smallest of Bullet's gaps of its slices.
 
-    Args:
-        found: drive tooth, loose tooth, side (n, 3).
-        raw: Bullet's gaps (n,) [m].
+    ``found`` (n, 3) is drive tooth, loose tooth, side; ``raw`` (n,) are Bullet's gaps [m].
     """
     rows: dict[tuple[int, ...], int] = {}
     least = raw.copy()

@@ -279,13 +279,10 @@ class Located:
         state["theta"] = theta
 
     def _floats_at(self, teeth: np.ndarray, side: int, force: float, loose: tuple[float, float]) -> float:
-        """Return the gap at which the wedges bear what a flank that would have to pull leaves of its film [m].
+        """Return the gap [m] at which the wedges carry the ``force`` [N] of a flank that would have to pull.
 
-        Args:
-            teeth: that may touch (n, 3).
-            side: 0 active, 1 reverse.
-            force: of that flank [N].
-            loose: angle [rad] and speed [rad/s] of the loose gear on it.
+        ``teeth`` (n, 3) may touch, ``side`` is 0 active, 1 reverse; ``loose`` is angle [rad] and speed [rad/s] of the
+        loose gear on the flank.
         """
         film = self.plant.film
         angle, speed, _ = drive_at(self.plant.motion, 0.0)

@@ -117,12 +117,7 @@ class Log:
         return self.rows[: self.written].copy()
 
     def signals(self, motion: np.ndarray, base_radii: tuple[float, float]) -> dict[str, np.ndarray]:
-        """Return the columns of the recording.
-
-        Args:
-            motion: table of the drive gear's motion.
-            base_radii: of drive and loose gear [m].
-        """
+        """Return the columns of the recording, with base radii [m] of drive and loose gear."""
         times, loose = self.times[: self.written], self.rows[: self.written]
         drive = drive_samples(motion, times)
         of_drive, of_loose = base_radii

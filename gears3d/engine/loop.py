@@ -188,18 +188,11 @@ def _looped(step: Any) -> Any:
         blocks: Blocks,
         ends: tuple[int, bool],
     ) -> int:
-        """Continue a run until Python is needed.
+        """Continue a run until Python is needed, and return why the loop returns.
 
-        Args:
-            plant: surfaces, motion, torques, inertia.
-            rules: of the run.
-            near: windows of near teeth, and their rows, see :class:`gears3d.engine.nearby.Nearby`.
-            state: one item of type ``STATE``; changed.
-            blocks: what is written to.
-            ends: steps after which the loop returns, and whether the samples continue in another block.
-
-        Returns:
-            Why the loop returns.
+        ``near`` holds windows of near teeth, and their rows, see :class:`gears3d.engine.nearby.Nearby`; ``state`` is
+        one item of type ``STATE``, changed; ``ends`` is the number of steps after which the loop returns, and whether
+        the samples continue in another block.
         """
         table, rows = near
         s = state[0]

@@ -59,12 +59,7 @@ call_side = caller(_SIDE_GAP)
 
 
 def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
-    """Return the flanks of a pair for the engine's compiled functions.
-
-    Args:
-        pair: deviations and mounting included.
-        layer: of oil that stays between flanks that touch [m].
-    """
+    """Return the flanks of a pair for compiled functions, with a layer of oil [m] between flanks that touch."""
     along = along_of(pair)
     offsets = np.concatenate([offset_of(pair, which) for which in ("drive", "loose")])
     planar, law, seen = along.looks == 0, 0, 0
@@ -76,12 +71,7 @@ def meshed(pair: Pair, layer: float = 0.0) -> Mesh:
 
 
 def offset_of(pair: Pair, which: str) -> np.ndarray:
-    """Return how far the teeth's axis stands off the axis of rotation, in the gear's own frame (2,) [m].
-
-    Args:
-        pair: with its mounting.
-        which: ``"drive"`` or ``"loose"``.
-    """
+    """Return how far the teeth's axis is from the axis of rotation, in the gear's own frame (2,) [m]."""
     sense = 1.0 if which == "drive" else -1.0
     offset = np.zeros(2)
     for item in pair.mounting:
@@ -91,22 +81,13 @@ def offset_of(pair: Pair, which: str) -> np.ndarray:
 
 
 def lean_of(pair: Pair) -> np.ndarray:
-    """Return by how much the loose gear's axis leans with the height, x away from the drive and y (2,) [m/m].
-
-    Args:
-        pair: with its mounting.
-    """
+    """Return by how much the loose gear's axis leans with the height, x away from the drive and y (2,) [m/m]."""
     leans = [(item.in_plane, item.out_of_plane) for item in pair.mounting if isinstance(item, Misalignment)]
     return np.tan(np.array(leans).reshape(-1, 2)).sum(axis=0)
 
 
 def tilt_of(pair: Pair, which: str) -> np.ndarray:
-    """Return by how much the teeth's axis stands off the axis of rotation with the height (2,) [m/m].
-
-    Args:
-        pair: with its mounting.
-        which: ``"drive"`` or ``"loose"``, in whose own frame it is.
-    """
+    """Return the slope of the teeth's axis to the axis of rotation, in the gear's own frame (2,) [m/m]."""
     sense = 1.0 if which == "drive" else -1.0
     tilt = np.zeros(2)
     for item in pair.mounting:
@@ -119,10 +100,7 @@ def tilt_of(pair: Pair, which: str) -> np.ndarray:
 def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
     """Return where a gear's teeth have their axis, from the axis of rotation, in the world [m].
 
-    Args:
-        mesh: of the pair.
-        gear: 0 drive, 1 loose.
-        rotation: angle about +z of the gear's own frame [rad].
+    ``gear`` is 0 drive, 1 loose; ``rotation`` [rad] is the angle about +z of the gear's own frame.
     """
     x, y = mesh.offsets[2 * gear], mesh.offsets[2 * gear + 1]
     c, s = math.cos(rotation), math.sin(rotation)
@@ -166,13 +144,7 @@ def tooth_gap(
 ) -> tuple[float, float, float]:
     """Return the gap of two teeth on one side [m] and its derivatives by the angles of drive and loose gear [m/rad].
 
-    Args:
-        mesh: of the pair.
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-        tooth_drive: number of the drive gear's tooth.
-        tooth_loose: number of the loose gear's tooth.
-        side: 0 active, 1 reverse.
+    Angles are in rad; ``side`` is 0 active, 1 reverse.
     """
     if mesh.law != 0:
         return _call_gap(mesh.law, (mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side))
@@ -186,16 +158,9 @@ def side_gap(
 ) -> tuple[float, float, float, int]:
     """Return the smallest gap of one side among the candidate teeth, measured on the true flanks.
 
-    Args:
-        shape: flanks of the pair.
-        teeth: candidates (n, 3): tooth of the drive gear, tooth of the loose gear, side.
-        side: 0 active, 1 reverse.
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-
-    Returns:
-        Gap over the layer of oil [m], its derivatives by the angles of drive and loose gear [m/rad], and the row of
-        ``teeth`` it is for; without candidates the gap is infinite.
+    That is the gap over the layer of oil [m], its derivatives by the angles of drive and loose gear [m/rad], and its
+    row of ``teeth``; without candidates the gap is infinite. ``teeth`` (n, 3) is tooth of the drive gear, tooth of the
+    loose gear, side; angles are in rad; ``side`` is 0 active, 1 reverse.
     """
     best, by_drive, by_loose, row = math.inf, 0.0, 0.0, NOBODY
     for i in range(teeth.shape[0]):
@@ -208,13 +173,9 @@ def side_gap(
 
 @inner
 def tooth_at(flanks: Flanks, gear: int, count: int, angle: float) -> tuple[int, int]:
-    """Return the number of the tooth (1 to count) and its side at a polar angle.
+    """Return the number of the tooth (1 to ``count``) and its side at a polar angle [rad] in the gear's own frame.
 
-    Args:
-        flanks: of the pair.
-        gear: 0 drive, 1 loose.
-        count: how many teeth the gear has.
-        angle: polar angle in the gear's own frame [rad].
+    ``gear`` is 0 drive, 1 loose.
     """
     pitch = flanks.gears[gear, _PITCH]
     middle = 0.5 * (flanks.gears[gear, _ACTIVE_START] + flanks.gears[gear, _REVERSE_START])
@@ -232,18 +193,10 @@ def teeth_of_points(
     theta_drive: float,
     theta_loose: float,
 ) -> np.ndarray:
-    """Return which teeth, and which side of them, Bullet's closest points lie on.
+    """Return the teeth and sides that Bullet's closest points lie on, (n, 3): drive tooth, loose tooth, side.
 
-    Args:
-        shape: of the pair.
-        counts: numbers of teeth of drive and loose gear.
-        on_drive: points on the drive gear in the world (n, 3) [m].
-        on_loose: points on the loose gear (n, 3) [m].
-        theta_drive: angle of the drive gear [rad].
-        theta_loose: angle of the loose gear [rad].
-
-    Returns:
-        (n, 3): tooth of the drive gear, tooth of the loose gear, side; NOBODY as side where the two do not match.
+    NOBODY is the side where the two do not match. ``counts`` are the numbers of teeth of drive and loose gear; points
+    are in the world (n, 3) [m], angles in rad.
     """
     found = np.zeros((on_drive.shape[0], 3), np.int64)
     _name_teeth(shape, counts, on_drive, on_loose, (theta_drive, theta_loose), found)
@@ -275,14 +228,10 @@ def both_sides(found: np.ndarray) -> bool:
 def touching_teeth(
     shape: Mesh, teeth: np.ndarray, side: int, angles: tuple[float, float], speeds: tuple[float, float]
 ) -> tuple[int, int]:
-    """Return the numbers of the teeth that hit; of several pairs as fast, those next to the pitch point.
+    """Return the numbers of the teeth in an impact; of several pairs as fast, those next to the pitch point.
 
-    Args:
-        shape: flanks of the pair.
-        teeth: candidates (n, 3).
-        side: 0 active, 1 reverse.
-        angles: of drive and loose gear [rad].
-        speeds: of drive and loose gear just before [rad/s].
+    ``teeth`` (n, 3) are candidates, ``side`` is 0 active, 1 reverse; ``angles`` [rad] and ``speeds`` [rad/s] just
+    before are those of drive and loose gear.
     """
     least = side_gap(shape, teeth, side, angles[0], angles[1])[0] + shape.layer
     mount = shape.edged.flanks.mount
@@ -314,17 +263,10 @@ def compare_raw(
 ) -> tuple[int, float, float]:
     """Compare Bullet's gaps with the refined ones, of the tooth pairs that touch first, or nearly so.
 
-    Args:
-        shape: flanks of the pair.
-        teeth: found near each other (n, 3).
-        raw: Bullet's gaps, margins taken out (n,) [m].
-        thetas: angles of drive and loose gear [rad].
-        limits: by how much more open than the nearest a gap may be to count, the deepest and the widest gap that is
-            compared [m].
-        sums: takes count, sum, sum of squares and largest size of the differences (4,).
-
-    Returns:
-        The row that differs most, its excess and its refined gap [m].
+    The result is the row of ``teeth`` (n, 3) that differs most, its excess and its refined gap [m]. ``raw`` (n,) [m]
+    has the margins subtracted; ``thetas`` [rad] are the angles of drive and loose gear; ``limits`` [m] are by how much
+    more open than the nearest a gap may be to count, and the deepest and the widest gap compared; ``sums`` (4,) takes
+    count, sum, sum of squares and largest size of the differences.
     """
     slack, deepest, widest = limits
     gaps = np.full(teeth.shape[0], math.inf)

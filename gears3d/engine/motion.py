@@ -27,18 +27,11 @@ PIECE = 3  # lines of the motion table for one piece of a record
 def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:
     """Return the motion as a table: mean speed, harmonics, and the pieces of a measured motion.
 
-    Args:
-        scenario: its ``motion``; an ``order`` counts per mean revolution. A record takes the place of mean and
-            harmonics.
-        effects: rows of all effects; those of the motion are added.
-
-    Returns:
-        (1 + harmonics + 3·pieces, 3): ``(mean [rad/s], pieces, 0)``; for each harmonic ``(amplitude [rad/s],
-        frequency [rad/s], phase [rad])``; for each piece its start [s] and the six coefficients of its angle, rising
-        [rad/s^k], then the largest speed [rad/s] and highest circular frequency [rad/s] of the record.
-
-    Raises:
-        InputError: the record cannot be used.
+    The rows (1 + harmonics + 3·pieces, 3) are ``(mean [rad/s], pieces, 0)``; for each harmonic ``(amplitude [rad/s],
+    frequency [rad/s], phase [rad])``; for each piece its start [s] and the six coefficients of its angle, rising
+    [rad/s^k], then the largest speed [rad/s] and highest circular frequency [rad/s] of the record. An ``order`` counts
+    per mean revolution; a record replaces mean and harmonics; rows of effects on the motion are added. A record that
+    cannot be used is an InputError.
     """
     motion = scenario.motion
     waves = [] if motion.record is not None else [(h.amplitude, h.frequency, h.phase) for h in motion.harmonics]
@@ -51,11 +44,7 @@ def motion_table(scenario: Scenario, effects: Sequence[Row] = ()) -> np.ndarray:
 
 
 def standing_at(motion: np.ndarray, angle: float) -> np.ndarray:
-    """Return a motion table whose angle is another at time 0.
-
-    Args:
-        motion: of :func:`motion_table`, without a record.
-        angle: of the drive gear at time 0 [rad].
+    """Return a motion table, without a record, whose drive angle is ``angle`` [rad] at time 0.
 
     >>> drive_at(standing_at(np.array([[2.0, 0.0, 0.0]]), 0.5), 1.0)
     (2.5, 2.0, 0.0)
@@ -65,12 +54,9 @@ def standing_at(motion: np.ndarray, angle: float) -> np.ndarray:
 
 
 def there_and_back(speed: float, way: float, turning: float) -> np.ndarray:
-    """Return a motion table: at constant speed, a smooth change of direction, and back.
+    """Return a motion table: at constant ``speed`` [rad/s], a smooth change of direction, and back.
 
-    Args:
-        speed: [rad/s].
-        way: angle until the change [rad].
-        turning: time that the change takes [s].
+    The change of direction comes at the angle ``way`` [rad] and takes ``turning`` [s].
 
     >>> path = there_and_back(2.0, 10.0, 1.0)
     >>> [round(drive_at(path, time)[0], 12) for time in (0.0, 5.0, 5.5, 6.0, 11.0)]

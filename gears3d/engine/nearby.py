@@ -97,12 +97,7 @@ class Nearby:
         return self.rows[first:end]
 
     def fill(self, found: np.ndarray, thetas: tuple[float, float]) -> None:
-        """Keep what an answer says of the windows around it.
-
-        Args:
-            found: all pairs within reach (n, 3).
-            thetas: angles of drive and loose gear [rad].
-        """
+        """Keep the pairs within reach (n, 3) in the windows around the angles of drive and loose gear [rad]."""
         most = (2 * AHEAD + 1) * len(found)
         if self._used + most > len(self.rows):
             self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, 3), np.int64)])
@@ -179,13 +174,9 @@ def _mark(shape, found, side, thetas, slack, gaps, keep):
 
 @inner
 def until_edge(motion: np.ndarray, time: float, width: float, steps: tuple[float, float]) -> float:
-    """Return how long a step may last within the window of the drive's angle [s].
+    """Return how long a step from ``time`` [s] may last within a window of the drive's angle, ``width`` [rad] wide [s].
 
-    Args:
-        motion: table of the drive gear's motion.
-        time: at which it starts [s].
-        width: of a window [rad].
-        steps: the longest step, and the one that may be taken if it ends with the window [s].
+    ``steps`` [s] is the longest step, and the one that may be taken if it ends with the window.
     """
     longest, most = steps
     number = math.floor(drive_at(motion, time)[0] / width)

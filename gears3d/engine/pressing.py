@@ -21,34 +21,21 @@ def springs_of(rows: Sequence[Row]) -> np.ndarray:
 
 @inner
 def pressed_step(springs: np.ndarray, mass: float) -> float:
-    """Return the step [s] that resolves a contact.
-
-    Args:
-        springs: of :func:`springs_of`.
-        mass: of the loose gear as the flank feels it [kg].
-    """
+    """Return the step [s] that resolves a contact of the loose gear, ``mass`` [kg] on the line of action."""
     stiffness, damping = springs[0, 0], springs[0, 1]
     return 1.0 / (STEPS_PER_RADIAN * (math.sqrt(stiffness / mass) + damping / mass))
 
 
 @inner
 def lasting(springs: np.ndarray, mass: float) -> float:
-    """Return how long a contact must last to count as permanent: five periods of its oscillation [s].
-
-    Args:
-        springs: of :func:`springs_of`.
-        mass: of the loose gear as the flank feels it [kg].
-    """
+    """Return how long a contact must last to count as permanent [s]: five periods of its oscillation."""
     return 10.0 * math.pi * math.sqrt(mass / springs[0, 0])
 
 
 @inner
 def gap_force(springs: np.ndarray, gap: float, rate: float) -> float:
-    """Return the force of spring and damper [N]; where it is negative the flanks push no more.
+    """Return the force of spring and damper [N], negative where the flanks no longer push.
 
-    Args:
-        springs: stiffness and damping (1, 2).
-        gap: m.
-        rate: of the gap [m/s].
+    ``springs`` is stiffness and damping (1, 2), ``gap`` in m, ``rate`` in m/s.
     """
     return -springs[0, 0] * gap - springs[0, 1] * rate

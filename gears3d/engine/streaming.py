@@ -110,13 +110,9 @@ class StreamedLog(Log):
         super().finish(theta, omega, time)
 
     def end(self, meta: dict[str, Any]) -> None:
-        """Write what is left and put the tables into their places.
+        """Write the remaining rows and put the tables into their places.
 
-        Args:
-            meta: what is known about the run.
-
-        Raises:
-            InputError: the disk is full; with ``meta["stopped_by"]`` already there it is not said again.
+        A full disk is an InputError, unless ``meta["stopped_by"]`` already states one.
         """
         fault: InputError | None = None
         for flush in (self._flush_signals, self._flush_impacts, self.contacts.flush):

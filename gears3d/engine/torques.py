@@ -120,18 +120,10 @@ def gated(table: np.ndarray) -> bool:
 
 @entry
 def resisting(table: np.ndarray, place: int, time: float, theta: float, omega: float) -> tuple[float, float]:
-    """Return the resisting torques in two heaps.
+    """Return the resisting torques as two sums [N m]: what acts in any direction, and what acts against the motion.
 
-    Args:
-        table: of :func:`torque_table`.
-        place: FREE, ON_ACTIVE or ON_REVERSE.
-        time: s.
-        theta: angle of the loose gear [rad].
-        omega: its speed [rad/s].
-
-    Returns:
-        What acts whatever the direction, and the size of what turns against the direction of motion (which at rest
-        holds against anything smaller) [N m].
+    At rest the second holds against any smaller torque. ``place`` is FREE, ON_ACTIVE or ON_REVERSE; time in s, angle
+    ``theta`` in rad and speed ``omega`` in rad/s are those of the loose gear.
     """
     plain = 0.0
     dry = 0.0
@@ -166,14 +158,8 @@ def acceleration(
 ) -> float:
     """Return the loose gear's acceleration [rad/s²] under the torques alone.
 
-    Args:
-        table: of :func:`torque_table`.
-        inertia: kg m².
-        place: FREE, ON_ACTIVE or ON_REVERSE.
-        time: s.
-        theta: rad.
-        omega: rad/s.
-        direction: the sign of motion that dry torques act against, 0 at rest.
+    ``inertia`` is in kg m², time in s, ``theta`` in rad, ``omega`` in rad/s; ``place`` is FREE, ON_ACTIVE or
+    ON_REVERSE; ``direction`` is the sign of motion that dry torques act against, 0 at rest.
     """
     plain, dry = resisting(table, place, time, theta, omega)
     if direction == 0.0:
@@ -185,15 +171,10 @@ def acceleration(
 
 @inner
 def until_kink(table: np.ndarray, inertia: float, place: int, time: float, theta: float, omega: float) -> float:
-    """Return how long it takes, nearly, until a tabulated torque comes to its next point; infinite without one [s].
+    """Return the approximate time until a tabulated torque reaches its next point, infinite without one [s].
 
-    Args:
-        table: of :func:`torque_table`.
-        inertia: kg m².
-        place: FREE, ON_ACTIVE or ON_REVERSE.
-        time: s.
-        theta: rad.
-        omega: rad/s.
+    ``inertia`` is in kg m², time in s, ``theta`` in rad, ``omega`` in rad/s; ``place`` is FREE, ON_ACTIVE or
+    ON_REVERSE.
     """
     soonest = math.inf
     for i in range(table.shape[0]):

@@ -113,14 +113,9 @@ class World:
         pybullet.resetJointState(self._ids[0], LINK, sense * theta, sense * omega, self._client)
 
     def step(self, duration: float, torque: float) -> tuple[float, float]:
-        """Let Bullet integrate one step with a torque on the loose gear.
+        """Integrate one step [s] in Bullet and return the loose gear's angle [rad] and speed [rad/s].
 
-        Args:
-            duration: of the step [s].
-            torque: on the loose gear, positive in its own sense [N m].
-
-        Returns:
-            The loose gear's angle [rad] and speed [rad/s] after the step, in its own sense.
+        ``torque`` on the loose gear is in N m. All are positive in the loose gear's own sense.
         """
         sense = self._bodies[1].sense
         loose = self._ids[1]
@@ -133,14 +128,10 @@ class World:
         return sense * state[0], sense * state[1]
 
     def nearest(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Ask Bullet for the closest points of all pieces nearer than ``reach``.
+        """Return Bullet's closest points of all pieces nearer than ``reach`` [m].
 
-        Args:
-            reach: [m].
-
-        Returns:
-            Points on the drive gear (n, 3) and on the loose gear (n, 3) in the world [m], and the distance of each
-            two hulls (n,) [m], as Bullet reports it, margins and all.
+        They are points on the drive gear (n, 3) and on the loose gear (n, 3) in the world [m], and the distance of each
+        two hulls (n,) [m] as Bullet reports it, margins included.
         """
         found = pybullet.getClosestPoints(*self._ids, reach * MM, LINK, LINK, physicsClientId=self._client)
         if not found:
@@ -240,11 +231,7 @@ _idle: dict[tuple[int, int], World] = {}
 def lent_world(bodies: tuple[Body, Body], respond: bool) -> Iterator[World]:
     """Lend a world of two gears; without contact response it is kept for the next run of the same bodies.
 
-    Poses and queries leave no trace in a world; Bullet's own contact does.
-
-    Args:
-        bodies: drive and loose gear.
-        respond: whether Bullet's own contact response acts between the two.
+    ``respond`` switches Bullet's own contact response, which changes a world; poses and queries do not.
     """
     key = (id(bodies[0]), id(bodies[1]))
     kept = None if respond else _idle.pop(key, None)
