@@ -1,7 +1,7 @@
 """Many points of a map in one call of compiled code: the rigid model over numbers that change from point to point.
 
 A point is a run of whole periods from rest, or from where the point before it ended. It keeps its counts and a section
-once a period, no tables. Points know nothing of each other, so that any division of a map among threads and machines
+once a period, no tables. Points are independent, so that any division of a map among threads and machines
 gives the same bits.
 """
 
@@ -26,7 +26,7 @@ _AWAY = 1e-6  # smallest gap to either flank where a motion is continued, as a p
 
 @inner
 def _carry(numbers, old, new):
-    """Put a new run, amid the gap, to where an old one ended in flight."""
+    """Start a new run, within the gap, where an old one ended in flight."""
     shift = old[at.GAPS] - new[at.GAPS]
     room = new[at.GAPS] + new[at.GAPS + 1]
     low, high = _AWAY * room - new[at.GAPS], (1.0 - _AWAY) * room - new[at.GAPS]
@@ -51,7 +51,7 @@ def _empty(numbers):
 
 @inner
 def _reset(state, start, mode):
-    """Put a state to its begin: on a flank or free, or as the run before it ended."""
+    """Set the initial state: on a flank or free, or as the run before it ended."""
     _empty(state)
     state[at.MODE], state[at.WITHIN] = at.BEFORE, -1.0
     state[at.DEPARTED] = start
@@ -79,11 +79,11 @@ def _compiled(plain: bool, compliant: bool) -> Any:
             tally.clear(numbers, section)
             _empty(count)
             if not plain:
-                for row in range(work.shape[0]):  # what an earlier point left there would show in the last digit
+                for row in range(work.shape[0]):  # values of an earlier point would change the last digit
                     _empty(work[row])
             mode = before[at.MODE]
             _reset(state, start[i], mode if follow and carried else at.BEFORE)
-            if plain:  # known when it is compiled; a kernel in the closure would never be found in the cache
+            if plain:  # known when it is compiled; a kernel in the closure is never found in the cache
                 closed_kernel.advance(m, state, count, impacts, contacts, samples, inf, 0.0)
             elif compliant:
                 kernel.compliant(m, state, count, work, impacts, contacts, samples, inf, 0.0)
@@ -165,8 +165,8 @@ class Batch:
     Args:
         table: the packed model of every point, flat, (n, m).
         periods: of the excitation [s], (n,).
-        times: whole periods of a run, those left out at its begin, and those at its end of which sections are kept.
-        start: 0 on the active, 1 on the reverse flank, 2 free amid the gap, (n,).
+        times: whole periods of a run, those excluded at its beginning, and those at its end of which sections are kept.
+        start: 0 on the active, 1 on the reverse flank, 2 free within the gap, (n,).
         follow: whether a point begins where the one before it ended.
         strobe: when in the period the sections are taken, in cycles, 0 to below 1.
 

@@ -1,7 +1,7 @@
 """Series of bounces on one flank in closed form, :mod:`gears3d.lumped.closed_form`, all in registers.
 
 A bounce is taken only where it is proved to be concave up to its root, which is then the only one, and where the other
-flank is out of reach; all else is left to :mod:`gears3d.lumped.flights`.
+flank is out of reach; the rest is done by :mod:`gears3d.lumped.flights`.
 """
 
 from __future__ import annotations

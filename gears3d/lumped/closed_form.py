@@ -1,6 +1,6 @@
 """Free motion between perfect flanks in closed form: dry friction alone, one harmonic of the drive's speed.
 
-The gap between the loose gear and the flank it left is, x = ω·τ being the phase since then,
+The gap between the loose gear and the flank it left is, with x = ω·τ the phase since then,
 
     g(τ) = g(0) + v·τ ∓ [a·τ²/2 + (Rb1·A/ω)·(cos ψ·(1 − cos x) − sin ψ·(x − sin x))]
 
@@ -17,7 +17,7 @@ from gears3d.lumped.compile import inner
 
 @inner
 def fly(v, pull, size, omega, c0, s0, tau):
-    """Return what a flight adds to the gap, its rate and acceleration; ``pull``, ``size`` = ±Rb1·A: flank's sign."""
+    """Return the changes of the gap, its rate and acceleration in flight; ``pull``, ``size`` = ±Rb1·A: flank's sign."""
     x = omega * tau
     if x < 0.7:  # nine terms are exact to rounding, without cancellation
         z = x * x

@@ -1,6 +1,6 @@
 """The run of the rigid model in closed form: perfect flanks, no torque but a constant one, one harmonic of the drive.
 
-It needs no power series, and all of it is small: what most scenarios ask for is compiled in seconds.
+It needs no power series and is small: the code for most scenarios compiles in seconds.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Compilation of the rigid model's kernels.
 
 Divisions are not checked one by one (a motion that is not finite ends the run). Products are never fused with sums: the
-compiler would do so here and not there, and a kernel from the cache would differ from a fresh one in the last digit.
+compiler would fuse some and not others, and a kernel from the cache would differ from a fresh one in the last digit.
 """
 
 from __future__ import annotations

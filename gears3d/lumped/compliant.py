@@ -1,13 +1,13 @@
 """Steps of the integrator through oil, over compliant teeth and with a carried body, up to the first event.
 
 A film turns most approaches back before the flanks touch. So an impact is here a *passage*: the gap falls below the
-height FELT from which on the film carries the drag, and rises above it again; speed and rebound are those at that
-height, the impulse is that of film and flank together. A gear that turns towards the flank a second time within a
-passage is in contact over oil. With ever thinner oil FELT goes to zero, and with it all that sets a passage apart from
-an impact of rigid flanks. Without oil a passage begins where compliant teeth touch and ends where they are clear again.
+height FELT at which the film carries the drag, and rises above it again; speed and rebound are those at that height,
+the impulse is that of film and flank together. A gear that turns towards the flank a second time within a passage is in
+contact over oil. As the oil becomes thinner, FELT goes to zero, and with it every difference of a passage to an impact
+of rigid flanks. Without oil a passage begins where compliant teeth touch and ends where they are clear again.
 
 The state of the integrator: displacement, its rate; with a carried body its twist and the rate of that; impulse of the
-passage; where asked for the works, as the state has them.
+passage; the works on request, as in the state.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ _attempt, _open_up = integrator(rates)
 
 @inner
 def outlook(m, state, t, y, g, k):
-    """Write functions of which one falls below zero when something happens, and rates; return the narrower gap."""
+    """Write functions of which one falls below zero at an event, and rates; return the narrower gap."""
     now = acting(m, state, t, y)
     _write_rates(m, state, y, now, k)
     riding = at.STUCK <= state[at.MODE] < at.PRESSED
@@ -112,7 +112,7 @@ def outlook(m, state, t, y, g, k):
             turns = touches = borders = lets_go = NEVER
         g[TURNS + flank], g[TOUCHES + flank], g[BORDERS + flank], g[LETS_GO + flank] = turns, touches, borders, lets_go
     if m[at.DEVIATES] == 0.0:
-        g[TURNS + 1] = NEVER  # one gap opens as the other one closes
+        g[TURNS + 1] = NEVER  # one gap opens as the other closes
     sign = state[at.SIGN]
     g[STOPS] = sign * now.omega if sign != 0.0 else NEVER if riding else now.dry - abs(now.pull)
     g[ROLLS] = now.rolling if oil else NEVER
@@ -262,7 +262,7 @@ def compliant_step(m, state, count, samples, spacing, until, work):
 
 @inner
 def _ride(m, state):
-    """Keep a gear that rides on a bare flank exactly there."""
+    """Keep a gear in contact with a bare flank exactly on it."""
     if at.STUCK <= state[at.MODE] < at.PRESSED:
         before = state[at.SPEED]
         place_on_flank(m, state, int(state[at.MODE]) - at.STUCK, 0.0)
@@ -272,7 +272,7 @@ def _ride(m, state):
 
 @inner
 def _last(m, state, count):
-    """Take contact on compliant teeth without oil as permanent that lasts five periods of its oscillation."""
+    """Count contact on compliant teeth without oil as permanent after five periods of its oscillation."""
     if m[at.FLOOR] == 0.0 and state[at.MODE] >= at.PRESSED and state[at.PASSED] == 0.0:
         mass = m[at.INERTIA] / m[at.RADIUS_LOOSE] ** 2
         if state[at.TIME] - state[at.ENTRY] > LASTING * sqrt(mass / m[at.STIFFNESS]):
@@ -281,7 +281,7 @@ def _last(m, state, count):
 
 @inner
 def _rise(state):
-    """Note how far the gear gets from the flank that it left."""
+    """Record the largest distance of the gear from the flank that it left."""
     state[at.HEIGHT] = max(state[at.HEIGHT], state[at.GAPS + int(state[at.DEPARTED])])
 
 
@@ -296,7 +296,7 @@ def _stirs(m, state, k, ahead):
 
 @inner
 def _wavers(m, state, k):
-    """Whether what has the same sign at both ends of a step may have another one in between."""
+    """Whether a function with the same sign at both ends of a step may have another one in between."""
     if m[at.DEVIATES] > 0.0 or at.STUCK <= state[at.MODE] < at.PRESSED:
         return True
     closes = state[at.SQUEEZED] > 0.0
@@ -412,7 +412,7 @@ def _sample(m, state, count, samples, spacing, t, y, h, x, dense, point):
 
 @inner
 def _happen(m, state, count, event):
-    """Change what an event changes."""
+    """Apply the changes of an event."""
     flank = event % 2
     if event < TOUCHES:
         _turn(m, state, count, flank)
@@ -460,7 +460,7 @@ def _turn(m, state, count, flank):
 
 @inner
 def _touch(m, state, count, flank):
-    """Meet a flank, compliant or not, or be clear of compliant teeth; under oil the tables do not show it apart."""
+    """Begin contact with a flank, or leave compliant teeth; under oil the tables do not list it separately."""
     oil = m[at.FLOOR] > 0.0
     if state[at.INSIDE + flank] != at.CLEAR:
         state[at.INSIDE + flank], state[at.MODE] = at.CLEAR, at.FREE
@@ -495,7 +495,7 @@ def _touch(m, state, count, flank):
 
 @inner
 def _hush(m, count):
-    """Keep what happens in contact of the bare flanks under oil out of the tables: it lies within a passage."""
+    """Exclude events in contact of the bare flanks under oil from the tables: they lie within a passage."""
     if m[at.FLOOR] > 0.0:
         if count[at.HAS_IMPACT]:
             count[at.TOTAL] -= 1

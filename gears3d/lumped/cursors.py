@@ -27,7 +27,7 @@ def page(m, state, i):
 
 @inner
 def walk(m, state, i, x):
-    """Put table i into the piece that holds x."""
+    """Select the piece of table i that holds x."""
     row, cursor = int(m[at.AT_TABLES]) + at.PER_TABLE * i, at.STATE + 2 * i
     knots, last = int(m[row + at.AT_KNOTS]), int(m[row + at.PIECES]) - 1
     k, slack = int(state[cursor]), SLACK * abs(x)
@@ -40,9 +40,9 @@ def walk(m, state, i, x):
 
 @inner
 def horizon(m, state, reach):
-    """Put the tables of torques and of time into their pieces, and return how far the nearest knot of time lets go.
+    """Find the pieces of the tables of torques and of time, and return the distance to the nearest knot of time.
 
-    Of a table over the drive's angle it is about where its next knot will be, so that no step looks far beyond.
+    For a table over the drive's angle it is the approximate distance to its next knot, which limits the step.
     """
     t = state[at.TIME]
     for i in range(int(m[at.N_TABLES])):
@@ -92,7 +92,7 @@ def crossing(m, state, w, n, x):
 
 @inner
 def turn_page(m, state, i, side):
-    """Go to the next piece of table i; returns how much its slope changes."""
+    """Select the next piece of table i; returns the change of its slope."""
     row, cursor = int(m[at.AT_TABLES]) + at.PER_TABLE * i, at.STATE + 2 * i
     pieces, period = int(m[row + at.PIECES]), m[row + at.PERIOD]
     knot = m[int(m[row + at.AT_KNOTS]) + int(state[cursor]) + side] + state[cursor + 1]

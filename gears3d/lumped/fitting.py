@@ -1,4 +1,4 @@
-"""Piecewise polynomials through a function that may be sampled anywhere and has corners at unknown places."""
+"""Piecewise polynomials through a function sampled anywhere, with slope discontinuities at unknown places."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def fit(function: Callable[[Array], Array], edges: Array, accuracy: float, narro
 
 
 def _divide(function, spans: Array, accuracy: float, least: float) -> tuple[Array, Array]:
-    """Divide spans about their sharpest bend until polynomials fit; returns those, and what is shorter than least."""
+    """Divide spans at their largest curvature until polynomials fit; returns those, and spans shorter than least."""
     done, rest = [np.zeros((0, DEGREE + 3))], [np.zeros((0, DEGREE + 3))]
     while len(spans):
         if len(spans) > MOST:
@@ -68,7 +68,7 @@ def _divide(function, spans: Array, accuracy: float, least: float) -> tuple[Arra
 
 
 def _about_bends(x: Array, y: Array) -> Array:
-    """Divide spans into up to three: before, about and after the place where the samples bend most."""
+    """Divide spans into up to three: before, about and after the largest curvature of the samples."""
     slope = np.diff(y) / np.diff(x)
     j = 1 + np.abs(np.diff(slope)).argmax(axis=1)
     row = np.arange(len(x))
@@ -83,7 +83,7 @@ def _sample(function, places: Array) -> Array:
 
 
 def _corners(function, done: Array, left: Array, accuracy: float, narrow: float) -> tuple[Array, Array]:
-    """Extend the polynomials on both sides of short spans to where they cross, if the function does the same."""
+    """Extend the polynomials on both sides of short spans to where they intersect, if the function follows them."""
     if not len(left):
         return done, left[:, :2]
     ends, starts = {b: i for i, b in enumerate(done[:, 1])}, {a: i for i, a in enumerate(done[:, 0])}
@@ -128,7 +128,7 @@ def _moved(piece: Array, start: float) -> Array:
 
 
 def _cross(one: Array, two: Array, a: float, b: float, narrow: float) -> float | None:
-    """Where two polynomials cross between a and b."""
+    """Where two polynomials intersect between a and b."""
     low, high = _value(one, np.array([a, b])) - _value(two, np.array([a, b]))
     if not low * high < 0.0:
         return None
@@ -141,7 +141,7 @@ def _cross(one: Array, two: Array, a: float, b: float, narrow: float) -> float |
 
 
 def _joined(pieces: Array) -> Array:
-    """Make one of neighbours that are both nought but for rounding."""
+    """Merge neighbours that are both zero within rounding."""
     reach = (pieces[:, 1] - pieces[:, 0])[:, None, None] * np.append(NODES, CHECKS)[:, None]
     flat = np.abs((reach ** np.arange(DEGREE + 1) @ pieces[:, 2:, None])[..., 0]).max(axis=1) < NOUGHT
     pieces = pieces.copy()

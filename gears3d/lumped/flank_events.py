@@ -18,10 +18,10 @@ def sense(x):
 
 @inner
 def pressing(m, t, flank, slides):
-    """Return the torque with which a flank pushes the gear that rides on it, and the way that dry friction resists.
+    """Return a flank's torque on the gear in contact with it, and the direction that dry friction resists.
 
-    Rigaud & Perret-Liaudet 2020, eqs (17), (18). The way is that of the motion just after t, 0 at lasting rest. The
-    torques are those of contact, or of flight where ``slides`` is 1.
+    Rigaud & Perret-Liaudet 2020, eqs (17), (18). The direction is that of the motion just after t, 0 at lasting rest.
+    The torques are those of contact, or of flight where ``slides`` is 1.
     """
     ratio, amplitude = m[at.RADIUS_DRIVE] / m[at.RADIUS_LOOSE], m[at.HARMONICS]
     psi = m[at.HARMONICS + 1] * t + m[at.HARMONICS + 2]

@@ -1,4 +1,4 @@
-"""Tables of what the flanks impose on the displacement, over the drive's angle, from the gears' own surfaces."""
+"""Tables of the displacement that the flanks impose, over the drive's angle, from the gears' own surfaces."""
 
 from __future__ import annotations
 

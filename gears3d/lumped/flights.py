@@ -57,7 +57,7 @@ def follow_flight(m, state, count, impacts, samples, spacing, end):
     if brake * sign > 0.0 and speed / brake < until:
         until, stops = speed / brake, True
     parts = v
-    if v == 0.0:  # a gear that has just been let go has no acceleration but what rounding makes of it
+    if v == 0.0:  # just after separation the acceleration is rounding
         parts = -(pull + push * c0)
         if state[at.LIFT] >= 0.0 and 0.5 * abs(parts) < m[at.UNFELT] * (1.0 + 1e-3 * m[at.RATE] * t):
             parts = push * s0
@@ -69,7 +69,7 @@ def follow_flight(m, state, count, impacts, samples, spacing, end):
         behind = (psi + omega * begun + BESIDE) % (2.0 * pi)
         ahead = turn if behind < turn else 2.0 * pi - turn if behind < 2.0 * pi - turn else 2.0 * pi + turn
         finish = min(begun + (ahead - behind + BESIDE) / omega, until)
-        for part in range(2):  # up to where the rate turns, and on
+        for part in range(2):  # up to where the rate changes sign, and after it
             before, tau = gap, finish
             gap, after, _ = fly(v, pull, size, omega, c0, s0, finish)
             if part == 0 and rate * after < 0.0:

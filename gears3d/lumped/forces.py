@@ -1,10 +1,10 @@
-"""What acts on the loose gear at one instant, for steps of the integrator and for events at the flanks.
+"""Forces and torques on the loose gear at one instant, for steps of the integrator and for events at the flanks.
 
 Each flank pushes with f = wedge·|u|/h − squeeze·min(ḣ, 0)/h^1.5, h being the gap but at least the film's smallest
 thickness, where the flanks touch, and u the speed that draws oil in (the lubricated dual-clutch transmission, eqs (11)
 to (14)); behind that, with K·ε + C·ε̇ of compliant teeth. Gaps are counted from where the flanks touch. A carried body
-pulls at the loose gear through a torsional spring with damping and play. Laws that change at some place go by what the
-state says of it, so that every step sees smooth functions.
+acts on the loose gear through a torsional spring with damping and play. Laws that change at some place use the branch
+of the state, so that every step has smooth functions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ THINNEST = 0.25  # smallest thickness of a film in rejected steps, as a part of 
 
 
 class Acting(NamedTuple):
-    """What acts, and what it makes of the motion.
+    """Forces and torques, and the accelerations that follow.
 
     Args:
         rate: acceleration of the displacement [m/s²].
@@ -36,10 +36,10 @@ class Acting(NamedTuple):
         push_reverse: the same on the reverse flank [N].
         teeth_active: force of the teeth that are pressed in on the active flank, negative where they would pull [N].
         teeth_reverse: the same on the reverse flank [N].
-        pull: torque that resists whatever the direction of motion, less that of the flanks [N·m].
+        pull: torque that resists independently of the direction of motion, less that of the flanks [N·m].
         dry: torque that resists motion in any direction [N·m].
         rolling: speed that draws oil in, positive in the sense in which it did so last [m/s].
-        reaction: force of the bare flank under a gear that rides on it [N].
+        reaction: force of the bare flank on a gear in contact with it [N].
         twist: torque of the carried body's spring on the loose gear, negative where play would pull [N·m].
         gained: acceleration of the loose gear [rad/s²].
         twisting: acceleration of the carried body against the loose gear [rad/s²].
@@ -120,7 +120,7 @@ def material(m, state, gear, angle):
 
 @tight
 def resisting(m, state, phase, t, angle, speed, sign):
-    """Return the torque that resists whatever the direction of motion, and that which resists motion [N·m]."""
+    """Return the resisting torques independent of the direction of motion, and against the motion [N·m]."""
     base = at.BASE + 3 * phase
     pull, dry = m[base + 1] * speed - m[base + 2], m[base]
     for i in range(int(m[at.N_TORQUES])):
@@ -204,7 +204,7 @@ def _twisted(m, state, twist, rate):
 
 @tight
 def acting(m, state, t, y):
-    """Return what acts on a state: displacement, its rate, twist of the carried body, its rate."""
+    """Return forces and torques in a state: displacement, its rate, twist of the carried body, its rate."""
     angle, speed, change = imposed(m, state, t)
     s, v, sign, per = y[0], y[1], state[at.SIGN], 1.0 / m[at.RADIUS_LOOSE]
     omega, theta = (v + m[at.RADIUS_DRIVE] * speed) * per, (s + m[at.RADIUS_DRIVE] * angle) * per

@@ -1,4 +1,4 @@
-"""What happens at a flank: the impact law, sticking, taking off, and passages over compliant teeth or through oil."""
+"""Events at a flank: the impact law, sticking, separation, and passages over compliant teeth or through oil."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def impact(m, state, count, flank):
 
 @inner
 def bounce(m, state, count, flank, rebound):
-    """Fly on with the rebound."""
+    """Continue in free flight with the rebound."""
     place_on_flank(m, state, flank, rebound)
     count[at.BOUNCES] += 1
     guess = state[at.GUESS] * rebound if rebound > 0.0 else inf
@@ -93,7 +93,7 @@ def holds(m, state, flank):
 
 @inner
 def reaction(m, state, flank, slides):
-    """Return the force of a flank on the gear that rides on it, under torques of contact or, where 1, of flight [N]."""
+    """Return the force of a flank on the gear in contact, under torques of contact or, where 1, of flight [N]."""
     mode, slide, sign = state[at.MODE], state[at.SLIDE], state[at.SIGN]
     state[at.MODE], state[at.SLIDE], state[at.SIGN] = at.STUCK + flank, slides, sense(m, state[at.SPEED])
     now = acting(m, state, state[at.TIME], motion_of(m, state))
@@ -162,7 +162,7 @@ def let_go(m, state):
 
 @inner
 def cross(m, state, count, table, side):
-    """Go over a knot of a table; a corner of a flank throws the gear off, or hits it when it rests on it."""
+    """Pass a knot of a table; a slope discontinuity of a flank ends contact, or causes an impact."""
     jump = turn_page(m, state, table, side)
     flank = table - int(m[at.FLANK_TABLE])
     if m[at.FLANK_TABLE] < 0.0 or not 0 <= flank <= 1:
@@ -200,7 +200,7 @@ def close_contact(state, count, flank):
 
 @inner
 def end_contact(m, state, count, flank):
-    """Leave the flank, unless the torques of flight press the gear back on it at once."""
+    """End contact, unless the torques of flight press the gear back on the flank at once."""
     state[at.GAPS + flank] = state[at.RATES + flank] = 0.0
     if m[at.GATED + flank] != 0.0:
         push = reaction(m, state, flank, 1.0 - state[at.SLIDE])
@@ -235,7 +235,7 @@ def stay(m, state, count, flank):
 
 @inner
 def leave(state, count, flank):
-    """Write a passage down as it ends: as permanent contact, or as one impact."""
+    """Log a passage at its end: as permanent contact, or as one impact."""
     if state[at.PASSED] == 1.0:
         state[at.CONTACT_SINCE] = state[at.ENTRY]  # also where the bare flanks met later
         close_contact(state, count, flank)

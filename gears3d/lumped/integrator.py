@@ -1,7 +1,7 @@
-"""The integrator of what is compliant: Dormand and Prince's pair of order 8 with dense output, for any law of motion.
+"""The integrator for compliant models: Dormand and Prince's pair of order 8 with dense output, for any law of motion.
 
-A step keeps the rates that it asks for, so that dense output of order 7 costs three more calls, and only in steps where
-something happens. Events are found on it by those who know what they are.
+A step keeps the rates that it evaluates, so that dense output of order 7 costs three more calls, and only in steps with
+an event. The caller finds events on the dense output.
 
 Source: Hairer, Norsett & Wanner 1993, Solving Ordinary Differential Equations I, section II.10: DOP853.
 """
@@ -132,7 +132,7 @@ def integrator(rates: Any) -> tuple[Any, Any]:
 
 @inner
 def off(k, h, c):
-    """Return by how much component ``c`` of the state at the end of a step is off."""
+    """Return the error of component ``c`` of the state at the end of a step."""
     fifth = third = 0.0
     for j in range(END):
         fifth += E[0, j] * k[j, c]
@@ -143,9 +143,9 @@ def off(k, h, c):
 
 @inner
 def resize(h, root, before, root_before):
-    """Return the next step, from the eighth root of the error in parts of what is tolerated, also of the step before.
+    """Return the next step, from the eighth root of the error in parts of the tolerance, also of the step before.
 
-    The trend of the two steps goes on (Gustafsson 1994), as it does where a gap shrinks step by step.
+    The trend of the two steps is extrapolated (Gustafsson 1994), as a gap that shrinks step by step requires.
     """
     factor = 0.9 / root
     if before > 0.0:

@@ -1,4 +1,4 @@
-"""The event-driven run of the rigid model: in closed form where there is one, over power series, or integrated."""
+"""The event-driven run of the rigid model: in closed form where it exists, by power series, or integrated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gears3d.lumped.steps import contact_step, free_step
 
 @inner
 def _told(state, count, impacts, contacts):
-    """Write what a step ended with into the tables; return whether the run is over, and why."""
+    """Write the event at the end of a step into the tables; return whether the run is over, and why."""
     if count[at.HAS_IMPACT]:
         for i in range(at.IMPACT_COLUMNS):
             impacts[count[at.N_IMPACTS], i] = state[at.IMPACT_ROW + i]
@@ -43,7 +43,7 @@ def _told(state, count, impacts, contacts):
 
 @entry
 def dry(m, state, count, w, impacts, contacts, samples, spacing, end):
-    """Run over power series what is rigid; see :func:`advance`."""
+    """Run rigid models by power series; see :func:`advance`."""
     m, state, count = borrowed(m), borrowed(state), borrowed(count)
     w, samples = borrowed(w), borrowed(samples)
     impacts, contacts = borrowed(impacts), borrowed(contacts)
@@ -62,7 +62,7 @@ def dry(m, state, count, w, impacts, contacts, samples, spacing, end):
 
 @entry
 def compliant(m, state, count, w, impacts, contacts, samples, spacing, end):
-    """Run with the integrator what has oil, compliant teeth or a carried body; see :func:`advance`."""
+    """Run models with oil, compliant teeth or a carried body by the integrator; see :func:`advance`."""
     m, state, count, samples = borrowed(m), borrowed(state), borrowed(count), borrowed(samples)
     impacts, contacts = borrowed(impacts), borrowed(contacts)
     if state[at.MODE] == at.BEFORE:

@@ -1,4 +1,4 @@
-"""The impact law in compiled code: restitution with its scatter, and the force that a flank's torque stands for."""
+"""The impact law in compiled code: restitution with its scatter, and the force of a flank from its torque."""
 
 from __future__ import annotations
 
@@ -36,5 +36,5 @@ def restitution(m, flank, speed, index):
 
 @inner
 def thrust(m, side, sign):
-    """Return the flank's force by the torque that it exerts, friction in the mesh included."""
+    """Return the flank's force from its torque, friction in the mesh included."""
     return 1.0 / (m[at.RADIUS_LOOSE] * (side - m[at.FRICTION] * sign))

@@ -47,11 +47,11 @@ TIME, DISPLACEMENT, ANGLE, SPEED, DRIVE_SPEED, MODE, SIGN, SLIDE = range(8)
 GAPS, RATES = 8, 10  # of both flanks
 DEPARTED, HEIGHT, LIFT, GUESS, HOLD, CONTACT_SINCE = range(12, 18)
 ENTRY, ENTRY_VELOCITY, IMPULSE, PASSED, LAST_IMPACT, ENTRY_HEIGHT, ENTRY_PLACE, MARK = range(18, 26)
-IMPACT_ROW, CONTACT_ROW = 26, 33  # what the step has to tell
+IMPACT_ROW, CONTACT_ROW = 26, 33  # rows that a step writes
 SENSE, SQUEEZED, WITHIN, TURNED = 36, 37, 39, 40  # of the oil films; SQUEEZED of both flanks
 INSIDE, STEP = 41, 43  # of compliant teeth: of both flanks CLEAR, SUNK or PUSHES; next step of the integrator
 TWIST, TWIST_RATE, TWISTED, TWISTING = 44, 45, 46, 47  # of the carried body: side of the play, whether it pushes there
-TRIED, ERROR = 48, 49  # the last step of the integrator, and the eighth root of its error in parts of what is tolerated
+TRIED, ERROR = 48, 49  # the last step of the integrator, and the eighth root of its error in parts of the tolerance
 MESH_FORCE, JERK, RISING = 50, 51, 52  # the last force of the mesh, the integral of its rate squared, time over which
 WORKS = (
     53  # of the mesh on the loose gear, drag, friction; spring, damping, squeeze, wedge on the gaps; drive on the mesh

@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of a run, from a copy that is disturbed anew every period.
+"""The largest Lyapunov exponent of a run, from a copy that is disturbed again every period.
 
 Source: Benettin et al. 1980, Meccanica 15, part 2.
 """
@@ -23,12 +23,12 @@ WIPED = 1e-6
 
 
 class Shadow:
-    """A copy of the motion, disturbed a little, that is led through the same periods.
+    """A copy of the motion with a small disturbance, which is integrated over the same periods.
 
     Args:
         m: the packed model.
         period: between two renormalisations [s].
-        duration: of the run [s]; its first tenth, and at least two periods if there are more than four, is left out.
+        duration: of the run [s]; its first 10 %, and at least two periods if there are more than four, are excluded.
     """
 
     def __init__(self, m: Model, period: float, duration: float) -> None:

@@ -1,4 +1,4 @@
-"""The rigid model's numbers as the compiled kernel takes them: bare floats and small arrays."""
+"""The rigid model's numbers for the compiled kernel: floats and small arrays."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ FLANKS = (Code.FLANK_HARMONIC, Code.FLANK_TOOTH, Code.FLANK_ECCENTRIC)
 
 
 class Teeth(NamedTuple):
-    """Compliant teeth that differ along their mesh, with friction that follows the contact along them.
+    """Compliant teeth that vary along their mesh, with friction that follows the contact along them.
 
     Args:
-        table: polynomials in pieces over one pitch of the drive from angle 0 on, of both flanks: stiffness [N/m], what
+        table: piecewise polynomials over one pitch of the drive from angle 0 on, of both flanks: stiffness [N/m], what
             friction adds to the force of the teeth, and the same of sheared oil [m]; (n, 6, 8), highest powers first.
         count: of the drive's teeth.
         critical: damping by the root of the stiffness [kg^0.5]; 0: the damping is that of the model.
-        ramp: depth over which the damping comes in [m]; 0: it is there at once.
+        ramp: depth over which the damping increases to its value [m]; 0: it acts at once.
         layer: gap at which the teeth touch [m].
-        published: whether they take the place of the oil there, and may pull.
+        published: whether they replace the oil there, and may pull.
         shearing: force of sheared oil by speed, length and thickness^(-1/2) [N·s·m^(-1/2)].
     """
 
@@ -41,13 +41,13 @@ class Teeth(NamedTuple):
 
 
 class Model(NamedTuple):
-    """What the kernel computes with; J, Rb, b ... of Kadmiri et al. 2012 and Rigaud & Perret-Liaudet 2020.
+    """The kernel's parameters; J, Rb, b ... of Kadmiri et al. 2012 and Rigaud & Perret-Liaudet 2020.
 
     Args:
         radius_drive: base radius [m].
         radius_loose: base radius [m].
         inertia: of the loose gear [kg·m²].
-        backlash: between flanks that carry nothing but their waves [m].
+        backlash: between flanks without deviations other than their waves [m].
         mean: drive speed [rad/s].
         harmonics: amplitude [rad/s], angular frequency [rad/s], phase [rad], its cosine; (n, 4).
         base: Coulomb torque [N·m], linear coefficient [N·m·s/rad], constant of the linear rows [N·m] by phase; (3, 3).
@@ -71,8 +71,8 @@ class Model(NamedTuple):
         flank_tables: place of the material on the active flanks [m] over the drive's angle, -1: none; that of the
             reverse flanks is the next.
         tolerance: of steps of the integrator, relative to gaps and their rates.
-        settle: time from which on the rate of the mesh force counts [s]; works are then summed up, too. -1: neither.
-        teeth: compliant ones that differ along their mesh, in place of ``stiffness`` and ``damping``.
+        settle: time from which on the rate of the mesh force counts [s]; works are then summed, too. -1: neither.
+        teeth: compliant ones that vary along their mesh, in place of ``stiffness`` and ``damping``.
     """
 
     radius_drive: float
@@ -112,7 +112,7 @@ class Model(NamedTuple):
     def flat(self) -> np.ndarray:
         """Return the numbers one after the other, as :mod:`gears3d.lumped.layout` has them.
 
-        One plain array costs the compiled code nothing to hand on; a structure of arrays costs it ten times its work.
+        Compiled code passes one plain array at no cost; a structure of arrays costs ten times the computation.
         """
         harmonics = self.harmonics
         simple = self.has_closed_form()

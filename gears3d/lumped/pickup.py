@@ -1,7 +1,7 @@
-"""The rigid twin picked up amid a motion: from a state that was measured, under the drive's measured motion.
+"""The rigid twin started within a motion: from a measured state, under the drive's measured motion.
 
-The model's clock and both its angles begin at 0. What depends on time or on an angle is therefore turned back by what
-the clock and the encoders showed where the motion is picked up.
+The model's clock and both its angles begin at 0. Functions of time or of an angle are therefore shifted by the readings
+of the clock and the encoders at that state.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def turned_back(rows: Iterable[Row], start: Start, radius_loose: float) -> list[
 
 
 def _flanks(scenario: Scenario, rows: list[Row], start: Start, drive: Array) -> tuple[Table, Table] | None:
-    """Return tables of flanks that waves do not tell, over an angle that begins at the start."""
+    """Return tables of flanks with other deviations than waves, over an angle that begins at the start."""
     whole = flanks_of(scenario, rows, (float(drive.min()), float(drive.max())))
     if whole is None:
         return None
@@ -134,7 +134,7 @@ def _put(m: Model, state: Array, place: float, rate: float) -> None:
     """Put the loose gear where it was measured, between the flanks."""
     omega = float(state[at.DRIVE_SPEED])
     speed = (rate + m.radius_drive * omega) / m.radius_loose
-    for _ in range(2):  # a place on or in a flank is moved off it
+    for _ in range(2):  # a place on or in a flank is moved into the gap
         active, lean = _material(m, 0, place, omega, speed)
         reverse, slope = _material(m, 1, place, omega, speed)
         room = m.backlash - active - reverse
@@ -149,7 +149,7 @@ def _put(m: Model, state: Array, place: float, rate: float) -> None:
 
 
 def _material(m: Model, flank: int, place: float, omega: float, speed: float) -> tuple[float, float]:
-    """Return what stands on a flank at angles 0 of the drive and place / Rb2 of the loose gear [m], and its rate."""
+    """Return a flank's deviation at angles 0 of the drive and place / Rb2 of the loose gear [m], and its rate."""
     value, rate = m.film[4] if flank == 0 else 0.0, 0.0
     if m.flank_tables >= 0:
         table, step = m.tables[m.flank_tables + flank], 1e-6

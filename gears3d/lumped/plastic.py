@@ -1,8 +1,8 @@
 """The perfectly plastic closed form: one harmonic, constant drag, impacts without rebound.
 
 Contact is lost at the phases of eq. (17), flights end at the roots of eqs (18), (19), and every impact is followed by
-contact until the next loss. Nothing is integrated and no step is chosen; the rigid model, which knows nothing of this,
-must come to the same. Source: Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
+contact until the next loss. Nothing is integrated and no step is chosen; the rigid model, which is independent of this,
+must give the same. Source: Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ NAMES = ("active", "reverse")
 
 @dataclass(frozen=True)
 class Setting:
-    """What the closed form computes with.
+    """Parameters of the closed form.
 
     Args:
         rig: constants of the base model, the drag with all constant torques.
@@ -55,8 +55,8 @@ class Piece:
     Args:
         begin: [s].
         end: [s].
-        flank: that is ridden on, or was left.
-        place: relative displacement at the begin [m].
+        flank: in contact, or left by the flight.
+        place: relative displacement at its beginning [m].
         hit: how the flight ended; ``None`` for contact, and for a flight that outlasts the run.
         flight: whether it is one.
     """
@@ -192,7 +192,7 @@ def _check_stays(swing: SineDrive, flank: int, phase: float, time: float) -> Non
 
 
 def _check_drag(setting: Setting, pieces: list[Piece]) -> None:
-    """Raise an InputError when the loose gear comes to a stop, where dry drag turns round."""
+    """Raise an InputError when the loose gear comes to a stop, where dry drag changes sign."""
     rig, swing = setting.rig, setting.swing
     if swing.pull == 0.0:
         return

@@ -1,7 +1,7 @@
-"""Motions that repeat because contact lasts: what one cycle does stands for all that follow.
+"""Motions that repeat because contact lasts: one cycle is representative of all that follow.
 
-A gear that rides on its flank remembers nothing: perfect flanks, one harmonic and a constant torque let it go at the
-same phase and speed whatever came before. Two such moments whole periods apart begin the same motion, to rounding.
+Contact erases the past of the motion: with perfect flanks, one harmonic and a constant torque it is lost at the
+same phase and speed after any history. Two such moments whole periods apart begin the same motion, to rounding.
 
 Source: Rigaud & Perret-Liaudet 2020, eqs (17)-(19), as in :mod:`gears3d.laws.orbit`.
 """
@@ -19,7 +19,7 @@ AT_ONCE = 16  # periods that run without a check of the signals that stop them
 ROOM = 1024  # impacts of a cycle that are kept
 
 # how far a run has come: whole periods, whether the section within the next was taken, length of the cycle in periods,
-# impacts of it so far, when it began, and whether one is looked for
+# impacts of it so far, when it began, and whether one is searched for
 REACHED, SAMPLED, LENGTH, HITS, BEGUN, LOOKING, TURN = range(7)
 
 

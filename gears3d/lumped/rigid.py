@@ -1,7 +1,7 @@
 """The rigid twin: one degree of freedom, s = Rb2·θ_loose − Rb1·θ_drive between two rigid flanks.
 
 Between impacts the motion is a power series carried to rounding; events are roots of these polynomials, found from
-lower bounds, so that no bounce is skipped or made up. Source: Kadmiri et al. 2012, eqs (13)-(29);
+lower bounds, so that no bounce is missed or spurious. Source: Kadmiri et al. 2012, eqs (13)-(29);
 Rigaud & Perret-Liaudet 2020, eqs (11)-(19).
 """
 
@@ -94,7 +94,7 @@ def measured_drive(scenario: Scenario) -> Table:
     """
     time, theta, bandwidth = drive_record(scenario)
     every = 1 if bandwidth is None else max(1, int(1.0 / (KNOTS * bandwidth * time[1])))
-    rest = (len(time) - 1) % every  # the last knot is the last sample, or little before
+    rest = (len(time) - 1) % every  # the last knot is the last sample, or shortly before
     return quintic(time[: len(time) - rest : every], theta[: len(time) - rest : every])
 
 

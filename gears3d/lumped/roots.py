@@ -1,4 +1,4 @@
-"""First roots of polynomials, found from the left by lower bounds: none is skipped, none is made up."""
+"""First roots of polynomials, found from the left by lower bounds, without missed or spurious roots."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def curvature(c, n, x):
 
 @inner
 def first_root(c, sign, n, reach):
-    """Return the first x in (0, reach) where sign·Σ c[k]·x^k falls below zero, infinity when there is none.
+    """Return the first x in (0, reach) where sign·Σ c[k]·x^k falls below zero, infinity if it does not.
 
-    Leading zeros are divided out, so a start on the axis is no root. If what remains falls all the way, its root is the
-    only one. Else, from each point the polynomial stays above the parabola with its value and slope and the most
+    Leading zeros are divided out, so a start on the axis is not a root. If the quotient falls all the way, its root is
+    the only one. Else, from each point the polynomial stays above the parabola with its value and slope and the most
     negative second derivative within reach; the next point is that parabola's root. It never passes a root and
     converges quadratically. 0 means that it falls at once.
     """
@@ -97,7 +97,7 @@ def _ahead(c, sign, lead, d, x):
 
 @inner
 def _only_root(c, sign, lead, d, reach):
-    """The root of a series that falls all the way to ``reach``: Halley's method from the parabola, a bounce's."""
+    """The root of a series that falls all the way to ``reach``: Halley's method from the parabola of a bounce."""
     q0, q1 = sign * c[lead], sign * c[lead + 1]
     q2 = sign * c[lead + 2] if d > 1 else 0.0
     spread = q1 * q1 - 4.0 * q2 * q0
@@ -120,7 +120,7 @@ def _only_root(c, sign, lead, d, reach):
 
 @owner
 def _creep(c, sign, lead, n, start, reach):
-    """Go on like :func:`first_root` where roots crowd: the series is moved along, which makes its bounds tight."""
+    """Continue like :func:`first_root` where roots are close: the shifted series has tighter bounds."""
     d = n - lead
     q = np.zeros(d + 1)
     for k in range(d + 1):

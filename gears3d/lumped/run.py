@@ -21,7 +21,7 @@ LONGEST_TABLE = 50_000_000
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave.
+    """Result of a run.
 
     Args:
         impacts: time [s], flank, velocity [m/s], rebound [m/s], impulse [N·s], displacement [m], flight height [m];
@@ -29,9 +29,9 @@ class Outcome:
         contacts: flank, start [s], end [s]; (n, 3).
         samples: time [s], both angles [rad], both speeds [rad/s], displacement [m], velocity [m/s]; (n, 7).
         counters: impacts, bounces, contacts, grazing, zeno, steps, touches of the flanks under oil.
-        lyapunov: largest exponent [1/s], minus infinity where contact wipes the memory, NaN when not asked for.
+        lyapunov: largest exponent [1/s], minus infinity where contact erases the memory, NaN if not requested.
         reached: end of the run [s].
-        interrupted: whether it was broken off by the keyboard.
+        interrupted: whether it was interrupted from the keyboard.
         works: done since the start where the model settles [J]: of the flanks on the loose gear, of drag, of friction;
             of springs, dampers, squeeze and wedge on the gaps; of the drive's flanks on the mesh; (8,).
         jerk: mean square of the rate of the mesh force after settling [N²/s²], NaN where the model does not settle.

@@ -1,4 +1,4 @@
-"""A gear alone, out of mesh, or both in mesh, slowed by drag until they stand: the run-down test of a rig."""
+"""A gear alone, out of mesh, or both in mesh, decelerated by drag to rest: the coast-down test of a rig."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def rundown(
         speed = scenario.motion.mean * (1.0 if turning == "drive" else ratio)
     if speed == 0.0:
         raise InputError(Fault("motion.mean", "is 0: nothing runs down", "give the speed that the gear starts with"))
-    no_mate = 4.0 * rig.base_radius_loose * abs(speed) * LONGEST  # a backlash wider than any way it can go
+    no_mate = 4.0 * rig.base_radius_loose * abs(speed) * LONGEST  # a backlash wider than any possible displacement
     packed = model(replace(rig, backlash=no_mate, mean_speed=speed / ratio), [], torques)
     spacing = 1.0 / scenario.sensors.sample_rate
     end = duration or _standstill(packed, rig.drag_torque and rig.inertia * abs(speed) / rig.drag_torque)
@@ -84,7 +84,7 @@ def rundown(
 
 
 def _coasting(scenario: Scenario, turning: str, own: DriveDrag) -> tuple[Rig, list[Row]]:
-    """Return what runs down as one inertia with its torques, at the speed of the gear whose angle counts."""
+    """Return the inertia that coasts down and its torques, at the speed of the gear whose angle counts."""
     rig = scenario.rig()
     torques = [row for row in scenario.rows() if row.code // 100 == 1]
     if turning == "loose":
@@ -105,7 +105,7 @@ def _coasting(scenario: Scenario, turning: str, own: DriveDrag) -> tuple[Rig, li
 
 
 def _standstill(packed, guess: float) -> float:
-    """Return when the gear has come to rest and a little later [s]."""
+    """Return when the gear has come to rest, and a short time later [s]."""
     end = max(guess, 0.1)
     while end <= LONGEST:
         samples = run(packed, end, end / 1000.0, "free").samples

@@ -106,7 +106,7 @@ def _exponential(m, sign, speed, angle, n, w):
 
 @inner
 def _general(m, state, n, w):
-    """Write the flight under any torques up to order n; at rest TORQUE holds what pulls and DRY what friction bears."""
+    """Write the flight under any torques up to order n; at rest TORQUE acts and DRY is the friction limit."""
     sign, own = state[at.SIGN], m[at.ON_LOOSE] > 0.0
     drive(m, state, n + 1, w)
     w[at.OMEGA2, 0] = state[at.SPEED] if sign != 0.0 else 0.0
@@ -137,7 +137,7 @@ def _general(m, state, n, w):
 
 @inner
 def _anchor(state, w):
-    """Put the starts that the state knows in place of those worked out from large angles."""
+    """Replace the starts computed from large angles by those in the state."""
     w[at.S, 0] = state[at.DISPLACEMENT]
     for flank in range(2):
         w[at.GAP + flank, 0] = state[at.GAPS + flank]
@@ -150,7 +150,7 @@ def contact(m, state, flank, phase, n, w):
     """Write the loose gear's motion on a flank up to order n, and the flank's reaction up to n - 2.
 
     The reaction is positive while the flank pushes, R = (J·θ̈2 + T)/Rb2 on the active flank; Kadmiri et al. 2012,
-    eqs (21), (22), with the flanks' own accelerations; friction in the mesh scales it and nothing else.
+    eqs (21), (22), with the flanks' own accelerations; friction in the mesh only scales it.
     Returns the direction that dry friction resists.
     """
     deviates, on_loose = m[at.DEVIATES] > 0.0, m[at.ON_LOOSE] > 0.0

@@ -1,4 +1,4 @@
-"""Slow turns forth and back: the bench test that rolls on the active flanks, then on the reverse ones."""
+"""Slow turns forth and back: the rig test in contact with the active flanks, then with the reverse ones."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _rolled(
     rate: float,
     progress: Callable[[float], None] | None,
 ) -> Outcome:
-    """Run from contact with the active flank on; the change of direction is early, where times are well resolved."""
+    """Run from contact with the active flank; the change of direction is early, where times are well resolved."""
     rig = replace(scenario.rig(), mean_speed=float(abs(path.pieces[:, 2]).max()))
     packed = model(rig, [], rows, scenario.impact.stick_velocity, scenario.run.seed, flanks, path)
     return run(packed, duration, 1.0 / rate, "active", progress, chunk=duration / 50.0)
@@ -106,7 +106,7 @@ def there_and_back(speed: float, way: float, turning: float, begin: float = 0.0)
 
 
 def _refuse_parted(contacts: np.ndarray, forth: float, turning: float, whole: float) -> None:
-    """Refuse a loose gear that nothing holds on its flank."""
+    """Refuse a loose gear without a torque that keeps it on its flank."""
     for flank, begin, name in ((0, 0.0, "active"), (1, 2.0 * forth + turning - whole, "reverse")):
         own = contacts[contacts[:, 0] == flank, 1:]
         touching = np.clip(np.minimum(own[:, 1], begin + whole) - np.maximum(own[:, 0], begin), 0.0, None).sum()

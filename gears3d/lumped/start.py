@@ -80,10 +80,10 @@ def begin(m, state):
 
 @inner
 def _awake(m, state):
-    """Note which way oil is drawn in, which films are squeezed, and that the carried body turns with the loose gear."""
+    """Set the direction of the oil flow, the squeezed films, and the carried body at the loose gear's speed."""
     for flank in range(2):
         state[at.SQUEEZED + flank] = 1.0 if state[at.RATES + flank] < 0.0 else 0.0
-    if m[at.DEVIATES] == 0.0:  # one gap opens as the other one closes
+    if m[at.DEVIATES] == 0.0:  # one gap opens as the other closes
         state[at.SQUEEZED + 1] = 1.0 - state[at.SQUEEZED]
     rolling = m[at.ROLL_DRIVE] * state[at.DRIVE_SPEED] + m[at.ROLL_LOOSE] * state[at.SPEED]
     state[at.SENSE] = -1.0 if rolling < 0.0 else 1.0
@@ -91,7 +91,7 @@ def _awake(m, state):
 
 @inner
 def _amid(m, state):
-    """Put the loose gear amid the backlash, at rest before the active flank."""
+    """Put the loose gear in the middle of the backlash, at rest relative to the active flank."""
     a1 = a2 = r1 = r2 = p1 = p2 = q1 = q2 = 0.0
     for _ in range(50):  # the loose gear's deviation shifts its own angle
         a1, p1, _, r1, q1, _ = material(m, state, 0, 0.0)
@@ -106,7 +106,7 @@ def _amid(m, state):
 
 @inner
 def _settle(m, state, flank):
-    """Begin at rest where film and compliant teeth bear the load, on the bare flank, or where nothing presses at all.
+    """Begin at rest where film and compliant teeth carry the load, on the bare flank, or where no force acts.
 
     The force that a bare flank would have to add to theirs vanishes there.
     """

@@ -28,7 +28,7 @@ def plan(m, state, rate, span, spare):
 
 @inner
 def trusted(c, first, n, reach):
-    """Shorten ``reach`` until the last terms of the series no longer count beside the others.
+    """Shorten ``reach`` until the last terms of the series are negligible.
 
     Returns the reach, and a bound on how far the series gets from its start within it.
     """
@@ -91,7 +91,7 @@ def carry(m, state, x, n, w):
 
 @inner
 def free_step(m, state, count, w, samples, spacing, span):
-    """Fly until a flank is met, the loose gear stops or breaks loose, or the step's end."""
+    """Fly until contact, until the loose gear stops or begins to move, or to the step's end."""
     guess = state[at.GUESS]
     state[at.GUESS] = inf
     reach, n = plan(m, state, m[at.RATE], min(span, guess), 1)
@@ -153,7 +153,7 @@ def _free_event(m, state, w, n, reach, way):
 
 @inner
 def loose_at(w, n, reach):
-    """When a gear at rest begins to move: where the pull first exceeds what dry friction bears."""
+    """When a gear at rest begins to move: where the torque first exceeds dry friction."""
     first = inf
     for side in (-1.0, 1.0):
         for k in range(n + 1):
@@ -164,7 +164,7 @@ def loose_at(w, n, reach):
 
 @inner
 def contact_step(m, state, count, w, samples, spacing, span):
-    """Ride on a flank until its reaction changes sign, the loose gear's speed turns, or the step's end."""
+    """Stay in contact until the reaction or the loose gear's speed changes sign, or to the step's end."""
     flank = int(state[at.MODE]) - at.STUCK
     phase = 0 if state[at.SLIDE] == 1.0 else 1 + flank
     reach, n = plan(m, state, m[at.RATE], span, 2)

@@ -1,7 +1,7 @@
 """Contact with a perfect flank under dry friction in closed form, up to its loss.
 
 It is lost where J·ω·A·(Rb1/Rb2)·cos ψ = −T; Rigaud & Perret-Liaudet 2020, eqs (17), (18). Dry friction changes its sign
-where the drive turns round.
+where the drive reverses.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from gears3d.lumped.law import thrust
 
 @inner
 def follow_contact(m, state, count, contacts, samples, spacing, end):
-    """Stay on a flank until it is lost, the drive turns round, or the end."""
+    """Stay on a flank until contact is lost, the drive reverses, or the end."""
     amplitude, omega, t = m[at.HARMONICS], m[at.HARMONICS + 1], state[at.TIME]
     flank = int(state[at.MODE]) - at.STUCK
     side, ratio, psi = 1.0 - 2.0 * flank, m[at.RADIUS_DRIVE] / m[at.RADIUS_LOOSE], omega * t + m[at.HARMONICS + 2]

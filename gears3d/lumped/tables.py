@@ -26,9 +26,9 @@ class Table(NamedTuple):
 
     Args:
         variable: row of the work array that it is a function of, or TIME_TABLE.
-        knots: where its pieces begin and end, infinite where the last ones go on, (n + 1,).
+        knots: where its pieces begin and end, infinite where the last ones continue, (n + 1,).
         pieces: of each piece its own zero, then its coefficients from the constant on, (n, degree + 2).
-        period: after which it starts anew, 0: it does not.
+        period: after which it repeats, 0: it does not.
     """
 
     variable: int

@@ -1,4 +1,4 @@
-"""Counting impacts as they come: speeds, impulses and energies of a point of a map, and whether its motion repeats.
+"""Counting impacts during a run: speeds, impulses and energies of a point of a map, and whether its motion repeats.
 
 The impacts that count, the regime and the repetition are those of :mod:`gears3d.signals`, compiled, so that a map of a
 million points keeps numbers and no tables.
@@ -105,7 +105,7 @@ def repetition(kept, numbers, begin, end, period):
 
 @inner
 def _recurs(kept, numbers, shift, begin, end, margin, slack):
-    """Whether nearly every impact has its like ``shift`` later and earlier, as far as the span goes."""
+    """Whether nearly every impact has an equal one ``shift`` later and earlier, as far as the span goes."""
     asked = found = 0
     for flank in range(2):
         count = int(numbers[COUNT + flank])

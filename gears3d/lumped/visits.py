@@ -1,7 +1,7 @@
-"""The loose gear on its way to a flank and back, under forces that are given over time: one short path, no period.
+"""A contact episode of the loose gear: approach, impact and rebound under given forces, without periodicity.
 
-Everything that varies slowly is given on a grid; only what happens between the flanks is worked out. It serves those
-who hold measured paths against laws of contact, a few hundred short ones at a time.
+Slowly varying quantities are given on a grid; only the motion between the flanks is computed. It compares
+measured paths with laws of contact, a few hundred short ones at a time.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ COLUMNS = 6
 
 @njit(cache=True, error_model="numpy")
 def _push(law, gap, rate, rolling):
-    """Acceleration off one flank, of its teeth and of its oil [m/s²]."""
+    """Acceleration away from one flank, by its teeth and by its oil [m/s²]."""
     teeth, oil = 0.0, 0.0
     if law[STIFFNESS] > 0.0 and gap < law[LAYER]:
         teeth = max(0.0, law[STIFFNESS] * (law[LAYER] - gap) - law[DAMPING] * rate)
@@ -80,14 +80,14 @@ def _step(law, y, v, at, slope, x, h):
 
 @njit(cache=True, error_model="numpy")
 def _over(law, y, at, slope, x):
-    """How far a rigid flank is passed, and which."""
+    """Overlap with a rigid flank, and which flank."""
     low, high = _flank(at, slope, x, ACTIVE)[0] + law[LAYER], _flank(at, slope, x, REVERSE)[0] - law[LAYER]
     return (low - y, ACTIVE) if low - y > y - high else (y - high, REVERSE)
 
 
 @njit(cache=True, error_model="numpy")
 def _finest(law, y, v, at, slope, x, left):
-    """Longest step that the oil allows, and that ends where teeth that yield touch."""
+    """Longest step that the oil allows, and that ends where compliant teeth touch."""
     h = left
     if law[STIFFNESS] > 0.0:
         for side in (ACTIVE, REVERSE):
@@ -109,7 +109,7 @@ def _finest(law, y, v, at, slope, x, left):
 
 @njit(cache=True, error_model="numpy")
 def _bounced(law, v, flank, side):
-    """Speed after a blow against a flank of speed ``flank``, and whether the gear stays there."""
+    """Speed after an impact on a flank of speed ``flank``, and whether the gear stays there."""
     sign = 1.0 if side == ACTIVE else -1.0
     speed = max(-sign * (v - flank), 0.0)
     e = law[RESTITUTION] + law[SLOPE] * speed + 0.5 * sign * law[ASYMMETRY]
@@ -119,7 +119,7 @@ def _bounced(law, v, flank, side):
 
 @njit(cache=True, error_model="numpy")
 def _ridden(law, at, slope, side, x):
-    """State on a rigid flank, and whether it is left."""
+    """State on a rigid flank, and whether contact ends."""
     sign = 1.0 if side == ACTIVE else -1.0
     y, v = _flank(at, slope, x, side)
     y += sign * law[LAYER]
@@ -129,7 +129,7 @@ def _ridden(law, at, slope, side, x):
 
 @njit(cache=True, error_model="numpy")
 def _far(law, y, v, at, nearer, step):
-    """Whether nothing between the flanks acts within a whole step of the grid: both are further than it could move."""
+    """Whether no force between the flanks acts within a step of the grid: both are out of reach."""
     if law[WEDGE] > 0.0 or law[SQUEEZE] > 0.0:
         return False
     for side in (ACTIVE, REVERSE):
@@ -181,7 +181,7 @@ def follow(law, start, given, step, out):
 
 @njit(cache=True, error_model="numpy")
 def _struck(law, y, v, at, slope, x, h, side):
-    """Length of the step after which a rigid flank is struck, the state after the blow, and where the gear is then."""
+    """Length of the step to an impact on a rigid flank, the state after it, and the place of the gear then."""
     low, high = 0.0, h
     for _ in range(40):
         middle = 0.5 * (low + high)

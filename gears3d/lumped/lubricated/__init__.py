@@ -1,4 +1,4 @@
-"""The lubricated helical pair: oil films, teeth that give way, friction and drag in one degree of freedom.
+"""The lubricated helical pair: oil films, compliant teeth, friction and drag in one degree of freedom.
 
 The loose gear moves along the transverse line of action, s = Rb2·θ_loose − Rb1·θ_drive, as in the rigid twin; the
 drive's motion is imposed. Between the flanks there is oil at every gap, and teeth where it is as thin as their

@@ -1,4 +1,4 @@
-"""The drag of a loose gear from its parts: what the lubricated model takes as one torque."""
+"""The drag of a loose gear from its parts, which is one torque in the lubricated model."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def drag_parts(
     synchroniser: Synchroniser | None = None,
     shaft_speed: float = 0.0,
 ) -> dict[str, float]:
-    """Return what resists a loose gear, part by part, and the sum.
+    """Return the resisting torques on a loose gear, part by part, and the sum.
 
     Args:
         pair: the pair.

@@ -1,4 +1,4 @@
-"""Friction of sliding teeth: Coulomb's, turned round at the pitch point, and that of sheared oil."""
+"""Friction of sliding teeth: Coulomb's, with its sign change at the pitch point, and that of sheared oil."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How hard a gear rattles: rattle index and its sensitivity, size and liveliness of the transmission error."""
+"""Measures of rattle: rattle index and its sensitivity, effective values of transmission error and its increments."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 def rattle_index(force: ArrayLike, spacing: float, inertia: float) -> float:
     """Return RI, the effective value of the mesh force's rate over the loose gear's inertia [N/(s·kg·m²)].
 
-    Where the force jumps, as with damping that is there from the first touch on, RI goes with spacing^(−1/2) and has no
-    limit: compare it at one spacing only.
+    Where the force jumps, as with damping that acts from the first touch, RI is proportional to spacing^(−1/2) and has
+    no limit: compare it at one spacing only.
 
     Args:
         force: of the mesh along the normal, evenly sampled [N], (n,).
@@ -47,8 +47,8 @@ def sensitivity(index: ArrayLike, parameter: ArrayLike) -> np.ndarray:
 def error_indices(error: ArrayLike, spacing: float = 1.0) -> tuple[float, float]:
     """Return Rdte, the effective value of a transmission error, and Odte, that of its increments over ``spacing``.
 
-    Printed Rdte has no 1/N and would grow with the samples; Odte goes with the spacing of the samples, so it is given
-    for one second: times their spacing it is as printed.
+    Printed Rdte has no 1/N and would grow with the samples; Odte is proportional to the spacing of the samples, so it
+    is given for one second: times their spacing it is as printed.
 
     Args:
         error: evenly sampled [m], (n,).

@@ -1,4 +1,4 @@
-"""From a scenario to the rigid model with oil and with teeth whose compliance and friction differ along their mesh."""
+"""From a scenario to the rigid model with oil and with teeth whose compliance and friction vary along their mesh."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _shearing(rig: Rig, film: tuple[float, ...], settings: Lubricated) -> float:
 def _table(pair: Pair, spring: float | None, settings: Lubricated) -> np.ndarray:
     """Return splines of stiffness and levers over one pitch of the drive; many runs of one pair share them.
 
-    They are as smooth as the integrator is of high order: where a slope changed at every point, steps would be short.
+    They are as smooth as the integrator's order requires: slope discontinuities at every point would shorten its steps.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -103,7 +103,7 @@ def _table(pair: Pair, spring: float | None, settings: Lubricated) -> np.ndarray
 
 
 def refusals(scenario: Scenario) -> list[Fault]:
-    """Return a fault for everything in a scenario that the lubricated model does not take."""
+    """Return a fault for everything in a scenario that the lubricated model does not have."""
     faults = []
     file = "" if scenario.path is None else str(scenario.path)
     faults += refused(scenario.effects, scenario.rig(), "lubricated", file)

@@ -26,19 +26,19 @@ def simulate(scenario: Scenario, progress: Callable[[float], None] | None = None
     """Run a scenario in the lubricated model.
 
     Args:
-        scenario: with an effect ``oil_film``; its restitution plays no part, the teeth give way. Effects of sensors do
-            nothing here.
+        scenario: with an effect ``oil_film``; its restitution is not used, as the teeth are compliant. Effects of
+            sensors do not act here.
         progress: called now and then with the simulated time done [s].
 
     Returns:
-        The recording, with ``mesh_force_N`` (along the normal, on the loose gear, active flank positive) beside the
-        signals of the contract. An impact is a passage through the height from which on the film is felt, as in the
+        The recording, with ``mesh_force_N`` (along the normal, on the loose gear, active flank positive) and the
+        signals of the contract. An impact is a passage through the height at which the film begins to act, as in the
         rigid twin with oil. ``meta`` has ``rattle_index``, ``works_J`` (:data:`WORKS`), ``felt_height_m``,
         ``counters``, ``contacts`` and ``lyapunov_1_s``.
 
     Raises:
         InputError: the scenario holds what the model cannot do, or no oil.
-        EngineError: the motion cannot go on.
+        EngineError: the motion cannot continue.
 
     Source: the lubricated dual-clutch transmission, eqs (1) to (14) and (27) to (33).
 

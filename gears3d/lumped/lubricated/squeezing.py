@@ -1,4 +1,4 @@
-"""Oil that teeth press out of each other's spaces."""
+"""Oil that teeth squeeze out of the tooth spaces of the mate."""
 
 from __future__ import annotations
 
