@@ -1,4 +1,4 @@
-"""Bullet's own gaps beside the refined ones: which teeth are near, and whether hulls and flanks still agree."""
+"""Bullet's own gaps compared with the refined ones: the near teeth, and the agreement of hulls and flanks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _budget = lru_cache(maxsize=KEPT)(piece_budget)
 
 
 class Watch:
-    """Asks Bullet for the near teeth and compares its gaps with those of the true flanks.
+    """Queries Bullet for the near teeth and compares its gaps with those of the true flanks.
 
     Args:
         pair: the gears.

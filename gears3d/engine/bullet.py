@@ -1,4 +1,4 @@
-"""PyBullet, imported on first use and without the line about its build that it prints on the error stream."""
+"""PyBullet, imported on first use and without its line about the build on the error stream."""
 
 from __future__ import annotations
 

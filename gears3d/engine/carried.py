@@ -1,8 +1,8 @@
-"""The body that the loose gear carries: a step ahead its spring's torque is foreseen, behind it the body follows.
+"""The body that the loose gear carries: its spring's torque is predicted for a step, then the body follows.
 
 Within a step the torque is a cubic in time, from both bodies' motion under all other torques; every path and every
-reaction of the loose gear takes it as that. Then the body is moved under the path that the loose gear really took. Its
-state and the cubic stand behind the numbers of its row in the table of torques.
+reaction of the loose gear takes it as that. Then the body is moved under the actual path of the loose gear. Its
+state and the cubic follow the numbers of its row in the table of torques.
 """
 
 from __future__ import annotations

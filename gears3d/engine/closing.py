@@ -25,7 +25,7 @@ GAUSS = (0.5 - 0.5 / 3.0**0.5, 0.5 + 0.5 / 3.0**0.5)
 
 
 class Plant(Record):
-    """What does not change during a run.
+    """The constants of a run.
 
     Args:
         surfaces: flanks and edges.
@@ -127,7 +127,7 @@ def gap_along(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, after: float
 def closing_within(plant: Plant, teeth: np.ndarray, side: int, arc: Arc, longest: float) -> float:
     """Return when the gap of one side first closes, or -1 if it stays open for ``longest`` seconds.
 
-    A gap that starts closed and is opening must first open; a dip between two looks is found by its lowest point.
+    A gap that starts closed and is opening must first open; a minimum between two evaluations is found, too.
     """
     low = 0.0
     gap_low, rate_low = gap_along(plant, teeth, side, arc, 0.0)

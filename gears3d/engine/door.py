@@ -1,4 +1,4 @@
-"""Where a scenario enters the Bullet world and a recording leaves it."""
+"""Runs of the engine: from a scenario through the Bullet world to a recording."""
 
 from __future__ import annotations
 
@@ -63,22 +63,22 @@ def simulate(
 
     Args:
         scenario: what is simulated.
-        pair: gears that take the place of the scenario's own; the scenario's flank effects are added to them.
+        pair: gears that replace the scenario's own; the scenario's flank effects are added to them.
         contact: ``"located"`` (impacts where the true flanks meet) or ``"native"`` (Bullet's own contact response).
         progress: called now and then with the simulated time done [s].
         step: longest step of located contact, or the step of native contact [s]; ``None``: chosen, or 10 µs.
         path: of the drive in place of the scenario's motion, as :func:`gears3d.engine.motion.there_and_back` gives;
             with one, ``step`` may be longer than those of usual speeds.
-        error_estimate: run once more with half the step, and say in ``meta["error_estimate"]`` what
-            :func:`gears3d.engine.halving.halved` makes of both; progress then goes to twice the duration.
+        error_estimate: run once more with half the step, and give in ``meta["error_estimate"]`` the result of
+            :func:`gears3d.engine.halving.halved` for both; progress then goes to twice the duration.
 
     Returns:
-        The recording, with ``meta["error_budget"]``; after Ctrl-C what there is, with ``meta["interrupted"]``.
+        The recording, with ``meta["error_budget"]``; after Ctrl-C the part up to then, with ``meta["interrupted"]``.
 
     Raises:
         UsageError: the contact is not known.
         InputError: gears that cannot be made, or what this engine or Bullet's own contact cannot do.
-        EngineError: jammed gears, teeth that sink into each other, a raw gap outside the hull budget, a state that is
+        EngineError: jammed gears, teeth that overlap, a raw gap outside the hull budget, a state that is
             not a number; its ``partial`` is the recording up to that instant, with ``meta["stopped_by"]``.
     """
     check_contact(contact)
@@ -107,13 +107,13 @@ def check_contact(contact: str) -> None:
 
 
 class Outcome(NamedTuple):
-    """What a run came to.
+    """Result of a run.
 
     Args:
         log: samples and impacts.
         meta: what is known about them.
         signals: the columns of the samples.
-        stopped: why it could not go on.
+        stopped: why it could not continue.
     """
 
     log: Log
@@ -123,11 +123,11 @@ class Outcome(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """What is to be run, as :func:`simulate` takes it.
+    """A requested run, as :func:`simulate` takes it.
 
     Args:
         scenario: what is simulated.
-        pair: gears that take the place of the scenario's own.
+        pair: gears that replace the scenario's own.
         contact: ``"located"`` or ``"native"``.
         progress: called now and then.
         step: longest, or of native contact [s].
@@ -214,7 +214,7 @@ def prepared(
 
     Args:
         scenario: what is simulated.
-        pair: gears that take the place of the scenario's own.
+        pair: gears that replace the scenario's own.
         rows: of all effects.
         contact: as for :func:`simulate`.
 
@@ -228,7 +228,7 @@ def prepared(
 
 
 def _budget(parts: dict[str, float], contact: str) -> dict[str, float]:
-    """Return the error budget; where Bullet's own contact acts, its hulls are what touches, and the total is theirs."""
+    """Return the error budget; with Bullet's own contact, its hulls touch, and the total is theirs."""
     if contact == "native":
         parts = {**parts, "total": abs(parts["raw_minus_refined_mean"]) + parts["raw_minus_refined_max"]}
     return parts
@@ -256,7 +256,7 @@ def _shaped(scenario: Scenario, pair: Pair, rows: tuple[Row, ...]) -> Pair:
 
 
 def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
-    """Return both gears as Bullet gets them: turned into the world as they stand when both angles are 0.
+    """Return both gears for Bullet: turned into the world as they are when both angles are 0.
 
     Args:
         scenario: for the loose gear's inertia.
@@ -267,7 +267,7 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
 
 @lru_cache(maxsize=KEPT)
 def _bodies(hulls: Callable[..., list[np.ndarray]], pair: Pair, inertia: float) -> tuple[Body, Body]:
-    """As :func:`bodies`: the same objects for the same gears, so that their world is found again."""
+    """As :func:`bodies`: the same objects for the same gears, so that their world is reused."""
     made = []
     for which, sense, moment in (("drive", 1, 1e3 * inertia), ("loose", -1, inertia)):
         turn = pair.rotation(which, 0.0)

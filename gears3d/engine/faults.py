@@ -1,4 +1,4 @@
-"""What stops a run: each gives the error that says when, how much, and what to do."""
+"""Errors that stop a run: each states when, how much, and what to do."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Oil between the flanks: the force of a film over its thickness, as this room's own code.
+"""Oil between the flanks: the force of a film over its thickness, in the engine's own code.
 
 Source: the lubricated dual-clutch transmission, eqs (11)-(14); the flanks touch where the film is as thin as their
-roughness leaves it.
+roughness permits.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ THINNEST = 1e-3  # smallest such height, in smallest thicknesses
 
 
 class Film(Record):
-    """A film of oil on both flanks; without a smallest thickness there is none.
+    """A film of oil on both flanks; a smallest thickness of 0 stands for no film.
 
     Args:
         wedge: [N·s].
@@ -26,7 +26,7 @@ class Film(Record):
         rolling_drive: radius at which the drive's flanks draw oil in [m].
         rolling_loose: the same of the loose gear [m].
         minimum: thickness at which the flanks touch [m].
-        felt: gap over that from which on the film counts as contact [m].
+        felt: gap over that below which the film counts as contact [m].
     """
 
     wedge: float

@@ -1,7 +1,7 @@
-"""Steps under forces of the gap: flanks that yield, and films of oil.
+"""Steps under forces of the gap: compliant flanks and films of oil.
 
 Films push all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
-which a film's thickness or force changes, and is cut where a law does.
+which a film's thickness or force changes, and ends where a law changes.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ SAME = 1e-13  # accuracy to which the duration of a step is that of its event [s
 
 
 class Forces(NamedTuple):
-    """What is fixed during one step.
+    """The constants of one step.
 
     Args:
-        direction: sign of the loose gear's motion, which dry torques act against; AT_REST where they hold it.
+        direction: sign of the loose gear's motion, which dry torques act against; AT_REST where they keep it at rest.
         squeezed: whether the film of the active and of the reverse flank is being squeezed.
-        touching: flank that yields under the loose gear, or NOBODY.
+        touching: compliant flank in contact with the loose gear, or NOBODY.
         pushing: whether it pushes; a damper can end that while the gap is still closed.
         within: flank whose passage is under way, or NOBODY.
     """
@@ -94,7 +94,7 @@ def _acceleration(
 
 @inner
 def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc) -> float:
-    """Return the sign of motion, at rest that which begins, or AT_REST where dry torque holds."""
+    """Return the sign of motion, at rest that which begins, or AT_REST where dry torque keeps the gear at rest."""
     if start.omega != 0.0:
         return np.sign(start.omega)
     torque, _, spring = pushed(plant, teeth, springs, forces, start, 0.0)
@@ -152,7 +152,7 @@ def _path(
 
 @inner
 def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float) -> int:
-    """Return what has happened ``after`` seconds on a path: nothing, or how it ends."""
+    """Return the event ``after`` seconds on a path, ON for none."""
     if forces.direction != AT_REST and forces.direction * speed_after(arc, after) < 0.0:
         return HALTS
     dry = plant.film.minimum == 0.0

@@ -1,4 +1,4 @@
-"""How far a run is off for its step: the same run with half of it, and what lies between the two."""
+"""The error of a run due to its step, from the difference to the same run with half of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Permanent contact: the loose gear held on a flank until the flank would have to pull.
+"""Permanent contact: the loose gear stays on a flank until the flank would have to pull.
 
 Source: Kadmiri et al. 2012, eqs (21) and (22), with the reaction taken from the contact Jacobian.
 """
@@ -33,16 +33,16 @@ def on_flank(plant: Plant, teeth: np.ndarray, side: int, time: float, guess: flo
     for _ in range(8):
         gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
         theta -= gap / by_loose
-        if abs(gap) < 1e-11:  # the step just taken leaves less than its square
+        if abs(gap) < 1e-11:  # the error after the last step is less than its square
             break
     return theta, -by_drive / by_loose * speed
 
 
 @inner
 def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time: float, guess: float) -> float:
-    """Return the normal force [N] that permanent contact of the held teeth needs; negative where it would have to pull.
+    """Return the normal force [N] for permanent contact of the held teeth; negative where it would have to pull.
 
-    Where torques of contact would part the flanks and those of flight would close them again, contact goes on: the
+    Where torques of contact would separate the flanks and those of flight would close them again, contact lasts: the
     force is the larger of the two.
     """
     theta, omega = on_flank(plant, held, side, time, guess)
@@ -52,7 +52,7 @@ def reaction(plant: Plant, held: np.ndarray, teeth: np.ndarray, side: int, time:
     alpha = (after - before) / (2.0 * DIFFERENCE)
     angle, _, _ = drive_at(plant.motion, time)
     _, _, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, held, side, angle, theta))
-    # at rest dry torque takes whatever part it can: the flank must push only if it cannot
+    # at rest dry torque acts first: the flank must push only beyond its limit
     against = np.sign(omega) if omega != 0.0 else np.sign(by_loose)
     plain, dry = resisting(plant.torques, 1 + side, time, theta, omega)
     lever = by_loose - against * plant.friction
@@ -80,15 +80,15 @@ def _oil_torque(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: 
 
 @inner
 def resolution(theta: float) -> float:
-    """Return the difference of two gaps that rounding leaves meaningful at an angle [rad], in m."""
+    """Return the smallest difference of two gaps above rounding at an angle [rad], in m."""
     return 1e-13 + 2e-16 * abs(theta)
 
 
 @inner
 def softly(plant: Plant, time: float, stick_velocity: float) -> float:
-    """Return the speed below which teeth that run onto each other take over without an impact [m/s].
+    """Return the approach speed below which the next tooth pair takes over without an impact [m/s].
 
-    It is the stick velocity or, at high speeds, what an edge gains while its gap is below what rounding resolves.
+    It is the stick velocity or, at high speeds, the speed that an edge gains while its gap is below rounding.
     """
     angle, speed, _ = drive_at(plant.motion, time)
     radius = plant.surfaces.edged.flanks.gears[0, 0]
@@ -97,11 +97,11 @@ def softly(plant: Plant, time: float, stick_velocity: float) -> float:
 
 @entry
 def supporting(plant: Plant, teeth: np.ndarray, side: int, time: float, theta: float, soft: float) -> tuple[int, float]:
-    """Return which of the touching tooth pairs holds the loose gear, and its reaction [N].
+    """Return which of the touching tooth pairs carries the loose gear, and its reaction [N].
 
     Of several pairs that touch, the one counts whose flank moves fastest towards the loose gear's, and of those as
-    fast (to within ``soft`` [m/s]) the one that asks for the largest reaction: on any other the loose gear would sink
-    into it.
+    fast (to within ``soft`` [m/s]) the one with the largest reaction: on any other the loose gear would overlap
+    with it.
     """
     angle, speed, _ = drive_at(plant.motion, time)
     least = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))[0]

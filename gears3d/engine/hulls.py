@@ -1,4 +1,4 @@
-"""Convex pieces on their way into Bullet."""
+"""Convex pieces in the form that Bullet loads."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def write_compound(path: Path, pieces: Sequence[np.ndarray]) -> None:
         points = against_truncation(piece)
         text.append(f"o piece{number}\n")
         text.append("v %.9f %.9f %.9f\n" * len(points) % tuple(points.ravel().tolist()))
-        # only points named by a face are loaded, as often as they are named; the hull is computed from them
+        # only points of a face are loaded, once for each face; the hull is computed from them
         last = first + len(points) - 1
         corners = np.minimum(np.arange(first, last + 1, 3)[:, None], last - 2) + np.arange(3)
         text.append("f %d %d %d\n" * len(corners) % tuple(corners.ravel().tolist()))

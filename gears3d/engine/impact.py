@@ -1,4 +1,4 @@
-"""The impact law: which share of the approach speed a flank gives back."""
+"""The impact law: the coefficient of restitution of an impact, and its impulse."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def coefficient(restitution: float, table: np.ndarray, flank: int, speed: float,
 
 
 class ImpactLaw:
-    """Restitution coefficient e = e0 + the contributions of the impact rows, held within 0 and 1.
+    """Restitution coefficient e = e0 + the contributions of the impact rows, limited to 0 to 1.
 
     Args:
         restitution: base coefficient e0.

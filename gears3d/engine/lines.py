@@ -1,9 +1,9 @@
 """Where two helical teeth come nearest: along the line in which they would touch, measured on their surfaces.
 
 A section at a height is the flank of the middle, turned. At fixed centres the common normal of two involutes keeps its
-direction, so the angles of both gears tell between which heights two teeth face each other, flank on flank. There the
-gap of perfect helical teeth is the same all along; beyond, an edge of a tip comes in and the gap grows. Where flanks
-are modified, leads deviate or axes are not parallel, the gap differs along the line, and its least place is searched
+direction, so the angles of both gears give the heights between which two teeth face each other, flank on flank. There
+the gap of perfect helical teeth is the same all along; beyond, an edge of a tip comes in and the gap grows. Where
+flanks are modified, leads deviate or axes are not parallel, the gap varies along the line, and its minimum is searched
 over the face: an end of it, where teeth lean on each other, or a place on a crowned flank.
 """
 
@@ -35,13 +35,13 @@ _SLICES = 8
 
 
 class Along(Record):
-    """What makes a pair's contact differ from one transverse section.
+    """Properties of a pair's contact that do not follow from one transverse section.
 
     Args:
         surfaces: the flanks over their face width.
         axial: turn of the sections and the rest of :class:`gears3d.gears.Surfaces`, (2, 8).
         leads: of single flanks, as there.
-        looks: sections that are looked at: 0 one transverse section tells all, 1 the gap is level along the line.
+        looks: sections that are evaluated: 0 one transverse section is enough, 1 the gap is constant along the line.
         margin: by how much the rolls at which teeth face each other may differ from those of perfect flanks [rad].
         tilt: cosine of the base helix angle.
     """
@@ -59,7 +59,7 @@ def along_of(pair: Pair) -> Along:
     surfaces = compile_surfaces(pair)
     axial, leads = surfaces.axial, surfaces.leads
     gears = (pair.drive, pair.loose)
-    if not (axial[:, _TURN].any() or axial[:, 5:].any() or leads.size):  # crowned spur teeth touch amid the face
+    if not (axial[:, _TURN].any() or axial[:, 5:].any() or leads.size):  # crowned spur teeth touch in mid-face
         looks = 0
     else:
         modified = any(gear.tip_relief is not None or gear.root_relief is not None for gear in gears)
@@ -154,7 +154,7 @@ def line_gap(
 def _searched(
     surfaces: Surfaces, angles: tuple[float, float], teeth: tuple[int, int], side: int, span: tuple[float, float]
 ) -> float:
-    """Return the height of the smallest gap of one that may differ along the line [m]."""
+    """Return the height of the minimum of a gap that may vary along the line [m]."""
     low, high = span
     step = (high - low) / (LOOKS - 1)
     gaps = np.full(LOOKS + 2, inf)
@@ -165,7 +165,7 @@ def _searched(
         return 0.5 * (low + high)
     if abs(gaps[i] - gaps[i + 1]) < _LEVEL and abs(gaps[i + 2] - gaps[i + 1]) < _LEVEL:
         return low + i * step
-    if i in (0, LOOKS - 1):  # a gap that falls to an end of the face is least in its edge
+    if i in (0, LOOKS - 1):  # a gap that falls to an end of the face has its minimum at the edge
         beside = low + (_BESIDE if i == 0 else 1.0 - _BESIDE) * (high - low)
         if section_gap(surfaces, angles[0], angles[1], teeth[0], teeth[1], side, beside)[0] >= gaps[i + 1]:
             return low + i * step

@@ -1,4 +1,4 @@
-"""Located contact: what Python does around the compiled loop: queries of Bullet, records in blocks, and errors."""
+"""Located contact: the Python part around the compiled loop: queries of Bullet, records in blocks, and errors."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ HALVINGS = 100
 
 @dataclass
 class Settings:
-    """What a located run needs beside the plant.
+    """The settings of a located run in addition to the plant.
 
     Args:
         duration: of the run [s].
@@ -61,8 +61,8 @@ class Settings:
         springs: compliant flanks (n, 2), empty for impulses.
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
-        deepest: how deep yielding flanks may lie in each other [m].
-        share: of the steps that springs and films ask for, taken.
+        deepest: largest overlap of compliant flanks [m].
+        share: factor on the steps that springs and films allow.
     """
 
     duration: float
@@ -84,9 +84,9 @@ class Located:
         world: Bullet, with its own response switched off.
         plant: surfaces, motion, torques, inertia, film.
         settings: of the run.
-        watch: asks Bullet for the near teeth and compares its gaps with the refined ones.
+        watch: queries Bullet for the near teeth and compares its gaps with the refined ones.
         log: samples and impacts.
-        blind: whether the loose gear meets no flanks.
+        blind: whether the loose gear has no contact with flanks.
         events: impacts, or contacts, of a block.
     """
 
@@ -158,7 +158,7 @@ class Located:
         return True
 
     def go_on(self) -> bool:
-        """Let the compiled loop do steps, then what it returned for; return whether the run continues.
+        """Run the compiled loop, then serve its request; return whether the run continues.
 
         Raises:
             EngineError: the run cannot continue.
@@ -180,7 +180,7 @@ class Located:
         return why != DONE
 
     def _query(self) -> None:
-        """Pose the gears in Bullet, and ask which teeth are near."""
+        """Pose the gears in Bullet, and query the near teeth."""
         angle, speed, _ = drive_at(self.plant.motion, self.time)
         theta, omega = float(self.state["theta"]), float(self.state["omega"])
         self.world.place((angle, theta), (speed, omega))
@@ -227,7 +227,7 @@ class Located:
         )
 
     def _close(self) -> None:
-        """Write down what is still under way at the end."""
+        """Log contacts and passages that are under way at the end."""
         state = self.state
         if state["flank"] != NOBODY and state["film_stays"]:
             self.contacts.append((int(state["flank"]), float(state["film_began"]), self.time))
@@ -235,7 +235,7 @@ class Located:
             self.contacts.append((int(state["place"]) - 1, float(state["began"]), self.time))
 
     def _begin(self) -> None:
-        """Put the gears where the scenario starts and see that they are not jammed."""
+        """Put the gears where the scenario starts and check that they are not jammed."""
         state, shape = self.state, self.plant.surfaces
         self._query()
         angle, speed, _ = drive_at(self.plant.motion, 0.0)
@@ -255,7 +255,7 @@ class Located:
                 row[ANGLE], row[SPEED] = state["theta"], state["omega"]
 
     def _begin_on(self, teeth: np.ndarray, side: Flank) -> None:
-        """Begin at rest on a flank if it holds, else leave it with no relative speed, or float on its film of oil."""
+        """Begin in contact with a flank if contact holds, else with no relative speed, or float on its oil film."""
         state, plant, springs = self.state, self.plant, self.settings.springs
         theta, omega = on_flank(plant, teeth, int(side), 0.0, float(state["theta"]))
         state["omega"], state["left"] = omega, int(side)

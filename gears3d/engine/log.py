@@ -1,4 +1,4 @@
-"""What a run writes down: samples on the time axis of the recording, and the table of impacts."""
+"""The log of a run: samples on the time axis of the recording, and the table of impacts."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def fill_flight(arc: Arc, until: float, times: np.ndarray, first: int, out: np.n
 def fill_contact(plant, teeth, side, ends, times, first, out):
     """Write the samples of a step with the gap held closed; return the first sample not written.
 
-    ``ends`` holds time, angle, speed at start and end; between them a cubic, put right by the gap measured there.
+    ``ends`` holds time, angle, speed at start and end; between them a cubic, corrected by the gap measured there.
     """
     start, theta, omega, until, theta_end, omega_end = ends
     span = until - start
@@ -96,7 +96,7 @@ class Log:
         self.written = 0
 
     def turn_over(self) -> None:
-        """Make room for further samples and impacts."""
+        """Provide space for further samples and impacts."""
 
     def flight(self, arc: Arc, until: float) -> None:
         """Write the samples of a flight that starts at ``arc.time`` and ends at ``until`` [s]."""

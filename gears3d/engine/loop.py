@@ -1,8 +1,8 @@
 """The compiled loop of located contact: from one query of Bullet to the next, step by step.
 
-Each step is cut so that the refined gap closes at its end. There the impact law acts as an impulse at the contact
+Each step is shortened so that the refined gap closes at its end. There the impact law acts as an impulse at the contact
 point along the flank's normal, through the generalised inertia that the contact Jacobian gives; rebounds below the
-stick velocity become permanent contact, held on the measured gap until the flank would have to pull.
+stick velocity become permanent contact, kept on the measured gap until the flank would have to pull.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ ROOM = 3  # largest number of impacts or contacts that one step may write
 
 @inner
 def _rigid_step(plant, rules, teeth, s, blocks, longest):
-    """Do one step between flanks that meet with impulses; return what is wrong, or GO_ON."""
+    """Do one step between rigid flanks; return the fault, or GO_ON."""
     if s.place == FREE:
         fault, side = _fly(plant, teeth, s, blocks, longest)
         closes = side != NOBODY
@@ -79,7 +79,7 @@ def _rigid_step(plant, rules, teeth, s, blocks, longest):
 
 @inner
 def _soft_step(plant, rules, teeth, s, blocks, longest):
-    """Do one step between compliant or lubricated flanks; return what is wrong, or GO_ON."""
+    """Do one step between compliant or lubricated flanks; return the fault, or GO_ON."""
     if s.place != FREE and rules.springs.shape[0] == 0:
         side = s.place - 1
         fault, event = _hold(plant, rules, teeth, s, blocks, longest)
@@ -103,7 +103,7 @@ def _soft_step(plant, rules, teeth, s, blocks, longest):
 
 @inner
 def _fly(plant, teeth, s, blocks, longest):
-    """Do one step of a flight; return what is wrong, or GO_ON, and the flank whose gap closes at its end, or NOBODY."""
+    """Do one step of a flight; return the fault, or GO_ON, and the flank whose gap closes at its end, or NOBODY."""
     duration, arc, event, top = plan_flight(plant, teeth, here(s), longest, s.left)
     s.height = max(s.height, top)
     if not move(s, blocks, arc, duration):
@@ -115,7 +115,7 @@ def _fly(plant, teeth, s, blocks, longest):
 
 @inner
 def _hold(plant, rules, teeth, s, blocks, longest):
-    """Follow the flank in permanent contact; return what is wrong, or GO_ON, and how the step ends."""
+    """Follow the flank in permanent contact; return the fault, or GO_ON, and how the step ends."""
     side = s.place - 1
     gap = gap_of(plant, teeth, s, side)[0]
     if gap < -SUNK:
@@ -132,7 +132,7 @@ def _hold(plant, rules, teeth, s, blocks, longest):
 
 @inner
 def _follow(plant, teeth, held, s, blocks, side, duration):
-    """Put the loose gear on the held teeth at the end of a step; see that the other flank is not in its way."""
+    """Put the loose gear on the held teeth at the end of a step; check the gap of the other flank."""
     until = s.time + duration
     theta, omega = on_flank(plant, held, side, until, s.theta + s.omega * duration)
     if not (math.isfinite(theta) and math.isfinite(omega)):

@@ -26,15 +26,15 @@ _PITCH, _ACTIVE_START, _REVERSE_START = 1, 2, 3
 
 
 class Mesh(Record):
-    """The flanks of a pair with the edges they end in, on axes that may stand off the axes of rotation.
+    """The flanks of a pair with their edges, on axes that may deviate from the axes of rotation.
 
     Args:
         edged: flanks and edges on ideal axes.
         along: how flanks change with the height.
         offsets: of the teeth's axis from the axis of rotation in each gear's own frame, x and y of the drive, then of
             the loose gear [m], (4,).
-        planar: whether one transverse section tells all.
-        layer: how far apart flanks that touch stay [m]: what oil between them is not squeezed thinner than.
+        planar: whether one transverse section is enough.
+        layer: distance of flanks that touch [m], the smallest thickness of the oil between them.
         law: address of the gap of two teeth, 0 for one section on ideal axes.
         seen: address of the gap as Bullet measures it, 0 where that is the same.
         side: address of :func:`side_gap`.
@@ -109,7 +109,7 @@ def off_axis(mesh: Mesh, gear: int, rotation: float) -> tuple[float, float]:
 
 @entry
 def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
-    """As :func:`tooth_gap`, of teeth whose gap differs over the face."""
+    """As :func:`tooth_gap`, of teeth whose gap varies over the face."""
     gap, by_drive, by_loose, _, _ = line_gap(
         mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side
     )
@@ -118,14 +118,14 @@ def _lined_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
 
 @entry
 def _seen_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
-    """The gap as Bullet measures it: along the normal, and elsewhere of teeth that only edges bring together."""
+    """The gap as Bullet measures it: along the normal, also of teeth that touch only at edges."""
     gap, _, _, _, inside = line_gap(mesh.edged, mesh.along, theta_drive, theta_loose, tooth_drive, tooth_loose, side)
     return gap * mesh.along.tilt if inside else math.inf, 0.0, 0.0
 
 
 @entry
 def _eccentric_gap(mesh, theta_drive, theta_loose, tooth_drive, tooth_loose, side):
-    """As :func:`tooth_gap`, of one section on axes off the axes of rotation."""
+    """As :func:`tooth_gap`, of one section on axes that deviate from the axes of rotation."""
     turned = math.pi - theta_loose
     x1, y1 = off_axis(mesh, 0, theta_drive)
     x2, y2 = off_axis(mesh, 1, turned)
@@ -205,7 +205,7 @@ def teeth_of_points(
 
 @entry
 def _name_teeth(shape, counts, on_drive, on_loose, thetas, found):
-    """Fill in what :func:`teeth_of_points` returns."""
+    """Fill in the result of :func:`teeth_of_points`."""
     flanks, distance = shape.edged.flanks, shape.edged.flanks.mount[2]
     x1, y1 = off_axis(shape, 0, thetas[0])
     x2, y2 = off_axis(shape, 1, math.pi - thetas[1])

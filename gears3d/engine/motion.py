@@ -1,4 +1,4 @@
-"""The imposed motion of the drive gear: mean speed and harmonics, or a measured one, as this room's own code.
+"""The imposed motion of the drive gear: mean speed and harmonics, or a measured one, in the engine's own code.
 
 Source: Rigaud & Perret-Liaudet 2020, eqs (1) and (5).
 """
@@ -145,7 +145,7 @@ def drive_samples(motion: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 @entry
 def _fill_samples(motion, times, out):
-    """Fill in what :func:`drive_samples` returns."""
+    """Fill in the result of :func:`drive_samples`."""
     for i in range(times.size):
         out[i, 0], out[i, 1], _ = drive_at(motion, times[i])
 

@@ -1,6 +1,6 @@
-"""The state of a run and what changes it, compiled: motion along a path, impacts, and the records of both.
+"""The state of a run and its changes, compiled: motion along a path, impacts, and the records of both.
 
-Bullet takes no part here: between two queries the loose gear moves along paths that the torques alone give, and every
+Bullet is not used here: between two queries the loose gear moves along paths that the torques alone give, and every
 event follows from gap and gap rate on the true flanks.
 """
 
@@ -53,7 +53,7 @@ STATE = np.dtype(
         ("film_entry", "f8"),  # rate of the gap then [m/s]
         ("film_height", "f8"),  # of the flight before [m]
         ("film_theta", "f8"),  # angle of the loose gear then [rad]
-        ("film_drive", "i8"),  # teeth that met then
+        ("film_drive", "i8"),  # teeth in contact then
         ("film_loose", "i8"),
         ("film_impulse", "f8"),  # of film and flank so far [N s]
         ("turned", "i8"),  # whether the gap has opened since
@@ -74,7 +74,7 @@ HIT = np.dtype(
         ("rebound", "f8"),  # after
         ("impulse", "f8"),  # along the contact normal [N s]
         ("height", "f8"),  # of the flight before [m]
-        ("drive", "i8"),  # teeth that met
+        ("drive", "i8"),  # teeth in contact
         ("loose", "i8"),
         ("met", "f8"),  # when they did [s]
         ("theta", "f8"),  # angle of the loose gear then [rad]
@@ -83,7 +83,7 @@ HIT = np.dtype(
 
 
 class Rules(Record):
-    """What a compiled loop needs beside the plant.
+    """The settings of a compiled loop in addition to the plant.
 
     Args:
         duration: of the run [s].
@@ -95,8 +95,8 @@ class Rules(Record):
         restitution: base coefficient.
         law: table of :func:`gears3d.engine.impact.law_table`.
         springs: compliant flanks (1, 2), (0, 2) for impulses.
-        deepest: how deep yielding flanks may lie in each other [m].
-        share: of the steps that springs and films ask for, taken.
+        deepest: largest overlap of compliant flanks [m].
+        share: factor on the steps that springs and films allow.
     """
 
     duration: float
@@ -113,7 +113,7 @@ class Rules(Record):
 
 
 class Blocks(NamedTuple):
-    """Where a compiled loop writes.
+    """The blocks that a compiled loop writes to.
 
     Args:
         times: of the samples [s], (n,).
@@ -162,14 +162,14 @@ def move(s, blocks, arc, duration):
 
 @inner
 def begin_flight(s, side):
-    """Forget what was under way: a flight begins that leaves a flank."""
+    """Clear contacts and passages under way: a flight begins from a flank."""
     s.left, s.height, s.entry, s.began, s.impulse = side, 0.0, 0.0, 0.0, 0.0
     s.stays, s.pushing = 0, 1
 
 
 @inner
 def write_contact(s, blocks, side, began):
-    """Write a permanent contact down that ends now."""
+    """Log a permanent contact that ends now."""
     row = blocks.contacts[s.contacts]
     row[0], row[1], row[2] = side, began, s.time
     s.contacts += 1
@@ -177,7 +177,7 @@ def write_contact(s, blocks, side, began):
 
 @inner
 def leave(s, blocks, side):
-    """Leave a flank; what was permanent contact is written down."""
+    """Separate from a flank; log its permanent contact."""
     if s.stays != 0:
         write_contact(s, blocks, side, s.began)
     s.place = FREE
@@ -186,14 +186,14 @@ def leave(s, blocks, side):
 
 @inner
 def teeth_now(plant, teeth, s, side):
-    """Return which teeth meet on a side now."""
+    """Return which teeth touch on a side now."""
     angle, speed, _ = drive_at(plant.motion, s.time)
     return touching_teeth(plant.surfaces, teeth, side, (angle, s.theta), (speed, s.omega))
 
 
 @inner
 def write_impact(s, blocks, side, when, rates, impulse, height, teeth, met, theta):
-    """Write an impact down; ``teeth`` met at the time ``met`` with the loose gear at ``theta``."""
+    """Log an impact; ``teeth`` touched at the time ``met`` with the loose gear at ``theta``."""
     row = blocks.hits[s.impacts]
     row.time, row.flank, row.rate, row.rebound = when, side, rates[0], rates[1]
     row.impulse, row.height = impulse, height
@@ -203,14 +203,14 @@ def write_impact(s, blocks, side, when, rates, impulse, height, teeth, met, thet
 
 @inner
 def note(plant, teeth, s, blocks, side, when, rates, impulse):
-    """Write an impact down of the teeth that touch now."""
+    """Log an impact of the teeth that touch now."""
     pair = teeth_now(plant, teeth, s, side)
     write_impact(s, blocks, side, when, rates, impulse, s.height, pair, s.time, s.theta)
 
 
 @inner
 def met(plant, teeth, s, side):
-    """Return what is wrong with a gap that has just closed, or GO_ON, its rate [m/s] and the loose gear's lever [m]."""
+    """Return the fault of a gap that has just closed, or GO_ON, its rate [m/s] and the loose gear's lever [m]."""
     gap, rate, lever = gap_of(plant, teeth, s, side)
     s.located = max(s.located, abs(gap))
     fault = GO_ON
@@ -225,7 +225,7 @@ def met(plant, teeth, s, side):
 def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
     """Return rebound [m/s], speed of the loose gear after it [rad/s] and impulse [N s] by the law of impacts.
 
-    What is too slow to leave a flank that holds stays on it: the place is then that flank.
+    A rebound too slow for separation ends in permanent contact: the place is then that flank.
     """
     draw = blocks.draws[s.draws]
     s.draws += 1

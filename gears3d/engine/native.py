@@ -1,7 +1,7 @@
 """Native contact: Bullet's own response in fixed steps, with the settings that make its impacts exact at rest.
 
-Once the gears turn, facets and quantised hulls tilt the contact normal and restitution scatters; that is what this
-contact is there to show.
+With turning gears, facets and quantised hulls tilt the contact normal and restitution scatters; this mode exists to
+show that.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Native:
         plant: surfaces, motion, torques, inertia.
         base_radii: of drive and loose gear [m].
         law: restitution.
-        watch: asks Bullet for the near teeth at an impact.
+        watch: queries Bullet for the near teeth at an impact.
         log: samples and impacts.
         settings: duration [s], step [s], slowest approach that is logged [m/s].
         stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
@@ -101,7 +101,7 @@ class Native:
         self.world.place((0.0, self.theta), (0.0, self.omega))
 
     def _advance(self, time: float, step: float) -> None:
-        """Do one step and see whether Bullet's contact changed the loose gear's speed."""
+        """Do one step and test whether Bullet's contact changed the loose gear's speed."""
         plant = self.plant
         angle, _, _ = drive_at(plant.motion, time)
         speed = (drive_at(plant.motion, time + step)[0] - angle) / step
@@ -120,7 +120,7 @@ class Native:
         self._watch_impact(before, speed)
 
     def _see_depth(self) -> None:
-        """Stop where Bullet has let the teeth sink into each other."""
+        """Stop where the teeth overlap in Bullet."""
         self.watch.look(self.world, self.plant, self.time, self.theta)
         angle = drive_at(self.plant.motion, self.time)[0]
         teeth = self.watch.nearby.teeth(angle)

@@ -1,10 +1,10 @@
-"""Which pairs of teeth may touch, by the angle of the drive gear: Bullet's answers, kept as long as they hold.
+"""Which pairs of teeth may touch, by the angle of the drive gear: Bullet's answers, kept while they are valid.
 
 The loose gear lies within the backlash, so the drive's angle alone decides which pairs of teeth can touch. An answer of
-Bullet names all pairs within a reach. The reach is the largest distance that two teeth, rolling on each other, can have
-a turn before they touch, plus the backlash and all by which gears and mounting deviate. An answer is therefore complete
-for all angles within that turn. It is kept for windows of a fraction of a pitch, and holds again whenever both gears
-come back to the same teeth.
+Bullet holds all pairs within a reach. The reach is the largest distance that two teeth in mesh can have
+a turn before they touch, plus the backlash and all deviations of gears and mounting. An answer is therefore complete
+for all angles within that turn. It is kept for windows of a fraction of a pitch, and is valid again whenever both gears
+return to the same teeth.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _parting(shape: Mesh, pitch: float, ratio: float, slack: float) -> float:
 
 
 class Nearby:
-    """The pairs of teeth that may touch, for all angles of the drive that Bullet has been asked about.
+    """The pairs of teeth that may touch, for all angles of the drive with a query of Bullet.
 
     Args:
         pair: the gears.
@@ -133,7 +133,7 @@ def _fill(
             turn = (number + node) * width - thetas[0]
             for side in (ACTIVE, REVERSE):
                 sides |= _mark(shape, found, side, (thetas[0] + turn, thetas[1] + turn * ratio), slack, gaps, keep)
-        if sides != 3 and number != here:  # whatever is there is too far for this answer
+        if sides != 3 and number != here:  # these pairs are out of reach of this answer
             continue
         table[window, 0] = used
         for i in range(found.shape[0]):
@@ -148,7 +148,7 @@ def _fill(
 def _mark(shape, found, side, thetas, slack, gaps, keep):
     """Mark the pairs of one side that touch first, where the loose gear is and where that side is closed.
 
-    Return 1 for the active and 2 for the reverse side, 0 where there is no pair.
+    Return 1 for the active and 2 for the reverse side, 0 without a pair.
     """
     least, lever = math.inf, 1.0
     for i in range(found.shape[0]):

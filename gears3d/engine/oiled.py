@@ -1,9 +1,9 @@
 """Located contact under oil, compiled: films push all the time, and passages through them stand for impacts.
 
 A film turns most approaches back before the flanks touch. An impact is here a passage: the gap falls below the height
-from which on the film is felt, and rises above it again; speed and rebound are those at that height, the impulse is
+at which the film begins to act, and rises above it again; speed and rebound are those at that height, the impulse is
 that of film and flank together. A gear that turns towards the flank a second time within a passage is in contact over
-oil. With ever thinner oil all that goes over into impacts of the bare flanks.
+oil. As the oil becomes thinner, passages become impacts of the bare flanks.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from gears3d.engine.torques import FREE
 
 @inner
 def swim(plant, rules, teeth, s, blocks, longest):
-    """Do one step under the films, and what it ends with; return what is wrong, or GO_ON."""
+    """Do one step under the films, and its event; return the fault, or GO_ON."""
     touching = s.place - 1 if s.place != FREE else NOBODY
     if touching != NOBODY:
         step = pressed_step(rules.springs, plant.inertia / gap_of(plant, teeth, s, touching)[2] ** 2)
@@ -74,7 +74,7 @@ def swim(plant, rules, teeth, s, blocks, longest):
 
 @inner
 def _happen(plant, rules, teeth, s, blocks, event, side):
-    """Change what an event at one of the flanks changes."""
+    """Apply the changes of an event at one of the flanks."""
     if event == TURNS:
         _turn(plant, teeth, s, blocks, side)
     elif event == TOUCHES:
@@ -118,7 +118,7 @@ def _turn(plant, teeth, s, blocks, side):
 
 @inner
 def _capture(plant, teeth, s, blocks):
-    """Write a passage down that has become contact; its rebound is 0."""
+    """Log a passage that has become contact; its rebound is 0."""
     if s.film_stays == 0:
         s.film_stays = 1
         mass = plant.inertia / gap_of(plant, teeth, s, s.flank)[2] ** 2
@@ -127,7 +127,7 @@ def _capture(plant, teeth, s, blocks):
 
 @inner
 def _write(s, blocks, rebound, impulse):
-    """Write a passage down."""
+    """Log a passage."""
     rates, teeth = (s.film_entry, rebound), (s.film_drive, s.film_loose)
     write_impact(s, blocks, s.flank, s.film_began, rates, impulse, s.film_height, teeth, s.film_began, s.film_theta)
 
@@ -154,5 +154,5 @@ def strike_film(plant, rules, teeth, s, blocks, side):
 
 @inner
 def leave_film(s, side):
-    """Leave the flank itself, still within its film."""
+    """Separate from the flank, still within its film."""
     s.place, s.squeezed[side] = FREE, 0

@@ -1,4 +1,4 @@
-"""Compliant flanks: the gap's own force in place of the impact law, and the steps that resolve a contact."""
+"""Compliant flanks: a force of the gap in place of the impact law, and the steps that resolve a contact."""
 
 from __future__ import annotations
 

@@ -35,10 +35,10 @@ AFTER = 5.0  # longest impact, in times of its approach, or in radians of the os
 
 
 class Bench:
-    """The engine's world of a scenario, from which single steps start wherever the loose gear is put.
+    """The engine's world of a scenario, in which single steps start from any state of the loose gear.
 
     Args:
-        scenario: what is simulated; its duration and start are passed over.
+        scenario: what is simulated; its duration and start are not used.
         drive: angle of the drive gear at time 0 [rad]; its motion is the scenario's.
 
     Raises:
@@ -86,7 +86,7 @@ class Bench:
         return drive_at(self._plant.motion, time)[:2]
 
     def fly(self, theta: float, omega: float, times: np.ndarray) -> np.ndarray:
-        """Return the loose gear's path in flight, whatever flanks are in its way [rad], (n,).
+        """Return the loose gear's path in free flight, without contact with flanks [rad], (n,).
 
         Args:
             theta: its angle at the first of the times [rad].
@@ -98,7 +98,7 @@ class Bench:
         return run.path()
 
     def coast(self, omega: float, times: np.ndarray) -> np.ndarray:
-        """Return angle [rad] and speed [rad/s] of the loose gear running down out of mesh from angle 0, (n, 2).
+        """Return angle [rad] and speed [rad/s] of the loose gear in coast-down out of mesh from angle 0, (n, 2).
 
         Args:
             omega: its speed at the first of the times [rad/s].
@@ -110,14 +110,14 @@ class Bench:
         return run.log.states()
 
     def drop(self, time: float, side: int, speed: float) -> Impact:
-        """Return the first impact of a loose gear that is let go, or thrown, to come upon a flank at a speed.
+        """Return the first impact of a loose gear that is released, or launched, to reach a flank at a speed.
 
-        It starts from the other flank, with the speed against it that drag asks for; where drag alone would make it too
-        fast it is let go nearer.
+        It starts from the other flank, with the relative speed that drag requires; where drag alone would make it too
+        fast it is released nearer.
 
         Args:
             time: of the start [s].
-            side: flank that it comes upon, 0 active, 1 reverse.
+            side: flank that it reaches, 0 active, 1 reverse.
             speed: on arrival, nearly [m/s].
 
         Raises:
@@ -131,7 +131,7 @@ class Bench:
         pull = sense * radius * acceleration(plant.torques, plant.inertia, FREE, time, there, omega, way_of)
         way = abs(there - here) * radius
         launch = speed * speed - 2.0 * pull * way
-        if launch < 0.0:  # drag alone gets it there faster: let go where it is not
+        if launch < 0.0:  # drag alone makes it faster: release it nearer
             way, launch = speed * speed / (2.0 * pull), 0.0
         launch = math.sqrt(launch)
         start = min(way, abs(there - here) * radius * (1.0 - APART))
@@ -140,7 +140,7 @@ class Bench:
         return run.first()
 
     def strike(self, time: float, side: int, speed: float) -> Impact:
-        """Return the impact of a loose gear that comes upon a flank.
+        """Return the impact of a loose gear on a flank.
 
         Args:
             time: of the impact, about [s].
@@ -161,7 +161,7 @@ class Bench:
         return run.first()
 
     def rest(self, side: int, times: np.ndarray) -> np.ndarray:
-        """Return where the loose gear lies on a flank [rad], (n,).
+        """Return the loose gear's angles in contact with a flank [rad], (n,).
 
         Args:
             side: 0 active, 1 reverse.
@@ -170,10 +170,10 @@ class Bench:
         return np.array([self._on_flank(side, float(time))[0] for time in times])
 
     def _on_flank(self, side: int, time: float) -> tuple[float, float]:
-        """Return angle and speed of the loose gear that lies on a flank."""
+        """Return angle and speed of the loose gear in contact with a flank."""
         angle, speed, _ = drive_at(self._plant.motion, time)
         guess = angle * self._radii[0] / self._radii[1]
-        for _ in range(2):  # the second look is from the flank itself
+        for _ in range(2):  # the second query is at the flank itself
             self._world.place((angle, guess), (speed, 0.0))
             self._watch.look(self._world, self._plant, time, guess)
             guess, omega = on_flank(self._plant, self._watch.nearby.teeth(angle), side, time, guess)

@@ -1,4 +1,4 @@
-"""A run that writes itself down as it goes: samples, impacts and contacts leave the memory a group at a time."""
+"""A run that is written to disk during the run: samples, impacts and contacts leave the memory a group at a time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CONTACTS: tuple[str, ...] = ("flank", "time_s", "end_s")
 
 
 class Contacts(list[tuple[int, float, float]]):
-    """Permanent contacts that are written down whenever there are many.
+    """Permanent contacts that are written in groups.
 
     Args:
         table: to write to.
@@ -37,13 +37,13 @@ class Contacts(list[tuple[int, float, float]]):
         self._table = table
 
     def append(self, contact: tuple[int, float, float]) -> None:
-        """Take one more."""
+        """Add a contact."""
         super().append(contact)
         if len(self) >= EVENTS:
             self.flush()
 
     def flush(self) -> None:
-        """Write down what there is."""
+        """Write the contacts that are held."""
         if len(self):
             columns = dict(zip(CONTACTS, np.array(self).T, strict=True))
             self.clear()
@@ -98,7 +98,7 @@ class StreamedLog(Log):
         return self._first + self.times.size < self._total
 
     def turn_over(self) -> None:
-        """Write groups down that are full, or have no room for the next step."""
+        """Write groups that are full, or have no space for the next step."""
         if len(self.impacts) >= EVENTS:
             self._flush_impacts()
         if self.goes_on:
@@ -134,7 +134,7 @@ class StreamedLog(Log):
             raise fault
 
     def abandon(self) -> None:
-        """Leave nothing behind."""
+        """Remove the temporary tables."""
         for table in self._tables:
             table.abandon()
 
@@ -142,7 +142,7 @@ class StreamedLog(Log):
         return np.arange(self._first, min(self._first + ROWS, self._total)) / self._rate
 
     def _turned_over(self) -> bool:
-        """Write full groups down; return whether the samples go on in a new one."""
+        """Write full groups; return whether the samples continue in a new one."""
         full = self.written >= self.times.size and self.goes_on
         if full or len(self.impacts) >= EVENTS:
             self.turn_over()
@@ -171,25 +171,25 @@ def stream(
     progress: Callable[[float], None] | None = None,
     about: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Run a scenario as :func:`gears3d.engine.simulate` does, and write it down as it goes.
+    """Run a scenario as :func:`gears3d.engine.simulate` does, and write it to disk during the run.
 
-    Memory does not grow with the duration. A run that is interrupted, cannot go on or fills the disk leaves its tables
-    up to that instant.
+    Memory does not grow with the duration. A run that is interrupted, cannot continue or fills the disk leaves its
+    tables up to that instant.
 
     Args:
         scenario: what is simulated.
-        folder: gets ``signals.parquet``, ``impacts.parquet`` and ``contacts.parquet``, each when it is whole.
+        folder: gets ``signals.parquet``, ``impacts.parquet`` and ``contacts.parquet``, each when it is complete.
         pair: gears that take the place of the scenario's own.
         contact: ``"located"`` or ``"native"``.
         progress: called now and then with the simulated time done [s].
-        about: what the tables' metadata shall hold, too.
+        about: further metadata of the tables.
 
     Returns:
         The metadata of the recording, without its contacts, which are a table here.
 
     Raises:
         UsageError, InputError, EngineError: as for :func:`gears3d.engine.simulate`; an InputError for a full disk. What
-            is there is kept, with ``stopped_by`` in the tables' metadata.
+            is written is kept, with ``stopped_by`` in the tables' metadata.
     """
     check_contact(contact)
     span = (scenario.run.duration, scenario.run.output_rate)

@@ -35,8 +35,8 @@ _REVERSE = int(Gate.REVERSE)
 def torque_table(rows: Sequence[Row]) -> np.ndarray:
     """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH + 2·most points of a tabulated torque).
 
-    A tabulated torque has its number of points behind its variable, and behind the numbers its abscissae and values.
-    Friction of the flanks is left out, see :func:`friction`. A carried body has its own state behind its numbers.
+    A tabulated torque has its number of points after its variable, and after the numbers its abscissae and values.
+    Friction of the flanks is excluded, see :func:`friction`. A carried body has its own state after its numbers.
 
     Raises:
         InputError: there is more than one carried body.

@@ -1,7 +1,7 @@
 """The PyBullet world: two compounds of convex teeth, each on a revolute link of a fixed base.
 
 Inside this file and :mod:`gears3d.engine.hulls` lengths are mm (mass kg, time s), because Bullet's distance
-algorithm loses micrometres when gears are given in metres; poses, speeds and torques cross the border in SI.
+algorithm loses micrometres when gears are given in metres; poses, speeds and torques of the interface are in SI.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LINK = 0
 
 @dataclass(frozen=True)
 class Body:
-    """One gear as Bullet gets it.
+    """One gear for Bullet.
 
     Args:
         pieces: convex pieces in the gear's own frame, each (n, 3) [m].
@@ -91,7 +91,7 @@ class World:
             raise
 
     def close(self) -> None:
-        """Give the Bullet server back; closing twice does no harm."""
+        """Release the Bullet server; closing twice is allowed."""
         if self._client >= 0:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
@@ -180,7 +180,7 @@ class World:
             linkJointAxis=[[0.0, 0.0, 1.0]],
             physicsClientId=self._client,
         )
-        # maxJointVelocity goes alone and to the base: given with a link it carries the whole call to the base
+        # maxJointVelocity is set alone and on the base: set with a link it applies the whole call to the base
         pybullet.changeDynamics(ident, -1, maxJointVelocity=1e9, physicsClientId=self._client)
         pybullet.changeDynamics(ident, -1, linearDamping=0.0, angularDamping=0.0, physicsClientId=self._client)
         moment = body.inertia * TORQUE
