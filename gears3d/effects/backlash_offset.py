@@ -12,7 +12,7 @@ from gears3d.effects.rows import Flank, Gear, Row, flank_harmonic
 @register
 @dataclass(frozen=True)
 class BacklashOffset:
-    """The dead band is wider by ``offset``; the active flanks stay, material goes from the drive's reverse flanks.
+    """The dead band is wider by ``offset``; the active flanks stay, the drive's reverse flanks lose material.
 
     Source: b in s = φ + b of the reverse flank, Rigaud & Perret-Liaudet 2020, eq. (18).
 

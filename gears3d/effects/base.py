@@ -35,9 +35,9 @@ class Param(NamedTuple):
         high: largest admissible value, SI.
         default: value when the scenario does not give it; ``None`` means that it must be given.
         choices: the words allowed when ``family`` is ``"choice"``.
-        linear: whether the observables change in proportion to it (what diagnosis asks).
-        also: further unit families that are allowed; the effect then has a field ``<parameter>_family`` beside the
-            parameter, which takes the family that was written.
+        linear: whether the observables change in proportion to it (used in diagnosis).
+        also: further unit families that are allowed; the effect then has a further field ``<parameter>_family``,
+            which takes the family that was written.
     """
 
     family: str
@@ -51,7 +51,7 @@ class Param(NamedTuple):
 
 @dataclass(frozen=True)
 class Rig:
-    """The base model's constants that an effect may need to size itself, all SI.
+    """The base model's constants that an effect may need for its size, all SI.
 
     Args:
         base_radius_drive: m.
@@ -112,10 +112,10 @@ class Effect(Protocol):
 
 @runtime_checkable
 class SensorEffect(Effect, Protocol):
-    """An effect of the measurement: it changes what is recorded, not what happens."""
+    """An effect of the measurement: it changes the recording, not the motion."""
 
     def observe(self, gear_angles: dict[str, np.ndarray], time: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the angles ``{"drive": (n,), "loose": (n,)}`` in rad as the sensors see them at ``time`` (n,) in s."""
+        """Return the angles ``{"drive": (n,), "loose": (n,)}`` [rad] as the sensors read them at ``time`` [s], (n,)."""
         ...
 
 
@@ -132,7 +132,7 @@ def register(effect: E_) -> E_:
         ValueError: the kind is taken by a class of another module.
     """
     if not effect.__module__.startswith(f"{_HERE}."):
-        _load_built_in()  # a kind of gears3d stays that of gears3d whoever is imported first
+        _load_built_in()  # kinds of gears3d are registered first, so that no other package takes them
     known = _REGISTRY.get(effect.kind)  # type: ignore[attr-defined]
     if known is not None and known.__module__ != effect.__module__:
         raise ValueError(f"effect kind {known.kind!r} is taken by {known.__module__}")
@@ -161,7 +161,7 @@ def _load_built_in() -> None:
 
 
 def _load_plug_in(load: Callable[[], Any], package: str) -> None:
-    """Register what another package brings; one that fails leaves nothing behind.
+    """Register the effects of another package, all or none.
 
     Raises:
         TypeError: it is not an effect.
@@ -188,10 +188,10 @@ def _load_plug_in(load: Callable[[], Any], package: str) -> None:
 
 
 def _check(effect: type) -> None:
-    """Refuse what is not an effect.
+    """Refuse a class that is not an effect.
 
     Raises:
-        TypeError: says what is missing.
+        TypeError: states what is missing.
     """
     name = f"{effect.__module__}.{effect.__qualname__}"
     lacking = [part for part in ("kind", "place", "params", "rows", "unit_size") if not hasattr(effect, part)]

@@ -15,9 +15,9 @@ from gears3d.effects.rows import Row, torque_carried
 class CarriedInertia:
     """Inertia on a torsional spring with damping and play; impacts act on the loose gear alone.
 
-    The spring's torque on the loose gear is C = k·δ + c·δ̇, δ being how far the body is turned ahead. With play it is
-    k·(|δ| - play/2) + c·|δ|˙ beyond half of the play, never pulls back across it, and is none within. At the start the
-    body turns with the gear, without twist, amid its play. Source: two masses on a spring; the natural frequency of the
+    The spring's torque on the loose gear is C = k·δ + c·δ̇, with the body turned ahead by δ. With play it is
+    k·(|δ| - play/2) + c·|δ|˙ beyond half of the play, never pulls back across it, and is 0 within. At the start the
+    body turns with the gear, without twist, in mid-play. Source: two masses on a spring; the natural frequency of the
     pair in free flight is √(k·(1/J + 1/Jc)).
 
     Args:

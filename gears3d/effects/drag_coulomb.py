@@ -15,7 +15,7 @@ class DragCoulomb:
     """Constant torque against the direction of motion, with stiction at rest; it adds to the base drag.
 
     A negative torque is a deviation: base drag that was stated too large. All dry drag together must not be negative.
-    Source: Rigaud & Perret-Liaudet 2020, run-down of the loose gear at constant deceleration.
+    Source: Rigaud & Perret-Liaudet 2020, coast-down of the loose gear at constant deceleration.
 
     Args:
         torque: N·m.

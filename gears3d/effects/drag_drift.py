@@ -18,7 +18,7 @@ class DragDrift:
     Source: relaxation of first order, as the temperature of one body in a bath.
 
     Args:
-        relative_change: of the base drag in the end; -0.2 when a fifth of it goes.
+        relative_change: of the base drag in the end; -0.2 for a decrease by 20 %.
         time_constant: s.
 
     >>> from gears3d.effects.base import Rig
@@ -38,10 +38,10 @@ class DragDrift:
     }
 
     def rows(self, rig: Rig) -> list[Row]:
-        """One torque that grows to its end.
+        """One torque that grows to its final value.
 
         Raises:
-            InputError: there is no base drag that could drift.
+            InputError: the base drag is 0.
         """
         if rig.drag_torque == 0.0:
             text = "is a share of drag.torque, which is 0 N m"

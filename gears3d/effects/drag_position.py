@@ -1,4 +1,4 @@
-"""A torque that depends on where the loose gear stands: unbalance, a rubbing pin, cogging of its encoder."""
+"""A torque that depends on the loose gear's angle: unbalance, a rubbing pin, cogging of its encoder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gears3d.effects.rows import Row, torque_harmonic
 @register
 @dataclass(frozen=True)
 class DragPosition:
-    """Torque C = amplitude·cos(order·θ + phase) over the loose gear's angle, whatever the direction of motion.
+    """Torque C = amplitude·cos(order·θ + phase) over the loose gear's angle, for both directions of motion.
 
     Source: order 1 is the unbalance m·g·r·cos(θ + phase) of a gear on a level shaft.
 

@@ -14,7 +14,7 @@ from gears3d.effects.rows import Row, torque_power
 class DragPower:
     """Churning and windage, C = coefficient·|ω/(1 rad/s)|^exponent against the direction of motion.
 
-    The coefficient is the torque at 1 rad/s, so its unit is N·m whatever the exponent.
+    The coefficient is the torque at 1 rad/s, so its unit is N·m for every exponent.
     Source: Kadmiri et al. 2012, eq. (7); exponents 1.5 of eq. (9), 0.59 of eqs (10) to (12), 2 for windage.
 
     Args:

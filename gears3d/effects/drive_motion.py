@@ -78,6 +78,6 @@ class DriveMotion:
         return self.order * abs(rig.mean_speed) / (2 * pi)
 
     def _as_speed(self, frequency: float) -> float:
-        """Return what turns the amplitude into that of the speed [rad/s per its own unit]."""
+        """Return the factor from the amplitude to that of the speed [rad/s per its own unit]."""
         turn = 2 * pi * frequency
         return {"speed": 1.0, "angle": turn, "acceleration": 1 / turn}[self.amplitude_family]

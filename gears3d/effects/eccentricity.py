@@ -1,4 +1,4 @@
-"""A gear that turns about an axis beside that of its teeth."""
+"""A gear whose teeth are eccentric to its axis of rotation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gears3d.effects.rows import Gear, Row, flank_eccentric
 @register
 @dataclass(frozen=True)
 class Eccentricity:
-    """The teeth's axis stands off the axis of rotation by ``offset``; transmission error *and* backlash move with it.
+    """The teeth's axis is ``offset`` away from the axis of rotation; transmission error *and* backlash vary with it.
 
     To first order in the offset, αw the working pressure angle and x = θ + phase of the drive, the active flank moves
     by offset·sin(x + αw) along the line of action and the reverse flank by offset·sin(x - αw); of the loose gear by
@@ -47,5 +47,5 @@ class Eccentricity:
         return [flank_eccentric(Gear[self.gear.upper()], self.offset, self.phase)]
 
     def unit_size(self, rig: Rig) -> float:
-        """The backlash: flanks that wander by as much as the gap is wide."""
+        """The backlash: flanks with a run-out as large as the gap."""
         return rig.backlash

@@ -1,4 +1,4 @@
-"""An encoder that sits off its shaft's centre: its reading wanders once (or n times) a turn."""
+"""An encoder that is eccentric to its shaft: its reading deviates once (or n times) per revolution."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 @register
 @dataclass(frozen=True)
 class EncoderEccentricity:
-    """Reading θ + amplitude·cos(order·θ + phase) in place of θ; nothing happens to the gears.
+    """Reading θ + amplitude·cos(order·θ + phase) in place of θ; the gears' motion is unchanged.
 
-    Source: geometry; a ring of radius r whose centre stands e off the axis reads wrong by e/r, once a turn.
+    Source: geometry; a ring of radius r with its centre e off the axis deviates by e/r, once per revolution.
 
     Args:
         amplitude: rad.
@@ -51,11 +51,11 @@ class EncoderEccentricity:
         return []
 
     def unit_size(self, rig: Rig) -> float:
-        """The angle under which the loose gear sees the backlash."""
+        """The angle of the loose gear that corresponds to the backlash."""
         return rig.backlash / rig.base_radius_loose
 
     def observe(self, gear_angles: dict[str, np.ndarray], time: np.ndarray) -> dict[str, np.ndarray]:
-        """Add the wandering to the encoder's own gear."""
+        """Add the deviation to the encoder's own gear."""
         import numpy as np
 
         angle = gear_angles[self.gear]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @register
 @dataclass(frozen=True)
 class EncoderSkew:
-    """Reading θ(t - delay) in place of θ(t); nothing happens to the gears.
+    """Reading θ(t - delay) in place of θ(t); the gears' motion is unchanged.
 
     Source: channels sampled one after the other; at constant speed it is an angle of ω·delay.
 
@@ -48,7 +48,7 @@ class EncoderSkew:
         return rig.backlash / (rig.base_radius_loose * max(rig.mean_speed_loose, 1e-9))
 
     def observe(self, gear_angles: dict[str, np.ndarray], time: np.ndarray) -> dict[str, np.ndarray]:
-        """Read the encoder's own gear as it stood ``delay`` earlier; beyond the recording at the speed of its end."""
+        """Read the encoder's own gear at its angle ``delay`` earlier; beyond the recording at the speed of its end."""
         import numpy as np
 
         angle = gear_angles[self.gear]

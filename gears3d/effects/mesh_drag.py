@@ -12,7 +12,7 @@ from gears3d.effects.rows import Gate, Row, torque_linear
 @register
 @dataclass(frozen=True)
 class MeshDrag:
-    """Viscous drag in contact, C = coefficient·ω on either flank and none in flight.
+    """Viscous drag in contact, C = coefficient·ω on either flank and 0 in flight.
 
     Source: Ottewill et al. 2010, eq. (12): coefficient = (δcontact - δ)·I·Ω, Ω in rev/s.
 

@@ -14,10 +14,10 @@ from gears3d.effects.rows import Row, torque_friction
 class MeshFriction:
     """Resisting torque coefficient·Rb2·N against the loose gear's motion, N the force along the line of action.
 
-    In an impact it takes its share of the impulse P: J·Δω = Rb2·P·(1 ∓ coefficient), - on the active and + on the
-    reverse flank of a gear that turns forwards. Rigid flanks on an imposed drive ride on the same path and rebound
-    with the same restitution whatever the friction: it then alters forces and impulses, not the motion. It alters the
-    motion of flanks that yield (``tooth_compliance``).
+    In an impact it acts in proportion to the impulse P: J·Δω = Rb2·P·(1 ∓ coefficient), - on the active and + on the
+    reverse flank of a gear that turns forwards. Rigid flanks on an imposed drive follow the same path and rebound
+    with the same restitution for any friction: it then alters forces and impulses, not the motion. It alters the
+    motion of compliant flanks (``tooth_compliance``).
     Source: Ottewill et al. 2010, discussion of case iv (friction that varies with load).
 
     Args:

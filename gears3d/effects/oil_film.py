@@ -1,4 +1,4 @@
-"""Oil between the flanks: it brakes what approaches and carries what rolls."""
+"""Oil between the flanks: it decelerates approaching flanks and carries rolling ones."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ class OilFilm:
     """Film on both flanks that pushes by the wedge of the rolling flanks and, while they approach, by its squeeze.
 
     The flanks touch where the film is as thin as their roughness; there the restitution law, or ``tooth_compliance``,
-    acts beside the oil. Source: the lubricated dual-clutch transmission, eqs (11)-(14), see ``gears3d.laws.film``.
+    acts in addition to the oil. Source: the lubricated dual-clutch transmission, eqs (11)-(14), see
+    ``gears3d.laws.film``.
 
     Args:
         viscosity: dynamic, Pa·s.
         minimum_thickness: that the roughness leaves, along the normal, m.
-        wedge: factor on the wedge, 0 for none.
-        squeeze: factor on the squeeze, 0 for none; 2 is that of a gap full of oil.
+        wedge: factor on the wedge, 0: no wedge.
+        squeeze: factor on the squeeze, 0: no squeeze; 2 is that of a gap full of oil.
         contact_length: of all lines of contact together, m; 0: the mean of the pair.
         radius: equivalent one of the flanks in the normal section, m; 0: that at the pair's pitch point.
         felt_height: gap along the transverse line of action below which the flanks count as in contact over oil, m;
@@ -56,7 +57,7 @@ class OilFilm:
     }
 
     def rows(self, rig: Rig) -> list[Row]:
-        """One film, turned from the normal into the transverse line of action: h = gap·cos βb, F·cos βb."""
+        """One film, projected from the normal to the transverse line of action: h = gap·cos βb, F·cos βb."""
         wedge, squeeze = self._coefficients(rig)
         drive, loose = _rolling(rig)
         minimum = self.minimum_thickness / cos(rig.base_helix_angle)
@@ -79,7 +80,7 @@ class OilFilm:
         return min(carried, 0.25 * rig.backlash)
 
     def unit_size(self, rig: Rig) -> float:
-        """The viscosity whose squeeze takes all the speed of a fall across the backlash before the flanks touch."""
+        """The viscosity whose squeeze stops a fall across the backlash before the flanks touch."""
         of_one = self._coefficients(rig, 1.0)[1]
         mass = rig.inertia / rig.base_radius_loose**2
         minimum = self.minimum_thickness / cos(rig.base_helix_angle)
@@ -101,7 +102,7 @@ class OilFilm:
 
 
 def _rolling(rig: Rig) -> tuple[float, float]:
-    """What both gears' speeds are multiplied with in the entraining speed [m]."""
+    """Factors of both gears' speeds in the entraining speed [m]."""
     angles = (rig.working_pressure_angle, rig.base_helix_angle)
     return film.rolling_radius(rig.base_radius_drive, *angles), film.rolling_radius(rig.base_radius_loose, *angles)
 

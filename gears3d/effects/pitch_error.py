@@ -1,4 +1,4 @@
-"""One tooth that stands out of step with the others."""
+"""One tooth with a single pitch deviation."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class PitchError:
     }
 
     def rows(self, rig: Rig | None) -> list[Row]:
-        """Material on the active flank, and as much taken off the reverse one.
+        """Material on the active flank, and as much removed from the reverse one.
 
         Raises:
             InputError: the gear has no such tooth.
@@ -62,5 +62,5 @@ class PitchError:
         ]
 
     def unit_size(self, rig: Rig) -> float:
-        """The backlash: a tooth that fills the gap."""
+        """The backlash: a deviation that fills the gap."""
         return rig.backlash

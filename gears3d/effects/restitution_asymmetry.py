@@ -12,9 +12,9 @@ from gears3d.effects.rows import Row, impact_flank
 @register
 @dataclass(frozen=True)
 class RestitutionAsymmetry:
-    """Restitution e = e0 + asymmetry/2 on the active and e0 - asymmetry/2 on the reverse flank, held within 0 and 1.
+    """Restitution e = e0 + asymmetry/2 on the active and e0 - asymmetry/2 on the reverse flank, clipped to [0, 1].
 
-    Source: the mean impact speeds 22.3 and 19.9 mm/s of Rigaud & Perret-Liaudet 2020, which one coefficient misses.
+    Source: the mean impact speeds 22.3 and 19.9 mm/s of Rigaud & Perret-Liaudet 2020, which differ.
 
     Args:
         asymmetry: coefficient on the active less that on the reverse flank.

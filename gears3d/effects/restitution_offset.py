@@ -12,7 +12,7 @@ from gears3d.effects.rows import Row, impact_offset
 @register
 @dataclass(frozen=True)
 class RestitutionOffset:
-    """Restitution e = e0 + offset, held within 0 and 1. Source: Newton's law, Rigaud & Perret-Liaudet 2020, eq. (16).
+    """Restitution e = e0 + offset, clipped to [0, 1]. Source: Newton's law, Rigaud & Perret-Liaudet 2020, eq. (16).
 
     Args:
         offset: added to the coefficient.

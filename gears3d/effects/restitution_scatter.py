@@ -12,7 +12,7 @@ from gears3d.effects.rows import Row, impact_scatter
 @register
 @dataclass(frozen=True)
 class RestitutionScatter:
-    """Restitution e = e0 + standard_deviation·z, z standard normal, held within 0 and 1; repeats with ``run.seed``.
+    """Restitution e = e0 + standard_deviation·z, z standard normal, clipped to [0, 1]; repeats with ``run.seed``.
 
     Source: Kadmiri et al. 2012, fig. 7 (wide Gaussian scatter).
 

@@ -12,7 +12,7 @@ from gears3d.effects.rows import Row, impact_slope
 @register
 @dataclass(frozen=True)
 class RestitutionSpeed:
-    """Linear law e = e0 + slope·|v|, held within 0 and 1. Source: Kadmiri et al. 2012, fig. 7.
+    """Linear law e = e0 + slope·|v|, clipped to [0, 1]. Source: Kadmiri et al. 2012, fig. 7.
 
     Args:
         slope: s/m, negative when hard impacts lose more.

@@ -1,6 +1,6 @@
-"""The normal forms that every effect is lowered to, and that twin and engine each evaluate in their own code.
+"""The normal forms of all effects, which twin and engine each evaluate in their own code.
 
-A row is data: a code that names the form, a gate that says when it acts, and numbers in SI units. Torques of
+A row is data: a code that names the form, a gate that defines when it acts, and numbers in SI units. Torques of
 several rows add; so do flank deviations and contributions to the restitution coefficient.
 
 Signs: a torque is *resisting* (it is subtracted from the loose gear's acceleration); a flank deviation is material
@@ -31,7 +31,7 @@ class Code(IntEnum):
     TORQUE_CARRIED = 108  # p = inertia, stiffness, damping, play -> spring to a body that the loose gear carries
     FLANK_HARMONIC = 201  # p = gear, flank, order, amplitude, phase -> amplitude * cos(order*theta_gear + phase)
     FLANK_TOOTH = 202  # p = gear, flank, tooth, offset      -> offset on that tooth (1 = first in order of meshing)
-    FLANK_ECCENTRIC = 203  # p = gear, offset, phase         -> axis of the teeth off the axis of rotation
+    FLANK_ECCENTRIC = 203  # p = gear, offset, phase         -> axis of the teeth away from the axis of rotation
     IMPACT_OFFSET = 301  # p = offset                        -> e + offset
     IMPACT_SLOPE = 302  # p = slope                          -> e + slope * |v|
     IMPACT_FLANK = 303  # p = asymmetry                      -> e + asymmetry/2 on active, - asymmetry/2 on reverse
@@ -42,7 +42,7 @@ class Code(IntEnum):
 
 
 class Variable(IntEnum):
-    """What a tabulated torque depends on."""
+    """The variable of a tabulated torque."""
 
     SPEED = 0
     ANGLE = 1
@@ -120,7 +120,7 @@ def torque_friction(coefficient: float) -> Row:
 
 
 def torque_table(variable: Variable, table: tuple[tuple[float, float], ...], gate: Gate = Gate.ALWAYS) -> Row:
-    """Torque of free form over one variable: points (rad/s, rad or s; N·m), held constant beyond the ends."""
+    """Torque of free form over one variable: points (rad/s, rad or s; N·m), constant beyond the ends."""
     return Row(Code.TORQUE_TABLE, gate, (float(variable),), table)
 
 
@@ -143,7 +143,7 @@ def flank_tooth(gear: Gear, flank: Flank, tooth: int, offset: float) -> Row:
 
 
 def flank_eccentric(gear: Gear, offset: float, phase: float) -> Row:
-    """Teeth whose axis stands off the axis of rotation by ``offset`` in m.
+    """Teeth whose axis is ``offset`` away from the axis of rotation, in m.
 
     ``phase`` in rad is the offset's direction when the gear's angle is 0, from the mate's axis in the gear's own sense
     of rotation.

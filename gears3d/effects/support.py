@@ -1,4 +1,4 @@
-"""Which normal forms each model evaluates: the one table that models, messages and documentation take it from."""
+"""Which normal forms each model evaluates: the one table for models, messages and documentation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ALL: dict[Code, frozenset[Gate]] = dict.fromkeys(Code, _ANY)
 TAKEN: Mapping[str, Mapping[Code, frozenset[Gate]]] = {
     "bullet": _ALL,
     NATIVE: {
-        code: _ALWAYS  # Bullet's own contact is inside its solver: nothing outside learns of it within a step
+        code: _ALWAYS  # Bullet's own contact is inside its solver and not accessible within a step
         for code in Code
         if code not in (Code.TORQUE_FRICTION, Code.TORQUE_CARRIED, Code.IMPACT_SCATTER, Code.GAP_SPRING, Code.GAP_FILM)
     },

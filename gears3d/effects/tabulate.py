@@ -1,4 +1,4 @@
-"""Laws of free form as tables: the points that straight lines need to follow a law as closely as asked."""
+"""Laws of free form as tables: the points at which straight lines follow a law to a given accuracy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def tabulate(
     Args:
         law: of speed, angle or time, vectorised: (n,) -> (n,).
         low: where the table begins, in the law's own unit.
-        high: where it ends; outside the table the ends are held.
+        high: where it ends; the law is constant outside the table.
         accuracy: largest error, in the law's unit.
 
     Returns:
@@ -28,7 +28,7 @@ def tabulate(
         like accuracy^(-1/2).
 
     Raises:
-        InputError: a law that is not finite or jumps, or bounds and an accuracy that make no sense.
+        InputError: a law that is not finite or jumps, or invalid bounds or accuracy.
 
     >>> len(tabulate(lambda w: 1e-3 * w**2, 0.0, 10.0, 1e-4))
     17

@@ -1,4 +1,4 @@
-"""Teeth that give way: the flank force grows with the approach instead of being an impulse."""
+"""Compliant teeth: the flank force grows with the overlap instead of being an impulse."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gears3d.effects.rows import Row, gap_spring
 class ToothCompliance:
     """Spring and damper between the flanks, along the transverse line of action; the force never pulls.
 
-    It takes the place of the restitution law. Source: the penalty model of Rigaud & Perret-Liaudet 2020, section 6.3.
+    It replaces the restitution law. Source: the penalty model of Rigaud & Perret-Liaudet 2020, section 6.3.
 
     Args:
         stiffness: N/m.
@@ -39,5 +39,5 @@ class ToothCompliance:
         return [gap_spring(self.stiffness, self.damping)]
 
     def unit_size(self, rig: Rig) -> float:
-        """The stiffness that yields by the whole backlash under the drag."""
+        """The stiffness whose deflection under the drag is the whole backlash."""
         return rig.drag_torque / rig.base_radius_loose / rig.backlash

@@ -1,4 +1,4 @@
-"""Static transmission error of one order: flanks that run ahead of and behind the perfect ones."""
+"""Static transmission error of one order: flanks ahead of and behind the perfect ones."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TransmissionError:
     }
 
     def rows(self, rig: Rig) -> list[Row]:
-        """Material on the active flank, and as much taken off the reverse one."""
+        """Material on the active flank, and as much removed from the reverse one."""
         gear = Gear[self.gear.upper()]
         rows = [flank_harmonic(gear, Flank.ACTIVE, self.order, self.amplitude, self.phase)]
         if self.flank == "both":
@@ -54,5 +54,5 @@ class TransmissionError:
         return rows
 
     def unit_size(self, rig: Rig) -> float:
-        """The backlash: a transmission error as large as the gap it sits in."""
+        """The backlash: a transmission error as large as the gap."""
         return rig.backlash

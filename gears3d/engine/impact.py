@@ -40,7 +40,7 @@ def coefficient(restitution: float, table: np.ndarray, flank: int, speed: float,
 
 
 class ImpactLaw:
-    """Restitution coefficient e = e0 + the contributions of the impact rows, limited to 0 to 1.
+    """Restitution coefficient e = e0 + the contributions of the impact rows, clipped to [0, 1].
 
     Args:
         restitution: base coefficient e0.
