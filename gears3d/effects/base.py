@@ -161,12 +161,7 @@ def _load_built_in() -> None:
 
 
 def _load_plug_in(load: Callable[[], Any], package: str) -> None:
-    """Register the effects of another package, all or none.
-
-    Raises:
-        TypeError: it is not an effect.
-        ValueError: its kind is taken.
-    """
+    """Register the effects of another package, all or none; a TypeError or ValueError states what is invalid."""
     before = dict(_REGISTRY)
     try:
         found = load()
@@ -188,11 +183,7 @@ def _load_plug_in(load: Callable[[], Any], package: str) -> None:
 
 
 def _check(effect: type) -> None:
-    """Refuse a class that is not an effect.
-
-    Raises:
-        TypeError: states what is missing.
-    """
+    """Raise a TypeError that states what is missing for a class to be an effect."""
     name = f"{effect.__module__}.{effect.__qualname__}"
     lacking = [part for part in ("kind", "place", "params", "rows", "unit_size") if not hasattr(effect, part)]
     if lacking or not is_dataclass(effect):

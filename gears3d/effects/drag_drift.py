@@ -38,11 +38,7 @@ class DragDrift:
     }
 
     def rows(self, rig: Rig) -> list[Row]:
-        """One torque that grows to its final value.
-
-        Raises:
-            InputError: the base drag is 0.
-        """
+        """One torque that grows to its final value; a base drag of 0 is an InputError."""
         if rig.drag_torque == 0.0:
             text = "is a share of drag.torque, which is 0 N m"
             raise InputError(Fault("relative_change", text, 'give drag.torque, e.g. torque = "0.22 N m"'))

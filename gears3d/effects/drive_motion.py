@@ -55,11 +55,7 @@ class DriveMotion:
             raise InputError(Fault("frequency", "is missing", 'e.g. frequency = "3 Hz", or order = 2'))
 
     def rows(self, rig: Rig | None) -> list[Row]:
-        """One sine of the drive's speed.
-
-        Raises:
-            InputError: an order while the drive has no mean speed.
-        """
+        """One sine of the drive's speed; an order without a mean speed of the drive is an InputError."""
         frequency = self._frequency(rig)
         return [motion_harmonic(self.amplitude * self._as_speed(frequency), frequency, self.phase)]
 

@@ -44,11 +44,7 @@ class PitchError:
     }
 
     def rows(self, rig: Rig | None) -> list[Row]:
-        """Material on the active flank, and as much removed from the reverse one.
-
-        Raises:
-            InputError: the gear has no such tooth.
-        """
+        """Material on the active flank, and as much removed from the reverse one; an unknown tooth is an InputError."""
         teeth = None if rig is None else rig.teeth_drive if self.gear == "drive" else rig.teeth_loose
         if teeth is not None and self.tooth > teeth:
             message = f"is {self.tooth}, but the {self.gear} gear has {teeth} teeth"

@@ -10,11 +10,7 @@ from gears3d.extras import Late, require
 
 
 def require_bullet() -> Any:
-    """Return PyBullet; the engine calls it before anything is compiled or computed.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
+    """Return PyBullet, or raise a MissingExtraError, before anything is compiled or computed."""
     if "pybullet" in sys.modules:
         return _required()
     sys.stderr.flush()

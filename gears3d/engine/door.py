@@ -62,7 +62,7 @@ def simulate(
     """Run a scenario as rigid bodies in PyBullet.
 
     Args:
-        scenario: what is simulated.
+        scenario: the scenario to be simulated.
         pair: gears that replace the scenario's own; the scenario's flank effects are added to them.
         contact: ``"located"`` (impacts where the true flanks meet) or ``"native"`` (Bullet's own contact response).
         progress: called now and then with the simulated time done [s].
@@ -126,7 +126,7 @@ class Asked(NamedTuple):
     """A requested run, as :func:`simulate` takes it.
 
     Args:
-        scenario: what is simulated.
+        scenario: the scenario to be simulated.
         pair: gears that replace the scenario's own.
         contact: ``"located"`` or ``"native"``.
         progress: called now and then.
@@ -213,7 +213,7 @@ def prepared(
     """Return the gears with all effects on their flanks, the table of torques and the law of impacts.
 
     Args:
-        scenario: what is simulated.
+        scenario: the scenario to be simulated.
         pair: gears that replace the scenario's own.
         rows: of all effects.
         contact: as for :func:`simulate`.
@@ -259,7 +259,7 @@ def bodies(scenario: Scenario, pair: Pair) -> tuple[Body, Body]:
     """Return both gears for Bullet: turned into the world as they are when both angles are 0.
 
     Args:
-        scenario: for the loose gear's inertia.
+        scenario: gives the loose gear's inertia.
         pair: the gears.
     """
     return _bodies(pieces, pair, scenario.rig().inertia)

@@ -1,6 +1,6 @@
 """Steps under forces of the gap: compliant flanks and films of oil.
 
-Films push all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
+Films act all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
 which a film's thickness or force changes, and ends where a law changes.
 """
 

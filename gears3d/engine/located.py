@@ -139,10 +139,10 @@ class Located:
         return float(self.state["located"])
 
     def run(self, progress: Progress | None = None) -> bool:
-        """Run to the end; return whether it got there (False: interrupted from the keyboard).
+        """Run to the end; return whether it was reached (False: interrupted from the keyboard).
 
-        Raises:
-            EngineError: jammed, not a number, outside the hull budget, or no time passes any more.
+        Jammed gears, a state that is not a number, a gap outside the hull budget or no progress in time is an
+        EngineError.
         """
         try:
             self._begin()
@@ -158,11 +158,7 @@ class Located:
         return True
 
     def go_on(self) -> bool:
-        """Run the compiled loop, then serve its request; return whether the run continues.
-
-        Raises:
-            EngineError: the run cannot continue.
-        """
+        """Run the compiled loop, then serve its request; return whether the run continues, or raise an EngineError."""
         log, nearby = self.log, self.watch.nearby
         self.state["samples"] = log.written
         blocks = Blocks(log.times, log.rows, self._hits, self._ends, self._draws)

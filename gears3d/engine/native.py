@@ -76,10 +76,9 @@ class Native:
     _height: float = 0.0
 
     def run(self, progress: Callable[[float], None] | None = None) -> bool:
-        """Run to the end; return whether it got there (False: interrupted from the keyboard).
+        """Run to the end; return whether it was reached (False: interrupted from the keyboard).
 
-        Raises:
-            EngineError: a state that is not a number.
+        A state that is not a number is an EngineError.
         """
         duration, step, _ = self.settings
         try:

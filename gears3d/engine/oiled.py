@@ -1,4 +1,4 @@
-"""Located contact under oil, compiled: films push all the time, and passages through them stand for impacts.
+"""Located contact under oil, compiled: films act all the time, and passages through them count as impacts.
 
 A film turns most approaches back before the flanks touch. An impact is here a passage: the gap falls below the height
 at which the film begins to act, and rises above it again; speed and rebound are those at that height, the impulse is
@@ -134,7 +134,7 @@ def _write(s, blocks, rebound, impulse):
 
 @inner
 def strike_film(plant, rules, teeth, s, blocks, side):
-    """The flanks themselves meet during a passage: their impact law or their compliance acts."""
+    """The flanks touch during a passage: their impact law or their compliance acts."""
     fault, rate, lever = met(plant, teeth, s, side)
     if fault != GO_ON:
         return fault

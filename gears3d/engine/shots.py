@@ -38,7 +38,7 @@ class Bench:
     """The engine's world of a scenario, in which single steps start from any state of the loose gear.
 
     Args:
-        scenario: what is simulated; its duration and start are not used.
+        scenario: the scenario to be simulated; its duration and start are not used.
         drive: angle of the drive gear at time 0 [rad]; its motion is the scenario's.
 
     Raises:

@@ -177,7 +177,7 @@ def stream(
     tables up to that instant.
 
     Args:
-        scenario: what is simulated.
+        scenario: the scenario to be simulated.
         folder: gets ``signals.parquet``, ``impacts.parquet`` and ``contacts.parquet``, each when it is complete.
         pair: gears that take the place of the scenario's own.
         contact: ``"located"`` or ``"native"``.

@@ -36,10 +36,8 @@ def torque_table(rows: Sequence[Row]) -> np.ndarray:
     """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH + 2·most points of a tabulated torque).
 
     A tabulated torque has its number of points after its variable, and after the numbers its abscissae and values.
-    Friction of the flanks is excluded, see :func:`friction`. A carried body has its own state after its numbers.
-
-    Raises:
-        InputError: there is more than one carried body.
+    Friction of the flanks is excluded, see :func:`friction`. A carried body has its own state after its numbers; more
+    than one is an InputError.
 
     >>> from gears3d.effects.rows import torque_constant
     >>> torque_table([torque_constant(0.22)])[0, :3].tolist()

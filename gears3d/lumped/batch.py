@@ -160,7 +160,7 @@ def room(periods: int) -> np.ndarray:
 
 
 class Batch:
-    """The buffers of a batch, and what stops it from another thread.
+    """The buffers of a batch, and the flag that stops it from another thread.
 
     Args:
         table: the packed model of every point, flat, (n, m).

@@ -26,7 +26,7 @@ entry: Any = kernels.njit(cache=True, nogil=True, error_model="numpy")
 
 
 def _borrowed(typingctx, array):
-    """Return the same array without its reference count, whose upkeep costs ten times what the kernel computes.
+    """Return the same array without its reference count, which would cost ten times the kernel's computation.
 
     Only for use within a call that holds the array itself.
     """

@@ -287,7 +287,7 @@ def _rise(state):
 
 @inner
 def _stirs(m, state, k, ahead):
-    """Whether an event may lie within a step: one has changed its sign, or a rate may have turned twice."""
+    """Whether an event may lie within a step: one has changed its sign, or a rate may have changed sign twice."""
     for i in range(ahead.shape[0]):
         if ahead[i] < 0.0:
             return True
@@ -377,7 +377,7 @@ def _at(m, state, t, y, h, dense, point, values, x):
 
 @inner
 def _shake(m, state, t, y, h, x, dense, point):
-    """Add the square of the rate of the mesh force over the part of a step that lies behind the settling."""
+    """Add the square of the rate of the mesh force over the part of a step after the settling time."""
     begin = max(t, m[at.SETTLE])
     apart = (t + x * h - begin) / SECANTS
     for j in range(SECANTS + 1):

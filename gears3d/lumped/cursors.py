@@ -18,7 +18,7 @@ BRIEF = 1e-9  # added to an approximate distance [s]
 
 @inner
 def page(m, state, i):
-    """Return where the piece that table i is in lies, its degree, and where its variable starts there."""
+    """Return the place of table i's current piece, its degree, and the start of its variable there."""
     row, cursor = int(m[at.AT_TABLES]) + at.PER_TABLE * i, at.STATE + 2 * i
     width = int(m[row + at.WIDTH])
     place = int(m[row + at.AT_PIECES]) + width * int(state[cursor])
@@ -155,7 +155,7 @@ def motion(m, state, n, w):
 
 @inner
 def tabled(m, state, n, w):
-    """Write what tables of the flanks add over the drive's angle, both flanks, up to order n."""
+    """Write the contribution of the flanks' tables over the drive's angle, both flanks, up to order n."""
     if m[at.FLANK_TABLE] < 0.0:
         return
     angle, own = w[at.THETA1], w[at.SCRATCH]

@@ -36,7 +36,7 @@ def pressing(m, t, flank, slides):
 
 @inner
 def let_go(m, state):
-    """Find the direction that dry friction resists: that of the speed, or none where it holds the gear at rest."""
+    """Find the direction that dry friction resists: that of the speed, or 0 where it keeps the gear at rest."""
     if abs(state[at.SPEED]) <= m[at.REST]:
         state[at.SPEED] = 0.0
     state[at.SIGN] = sense(state[at.SPEED])

@@ -150,7 +150,7 @@ def take_off(m, state, flank):
 
 @inner
 def let_go(m, state):
-    """Find the direction that dry friction resists: that of the speed, or none where it holds the gear at rest."""
+    """Find the direction that dry friction resists: that of the speed, or 0 where it keeps the gear at rest."""
     state[at.SIGN] = sense(m, state[at.SPEED])
     if state[at.SIGN] == 0.0:
         state[at.SPEED] = 0.0
@@ -237,7 +237,7 @@ def stay(m, state, count, flank):
 def leave(state, count, flank):
     """Log a passage at its end: as permanent contact, or as one impact."""
     if state[at.PASSED] == 1.0:
-        state[at.CONTACT_SINCE] = state[at.ENTRY]  # also where the bare flanks met later
+        state[at.CONTACT_SINCE] = state[at.ENTRY]  # also where the bare flanks touched later
         close_contact(state, count, flank)
     else:
         count[at.BOUNCES] += 1

@@ -56,7 +56,7 @@ def motion(rig: Rig, harmonics: Sequence[tuple[float, ...]]) -> tuple[float, np.
 
 
 def flanks(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, float]:
-    """Return the waves of the flanks, and what is constant on the reverse ones [m], which narrows the backlash.
+    """Return the waves of the flanks, and the constant part on the reverse ones [m], which narrows the backlash.
 
     Both flanks of a gear share a wave where order and phase are the same.
     """
@@ -74,10 +74,11 @@ def flanks(rig: Rig, rows: Sequence[Row]) -> tuple[np.ndarray, float]:
 
 
 def eccentric(rig: Rig, row: Row) -> list[Row]:
-    """Return what eccentric teeth, a FLANK_ECCENTRIC, add to both flanks of their gear, to first order in the offset.
+    """Return the waves that eccentric teeth, a FLANK_ECCENTRIC, add to both flanks of their gear.
 
-    It is a wave of order 1 for either flank, the offset projected on the lines of action: they are inclined by the
-    working pressure angle to the motion at the pitch point, and the normal of every flank is inclined towards the mate.
+    To first order in the offset it is a wave of order 1 for either flank, the offset projected on the lines of action:
+    they are inclined by the working pressure angle to the motion at the pitch point, and the normal of every flank is
+    inclined towards the mate.
 
     >>> from gears3d.effects.rows import flank_eccentric
     >>> rig = Rig(0.1, 0.1, 0.1, 0.0, 1e-4, 0.0, 1.0, 20, 20, working_pressure_angle=0.0)
@@ -96,7 +97,7 @@ def eccentric(rig: Rig, row: Row) -> list[Row]:
 def film(rows: Sequence[Row], backlash: float, waves: np.ndarray) -> np.ndarray:
     """Return wedge, squeeze, both rolling radii, smallest thickness and height over it at which the film acts, (6,).
 
-    In N·s, N·s·√m, m, m, m, m; zeros without a film. ``backlash`` [m] is without what is constant on the reverse
+    In N·s, N·s·√m, m, m, m, m; zeros without a film. ``backlash`` [m] is without the constant part on the reverse
     flanks; ``waves`` (n, 5) are those of :class:`gears3d.lumped.model.Model`. More than one film, or a film that fills
     the backlash, is an InputError.
 

@@ -67,8 +67,8 @@ def run(
     Samples are ``spacing`` [s] apart, none if it is infinite; ``start`` is ``"active"``, ``"reverse"`` or ``"free"``.
     ``progress`` is called with the time reached [s]; ``lyapunov`` follows a disturbed copy, too. ``chunk`` [s] is the
     time between two calls of ``progress`` and two renewed disturbances, the slowest harmonic's period unless given.
-    ``put`` changes the state at time 0, as :func:`gears3d.lumped.pickup.pick_up` does. A motion that stands still, is
-    not finite, or has more impacts than fit into memory is an EngineError.
+    ``put`` changes the state at time 0, as :func:`gears3d.lumped.pickup.pick_up` does. A motion that makes no progress
+    in time, is not finite, or has more impacts than fit into memory is an EngineError.
 
     >>> from gears3d.effects import Rig
     >>> from gears3d.lumped.model import model
@@ -128,7 +128,7 @@ def stretch(
 ) -> None:
     """Advance to ``end`` [s], emptying full tables into the lists ``impacts`` and ``contacts``.
 
-    A motion that stands still, is not finite, or has more impacts than fit into memory is an EngineError.
+    A motion that makes no progress in time, is not finite, or has more impacts than fit into memory is an EngineError.
     """
     while True:
         status = advance(numbers, state, count, out, end)

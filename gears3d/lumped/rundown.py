@@ -23,7 +23,7 @@ AFTER = 0.02  # length of the record after the gear has stopped, as a part of th
 
 
 class DriveDrag(NamedTuple):
-    """Drag on the drive's own shaft when nothing drives it; no scenario has it, as its motion is imposed there.
+    """Drag on the drive's own shaft when it is not driven; no scenario has it, as its motion is imposed there.
 
     Args:
         torque: dry [N·m].
@@ -46,10 +46,10 @@ def rundown(
     """Simulate the coast-down of the loose gear, the drive, or both in mesh under their drag, effects included.
 
     ``speed`` [rad/s] at the start is that of the gear whose angle counts, the loose one of both; by default the one
-    that the drive's mean speed gives. ``duration`` [s] is by default until it stands. ``progress`` gets the simulated
+    that the drive's mean speed gives. ``duration`` [s] is by default until rest. ``progress`` gets the simulated
     time [s]; ``turning`` is ``"loose"``, ``"drive"`` or ``"both"``; ``drive_drag`` acts on the drive's own shaft. Out
     of mesh the gates of flight apply and flanks are not used; in mesh the gates of contact apply, on perfect flanks
-    that stay in contact. A gear that does not take part stands still in the recording, which has the sample rate of the
+    that stay in contact. A gear that is not involved is at rest in the recording, which has the sample rate of the
     sensors. No speed, no inertia of the drive, friction in the mesh or no resisting torque is an InputError.
 
     Source: Kadmiri et al. 2012, eqs (4)-(7); Ottewill et al. 2010, section 4.1 and eqs (14)-(16).

@@ -10,7 +10,7 @@ import numpy as np
 
 from gears3d.kernels import njit
 
-NEAR = 0.1  # largest change of the gap in a step where oil lies in it, as a part of the gap
+NEAR = 0.1  # largest change of the gap in a step with oil in it, as a part of the gap
 SLOWEST = 1e-7  # shortest step [s]
 # A flank is not reached in a step if it is this many times as far as the gear moves towards it at its speed.
 AMID = 3.0

@@ -49,7 +49,7 @@ def hydrodynamic(thickness: ArrayLike, sliding: ArrayLike, length: float, viscos
 
 
 def levers(pair: Pair, theta: Array, flank: int, average: float, regularisation: float, published: bool) -> Array:
-    """Return what friction adds to a flank's force on the loose gear along the transverse line of action, a ratio (n,).
+    """Return the ratio (n,) of friction to flank force on the loose gear along the transverse line of action.
 
     ``theta`` are angles of the drive [rad], (n,); ``flank`` is 0 active, 1 reverse; ``published`` takes one place for
     all lines and the arm at the pitch point, r·sin αt, as printed. Friction on the loose gear acts along the rolling
