@@ -599,7 +599,8 @@ def _in_band(
     chance = np.log(tried / CHANCE)
     least = SLIGHT * robust_deviation(rest) / _smoother().norm * np.sqrt(factor)
     best = int(np.argmax(np.where(able, ratio, 0.0)))
-    best = int(np.flatnonzero(able & (ratio > 0.0) & (power >= SAME * power[best]))[0]) if able[best] else best
+    if able[best] and ratio[best] > 0.0:  # else no order can be distinguished from those that look like it
+        best = int(np.flatnonzero(able & (ratio > 0.0) & (power >= SAME * power[best]))[0])
     found, search = set(), not edges  # edges are known lines, and impacts between two of them have any order
     if ratio[best] > chance and search:
         bases = {best, best // 2, best // 4}
