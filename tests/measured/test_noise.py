@@ -131,3 +131,13 @@ def test_lines_of_a_free_motion_that_meet_whole_orders_are_no_interpolation_erro
     """A rattle of 17.714 periods in a revolution of the loose gear has its lines 14, 21 and 28 at 248, 372 and 496."""
     taken = take(draw(14, 1)[13], dirt=False, samples=200_000)
     assert path_of(taken.record, taken.scenario).models[1].periodic == ()
+
+
+def test_a_shaft_too_fast_for_its_samples_shows_no_order_of_interpolation():
+    """At 2000 samples a second and 3000 rpm every order looks like others: there was an IndexError."""
+    time = np.arange(0.0, 2.0, 5e-4)
+    angle = 100.0 * np.pi * time + 0.025 * np.sin(200.0 * np.pi * time)
+    noise = np.random.default_rng(0).normal(0.0, 1e-5, len(time))
+    found = estimate_noise(time, angle + noise)
+    assert found.periodic == ()
+    assert np.isfinite(found.white)
