@@ -47,7 +47,7 @@ from gears3d.diagnosis.path_fit import (
 )
 from gears3d.diagnosis.path_scores import SCORED, fewer, scores_of
 from gears3d.diagnosis.scatter import Scatter
-from gears3d.diagnosis.shooting import Windows
+from gears3d.diagnosis.shooting import NOISE, Windows
 from gears3d.effects import SensorEffect
 from gears3d.errors import InputError
 
@@ -58,8 +58,6 @@ Array = np.ndarray
 STEADY = 4.0
 """Standard errors, by the scatter over windows, each of which counts for as much as excludes a cause at most, that this
 fall must differ from none by: that of fourteen windows out of a hundred."""
-TRUE = 1.5
-"""Usual mean square of residuals, in variances of the noise, up to which they are noise."""
 SCATTERED, SPREADS = (0.3, 0.1, 0.03, 0.01), 3
 """Sizes in units from the best of which the fit of a scatter begins, and rounds in which the size follows the kicks."""
 SIZES = {
@@ -159,10 +157,10 @@ def path_search(
     found, less, instead = _exchanged(windows, known, base, found, lambda part: told(0.5 + 0.5 * part))
     gains = [gain_of(windows, one, found)[0] for one in less]
     others = []
-    for gain, (own, behind) in zip(gains, instead, strict=True):
+    for gain, (own, excluded) in zip(gains, instead, strict=True):
         least = _least(windows, gain, found.rest)
         fits = [(one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own]
-        others.append((*fits, *behind))
+        others.append((*fits, *excluded))
     restore(windows, found)
     level = windows.level(found.rest)
     usual = windows.level(windows.missed(effects_of(found.causes)))
@@ -328,13 +326,14 @@ def _added(
             least = max(enough, SAME * max(gain_of(few, first, one)[0] for one in tries))
             root = _part(few, mine, base)
             for start in (first, root) if now.causes else (first,):  # a law may do what several causes stood in for
-                for one in _bold(few, known, first, start, least):
+                for one in _at_sizes(few, known, first, start, least):
                     restore(few, one)
                     tries.append(polished(few, scanned(few, polished(few, one))))
         for one in _scattered(few, known, first, enough):
             restore(few, one)
             tries.append(polished(few, one))
-        tries = [_whole(windows, now, few, mine, one) for one in _ahead(few, first, tries)]
+        if tries:
+            tries = [_whole(windows, now, few, one) for one in _not_excluded(few, first, tries)[1]]
         best = _simplest(windows, now, [one for one in tries if _taken(windows, base, now, one)])
         if best is None:
             break
@@ -364,16 +363,16 @@ def _exchanged(
             told((EXCHANGES - left + k / len(found.causes)) / (EXCHANGES + 1))
             restore(windows, found)
             less.append(polished(windows, fitted(windows, _without(found, k))))
-            own, behind = [], []
+            own, excluded = [], []
             if cause.candidate.kind not in (*LAWS, SCATTER):
                 few, mine, first = _sampled(windows, found)
                 least = _least(few, gain_of(few, _part(few, mine, less[-1]), first)[0], first.rest)
                 for one in _tries(windows, few, known, first, found, k):
                     if _excludes(few, one, first, least):
                         worse = gain_of(few, one, first)[0] * len(windows) / len(few)
-                        behind += [(one.causes[-1], worse, True)] if len(one.causes) == len(found.causes) else []
+                        excluded += [(one.causes[-1], worse, True)] if len(one.causes) == len(found.causes) else []
                     else:
-                        own.append(_whole(windows, found, few, mine, one))
+                        own.append(_whole(windows, found, few, one))
             same = found._replace(causes=(*less[-1].causes, cause))
             able = [one for one in own if _taken(windows, base, less[-1], one)]
             least = _least(windows, gain_of(windows, less[-1], found)[0], found.rest)
@@ -384,7 +383,7 @@ def _exchanged(
                 found = _added(windows, known, base, _pruned(windows, base, best), lambda part: None)
                 break
             own = [one for one in own if len(one.causes) == len(found.causes)]
-            instead.append((own, behind))
+            instead.append((own, excluded))
         else:
             restore(windows, found)
             return found, less, instead
@@ -418,17 +417,14 @@ def _pays(windows: Windows, base: State, less: State, more: State) -> bool:
     gain, sure = gain_of(windows, less, more)
     if gain <= ACCEPT or sure <= STEADY:
         return False
-    return float(np.median(windows.level(more.rest))) < TRUE or gain > ERRS * gain_of(windows, base, more)[0]
+    return float(np.median(windows.level(more.rest))) < NOISE or gain > ERRS * gain_of(windows, base, more)[0]
 
 
 def _simplest(windows: Windows, now: State, tries: Sequence[State]) -> State | None:
     """Return the simplest of those that the best does not exclude: of fewest numbers, gears before sensors."""
     if not tries:
         return None
-    best = _best(windows, tries)
-    least = _least(windows, gain_of(windows, now, best)[0], best.rest)
-    able = [one for one in tries if one is best or not _is_worse(windows, one, best, least)]
-
+    best, able = _not_excluded(windows, now, tries)
     return min(able, key=lambda one: (*_simple(one), one is not best))
 
 
@@ -447,7 +443,7 @@ def _least(windows: Windows, gain: float, rest: Array) -> float:
     noise; and part of what it leaves beyond noise, which something else does that may be taken for either.
     """
     level = float(np.median(windows.level(rest)))
-    if level < TRUE:
+    if level < NOISE:
         return max(EXCLUDED, ERRS * gain)
     return max(EXCLUDED, SAME * gain, LEFT * (level - 1.0) / level * len(windows.read) / windows.runs(rest))
 
@@ -458,7 +454,7 @@ def _is_worse(windows: Windows, one: State, other: State, least: float) -> bool:
     Where the other leaves noise, and this one does not account for the path, four standard deviations are enough.
     """
     off, left = (float(np.median(windows.level(each.rest))) for each in (one, other))
-    return gain_of(windows, one, other)[0] > (EXCLUDED if left < TRUE < ACCOUNTS < off else least)
+    return gain_of(windows, one, other)[0] > (EXCLUDED if left < NOISE < ACCOUNTS < off else least)
 
 
 def _excludes(windows: Windows, one: State, other: State, least: float) -> bool:
@@ -523,14 +519,13 @@ def _part(few: Windows, mine: Array, now: State) -> State:
     )  # fmt: skip
 
 
-def _whole(windows: Windows, now: State, few: Windows, mine: Array, one: State) -> State:
+def _whole(windows: Windows, now: State, few: Windows, one: State) -> State:
     """Return a state that was fitted in a sample of windows in all of them.
 
     Args:
         windows: all.
         now: their present state, whose starts are taken where the sample has none.
         few: sample.
-        mine: residuals that belong to it.
         one: state in it.
     """
     if few is windows:
@@ -543,21 +538,14 @@ def _whole(windows: Windows, now: State, few: Windows, mine: Array, one: State) 
     return polished(windows, fitted(windows, state_of(windows, one.causes, windows.residuals(effects))))
 
 
-def _ahead(few: Windows, first: State, tries: Sequence[State]) -> list[State]:
-    """Return those of states that the best does not exclude in a sample of windows."""
-    if not tries:
-        return []
-    best = _best(few, tries)
-    least = _least(few, gain_of(few, first, best)[0], best.rest)
-    return [one for one in tries if one is best or not _is_worse(few, one, best, least)]
-
-
-def _best(windows: Windows, tries: Sequence[State]) -> State:
+def _not_excluded(windows: Windows, now: State, tries: Sequence[State]) -> tuple[State, list[State]]:
+    """Return the best of states, and those that it does not exclude."""
     best = tries[0]
     for one in tries[1:]:
         if gain_of(windows, best, one)[0] > 0.0:
             best = one
-    return best
+    least = _least(windows, gain_of(windows, now, best)[0], best.rest)
+    return best, [one for one in tries if one is best or not _is_worse(windows, one, best, least)]
 
 
 def _tries(
@@ -611,7 +599,7 @@ def _fits(
     return sorted(made, key=lambda one: float(np.sum((one.rest * few.weights(one.rest)) ** 2)))
 
 
-def _bold(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
+def _at_sizes(windows: Windows, known: Sequence[Candidate], now: State, start: State, least: float) -> list[State]:
     """Return causes to start from with one as well that is tried at several sizes, where some windows gain so much."""
     made, there = [], {one.candidate.kind for one in start.causes}
     there |= set(LAWS) if there & set(LAWS) else set()
