@@ -182,18 +182,27 @@ class AlongPath(NamedTuple):
         return [one.candidate.kind not in UNSEEN and wrong[next(told)] for one in found.fit.causes]
 
 
-def along_path(
-    records: Sequence[Evidence], admitted: Sequence[Admitted], paths: Paths, highest: int,
-    told: Callable[[float], None] = lambda part: None,
-) -> AlongPath | None:  # fmt: skip
-    """Return the causes by which the path comes true, or what is left of it; ``None`` where no windows can be shot.
+class Shown(NamedTuple):
+    """Records as windows show them, and the candidate causes.
 
     Args:
-        records: of one rig, those that could be segmented.
-        admitted: all, as they came in.
+        windows: of the records.
+        candidates: causes.
+        records: those of the windows, with nothing segmented.
+    """
+
+    windows: Windows
+    candidates: list[Candidate]
+    records: list[Evidence]
+
+
+def shown(admitted: Sequence[Admitted], paths: Paths, highest: int) -> Shown | None:
+    """Return windows of records and candidate causes; ``None`` where no windows can be shot.
+
+    Args:
+        admitted: records of one rig.
         paths: of the records.
         highest: order that is looked for.
-        told: called with the part that is done.
     """
     tracks: list[tuple[Admitted, Track]] = []
     for one in admitted:
@@ -218,18 +227,33 @@ def along_path(
     if Code.GAP_SPRING in there and Code.TORQUE_FRICTION not in there:
         asked.append(Candidate(RUB, {}, "coefficient", 1.0, False, ()))
     asked.append(Candidate(SCATTER, {}, "standard_deviation", max(rig.restitution, 0.1), False, ()))
-    path = path_search(windows, asked, told)
-    if path is None:
-        return None
-    turned = {one.file: by for (one, _), by in zip(tracks, windows.turned.tolist(), strict=True)}
-    measured = [turn(one, *turned.get(one.name, (0.0, 0.0))) for one in records]
-    there = {one.name for one in records}
-    others = [
-        replace(uncut(rig, one.file), unmarked=lost, turned=tuple(turned[one.file]))
-        for (one, _), rig, lost in zip(tracks, rigs, unmarked, strict=True)
-        if one.file not in there
+    blank = [
+        replace(uncut(rig, one.file), unmarked=lost) for rig, (one, _), lost in zip(rigs, tracks, unmarked, strict=True)
     ]
-    found = AlongPath(windows, path, measured, others, [one.file for one, _ in tracks])
+    return Shown(windows, asked, blank)
+
+
+def along_path(
+    records: Sequence[Evidence], admitted: Sequence[Admitted], paths: Paths, highest: int,
+    told: Callable[[float], None] = lambda part: None,
+) -> AlongPath | None:  # fmt: skip
+    """Return the causes by which the path comes true, or what is left of it; ``None`` where no windows can be shot.
+
+    Args:
+        records: of one rig, those that could be segmented.
+        admitted: all, as they came in.
+        paths: of the records.
+        highest: order that is looked for.
+        told: called with the part that is done.
+    """
+    seen = shown(admitted, paths, highest)
+    path = None if seen is None else path_search(seen.windows, seen.candidates, told)
+    if seen is None or path is None:
+        return None
+    by = dict(zip([one.name for one in seen.records], seen.windows.turned.tolist(), strict=True))
+    measured, there = [turn(one, *by.get(one.name, (0.0, 0.0))) for one in records], {one.name for one in records}
+    others = [replace(one, turned=tuple(by[one.name])) for one in seen.records if one.name not in there]
+    found = AlongPath(seen.windows, path, measured, others, list(by))
     if records and others and not (found.accounts and found.holds_of(others)):  # these may be of another rig
         return along_path(records, [one for one in admitted if one.file in there], paths, highest, told)
     return found

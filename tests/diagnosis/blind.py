@@ -26,6 +26,7 @@ from gears3d.measured.readers import files_of
 from gears3d.scenario import Scenario, load
 from gears3d.verification.challenge import KINDS, UNKNOWN, Plan, anywhere, hide, plan, protocol, reveal, space
 from gears3d.verification.challenge.protocol import bench, excite
+from tests.diagnosis import observer
 
 ANGLES = ("theta_drive_rad", "theta_loose_rad")
 FINE, NOISY = 0.003, 0.015
@@ -389,7 +390,7 @@ def play(case: Case) -> dict[str, Any]:
             hide(made, folder, observe=anywhere.observer(within), stated=False)
         if case.bench == "dirt":
             soil(folder, case.seed)
-        rig, began = load(folder / "rig.toml"), time.process_time()
+        rig, began, admitted = load(folder / "rig.toml"), time.process_time(), []
         try:
             admitted = [admit(file, rig, chart) for file, chart in files_of([folder / "record.toml"])]
             with leaving_out(case.without):
@@ -399,7 +400,8 @@ def play(case: Case) -> dict[str, Any]:
         took = time.process_time() - began
         (folder / "diagnosis.json").write_text(json.dumps(told), encoding="utf-8")
         score = reveal(folder, folder / "diagnosis.json")
-    answer = score.pop("answer")
+        answer = score.pop("answer")
+        sees = observer.seen(admitted, answer["effects"], answer.get("zeros")) if within else {}
     return {
         "name": case.name, "part": case.part, "seed": case.seed, "records": len(made.conditions),
         "used": len(told.get("records", ())),
@@ -410,5 +412,5 @@ def play(case: Case) -> dict[str, Any]:
                    for one in told["causes"]],
         "structure": told["remaining"]["structure"], "refused": told.get("refused"),
         "gain": (told.get("heldout") or {}).get("gain"), "splits": len((told.get("heldout") or {}).get("splits", ())),
-        "seconds": took, "facts": facts_of(within) if within else {}, **score,
+        "seconds": took, "facts": facts_of(within) if within else {}, "sees": sees, **score,
     }  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.stats import binomtest
 from gears3d.effects import catalogue
 from gears3d.verification.challenge import KINDS
 from tests.diagnosis.blind import FINE, NULLS
+from tests.diagnosis.observer import SEES
 
 WITHIN = {FINE: 0.03, 0.015: 0.10}
 """Part by which parameters may be off, by noise."""
@@ -65,13 +67,23 @@ def tables(rows: list[dict[str, Any]]) -> Iterable[str]:
 def outcome(row: dict[str, Any]) -> str:
     """Return right, missed, silent or wrong: what a diagnosis of a rig of the operating space came to.
 
-    Right are all hidden causes, first or in their sets, and no other; missed are some, without a wrong name.
+    Right are all hidden causes that the records show, first or in their sets, and no wrong name; missed are some of
+    them. Where the records show none, right is to name none.
     """
     if row["wrong_names"] or (row["causes"] and not row["hidden"]):
         return "wrong, explained" if row["verdict"] == "explained" else "wrong"
-    if not row["hidden"] or not row["visible"]:
+    shown = _shown(row)
+    if not row["hidden"]:
         return "right" if row["verdict"] == "nothing_to_add" else "silent"
-    return "right" if row["set_right"] else "missed" if row["causes"] else "silent"
+    if set(shown) <= set(row["kinds_right"]):
+        return "right"
+    return "missed" if row["causes"] else "silent"
+
+
+def _shown(row: dict[str, Any]) -> list[str]:
+    """Return the hidden causes that an observer who knows them sees, and those that it cannot judge."""
+    sees = row.get("sees") or {}
+    return [kind for kind in row["hidden"] if row["visible"] and (sees.get(kind) is None or sees[kind] >= SEES)]
 
 
 OUTCOMES = ("right", "missed", "silent", "wrong", "wrong, explained")
@@ -82,6 +94,7 @@ def _map(rows: list[dict[str, Any]], part: str) -> Iterable[str]:
     """Return a table of outcomes over each factor of the rigs: thirds of its values, or each of a few."""
     yield f"{part}: " + ", ".join(f"{name} {rate(_of(rows, name), len(rows))}" for name in OUTCOMES)
     yield ""
+    yield from _observed(rows)
     yield "| factor | from | to | " + " | ".join(OUTCOMES) + " |"
     yield "|---" * (3 + len(OUTCOMES)) + "|"
     for factor in rows[0]["facts"]:
@@ -93,6 +106,20 @@ def _map(rows: list[dict[str, Any]], part: str) -> Iterable[str]:
             own = [row for row, where in zip(rows, at, strict=True) if where == k]
             cells = [f"{_of(own, name)}" for name in OUTCOMES]
             yield f"| {factor} | {edges[k]:.3g} | {edges[k + 1]:.3g} | " + " | ".join(cells) + " |"
+
+
+def _observed(rows: list[dict[str, Any]]) -> Iterable[str]:
+    """Return how many causes were found, by what an observer who knows the causes sees of them."""
+    yield "| size over its standard deviation, for an observer who knows the causes | found | not found |"
+    yield "|---|---|---|"
+    edges = (0.0, SEES, 2.0 * SEES, 4.0 * SEES, np.inf)
+    pairs = [(row, k, (row.get("sees") or {}).get(k)) for row in rows for k in row["hidden"]]
+    groups = [(f"{a:g} to {b:g}", [(r, k) for r, k, x in pairs if x is not None and a <= x < b])
+              for a, b in pairwise(edges)]  # fmt: skip
+    for name, own in [*groups, ("not judged", [(r, k) for r, k, x in pairs if x is None])]:
+        found = sum(k in row["kinds_right"] for row, k in own)
+        yield f"| {name} | {rate(found, len(own))} | {len(own) - found} |"
+    yield ""
 
 
 def _of(rows: list[dict[str, Any]], name: str) -> int:

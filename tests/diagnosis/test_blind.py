@@ -7,7 +7,7 @@ import pytest
 
 from gears3d.verification.challenge import KINDS
 from tests.diagnosis.blind import FINE, LIMITS, NULLS, PARTS, SETTINGS, STAGES, Case, cases, leaving_out, play
-from tests.diagnosis.blind_tables import limits, rate, tables
+from tests.diagnosis.blind_tables import limits, outcome, rate, tables
 
 
 def test_every_kind_is_hidden_once_a_seed():
@@ -71,6 +71,18 @@ def test_tables_count_what_rows_say():
     dirty = [{**row, "part": "dirt", "hidden": [], "used": used, "causes": [{"kind": kind, "or": []}]}
              for used, kind in ((5, "drive_motion"), (3, "drag_viscous"))]  # fmt: skip
     assert f"| all | {rate(1, 2)} | {rate(0, 2)} | {rate(0, 2)} | {rate(8, 10)} |" in list(tables(dirty))
+
+
+def test_what_an_observer_does_not_see_is_not_missed():
+    row = {"part": "space2", "records": 5, "hidden": ["drag_viscous", "backlash_offset"], "visible": True,
+           "verdict": "explained", "causes": [{"kind": "drag_viscous", "or": []}], "kinds_right": ["drag_viscous"],
+           "wrong_names": []}  # fmt: skip
+    for sees, what in ((0.0, "right"), (50.0, "missed"), (None, "missed")):
+        assert outcome({**row, "sees": {"drag_viscous": 90.0, "backlash_offset": sees}}) == what
+    silent = {**row, "causes": [], "kinds_right": [], "verdict": "not_decidable"}
+    for sees, what in ((0.0, "right"), (50.0, "silent")):
+        assert outcome({**silent, "sees": {"drag_viscous": 0.0, "backlash_offset": sees}}) == what
+    assert outcome({**row, "wrong_names": ["drag_power"]}) == "wrong, explained"
 
 
 def test_limits_are_looked_for_at_every_size_and_in_every_setting():

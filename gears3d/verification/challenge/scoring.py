@@ -40,7 +40,7 @@ def reveal(folder: str | Path, diagnosis: str | Path) -> dict[str, Any]:
 
     Returns:
         ``changed``, ``answer``, ``verdict``, ``verdict_right``, ``hedged``, ``kinds_first``, ``kinds_named``,
-        ``set_right``, ``wrong_names``, ``coordinate_right``, ``parameters``.
+        ``kinds_right``, ``set_right``, ``wrong_names``, ``coordinate_right``, ``parameters``.
 
     Raises:
         InputError: a file is missing or of another sort, or the answer was changed.
@@ -86,6 +86,7 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
     named = set().union(*sets) if sets else set()
     apart = [name for name in names if name not in kinds]
     excused = [name for name, among in zip(names, sets, strict=True) if any(_alike(k, name, among) for k in kinds)]
+    right = [k for k in kinds if any(k == n or _alike(k, n, s) for n, s in _pairs(names, sets))]
     structure = diagnosis.get("remaining", {}).get("structure", "none")
     where = {place for cause in answer["unknown"] for place in cause["coordinates"]}
     where |= {OTHER_GEAR[place] for place in where if place in OTHER_GEAR}
@@ -96,7 +97,8 @@ def score(answer: dict[str, Any], diagnosis: dict[str, Any]) -> dict[str, Any]:
         "hedged": verdict == "not_decidable",
         "kinds_first": bool(kinds) and sorted(names[: len(kinds)]) == sorted(kinds),
         "kinds_named": bool(kinds) and set(kinds) <= named,
-        "set_right": bool(kinds) and all(any(k == n or _alike(k, n, s) for n, s in _pairs(names, sets)) for k in kinds),
+        "kinds_right": right,
+        "set_right": bool(kinds) and len(right) == len(kinds),
         "wrong_names": [name for name in apart if name not in excused],
         "coordinate_right": structure in where if where else None,
         "parameters": _parameters(
