@@ -127,13 +127,16 @@ def meet(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray, 
     at = _about(paths, where, flank, begin, step)
     time = begin[:, None] + step * at
     gap = _gap(paths, where, flank, time)
-    rate = np.gradient(gap, axis=1) / step
+    rate = _slope(gap) / step
     closed, rows = gap <= 0.0, np.arange(len(at))
     hit = np.where(np.any(closed, axis=1), np.argmax(closed, axis=1), np.argmin(gap, axis=1))
     before = np.maximum(hit - 1, 0)
     fall = gap[rows, before] - gap[rows, hit]
     part = np.where(closed[rows, hit] & (fall > 0.0), gap[rows, hit] / np.where(fall > 0.0, fall, 1.0), 0.0)
     part = np.clip(part, -1.0, 0.0)
+    bent = rate[rows, hit] + 0.5 * part * (rate[rows, hit] - rate[rows, before])  # mean rate from the zero to the hit
+    down = (part < 0.0) & (bent * step[:, 0] < 0.0)
+    part = np.where(down, np.clip(gap[rows, hit] / np.where(down, -bent * step[:, 0], 1.0), -1.0, 0.0), part)
     spread, slower = (column[:, 0] for column in _spread(paths, where, flank, begin, span, time[rows, hit][:, None]))
     fast = rate[rows, hit] + part * (rate[rows, hit] - rate[rows, before])
     sigma = spread / np.maximum(np.abs(fast), slower)
@@ -155,7 +158,7 @@ def leave(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray,
     step = span[:, None] / (POINTS - 1)
     time = begin[:, None] + step * np.arange(POINTS)
     gap = _gap(paths, where, flank, time)
-    rate = np.gradient(gap, axis=1) / step
+    rate = _slope(gap) / step
     spread, slower = _spread(paths, where, flank, begin, span, time)
     off = (gap / spread) ** 2 + (rate / slower) ** 2
     least, rows = np.argmin(off, axis=1), np.arange(len(time))
@@ -184,6 +187,11 @@ def _about(paths: Parabolas, where: Shafts, flank: np.ndarray, begin: np.ndarray
     closed = gap <= 0.0
     near = coarse[np.where(closed.any(axis=1), np.argmax(closed, axis=1), np.argmin(gap, axis=1))]
     return np.clip(near - STRIDE - 2, 0, POINTS - WINDOW)[:, None] + np.arange(WINDOW)
+
+
+def _slope(gap: np.ndarray) -> np.ndarray:
+    """Return the change of gaps from one time to the next, exact for parabolas also at both ends, (k, g)."""
+    return np.gradient(gap, axis=1, edge_order=2)
 
 
 def _gap(paths: Parabolas, where: Shafts, flank: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -20,6 +20,16 @@ def test_rigid_teeth_have_no_duration():
     assert np.median(found.impacts["duration_max_s"][rebounds]) < 2e-4
 
 
+@pytest.mark.parametrize("swing", ["9 rpm", "20 rpm"])
+def test_speeds_are_right_where_the_next_flight_begins_at_once(swing):
+    """A flight is compared with its flank up to the next flight only, and may meet it at the last of these times."""
+    scenario, truth = happened(0.65, 0.0, swing, "3 s")
+    found = cut(scenario, seen(scenario, truth, 2e-5, seed=51, counts=40_000_000))
+    one = judged(truth, found, 5.0 * found.flanks.rough)
+    assert one["found"] > 150
+    assert np.quantile(np.abs(one["vpulls"]), 0.9) < 2.0
+
+
 def test_encoders_read_a_sample_apart_make_no_durations():
     scenario, truth = happened(0.5)
     late = np.interp(truth.time + 30e-6, truth.time, truth.signals["theta_loose_rad"])
