@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from gears3d.recording import FLANKS, refuse_unexplained
 from gears3d.signals import noise_of
@@ -34,7 +35,7 @@ class Measured(Protocol):
 
     @property
     def segments(self) -> Any:
-        """With ``flights``."""
+        """With ``flights`` and ``flank_speed_errors``."""
         ...
 
 
@@ -52,10 +53,12 @@ class Pairs(NamedTuple):
     sliding: np.ndarray  # typical sliding speed of the teeth [m/s], (n,)
     # of the motion: 2 where the approach came across the gap, plus 1 where the rebound goes there, (n,)
     kind: np.ndarray
+    # speed of the struck flank by each independent standard error of the flanks [m/s], (n, q); none without flanks
+    flank_error: np.ndarray | None = None
 
     def only(self, chosen: np.ndarray) -> Pairs:
         """Return some of the impacts."""
-        return Pairs(*(column[chosen] for column in self))
+        return Pairs(*(None if column is None else column[chosen] for column in self))  # type: ignore[arg-type]
 
     @property
     def side(self) -> np.ndarray:
@@ -70,11 +73,10 @@ class Pairs(NamedTuple):
 
 def pairs_of(measured: Sequence[Measured], rig: Rig) -> Pairs:
     """Return the impacts of measured records between flights that pass the χ² test."""
-    return _joined([_of_one(index, one, rig) for index, one in enumerate(measured)])
-
-
-def _joined(parts: list[Pairs]) -> Pairs:
-    return Pairs(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    parts = [_of_one(index, one, rig) for index, one in enumerate(measured)]
+    errors = [part.flank_error for part in parts if part.flank_error is not None]
+    made = Pairs(*(np.concatenate(columns) for columns in zip(*(part[:-1] for part in parts), strict=True)))
+    return made._replace(flank_error=block_diag(*errors) if len(errors) == len(parts) else None)
 
 
 def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
@@ -83,7 +85,9 @@ def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
     hits, quality = recording.impacts, summary["quality"]
     time, flank = hits["time_s"], np.asarray(hits["flank"], dtype=int)
     approach, rebound = np.abs(hits["velocity_m_s"]), np.abs(hits["rebound_m_s"])
+    common = None
     if len(flights["blow"]) == len(time) > 1:
+        common = one.segments.flank_speed_errors(time, flank)
         track = one.segments.track
         more = speeds_set_right(flights, lambda at: track.steady.curve(at, 2), track.radii)
         short = ~np.isfinite(hits["duration_s"])  # impacts that last have no single moment
@@ -109,6 +113,7 @@ def _of_one(index: int, one: Measured, rig: Rig) -> Pairs:
         lowest,
         sliding,
         2 * (np.insert(flank[:-1], 0, 1 - flank[:1]) != flank) + (np.append(flank[1:], 1 - flank[-1:]) != flank),
+        common,
     )
     return whole.only(good)
 

@@ -214,6 +214,23 @@ def repeated(
     return square * moved @ moved.T, float(np.sqrt(square))
 
 
+def of_flanks(pairs: Pairs, columns: np.ndarray, steep: np.ndarray, wide: np.ndarray) -> np.ndarray:
+    """Return what errors of the flanks' speeds add to the covariance of a law's numbers, (p, p).
+
+    A flank that is taken to move towards the gear by f makes each approach faster by f and the rebound slower by f; all
+    impacts of a record have the errors of its flanks in common.
+
+    ``columns``: of the law, (n, p); ``steep``: d(rebound)/d(approach), (n,); ``wide``: standard deviation of rebound
+    over approach, (n,).
+    """
+    if pairs.flank_error is None:
+        return np.zeros((columns.shape[1], columns.shape[1]))
+    weighted = columns.T / wide**2
+    ratio = -(pairs.side * (1.0 + steep) / pairs.approach)[:, None] * pairs.flank_error
+    moved = np.linalg.solve(weighted @ columns, weighted @ ratio)
+    return moved @ moved.T
+
+
 ROUNDS = 3  # Iterations of variances and law
 
 
@@ -301,9 +318,10 @@ def fit(pairs: Pairs, terms: Terms, first: Fit | None = None, deviation: float |
     share = np.nan
     if first is None:
         mean = columns @ start[:count]
-        noise = noise_of_ratio(pairs, _steep(terms, start[:count], mean, pairs, middle), errors)
+        steep = _steep(terms, start[:count], mean, pairs, middle)
+        noise = noise_of_ratio(pairs, steep, errors)
         common, share = repeated(pairs, columns, pairs.rebound / pairs.approach - mean, float(start[count]), noise)
-        covariance = covariance + common
+        covariance = covariance + common + of_flanks(pairs, columns, steep, np.hypot(start[count], noise))
     deviation = float(start[count])
     return Fit(terms, start[:count], covariance, deviation, errors, middle, -value, len(pairs.time), share)
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import binomtest
 
 from gears3d.identify.impact_pairs import Pairs, mean_depths, speeds_set_right
-from gears3d.identify.restitution_fit import groups, repeated
+from gears3d.identify.restitution_fit import Terms, fit, groups, repeated
 
 
 def impacts(count, records=1):
@@ -32,6 +32,31 @@ def test_intervals_hold_when_blows_of_a_kind_share_an_error(share):
     for column in np.abs(pulls).T:
         assert binomtest(int(np.sum(column < 1.96)), len(column), 0.95, "less").pvalue > 1e-3
     assert share < 0.3 or np.std(naive) > 1.4
+
+
+def test_intervals_hold_when_all_blows_have_the_speed_of_a_flank_in_common():
+    """Where a flank is taken to move, approaches are too fast by what rebounds are too slow."""
+    random = np.random.default_rng(12)
+    pulls, naive = [], []
+    for _ in range(60):
+        pairs = impacts(80)
+        speed, moves = random.uniform(0.8, 1.2, 80), 0.01 * np.eye(2)[pairs.flank]
+        moved = pairs.side * (moves @ random.normal(size=2))
+        own = 0.003 * random.normal(size=(2, 80))
+        seen = pairs._replace(
+            approach=speed + moved + own[0],
+            rebound=0.5 * speed - moved + own[1],
+            approach_sigma=np.hypot(0.003, np.linalg.norm(moves, axis=1)),
+            rebound_sigma=np.hypot(0.003, np.linalg.norm(moves, axis=1)),
+            lowest=np.full(80, 0.01),
+        )
+        off = np.array([-0.5, 0.0])
+        for known, told in ((moves, pulls), (None, naive)):
+            found = fit(seen._replace(flank_error=known), Terms(asymmetry=True))
+            told.append((found.numbers + off) / np.sqrt(np.diag(found.covariance)))
+    for column in np.abs(pulls).T:
+        assert binomtest(int(np.sum(column < 1.96)), len(column), 0.95, "less").pvalue > 1e-3
+    assert np.std(naive) > 1.5 * np.std(pulls)
 
 
 def test_records_of_their_own_share_no_error():

@@ -123,6 +123,7 @@ def test_a_flank_that_its_own_blows_contradict_is_left_out():
     }
     still = SimpleNamespace(curve=lambda time, order: np.zeros(len(time)))
     record.segments.track = SimpleNamespace(steady=still, radii=(RIG.base_radius_drive, RIG.base_radius_loose))
+    record.segments.flank_speed_errors = lambda time, flank: np.zeros((len(time), 1))
     hits["duration_s"] = np.full(len(v), np.nan)
     found = identify_restitution([record], RIG)
     assert list(found.goodness["flanks"]) == ["active"]

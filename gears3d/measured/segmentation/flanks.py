@@ -83,14 +83,33 @@ class Flanks(NamedTuple):
             loose: then [rad], (2, n).
             flank: 0 active, 1 reverse, (n,).
         """
+        return np.linalg.norm(self.rate_errors(times, drive, loose, flank), axis=1)
+
+    def rate_errors(self, times: np.ndarray, drive: np.ndarray, loose: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return a flank's speed by each independent standard error of the coefficients [m/s], (n, q).
+
+        The speeds of a flank at many moments have these errors in common.
+
+        Args:
+            times: shortly before and shortly after [s], (2, n).
+            drive: then [rad], (2, n).
+            loose: then [rad], (2, n).
+            flank: 0 active, 1 reverse, (n,).
+        """
         before, after = (self.terms.columns(*at) for at in zip(times, drive, loose, strict=True))
-        return self._slack((after - before) / (times[1] - times[0])[:, None], flank)
+        size, turned = np.linalg.eigh(self.covariance)
+        return self._sides((after - before) / (times[1] - times[0])[:, None], flank) @ (
+            turned * np.sqrt(np.maximum(size, 0.0))
+        )
 
     def _slack(self, columns: np.ndarray, flank: np.ndarray) -> np.ndarray:
         """Return the standard deviation of sums of the terms' columns, with those of the gap on the reverse flank."""
-        if self.gap is not None:
-            columns = np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
+        columns = self._sides(columns, flank)
         return np.sqrt(np.maximum(np.einsum("na,ab,nb->n", columns, self.covariance, columns), 0.0))
+
+    def _sides(self, columns: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return columns of the terms with those of the gap beside them, which only the reverse flank has."""
+        return columns if self.gap is None else np.hstack([columns, columns * (np.asarray(flank) == 1)[:, None]])
 
     @property
     def backlash(self) -> tuple[float, float] | None:

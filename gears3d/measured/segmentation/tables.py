@@ -87,6 +87,17 @@ class Segments(NamedTuple):
         needed = max(LEAST * self.track.spacing, 2.0 * self.path.width)
         return max(seen, clear + fall * needed**2 / 8.0)
 
+    def flank_speed_errors(self, time: np.ndarray, flank: np.ndarray) -> np.ndarray:
+        """Return the speed of a flank by each independent standard error of the flanks' place [m/s], (n, q).
+
+        Args:
+            time: [s], (n,).
+            flank: 0 active, 1 reverse, (n,).
+        """
+        times = time + 0.5 * self.path.width * np.array([[-1.0], [1.0]])
+        loose = np.interp(times, self.path.time, self.path.loose)
+        return self.flanks.rate_errors(times, self.track.steady.curve(times), loose, flank)
+
     def states(self, time: np.ndarray) -> np.ndarray:
         """Return the state at given times: 0 active, 1 reverse contact, 2 flight, int8 (n,).
 
