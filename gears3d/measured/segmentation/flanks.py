@@ -6,12 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.measured.segmentation.terms import SHAPED, Terms
+from gears3d.measured.segmentation.terms import LOW_ORDERS, Terms
+from gears3d.signals.orders import GEARS
 
 # Least dead band over its mean: at angles without contact it is not determined.
 NARROWEST = 0.4
 # Parts of the expected sizes that are tried.
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)
+# Sorts of terms that have a size each, and rounds in which these are found one after the other.
+SORTED, SWEEPS = ("drift", "low", "mesh"), 2
 # Part of its expected size that a shape may have on the other flank.
 NONE = 1e-3
 # Places that count as evidence for a size, at most.
@@ -28,6 +31,8 @@ class Flanks(NamedTuple):
         covariance: of (active, gap) [m²], (2p, 2p) or (p, p).
         rough: standard deviation of blocks in contact about their flank [m].
         contact: share of the blocks that were taken for contact.
+        usual: covariance of (active, gap) where flanks may have the orders of usual gears and the places of contact are
+            all that is known [m²]; ``None``: that is ``covariance``.
     """
 
     terms: Terms
@@ -36,6 +41,7 @@ class Flanks(NamedTuple):
     covariance: np.ndarray
     rough: float
     contact: float
+    usual: np.ndarray | None = None
 
     def places(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the displacement of the active and the reverse flank [m], infinity without a reverse flank, each (n,).
@@ -97,7 +103,7 @@ class Flanks(NamedTuple):
             flank: 0 active, 1 reverse, (n,).
         """
         before, after = (self.terms.columns(*at) for at in zip(times, drive, loose, strict=True))
-        size, turned = np.linalg.eigh(self.covariance)
+        size, turned = np.linalg.eigh(self.covariance if self.usual is None else self.usual)
         return self._sides((after - before) / (times[1] - times[0])[:, None], flank) @ (
             turned * np.sqrt(np.maximum(size, 0.0))
         )
@@ -116,7 +122,9 @@ class Flanks(NamedTuple):
         """Mean dead band and its standard deviation [m]; ``None`` without an impact on the reverse flank."""
         if self.gap is None:
             return None
-        return float(self.gap[0]), float(np.sqrt(self.covariance[len(self.gap), len(self.gap)]))
+        at = len(self.gap)
+        known = [each[at, at] for each in (self.covariance, self.usual) if each is not None]
+        return float(self.gap[0]), float(np.sqrt(max(known)))
 
 
 def through(
@@ -173,21 +181,63 @@ def through(
     return Flanks(terms, numbers[:count], numbers[count:] if both else None, covariance, scale, 0.0)
 
 
+def usual_covariance(
+    terms: Terms, columns: np.ndarray, side: np.ndarray, weight: np.ndarray, scale: float, gap: float, both: bool
+) -> np.ndarray:
+    """Return the covariance of the numbers of flanks with orders such as usual gears have [m²], (2p, 2p) or (p, p).
+
+    Orders that contact does not show are absent from the fitted flanks, as nothing else extrapolates well; the gears
+    may have them all the same. The arguments are those of :func:`through`.
+    """
+    prior = terms.usual * (gap if both else max(gap, 1e-300))
+    whole = columns
+    if both:
+        whole = np.hstack([columns, columns * (side[:, None] == 1)])
+        prior = np.concatenate([prior, 0.5 * prior])
+        prior[len(terms.prior)] = gap
+    return np.linalg.inv((whole * weight[:, None]).T @ whole / scale**2 + np.diag(prior**-2.0))
+
+
 def _sized(whole: np.ndarray, place: np.ndarray, weight: np.ndarray, prior: np.ndarray, terms: Terms) -> np.ndarray:
     """Return expected sizes, shrunk to the evidence of the places: it limits extrapolation to angles without contact.
 
-    The size with the greatest evidence is taken, for some hundred places: neighbours are not
-    independent of what the terms leave out.
+    First one size for all terms, then one for drift, low and mesh orders each, of the active flank and of the dead
+    band: both flanks of a gear that runs out move alike, so that the dead band need not have what the flank has. The
+    sizes with the greatest evidence are taken, for some hundred places: neighbours are not independent of what the
+    terms leave out.
     """
     some = slice(None, None, max(len(place) // EVIDENCE, 1))
     rows, values, strength = whole[some], place[some], weight[some]
     square = (rows * strength[:, None]).T @ rows
     right = rows.T @ (strength * values)
     count = len(terms.prior)
-    within = np.arange(len(prior)) % count
-    free = (within == 0) | (within >= count - 2 * terms.grown)
-    free |= (within >= SHAPED) & (within < SHAPED + len(terms.shapes))
-    tried = np.where(free, prior, np.array(SIZES)[:, None] * prior)
-    normal = square + (tried**-2)[:, :, None] * np.eye(len(prior))
-    gains = np.linalg.solve(normal, np.broadcast_to(right[:, None], (len(SIZES), len(right), 1)))[..., 0] @ right
-    return tried[np.argmin(np.linalg.slogdet(normal)[1] + 2.0 * np.log(tried).sum(axis=1) - gains)]
+    sorts = np.tile(_sorts(terms), -(-len(prior) // count))
+    sorts[count:] += (sorts[count:] > 0) * len(SORTED)
+
+    def best(tried: np.ndarray) -> np.ndarray:
+        normal = square + (tried**-2)[:, :, None] * np.eye(len(prior))
+        gains = np.linalg.solve(normal, np.broadcast_to(right[:, None], (len(tried), len(right), 1)))[..., 0] @ right
+        return tried[np.argmin(np.linalg.slogdet(normal)[1] + 2.0 * np.log(tried).sum(axis=1) - gains)]
+
+    sizes = np.array(SIZES)[:, None]
+    found = best(np.where(sorts == 0, prior, sizes * prior))
+    for _ in range(SWEEPS):
+        before = found
+        for sort in np.unique(sorts[sorts > 0]):
+            found = best(np.where(sorts == sort, sizes * prior, found))
+        if np.array_equal(found, before):
+            break
+    return found
+
+
+def _sorts(terms: Terms) -> np.ndarray:
+    """Return the sort of each column whose expected size is found from the places, 0 of one that is not, (p,)."""
+    sorts = []
+    for kind, number in terms.kinds:
+        if kind in GEARS:
+            sorts += 2 * [SORTED.index("low" if number in LOW_ORDERS else "mesh") + 1]
+        else:
+            sorts.append(SORTED.index("drift") + 1 if kind == "drift" else 0)
+    sorts = np.array(sorts)
+    sorts[len(sorts) - 2 * terms.grown :] = 0
+    return sorts

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through
+from gears3d.measured.segmentation.flanks import NARROWEST, Flanks, through, usual_covariance
 from gears3d.measured.segmentation.kinks import Kinks
 from gears3d.measured.segmentation.orders import Contact, resolved, strongest
 from gears3d.measured.segmentation.smoothing import Blocks
@@ -34,6 +34,8 @@ ABSENT = 1e-3
 PLACES = 20
 # Variance inflation factor from which on a column is not distinguishable: 5 to 10 are usual in regression.
 INFLATED = 5.0
+# Part of its expected size that an order has which contact does not tell from lower ones.
+HIDDEN = 1e-3
 # Part of the dead band that counts like noise of a jump's place: flights are curved within its reach.
 CORNER = 0.003
 # Misplacement of a jump between two blocks, over the way that the jump of speed makes in a block.
@@ -64,14 +66,23 @@ MOST = 5_000
 
 
 def find_flanks(
-    path: Blocks, found: Kinks, teeth: tuple[int, int] | None = None, both: bool = True, grow: bool = True
+    path: Blocks,
+    found: Kinks,
+    teeth: tuple[int, int] | None = None,
+    both: bool = True,
+    grow: bool = True,
+    mesh: bool = True,
+    alike: bool = False,
 ) -> Flanks:
     """Return the flanks of a record.
 
     Velocity jumps show where the path bounced and on which side; the flanks through them are then fitted to all blocks
-    that rest near them, round by round, closer each time.
+    that rest near them, round by round, closer each time. ``grow``: whether orders are looked for; ``mesh``: whether
+    mesh orders are fitted; ``alike``: whether the dead band has only orders of which each flank tells both phases.
     """
     terms = make_terms(path, teeth)
+    if not mesh:
+        terms = terms.without_mesh(HIDDEN)
     looked = _looked_at(len(path.time))
     columns = _columns(path, terms, looked)
     up = found.jump > 0.0
@@ -95,6 +106,7 @@ def find_flanks(
                 columns = _columns(path, terms, looked)
                 flanks = _padded(flanks, 2 * len(more))
         before = scale
+        flanks = _restricted(path, flanks, terms, dwelling(path, looked, columns, flanks, scale, gap), alike)
         flanks, scale = _closer(path, (looked, columns), flanks, (at, side, place), scale, gap)
         if turn >= GROWS[-1] and scale == before:  # the same blocks again
             break
@@ -184,6 +196,49 @@ def _told_apart(columns: np.ndarray, terms: Terms) -> np.ndarray:
         shown[own] = inflated < INFLATED
         first = own.stop
     return shown
+
+
+def _restricted(
+    path: Blocks, flanks: Flanks, terms: Terms, still: tuple[np.ndarray, np.ndarray, np.ndarray], alike: bool
+) -> Flanks:
+    """Return flanks without the orders that dwelling blocks cannot tell from lower terms.
+
+    What is left near a flank besides contact, such as slow flights, would give these orders some size.
+    """
+    near, side = still[:2]
+    if len(near) < 3 * len(terms.prior):
+        return flanks._replace(terms=terms)
+    least, most = [], []  # of both phases of an order
+    for flank in (0, 1):
+        mine = near[side == flank]
+        worse, better = _told_in_turn(_columns(path, terms, mine[:: max(len(mine) // MOST, 1)]), terms)
+        least.append(worse)
+        most.append(better)
+    scale = np.where(terms.fixed | (np.arange(len(terms.prior)) >= len(terms.prior) - 2 * terms.grown), 1.0, HIDDEN)
+    prior = terms.prior * np.where(most[0] | most[1], 1.0, scale)
+    told = least if alike else most
+    gap = 0.5 * terms.prior * np.where(told[0] & told[1], 1.0, scale)
+    return flanks._replace(terms=terms._replace(prior=prior, gap=gap))
+
+
+def _told_in_turn(columns: np.ndarray, terms: Terms) -> tuple[np.ndarray, np.ndarray]:
+    """Return whether places tell each column from those before it: both phases of an order, and one of them, each (p,).
+
+    Two angles that are touched again and again tell one phase of an order.
+    """
+    both, one = np.zeros(columns.shape[1], bool), np.zeros(columns.shape[1], bool)
+    if len(columns) < PLACES:
+        return both, one
+    basis, first = np.zeros((len(columns), 0)), 0
+    for kind, _ in terms.kinds:
+        own = slice(first, first + (2 if kind in GEARS else 1))
+        rest = columns[:, own] - basis @ (basis.T @ columns[:, own])
+        kept, size, _ = np.linalg.svd(rest, full_matrices=False)
+        needed = np.mean(np.sum(columns[:, own] ** 2, axis=0)) / INFLATED
+        both[own], one[own] = size[-1] ** 2 > needed, size[0] ** 2 > needed
+        basis = np.hstack([basis, kept[:, size > 1e-6 * np.sqrt(len(columns))]])
+        first = own.stop
+    return both, one
 
 
 def _looked_at(count: int) -> np.ndarray:
@@ -335,19 +390,21 @@ def refined(
     near, side = near[some], side[some]
     time, drive, loose, struck, place, sigma, short = touches
     both = flanks.gap is not None
-    if len(near) + len(time) < 3 * len(flanks.active):
-        return flanks
     columns = flanks.terms.columns(
         np.append(path.time[near], time), np.append(path.drive[near], drive), np.append(path.loose[near], loose)
     )
     sides = np.append(side, struck).astype(int)
     places = np.append(path.place[near], place)
     weight = np.append(np.ones(len(near)), (flanks.rough / np.maximum(sigma, 0.3 * flanks.rough)) ** 2)
+    gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
+    shown = np.isfinite(places)
+    usual = usual_covariance(flanks.terms, columns[shown], sides[shown], weight[shown], flanks.rough, gap, both)
+    if len(near) + len(time) < 3 * len(flanks.active):
+        return flanks._replace(usual=usual)
     off = places - columns @ flanks.active - (0.0 if flanks.gap is None else (columns @ flanks.gap) * sides)
     weight *= _beside(off, sides, len(near), flanks.rough)
-    gap = float(np.ptp(path.place)) if flanks.gap is None else float(flanks.gap[0])
     made = through(flanks.terms, columns, sides, places, flanks.rough, gap, both, weight=weight)
-    made = made._replace(rough=flanks.rough, contact=flanks.contact)
+    made = made._replace(rough=flanks.rough, contact=flanks.contact, usual=usual)
     line = columns @ made.active + (0.0 if made.gap is None else (columns @ made.gap) * sides)
     rest = (places - line)[: len(near)]
     own = [rest[(side == k) & (np.abs(rest) < ASTRAY * path.stray)] for k in (0, 1)]
@@ -379,14 +436,20 @@ def _set_on(
             moved[flank], slack[flank] = middle, known
     if not any(moved):
         return flanks
-    active, gap, covariance = flanks.active.copy(), flanks.gap, flanks.covariance.copy()
+    active, gap = flanks.active.copy(), flanks.gap
+    covariance, usual = (
+        np.zeros((0, 0)) if each is None else each.copy() for each in (flanks.covariance, flanks.usual)
+    )
     active[0] += moved[0]
-    covariance[0, 0] += slack[0] ** 2
+    for each in (covariance, usual):
+        each[:1, :1] += slack[0] ** 2
     if gap is not None:
         gap = gap.copy()
         gap[0] += moved[1] - moved[0]
-        covariance[len(active), len(active)] += slack[0] ** 2 + slack[1] ** 2
-    return flanks._replace(active=active, gap=gap, covariance=covariance)
+        own = slice(len(active), len(active) + 1)
+        for each in (covariance, usual):
+            each[own, own] += slack[0] ** 2 + slack[1] ** 2
+    return flanks._replace(active=active, gap=gap, covariance=covariance, usual=usual if usual.size else None)
 
 
 def _beside(off: np.ndarray, side: np.ndarray, still: int, rough: float) -> np.ndarray:

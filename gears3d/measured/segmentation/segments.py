@@ -97,14 +97,19 @@ def segment(
                 return found
         sides = () if len(seeds.at) < 2 else (True, False) if best is None else (True,)
         for both in sides:
+            few = _with_few_orders(known, path, seeds, teeth, both, file)
+            if few is not None and doubtful(few) < PLAIN:
+                return few
             flanks = find_flanks(path, seeds, teeth, both)
             if best is not None and not _moved(path, drawn, flanks):
                 return best  # other velocity jumps show the same flanks
             try:
-                found = _between_flanks(known, path, flanks, seeds, teeth, both, file, tell)
+                found = _cut_between(known, path, flanks, seeds, both, file, tell)
             except InputError as error:
                 faults.append(error)
-                continue
+                found = None
+            if few is not None and (found is None or doubtful(few) <= doubtful(found) + PLAIN):
+                found = few
             if found is not None and (doubt := doubtful(found)) < least:
                 best, least, drawn = found, doubt, flanks
             if best is not None:
@@ -169,33 +174,26 @@ def _quiet(part: float) -> None:
     """Report no progress."""
 
 
-def _between_flanks(
-    known: Track,
-    path: Blocks,
-    flanks: Flanks,
-    seeds: Kinks,
-    teeth: tuple[int, int] | None,
-    both: bool,
-    file: str,
-    tell: Callable[[float], None],
+def _with_few_orders(
+    known: Track, path: Blocks, seeds: Kinks, teeth: tuple[int, int] | None, both: bool, file: str
 ) -> Segments | None:
-    """Return the record segmented with flanks that are fitted again; ``None`` where two flanks are one.
+    """Return the record segmented with low orders alone, or with mesh orders, where nothing lies behind such flanks.
 
-    Orders of a flank are excluded again where contact scatters as little without them: bounces that die out on a
-    rarely touched flank imitate orders.
-
-    Raises InputError when the noise fills the dead band, or the motion between the flanks is not a flight.
+    Bounces that are too low to be seen count as contact, on the inner side of the flank, and imitate orders: more of
+    these are looked for only where contact itself asks for them. Where either flank tells one phase of an order, both
+    have it alike first.
     """
-    found = _cut_between(known, path, flanks, seeds, both, file, tell)
-    if found is None or not found.flanks.terms.grown:
-        return found
-    try:
-        plain = _cut_between(known, path, find_flanks(path, seeds, teeth, both, grow=False), seeds, both, file, _quiet)
-    except InputError:
-        return found
-    if plain is None or not _calm(path, plain) or doubtful(plain) > doubtful(found) + PLAIN:
-        return found
-    return plain
+    best: Segments | None = None
+    for mesh, alike in ((False, True), (False, False), (True, True)):
+        flanks = find_flanks(path, seeds, teeth, both, grow=False, mesh=mesh, alike=alike)
+        found = _tried(known, path, flanks, seeds, both, file, _quiet)
+        if found is None or not _calm(path, found, inner=False):
+            continue
+        if best is None or doubtful(found) < doubtful(best) - PLAIN:
+            best = found
+        if doubtful(best) < PLAIN:
+            break
+    return best
 
 
 def _smooth(

@@ -8,6 +8,7 @@ import numpy as np
 
 from gears3d.measured.segmentation.kernels import orders
 from gears3d.measured.segmentation.smoothing import Blocks, Shape
+from gears3d.signals.orders import GEARS
 
 # Codes of the kinds of terms in the kernels, which do not handle shapes.
 SORTS = {"offset": orders.OFFSET, "drift": orders.DRIFT, "drive": orders.DRIVE, "loose": orders.LOOSE,
@@ -21,6 +22,9 @@ LOW_ORDERS = (1, 2, 3)
 MESH_ORDERS = (1, 2)
 # Expected size of a term in gaps: terms that the record does not determine stay small.
 PRIOR = {"offset": 1e3, "drift": 0.05, "low": 0.3, "mesh": 0.05, "shape": 0.3, "known": 0.005}
+# Standard deviation, in gaps, of order 1 (order n: the n-th part) and of mesh orders of gears of quality 6 to 9 in
+# usual backlash: runout and transmission error after ISO 1328, backlash after DIN 3967.
+USUAL = {"low": 0.05, "mesh": 0.005}
 
 
 class Terms(NamedTuple):
@@ -60,6 +64,12 @@ class Terms(NamedTuple):
         prior = np.append(self.prior, np.full(2 * len(taken), size))
         gap = None if self.gap is None else np.append(self.gap, np.full(2 * len(taken), 0.5 * size))
         return self._replace(kinds=(*self.kinds, *taken), prior=prior, gap=gap, grown=self.grown + len(taken))
+
+    def without_mesh(self, size: float) -> Terms:
+        """Return the terms with mesh orders that are expected to be as small as this part of what they were."""
+        widths = [2 if kind in GEARS else 1 for kind, _ in self.kinds]
+        mesh = np.repeat([kind in GEARS and order not in LOW_ORDERS for kind, order in self.kinds], widths)
+        return self._replace(prior=np.where(mesh, size, 1.0) * self.prior)
 
     def columns(self, time: np.ndarray, drive: np.ndarray, loose: np.ndarray) -> np.ndarray:
         """Return the columns at times and angles, (n, p).
@@ -104,6 +114,18 @@ class Terms(NamedTuple):
         fixed[0] = True
         fixed[SHAPED : SHAPED + len(self.shapes)] = True
         return fixed
+
+    @property
+    def usual(self) -> np.ndarray:
+        """Size of each column in usual gears in gaps, that of ``prior`` for what is no order, (p,)."""
+        sizes = self.prior.copy()
+        first = 0
+        for place, (kind, order) in enumerate(self.kinds):
+            wide = 2 if kind in GEARS else 1
+            if wide == 2 and place < len(self.kinds) - self.grown:
+                sizes[first : first + 2] = USUAL["low"] / order if order in LOW_ORDERS else USUAL["mesh"]
+            first += wide
+        return sizes
 
     @property
     def expected(self) -> np.ndarray:

@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from gears3d.measured.segmentation import Flanks, Terms
+from gears3d.measured.segmentation import Flanks, Terms, measure
+from gears3d.verification.challenge.space import draw
+from gears3d.verification.challenge.taking import take
 from tests.measured.segmentation.truth import cut, happened, seen
+from tests.verification.challenge.judged import compared
 
 KINDS = (("offset", 0), ("drive", 3), ("drive", 47))
 
@@ -52,3 +55,19 @@ def test_speeds_of_impacts_know_how_well_the_speed_of_their_flank_is_known(monke
     back = np.isfinite(hits["rebound_sigma_m_s"])
     assert back.sum() > 20
     assert np.all(hits["rebound_sigma_m_s"][back] > less["rebound_sigma_m_s"][back])
+
+
+@pytest.mark.parametrize(
+    "index",
+    [
+        pytest.param(5, id="runout in step with the fluctuation, which the record cannot show"),
+        pytest.param(8, id="low bounces instead of contact, at three angles"),
+        pytest.param(13, id="impacts alone, each flank at four angles"),
+        pytest.param(26, id="low bounces at any angle"),
+    ],
+)
+def test_wavy_flanks_that_are_struck_but_hardly_rested_on(index):
+    taken = take(draw(index + 1, 22)[index], dirt=False, waves=True, samples=300_000)
+    row = compared(taken.truth, measure(taken.record, taken.scenario))
+    assert row["verdict"] == "right", row
+    assert row["backlash"] == "right", row
