@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 from scipy.linalg import block_diag
 
+from gears3d.measured.segmentation.touching import depths
 from gears3d.recording import FLANKS, refuse_unexplained
 from gears3d.signals import noise_of
 
@@ -188,29 +189,6 @@ SURE = 0.2  # Relative deviation up to which a flight tells its own deceleration
 FEWEST = 4  # Impacts on a flank, at least, for an estimate of its place
 # Parts of the fast impacts whose rebound is missed on one flank, while the other shows all but so many
 BLIND, CLEAR = 0.25, 0.1
-
-
-def depths(flights: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the depth of each impact behind the flank, its standard deviation [m], and the flank, each (k,).
-
-    The path before an impact reaches the assumed flank at one moment, the path after it leaves it at another.
-    Both paths meet deeper by the time between, over 1/v + 1/w.
-
-    >>> two = {"struck": np.array([0, 0]), "blow": np.array([0, 1]), "end_s": np.array([1.0, 2.0])}
-    >>> two |= {"start_s": np.array([0.0, 1.003]), "end_sigma_s": np.ones(2), "start_sigma_s": np.ones(2)}
-    >>> two |= {"velocity_m_s": np.array([-2.0, -1.0]), "departure_m_s": np.array([0.0, 1.0])}
-    >>> depths(two)[0].round(6).tolist()
-    [0.002]
-    """
-    after = np.flatnonzero(np.asarray(flights["blow"]) == 1)
-    after = after[after > 0]
-    before = after - 1
-    slow = 1.0 / np.abs(flights["velocity_m_s"][before]) + 1.0 / np.maximum(
-        np.abs(flights["departure_m_s"][after]), 1e-9
-    )
-    apart = flights["start_s"][after] - flights["end_s"][before]
-    sigma = np.hypot(flights["start_sigma_s"][after], flights["end_sigma_s"][before])
-    return apart / slow, sigma / slow, np.asarray(flights["struck"][before], dtype=int)
 
 
 def misplaced(flights: Mapping[str, np.ndarray]) -> dict[int, float]:

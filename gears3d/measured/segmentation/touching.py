@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gears3d.measured.segmentation.orders import MOST, STRAY, Contact, columns_of, resolved, strongest
@@ -11,6 +13,8 @@ from gears3d.signals.orders import GEARS, deviations, phasors_of
 
 # Blocks in one of four parts of the contacts from which on its mean counts: its noise is 25 % of one block's.
 QUARTER = 20
+# Impacts on a flank, at least, for where paths meet.
+FEWEST = 4
 # Places that are fitted at most.
 ROWS = 20_000
 
@@ -85,7 +89,7 @@ def place_slack(cut: Segments) -> tuple[float, float]:
 
     Bounces too low to be resolved lie at the beginning of a contact, on one side of the flank. Their effect is
     bounded by the disagreement of the quarters of the contacts about the flank, or by half the noise of a block where
-    no contact lasts long enough to be divided.
+    no contact lasts long enough to be divided, and by the disagreement of the flank with where paths meet at impacts.
     """
     path, contacts = cut.path, cut.contacts
     slack = []
@@ -100,8 +104,39 @@ def place_slack(cut: Segments) -> tuple[float, float]:
         close = np.abs(off) < 5.0 * cut.flanks.rough
         quarters = [off[close & (part == k)] for k in range(4)]
         means = [float(np.mean(one)) for one in quarters if len(one) > QUARTER]
-        slack.append(float(np.std(means)) if len(means) > 1 else 0.5 * path.noise)
+        apart = float(np.std(means)) if len(means) > 1 else 0.5 * path.noise
+        slack.append(float(np.hypot(apart, _depth(cut, flank))))
     return slack[0], slack[1]
+
+
+def depths(flights: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the depth of each impact behind the flank, its standard deviation [m], and the flank, each (k,).
+
+    The path before an impact reaches the assumed flank at one moment, the path after it leaves it at another.
+    Both paths meet deeper by the time between, over 1/v + 1/w.
+
+    >>> two = {"struck": np.array([0, 0]), "blow": np.array([0, 1]), "end_s": np.array([1.0, 2.0])}
+    >>> two |= {"start_s": np.array([0.0, 1.003]), "end_sigma_s": np.ones(2), "start_sigma_s": np.ones(2)}
+    >>> two |= {"velocity_m_s": np.array([-2.0, -1.0]), "departure_m_s": np.array([0.0, 1.0])}
+    >>> depths(two)[0].round(6).tolist()
+    [0.002]
+    """
+    after = np.flatnonzero(np.asarray(flights["blow"]) == 1)
+    after = after[after > 0]
+    before = after - 1
+    slow = 1.0 / np.abs(flights["velocity_m_s"][before]) + 1.0 / np.maximum(
+        np.abs(flights["departure_m_s"][after]), 1e-9
+    )
+    apart = flights["start_s"][after] - flights["end_s"][before]
+    sigma = np.hypot(flights["start_sigma_s"][after], flights["end_sigma_s"][before])
+    return apart / slow, sigma / slow, np.asarray(flights["struck"][before], dtype=int)
+
+
+def _depth(cut: Segments, flank: int) -> float:
+    """Return by how much the paths before and after the impacts on a flank meet away from it, in the median [m]."""
+    depth, sigma, struck = depths(cut.flights)
+    own = depth[(struck == flank) & (sigma > 0.0) & np.isfinite(depth)]
+    return float(np.median(own)) if len(own) >= FEWEST else 0.0
 
 
 def shares(one: Contact, taken: list[tuple[str, int]], numbers: np.ndarray) -> np.ndarray:
