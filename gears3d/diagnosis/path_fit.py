@@ -11,7 +11,7 @@ import numpy as np
 
 from gears3d.diagnosis.cause import Cause, moved
 from gears3d.diagnosis.shooting import KICKS, Linearised, Starts, Windows, WithoutStarts
-from gears3d.diagnosis.zeros import GEARS, goes_by, order_of
+from gears3d.diagnosis.zeros import GEARS, goes_by, order_of, reference
 from gears3d.errors import InputError
 
 Array = np.ndarray
@@ -215,24 +215,42 @@ def columns_of(along: Linearised, causes: Sequence[Cause]) -> list[Array]:
     unit = along.extended(windows.backlash / windows.sigma)
     columns += [(record == k) * unit for k in range(len(windows.zeros))]
     for side, records in _loose_angles(windows, causes):
-        by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
-        own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
-        turned = sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(record)))
-        columns += [np.where(record == k, turned / STEP, 0.0) for k in records]
+        turned = _turned(along, causes, side)
+        columns += [np.where(record == k, TURNED / STEP * turned, 0.0) for k in records]
     return columns
+
+
+def _turned(along: Linearised, causes: Sequence[Cause], side: int) -> Array:
+    """Return how predictions change with the angle from which causes of a gear count [1/rad], (n,)."""
+    by = (TURNED, 0.0) if side == 0 else (0.0, TURNED)
+    own = [one.effect for one in causes if goes_by(one.candidate) == GEARS[side]]
+    return sum((along.column(one, one, by) for one in own if one is not None), np.zeros(len(along.rest))) / TURNED
+
+
+def referenced(windows: Windows, now: State) -> State:
+    """Return a state whose phases count, where no record has a mark, from the first record that shows the causes."""
+    restore(windows, now)
+    along = windows.along(effects_of(now.causes))
+    away = windows.without_starts(along.starts())
+    record, causes, turned = windows.record[windows.every[: len(along.rest)]], now.causes, now.turned
+    for side, lost in _loose_angles(windows, causes):
+        if len(lost) < len(windows.lost) and np.all(windows.lost[:, side]):
+            worth = np.bincount(record, away(_turned(along, causes, side)) ** 2, len(windows.lost))
+            causes, turned = _counted(causes, turned, side, reference(worth))
+    return now._replace(causes=tuple(causes), turned=turned)
 
 
 def _loose_angles(windows: Windows, causes: Sequence[Cause]) -> list[tuple[int, list[int]]]:
     """Return the records whose angles of each gear count from anywhere, as far as causes tell them.
 
-    Where no record has a mark, the phases of causes count from the first.
+    Where no record has a mark, the phases of causes count from one that is not turned.
     """
     told = []
     for side, gear in enumerate(GEARS):
         own = [one.candidate for one in causes if goes_by(one.candidate) == gear]
         lost = np.flatnonzero(windows.lost[:, side]).tolist()
         if len(lost) == len(windows.lost) and any(one.phased for one in own):
-            lost = lost[1:]
+            lost.remove(int(np.argmin(np.abs(windows.turned[:, side]))))
         if own and lost:
             told.append((side, lost))
     return told
@@ -322,23 +340,24 @@ def rezeroed(windows: Windows, now: State) -> State:
     if np.all(best[0] == now.zeros) and np.all(best[1] == now.turned):
         return now
     windows.zeros, turned = best
-    causes, windows.turned = _counted(windows, now.causes, turned)
+    causes = now.causes
+    for side in range(len(GEARS)):
+        if np.all(windows.lost[:, side]):
+            causes, turned = _counted(causes, turned, side, 0)
+    windows.turned = turned
     effects = effects_of(causes)
     windows.restart(effects, anew=True)
     return fitted(windows, state_of(windows, causes, windows.residuals(effects)))
 
 
-def _counted(windows: Windows, causes: Sequence[Cause], turned: Array) -> tuple[list[Cause], Array]:
-    """Return causes, and the angles that records are turned by, counted from the first where none has a mark."""
-    made, turned = list(causes), turned.copy()
-    for side, gear in enumerate(GEARS):
-        if not np.all(windows.lost[:, side]):
-            continue
-        for k, one in enumerate(made):
-            if one.candidate.phased and goes_by(one.candidate) == gear:
-                seen = (one.numbers[0] - 1j * one.numbers[1]) * np.exp(1j * order_of(one.candidate) * turned[0, side])
-                made[k] = one._replace(numbers=np.concatenate([[seen.real, -seen.imag], one.numbers[2:]]))
-        turned[:, side] -= turned[0, side]
+def _counted(causes: Sequence[Cause], turned: Array, side: int, first: int) -> tuple[list[Cause], Array]:
+    """Return causes of a gear, and the angles that records are turned by, counted from those of one record."""
+    made, turned, by = list(causes), turned.copy(), turned[first, side]
+    for k, one in enumerate(made):
+        if one.candidate.phased and goes_by(one.candidate) == GEARS[side]:
+            seen = (one.numbers[0] - 1j * one.numbers[1]) * np.exp(1j * order_of(one.candidate) * by)
+            made[k] = one._replace(numbers=np.concatenate([[seen.real, -seen.imag], one.numbers[2:]]))
+    turned[:, side] -= by
     return made, turned
 
 

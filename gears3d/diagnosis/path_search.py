@@ -37,6 +37,7 @@ from gears3d.diagnosis.path_fit import (
     followed,
     gain_of,
     polished,
+    referenced,
     restore,
     rezeroed,
     scanned,
@@ -161,6 +162,7 @@ def path_search(
         least = _least(windows, gain, found.rest)
         fits = [(one.causes[-1], gain_of(windows, one, found)[0], _excludes(windows, one, found, least)) for one in own]
         others.append((*fits, *excluded))
+    found = referenced(windows, found)
     restore(windows, found)
     level = windows.level(found.rest)
     usual = windows.level(windows.missed(effects_of(found.causes)))

@@ -9,7 +9,7 @@ from gears3d.diagnosis import diagnose
 from gears3d.diagnosis.along_path import PARTED
 from gears3d.diagnosis.candidates import Candidate, candidates
 from gears3d.diagnosis.cause import begin
-from gears3d.diagnosis.path_fit import effects_of, fitted, polished, rezeroed, state_of
+from gears3d.diagnosis.path_fit import effects_of, fitted, polished, referenced, restore, rezeroed, state_of
 from gears3d.diagnosis.path_scores import fewer
 from gears3d.diagnosis.path_search import against, path_search
 from gears3d.diagnosis.shooting import Starts, Windows, at_rest, shootable
@@ -296,6 +296,26 @@ def test_zero_and_angles_of_one_record_are_found_where_others_come_true(short):
     assert off[1] < 10.0 < 0.01 * off[0]
     assert found.zeros == pytest.approx(right, abs=0.02 * windows.backlash)
     assert np.angle(np.exp(1j * found.turned[1, 0])) == pytest.approx(0.0, abs=0.05)
+
+
+def test_phases_count_from_the_first_record_that_shows_them(short):
+    amplitude, order = 1e-5, 2
+    effect = catalogue()["backlash_variation"](amplitude=amplitude, order=order, phase=0.4)
+    swing = short.motion.harmonics[0]
+    quiet = short.with_({"motion.harmonics": [{"amplitude": "1 rpm", "frequency": f"{swing.frequency!r} Hz"}]})
+    calm, known = shot(quiet, [effect])[1], shot(short, [effect])[1]
+    windows = Windows(short, [calm, known, known], [short.period] * 3, [("drive", "loose")] * 3)
+    asked = Candidate("backlash_variation", {"order": order}, "amplitude", windows.backlash, True, ())
+    cause = begin(asked, amplitude / windows.backlash * np.array([np.cos(1.0), -np.sin(1.0)]))
+    windows.turned[1:, 0] = (0.4 - 1.0) / order
+    windows.restart([cause.effect], anew=True)
+    rest = windows.residuals([cause.effect])
+    found = referenced(windows, state_of(windows, (cause,), rest))
+    assert found.turned[1:, 0] == pytest.approx(0.0, abs=1e-9)
+    assert found.turned[0, 0] == pytest.approx((1.0 - 0.4) / order)
+    assert found.causes[0].effect.phase == pytest.approx(0.4)
+    restore(windows, found)
+    assert windows.residuals(effects_of(found.causes)) == pytest.approx(rest, abs=1e-3)
 
 
 def test_a_tooth_that_is_far_off_leaves_windows_that_part(short):
