@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
+from gears3d.integrator import END, NEVER, inside, integrator, judge, locator, off
 from gears3d.lumped import layout as at
 from gears3d.lumped.compile import inner, tight
 from gears3d.lumped.cursors import horizon
@@ -31,21 +32,17 @@ from gears3d.lumped.impacts import (
     stay,
     touch_down,
 )
-from gears3d.lumped.integrator import DENSE, END, inside, integrator, off, resize
 from gears3d.lumped.law import TOUCH
 
 # Events, the first four of both flanks, the last of both ends of every table.
 TURNS, TOUCHES, BORDERS, LETS_GO, STOPS, ROLLS, LIFTS, ENGAGES, RELEASES, KNOTS = 0, 2, 4, 6, 8, 9, 10, 11, 12, 13
-NEVER = 1.0  # value of an event that cannot happen
 STILL = 1e-13  # rate that counts as zero, of a gap [m/s] or of a twist [rad/s]
 # Relative overshoot at the end of half the play, so that a body that has just reached the end is in contact.
 SLACK = 1e-9
 # Smallest rate of a gap, and of the twist times the base radius, to which errors are related [m/s].
 SLOWEST = 1e-3
 NARROWEST = 1e-3  # smallest gap, in backlashes, to which errors are related without oil
-SHORTEST = 1e-15  # shorter steps make no progress [s]
 SECANTS = 8  # secants of the mesh force in a step
-EXACT = 1e-11  # part of a step to which events are located
 # Phase of the oscillation on compliant teeth after which contact counts as permanent [rad].
 LASTING = 10.0 * pi
 
@@ -85,8 +82,9 @@ _attempt, _open_up = integrator(rates)
 
 
 @inner
-def outlook(m, state, t, y, g, k):
+def outlook(given, t, y, g, k):
     """Write functions of which one falls below zero at an event, and rates; return the narrower gap."""
+    m, state = given
     now = acting(m, state, t, y)
     _write_rates(m, state, y, now, k)
     riding = at.STUCK <= state[at.MODE] < at.PRESSED
@@ -139,6 +137,9 @@ def outlook(m, state, t, y, g, k):
     return min(now.gap_active, now.gap_reverse)
 
 
+_first = locator(outlook)
+
+
 @inner
 def go(m, state, y, t):
     """Write time and motion of the integrator into the state."""
@@ -173,7 +174,7 @@ def come(m, state, y):
 def wake(m, state, y, k, g):
     """Write the integrator's state, its rates and the functions of its events at the begin of a step."""
     come(m, state, y)
-    outlook(m, state, state[at.TIME], y, g, k[0])
+    outlook((m, state), state[at.TIME], y, g, k[0])
 
 
 @inner
@@ -192,7 +193,7 @@ def compliant_step(m, state, count, samples, spacing, until, work):
     elif 2.0 * h > left:
         h = 0.5 * left
     _attempt((m, state), t, y, h, k, end, motions_of(m))
-    narrow = max(abs(outlook(m, state, t + h, end, ahead, k[END])), m[at.FLOOR])
+    narrow = max(abs(outlook((m, state), t + h, end, ahead, k[END])), m[at.FLOOR])
     if m[at.FLOOR] == 0.0:
         narrow = max(narrow, NARROWEST * m[at.BACKLASH])
     error = max(abs(off(k, h, 0)) / narrow, abs(off(k, h, 1)) / (abs(end[1]) + SLOWEST))
@@ -201,22 +202,18 @@ def compliant_step(m, state, count, samples, spacing, until, work):
         error = max(error, radius * abs(off(k, h, 2)) / (radius * abs(end[2]) + NARROWEST * m[at.BACKLASH]))
         error = max(error, radius * abs(off(k, h, 3)) / (radius * abs(end[3]) + SLOWEST))
     error /= m[at.TOLERANCE]
-    root = max(sqrt(sqrt(sqrt(error))), 0.01)
-    if not error <= 1.0:
-        state[at.STEP] = resize(h, root, 0.0, 0.0) if error < 1e30 else 0.1 * h
-        if h > SHORTEST:
-            return
-    else:
-        after = resize(h, root, state[at.TRIED], state[at.ERROR])
-        state[at.STEP] = max(after, state[at.STEP]) if last else after
-        state[at.TRIED], state[at.ERROR] = h, root
+    accepted, after, root = judge(h, error, state[at.TRIED], state[at.ERROR])
+    state[at.STEP] = max(after, state[at.STEP]) if accepted and last else after
+    if not accepted:
+        return
+    state[at.TRIED], state[at.ERROR] = h, root
     opened, event, x = False, -1, 1.0
     if _stirs(m, state, k, ahead):
         _open_up((m, state), t, y, h, k, end, dense, between, motions_of(m))
         opened = True
         for i in range(g.shape[0]):
             values[i] = ahead[i]
-        event, x = _first(m, state, t, y, h, _wavers(m, state, k), dense, between, g, values, seen, held)
+        event, x = _first((m, state), t, y, h, _wavers(m, state, k), dense, between, g, values, seen, held)
     if m[at.SETTLE] >= 0.0 and t + x * h > m[at.SETTLE]:
         if not opened:
             _open_up((m, state), t, y, h, k, end, dense, between, motions_of(m))
@@ -304,75 +301,6 @@ def _wavers(m, state, k):
     for j in range(3, END):
         turned |= (k[j, 0] if closes else -k[j, 0]) > STILL
     return turned
-
-
-@inner
-def _first(m, state, t, y, h, wavers, dense, point, g, values, spare, held):
-    """Return the first event of a step and the part of the step after which it happens, or -1 and 1.
-
-    ``values`` holds the functions of the events at the end, and then at every part that no event is known to precede.
-    """
-    found, x, n = -1, 1.0, g.shape[0]
-    for j in range(1, 8 if wavers else 0):
-        _at(m, state, t, y, h, dense, point, spare, 0.125 * j)
-        low = 1.0
-        for i in range(n):
-            low = min(low, spare[i] if g[i] > 0.0 else 1.0)
-        if low < 0.0:
-            x = 0.125 * j
-            for i in range(n):
-                values[i] = spare[i]
-            break
-    for _ in range(4 * n):
-        which = 0
-        while which < n and (values[which] >= 0.0 or which == found):
-            which += 1
-        if which == n:
-            break
-        low, begin = 0.0, g[which]
-        for j in range(1, 8 if begin <= 0.0 else 0):
-            low, begin = 0.125 * j * x, _at(m, state, t, y, h, dense, point, spare, 0.125 * j * x)[which]
-            if begin > 0.0:
-                break
-        if begin > 0.0:
-            found, x = which, _root(m, state, t, y, h, dense, point, spare, which, low, begin, x, values[which])
-            _at(m, state, t, y, h, dense, point, values, x)
-        elif held[which] == 0:
-            return which, 0.0
-        else:
-            values[which] = NEVER
-    return found, x
-
-
-@inner
-def _root(m, state, t, y, h, dense, point, spare, which, low, begin, high, last):
-    """Return where in a step an event is, between two parts with its function there: the method of Illinois."""
-    before, side = low, 0
-    for _ in range(100):
-        part = (begin * high - last * low) / (begin - last)
-        if not low < part < high:
-            part = 0.5 * (low + high)
-        if abs(part - before) <= EXACT:
-            return part
-        before, value = part, _at(m, state, t, y, h, dense, point, spare, part)[which]
-        if value < 0.0:
-            high, last = part, value
-            begin = 0.5 * begin if side == -1 else begin
-            side = -1
-        else:
-            low, begin = part, value
-            last = 0.5 * last if side == 1 else last
-            side = 1
-    return high
-
-
-@inner
-def _at(m, state, t, y, h, dense, point, values, x):
-    """Return the functions of the events at a part of a step, once written."""
-    for c in range(y.shape[0]):
-        point[c] = inside(y, dense, x, c)
-    outlook(m, state, t + x * h, point, values, dense[DENSE])
-    return values
 
 
 @inner

@@ -6,12 +6,12 @@ from math import isfinite
 
 import numpy as np
 
+from gears3d.integrator import DENSE, STAGES
 from gears3d.lumped import layout as at
 from gears3d.lumped.closed_kernel import PATIENCE, SHORTEST
 from gears3d.lumped.closed_kernel import advance as closed
 from gears3d.lumped.compile import borrowed, entry, inner
 from gears3d.lumped.compliant import KNOTS, compliant_step, go, size_of, wake
-from gears3d.lumped.integrator import DENSE, STAGES
 from gears3d.lumped.start import begin
 from gears3d.lumped.steps import contact_step, free_step
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate._ivp import dop853_coefficients as published
 
+from gears3d import integrator
 from gears3d.effects import Flank, Gear, Rig, flank_harmonic, gap_spring, torque_harmonic, torque_linear
 from gears3d.effects.oil_film import OilFilm
-from gears3d.lumped import integrator
 from gears3d.lumped.model import model
 from gears3d.lumped.run import run
 from tests.lumped.rig import RPM, bench

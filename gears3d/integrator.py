@@ -1,23 +1,30 @@
-"""The integrator for compliant models: Dormand and Prince's pair of order 8 with dense output, for any law of motion.
+"""The integrator of compliant contact: Dormand and Prince's pair of order 8 with dense output, for any law of motion.
 
 A step keeps the rates that it evaluates, so that dense output of order 7 costs three more calls, and only in steps with
-an event. The caller finds events on the dense output.
+an event. Events are roots of functions of the state, found on the dense output.
 
 Source: Hairer, Norsett & Wanner 1993, Solving Ordinary Differential Equations I, section II.10: DOP853.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from math import sqrt
 from typing import Any
 
 import numpy as np
 
-from gears3d.lumped.compile import inner
+from gears3d import kernels
+
+inner: Any = partial(kernels.inner, error_model="numpy", _nrt=False)  # makes no arrays, counts no references
 
 STAGES, END = 16, 12  # rates that are kept; those after END serve dense output alone
 MOST = 6.0  # largest growth of a step
 DENSE = 7  # coefficients of dense output
+SHORTEST = 1e-15  # shorter steps make no progress [s]
+EXACT = 1e-11  # part of a step to which events are located
+NEVER = 1.0  # value of an event that cannot happen
+LOOKS = 8  # parts of a step at whose ends events are looked for where they may come and go within it
 
 # Nodes: places in a step at which the rates are evaluated.
 C = np.array([
@@ -142,15 +149,19 @@ def off(k, h, c):
 
 
 @inner
-def resize(h, root, before, root_before):
-    """Return the next step, from the eighth root of the error in parts of the tolerance, also of the step before.
+def judge(h, error, before, root_before):
+    """Return whether a step is accepted, the next one, and the eighth root of the error in parts of the tolerance.
 
-    The trend of the two steps is extrapolated (Gustafsson 1994), as a gap that shrinks step by step requires.
+    The trend of two steps, of which the last are ``before`` and ``root_before``, is extrapolated (Gustafsson 1994), as
+    a gap that shrinks step by step requires.
     """
+    root = max(sqrt(sqrt(sqrt(error))), 0.01)
+    if not error <= 1.0:
+        return h <= SHORTEST, h * max(0.9 / root, 0.2) if error < 1e30 else 0.1 * h, root
     factor = 0.9 / root
     if before > 0.0:
         factor = min(factor, factor * h / before * root_before / root)
-    return h * min(max(factor, 0.2), MOST)
+    return True, h * min(max(factor, 0.2), MOST), root
 
 
 @inner
@@ -160,3 +171,76 @@ def inside(y, dense, x, c):
     for i in range(DENSE - 1, -1, -1):
         total = (total + dense[i, c]) * (x if i % 2 == 0 else rest)
     return y[c] + total
+
+
+def locator(outlook: Any) -> Any:
+    """Return a function that finds the first event of a step, to be called from compiled code.
+
+    ``outlook(given, time, state, values, rates)`` is compiled and writes functions of which one falls below zero at an
+    event. ``first(given, t, y, h, wavers, dense, point, g, values, spare, held)`` returns the event and the part of the
+    step after which it happens, or -1 and 1. ``g`` has the functions at the start, ``values`` those at the end, and
+    then at every part that no event is known to precede; ``wavers`` states whether one may come and go within the step,
+    ``held`` which ones have just happened; ``point`` (n,) and ``spare`` are scratch.
+    """
+
+    @inner
+    def at(given, t, y, h, dense, point, values, x):
+        for c in range(y.shape[0]):
+            point[c] = inside(y, dense, x, c)
+        outlook(given, t + x * h, point, values, dense[DENSE])
+        return values
+
+    @inner
+    def root(given, t, y, h, dense, point, spare, which, low, begin, high, last):
+        before, side = low, 0  # the method of Illinois
+        for _ in range(100):
+            part = (begin * high - last * low) / (begin - last)
+            if not low < part < high:
+                part = 0.5 * (low + high)
+            if abs(part - before) <= EXACT:
+                return part
+            before, value = part, at(given, t, y, h, dense, point, spare, part)[which]
+            if value < 0.0:
+                high, last = part, value
+                begin = 0.5 * begin if side == -1 else begin
+                side = -1
+            else:
+                low, begin = part, value
+                last = 0.5 * last if side == 1 else last
+                side = 1
+        return high
+
+    @inner
+    def first(given, t, y, h, wavers, dense, point, g, values, spare, held):
+        found, x, n = -1, 1.0, g.shape[0]
+        for j in range(1, LOOKS if wavers else 0):
+            at(given, t, y, h, dense, point, spare, j / LOOKS)
+            low = 1.0
+            for i in range(n):
+                low = min(low, spare[i] if g[i] > 0.0 else 1.0)
+            if low < 0.0:
+                x = j / LOOKS
+                for i in range(n):
+                    values[i] = spare[i]
+                break
+        for _ in range(4 * n):
+            which = 0
+            while which < n and (values[which] >= 0.0 or which == found):
+                which += 1
+            if which == n:
+                break
+            low, begin = 0.0, g[which]
+            for j in range(1, LOOKS if begin <= 0.0 else 0):
+                low, begin = j / LOOKS * x, at(given, t, y, h, dense, point, spare, j / LOOKS * x)[which]
+                if begin > 0.0:
+                    break
+            if begin > 0.0:
+                found, x = which, root(given, t, y, h, dense, point, spare, which, low, begin, x, values[which])
+                at(given, t, y, h, dense, point, values, x)
+            elif held[which] == 0:
+                return which, 0.0
+            else:
+                values[which] = NEVER
+        return found, x
+
+    return first
