@@ -47,6 +47,10 @@ class Watch:
         self._counts = (pair.drive.teeth, pair.loose.teeth)
         self._parts = dict(_budget(pair, slices=slices))
         self._sums = np.zeros(4)
+        # flanks that are compared, by gear, side and tooth; a gear's missing teeth count as compared
+        self._seen = np.ones((2, 2, max(self._counts)), np.int64)
+        for gear, count in enumerate(self._counts):
+            self._seen[gear, :, :count] = 0
         # flanks are refined in sections across the drive's axis
         tilt = 0.5 * self.nearby.tilts**2 * (pair.drive.tip_radius + pair.loose.tip_radius)
         self._parts["tilt_error_m"] = tilt
@@ -59,16 +63,21 @@ class Watch:
         A raw gap that differs from the refined one by more than the hulls can account for is an EngineError.
         """
         theta_drive = drive_at(plant.motion, time)[0]
-        found, raw = self._near(world, theta_drive, theta_loose, time)
+        known = self.nearby.known(theta_drive)
+        reach = self.nearby.touching if known else self.nearby.reach
+        found, raw = self._near(world, theta_drive, theta_loose, time, reach)
         thetas, limits = (theta_drive, theta_loose), (self.nearby.slack, -DEEP, FAR)
-        row, excess, refined = compare_raw(self._shape, found, raw + MARGINS, thetas, limits, self._sums)
+        row, excess, refined = compare_raw(self._shape, found, raw + MARGINS, thetas, limits, self._sums, self._seen)
         if abs(excess) > self.allowed:
             self._refuse(found[row], float(raw[row]), refined, time)
-        self.nearby.fill(found, thetas)
+        if not known:
+            self.nearby.fill(found, thetas)
+        self.nearby.compared(theta_drive, bool(self._seen.all()))
 
-    def _near(self, world: World, theta_drive: float, theta_loose: float, time: float) -> tuple[np.ndarray, np.ndarray]:
+    def _near(
+        self, world: World, theta_drive: float, theta_loose: float, time: float, reach: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the teeth that Bullet finds near each other (n, 3), on both flanks, and its gaps (n,) [m]."""
-        reach = self.nearby.reach
         for _ in range(WIDENINGS):
             on_drive, on_loose, raw = world.nearest(reach)
             self.queries += 1

@@ -1,8 +1,9 @@
-"""The body that the loose gear carries: its spring's torque is predicted for a step, then the body follows.
+"""The body that the loose gear carries on a torsional spring.
 
-Within a step the torque is a cubic in time, from both bodies' motion under all other torques; every path and every
-reaction of the loose gear takes it as that. Then the body is moved under the actual path of the loose gear. Its
-state and the cubic follow the numbers of its row in the table of torques.
+Where the loose gear is free its body is part of the integrator's state. Where the gear follows a rigid flank its motion
+is imposed: the spring's torque is predicted for a step as a cubic in time, which every reaction takes, and then the
+body is moved under the actual path of the gear. The cubic follows the numbers of the body's row, the last one in the
+table of torques.
 """
 
 from __future__ import annotations
@@ -16,26 +17,22 @@ from gears3d.engine.closing import Plant
 from gears3d.engine.compile import inner
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
-from gears3d.engine.torques import acceleration
 
 INERTIA, STIFFNESS, DAMPING, PLAY = 2, 3, 4, 5
-# Time at which the cubic begins, its four coefficients, angle and speed of the body.
-SINCE, CUBIC, ANGLE, SPEED = 2 + WIDTH, 3 + WIDTH, 7 + WIDTH, 8 + WIDTH
-PART = 0.05  # largest step in radians of the spring's oscillation
+SINCE, CUBIC = 2 + WIDTH, 3 + WIDTH  # time at which the cubic begins, its four coefficients
+PART = 0.05  # largest step in radians of the spring's oscillation where the gear's motion is imposed
 PARTS = 3
 
 
 @inner
 def body_among(torques):
     """Return the row of the carried body in a table of torques, or -1."""
-    for i in range(torques.shape[0]):
-        if int(torques[i, 0]) == Code.TORQUE_CARRIED:
-            return i
-    return -1
+    last = torques.shape[0] - 1
+    return last if last >= 0 and int(torques[last, 0]) == Code.TORQUE_CARRIED else -1
 
 
 @inner
-def _pull(row, twist, rate):
+def pull_of(row, twist, rate):
     """Return the spring's torque on the loose gear for a twist of the body ahead of it [N m]."""
     if row[PLAY] == 0.0:
         return row[STIFFNESS] * twist + row[DAMPING] * rate
@@ -47,93 +44,91 @@ def _pull(row, twist, rate):
 
 
 @inner
-def reach_of(row, inertia):
-    """Return the longest step that resolves the spring's oscillation [s]."""
-    light = 1.0 / inertia + 1.0 / row[INERTIA]
-    return PART / (math.sqrt(row[STIFFNESS] * light) + row[DAMPING] * light)
-
-
-@inner
-def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, held: bool, s, duration: float) -> float:
-    """Write the spring's torque over the next step, and return the loose gear's acceleration at its start [rad/s²].
-
-    ``row`` is that of the body in the table of torques, ``teeth`` (n, 3) are candidate tooth pairs, ``held`` states
-    whether the loose gear follows a rigid flank, ``duration`` is that of the step [s].
-    """
+def hand_over(row, s):
+    """Write the spring's torque now for whatever acts at this instant alone."""
     row[SINCE] = s.time
     row[CUBIC : CUBIC + 4] = 0.0
-    light = 1.0 / row[INERTIA] + (0.0 if held else 1.0 / plant.inertia)
-    if held:
-        angle, _, alpha = drive_at(plant.motion, s.time)
-        _, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, s.place - 1, angle, s.theta))
-        other = -by_drive * alpha / by_loose
-    else:
-        other = acceleration(plant.torques, plant.inertia, s.place, s.time, s.theta, s.omega, np.sign(s.omega))
-    twist, rate = row[ANGLE] - s.theta, row[SPEED] - s.omega
-    start = _pull(row, twist, rate)
-    first, second, third, h = start, start, start, duration / PARTS
-    for _ in range(PARTS):
-        k1 = -light * _pull(row, twist, rate) - other
-        k2 = -light * _pull(row, twist + 0.5 * h * rate, rate + 0.5 * h * k1) - other
-        k3 = -light * _pull(row, twist + 0.5 * h * (rate + 0.5 * h * k1), rate + 0.5 * h * k2) - other
-        k4 = -light * _pull(row, twist + h * (rate + 0.5 * h * k2), rate + h * k3) - other
-        twist += h * (rate + h * (k1 + k2 + k3) / 6.0)
-        rate += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-        first, second, third = second, third, _pull(row, twist, rate)
-    if duration > 0.0:  # Newton's form through four points
-        d1, d2, d3 = first - start, second - 2.0 * first + start, third - 3.0 * second + 3.0 * first - start
-        row[CUBIC], row[CUBIC + 1] = start, (d1 - 0.5 * d2 + d3 / 3.0) / h
-        row[CUBIC + 2], row[CUBIC + 3] = (0.5 * d2 - 0.5 * d3) / h**2, d3 / 6.0 / h**3
-    return other + (0.0 if held else start / plant.inertia)
+    row[CUBIC] = pull_of(row, s.body[0] - s.theta, s.body[1] - s.omega)
 
 
 @inner
-def pursue(row: np.ndarray, begin: tuple[float, float, float], jerk: float, duration: float) -> None:
-    """Move the body through a step of ``duration`` [s] under a path of the loose gear with constant ``jerk`` [rad/s³].
+def resolved(row, light, twist, rate):
+    """Return the longest step that resolves the spring's oscillation, and a way through its play [s].
 
-    ``begin`` is angle [rad], speed [rad/s] and acceleration [rad/s²] of the loose gear; ``row`` that of the body in the
-    table of torques.
+    ``light`` is the sum of the reciprocal inertias that oscillate [1/(kg m²)].
+    """
+    longest = 1.0 / (math.sqrt(row[STIFFNESS] * light) + row[DAMPING] * light)
+    if abs(twist) < 0.5 * row[PLAY]:
+        longest = min(longest, 0.5 * row[PLAY] / (abs(rate) + 1e-300))
+    return longest
+
+
+@inner
+def foresee(plant: Plant, teeth: np.ndarray, row: np.ndarray, s, duration: float) -> None:
+    """Write the spring's torque over the next step, in which the loose gear follows a rigid flank.
+
+    ``row`` is that of the body in the table of torques, ``teeth`` (n, 3) are candidate tooth pairs, ``duration`` is
+    that of the step [s].
+    """
+    hand_over(row, s)
+    if duration <= 0.0:
+        return
+    angle, _, alpha = drive_at(plant.motion, s.time)
+    _, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, s.place - 1, angle, s.theta))
+    accel = -by_drive * alpha / by_loose
+    start, h = row[CUBIC], duration / PARTS
+    torques, state = (start, start, start), (s.body[0], s.body[1])
+    for part in range(PARTS):
+        state = _moved(row, state, (s.theta, s.omega, accel), 0.0, (h, part))
+        x = h * (part + 1)
+        twist, rate = state[0] - s.theta - x * (s.omega + 0.5 * x * accel), state[1] - s.omega - x * accel
+        torques = (torques[1], torques[2], pull_of(row, twist, rate))
+    first, second, third = torques
+    # Newton's form through four points
+    d1, d2, d3 = first - start, second - 2.0 * first + start, third - 3.0 * second + 3.0 * first - start
+    row[CUBIC + 1] = (d1 - 0.5 * d2 + d3 / 3.0) / h
+    row[CUBIC + 2], row[CUBIC + 3] = (0.5 * d2 - 0.5 * d3) / h**2, d3 / 6.0 / h**3
+
+
+@inner
+def _moved(row, state, begin, jerk, step):
+    """Return angle [rad] and speed [rad/s] of the body after one part of a step under a path of the loose gear.
+
+    ``state`` is angle and speed before; ``begin`` is angle, speed and acceleration [rad/s²] of the loose gear at the
+    begin of the step, ``jerk`` [rad/s³] is constant; ``step`` is the duration of a part [s] and its number.
     """
     theta, omega, accel = begin
-    h, angle, speed = duration / PARTS, row[ANGLE], row[SPEED]
-    for part in range(PARTS):
-        k1 = k2 = k3 = k4 = 0.0
-        for stage in range(4):
-            x = h * (part + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
-            there = theta + x * (omega + x * (0.5 * accel + x * jerk / 6.0))
-            turns = omega + x * (accel + 0.5 * x * jerk)
-            if stage == 0:
-                k1 = -_pull(row, angle - there, speed - turns) / row[INERTIA]
-            elif stage == 1:
-                k2 = -_pull(row, angle + 0.5 * h * speed - there, speed + 0.5 * h * k1 - turns) / row[INERTIA]
-            elif stage == 2:
-                ahead = angle + 0.5 * h * (speed + 0.5 * h * k1)
-                k3 = -_pull(row, ahead - there, speed + 0.5 * h * k2 - turns) / row[INERTIA]
-            else:
-                k4 = -_pull(row, angle + h * (speed + 0.5 * h * k2) - there, speed + h * k3 - turns) / row[INERTIA]
-        angle += h * (speed + h * (k1 + k2 + k3) / 6.0)
-        speed += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-    row[ANGLE], row[SPEED] = angle, speed
+    h, part = step
+    angle, speed = state
+    k1 = k2 = k3 = k4 = 0.0
+    for stage in range(4):
+        x = h * (part + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
+        there = theta + x * (omega + x * (0.5 * accel + x * jerk / 6.0))
+        turns = omega + x * (accel + 0.5 * x * jerk)
+        if stage == 0:
+            k1 = -pull_of(row, angle - there, speed - turns) / row[INERTIA]
+        elif stage == 1:
+            k2 = -pull_of(row, angle + 0.5 * h * speed - there, speed + 0.5 * h * k1 - turns) / row[INERTIA]
+        elif stage == 2:
+            ahead = angle + 0.5 * h * (speed + 0.5 * h * k1)
+            k3 = -pull_of(row, ahead - there, speed + 0.5 * h * k2 - turns) / row[INERTIA]
+        else:
+            k4 = -pull_of(row, angle + h * (speed + 0.5 * h * k2) - there, speed + h * k3 - turns) / row[INERTIA]
+    return angle + h * (speed + h * (k1 + k2 + k3) / 6.0), speed + h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
 
 
 @inner
-def follow(row, free, begin, s, smooth):
-    """Move the body under the path that the loose gear took in the last step, from ``begin`` to the state ``s``.
+def follow(row, begin, s):
+    """Move the body under the path that the loose gear took on a flank, from ``begin`` to the state ``s``.
 
-    ``begin`` is time [s], angle [rad], speed [rad/s] and acceleration [rad/s²]; ``free`` states whether only torques
-    acted on the loose gear, so that its acceleration at the start is known; ``smooth`` whether its speed had no jump at
-    the end.
+    ``begin`` is time [s], angle [rad] and speed [rad/s] of the gear.
     """
-    since, theta, omega, accel = begin
+    since, theta, omega = begin
     h = s.time - since
-    if h <= 0.0:
-        return
-    missing = s.theta - theta - omega * h
-    if free:
-        pursue(row, (theta, omega, accel), 6.0 * (missing - 0.5 * accel * h**2) / h**3, h)
-    elif smooth:
-        gained = s.omega - omega
-        accel, jerk = (6.0 * missing / h - 2.0 * gained) / h, (6.0 * gained - 12.0 * missing / h) / h**2
-        pursue(row, (theta, omega, accel), jerk, h)
-    else:
-        pursue(row, (theta, omega, 2.0 * missing / h**2), 0.0, h)
+    missing, gained = s.theta - theta - omega * h, s.omega - omega
+    accel, jerk = (6.0 * missing / h - 2.0 * gained) / h, (6.0 * gained - 12.0 * missing / h) / h**2
+    state = (s.body[0], s.body[1])
+    for part in range(PARTS):
+        state = _moved(row, state, (theta, omega, accel), jerk, (h / PARTS, part))
+    s.body[0], s.body[1] = state
+    hand_over(row, s)

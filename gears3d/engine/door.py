@@ -18,6 +18,7 @@ from gears3d.engine.bullet import require_bullet
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
 from gears3d.engine.films import film_of
+from gears3d.engine.forced import TOLERANCE, springs_of
 from gears3d.engine.halving import ORDER, halved
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import slices_of
@@ -26,7 +27,6 @@ from gears3d.engine.log import Log
 from gears3d.engine.mesh import lean_of, meshed, offset_of, tilt_of
 from gears3d.engine.motion import fastest, motion_table
 from gears3d.engine.native import STEP, Native
-from gears3d.engine.pressing import springs_of
 from gears3d.engine.torques import friction, gated, torque_table
 from gears3d.engine.world import KEPT, Body, World, lent_world
 from gears3d.errors import EngineError, Fault, GearsError, InputError, UsageError, did_you_mean
@@ -327,7 +327,7 @@ def _located(scenario: Scenario, rows: tuple[Row, ...], steps: tuple[float, floa
         start=scenario.start.state,
         stroke=_stroke(scenario),
         deepest=YIELDED * scenario.gears.drive.module,
-        share=steps[2],
+        tolerance=TOLERANCE * steps[2] ** ORDER["located"],
     )
     return Located(world, plant, settings, watch, log)
 

@@ -1,213 +1,276 @@
-"""Steps under forces of the gap: compliant flanks and films of oil.
+"""Motion under forces of the gap, and with a carried body: steps of the integrator, up to the first event.
 
-Films act all the time, so flight, passage and rest on the film are one motion. A step is short against the time in
-which a film's thickness or force changes, and ends where a law changes.
+Films of oil act all the time, so flight, passage and rest on the film are one motion. The state of the integrator:
+angle and speed of the loose gear; with a carried body those of it; the impulse on the flank whose passage is under way;
+the integrals of both gap rates, whose rates show where within a step a gap turns.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from gears3d.engine.closing import GAUSS, Arc, Plant, angle_after, gap_along, speed_after, through
+from gears3d.effects.rows import Code, Row
+from gears3d.engine.carried import INERTIA, body_among, hand_over, pull_of, resolved
+from gears3d.engine.closing import GLIDING
 from gears3d.engine.compile import inner
 from gears3d.engine.films import film_push
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
-from gears3d.engine.pressing import gap_force
+from gears3d.engine.moving import GO_ON, NO_NUMBER, NOBODY, gap_of
 from gears3d.engine.torques import FREE, resisting
+from gears3d.integrator import DENSE, END, NEVER, STAGES, inside, integrator, judge, locator, off
 
-AT_REST = 2.0  # direction of motion of a loose gear that dry torque keeps at rest
-NOBODY = -1  # stands for no flank
-# How a step ends: no event, the loose gear at rest; then, one more on the reverse flank: a gap begins or ceases to
-# close, flanks touch, compliant flanks begin or cease to push, they separate, a passage begins, or ends.
-ON, HALTS, TURNS, TOUCHES, FLIPS, CLEARS, ENTERS, LEAVES = 0, 1, 2, 4, 6, 8, 10, 12
+# How a step ends: no event, the loose gear at rest or set in motion; then, one more on the reverse flank: a gap begins
+# or ceases to close, flanks touch or separate, compliant flanks begin or cease to push, a passage begins or ends.
+ON, STOPS, TURNS, TOUCHES, FLIPS, BORDERS, EVENTS = -1, 0, 1, 3, 5, 7, 9
 STILL = 1e-13  # rate below which a gap is at a turning point, within rounding [m/s]
-THINNER = 0.05  # largest change of a film in a step, as a part of its thickness
-# Steps in the time constants of a film: of the decay of a rate under the squeeze, of a radian on the wedge.
-DAMPED, SWINGS = 0.3, 0.2
-BISECTIONS = 40
-SAME = 1e-13  # accuracy to which the duration of a step is that of its event [s]
+TOLERANCE = 1e-8  # of a step, relative to the narrower gap and its rate
+SLOWEST = 1e-3  # smallest rate of a gap, and of a twist at the base circle, to which errors are related [m/s]
+NARROWEST = 1e-3  # smallest gap, in backlashes, to which errors are related without oil
+ROUNDING = 2e-16  # relative resolution of angles, beyond which no tolerance goes
+FIRST_STEP = 1e-6  # s
 
 
-class Forces(NamedTuple):
-    """The constants of one step.
+def springs_of(rows: Sequence[Row]) -> np.ndarray:
+    """Return stiffness [N/m] and damping [N s/m] of all compliant rows together, (1, 2), or (0, 2) without any."""
+    found = [row.p[:2] for row in rows if row.code == Code.GAP_SPRING]
+    return np.sum(found, axis=0, dtype=float, keepdims=True) if found else np.zeros((0, 2))
+
+
+def workspace(torques: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the arrays of the integrator for a table of torques; they keep the rates from step to step."""
+    n = 5 if body_among(torques) < 0 else 7
+    vectors, functions = np.zeros((3, n)), np.zeros((4, EVENTS))
+    return (*vectors, np.zeros((STAGES, n)), np.zeros((DENSE + 1, n)), *functions, np.zeros(EVENTS, np.int64))
+
+
+class Now(NamedTuple):
+    """All that acts at one instant.
 
     Args:
-        direction: sign of the loose gear's motion, which dry torques act against; AT_REST where they keep it at rest.
-        squeezed: whether the film of the active and of the reverse flank is being squeezed.
-        touching: compliant flank in contact with the loose gear, or NOBODY.
-        pushing: whether it pushes; a damper can end that while the gap is still closed.
-        within: flank whose passage is under way, or NOBODY.
+        active: gap [m] and its rate [m/s] of the active flank.
+        reverse: the same of the reverse flank.
+        spring: force of the compliant flank in contact [N].
+        passing: force on the flank whose passage is under way [N].
+        pull: torque on the loose gear without dry torques [N m].
+        dry: torque against its motion [N m].
+        twisting: of it the torque of a carried body [N m].
     """
 
-    direction: float
-    squeezed: tuple[bool, bool]
-    touching: int
-    pushing: bool
-    within: int
+    active: tuple[float, float]
+    reverse: tuple[float, float]
+    spring: float
+    passing: float
+    pull: float
+    dry: float
+    twisting: float
 
 
 @inner
-def pushed(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
-) -> tuple[float, float, float]:
-    """Return the effect of films and compliant flank ``after`` seconds on a path: a torque [N m] and two forces [N].
-
-    The torque is theirs on the loose gear; the forces are that on the flank whose passage is under way and that of the
-    compliant flank. ``teeth`` (n, 3) are candidate pairs, ``springs`` stiffness and damping (1, 2), or (0, 2).
-    """
-    angle, speed, _ = drive_at(plant.motion, arc.time + after)
-    theta, omega = angle_after(arc, after), speed_after(arc, after)
-    torque, passing, spring = 0.0, 0.0, 0.0
-    dry = plant.film.minimum == 0.0
-    for side in range(2):
-        if dry and side != forces.touching:
-            continue
-        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, theta))
-        rate = by_drive * speed + by_loose * omega
-        force = 0.0 if dry else film_push(plant.film, gap, rate, forces.squeezed[side], (speed, omega))
-        if side == forces.touching and forces.pushing:
-            spring = gap_force(springs, gap, rate)
-            force += spring
-        torque += force * by_loose
-        if side == forces.within:
-            passing = force
-    return torque, passing, spring
+def _push(plant, springs, teeth, s, side, drive, loose):
+    """Return gap [m], its rate [m/s], lever [m], force of film and of compliant flank [N] of one side."""
+    gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, drive[0], loose[0]))
+    rate = by_drive * drive[1] + by_loose * loose[1]
+    film = spring = 0.0
+    if plant.film.minimum > 0.0:
+        film = film_push(plant.film, gap, rate, s.squeezed[side] != 0, (drive[1], loose[1]))
+    if side == s.place - 1 and s.pushing != 0:
+        spring = -springs[0, 0] * gap - springs[0, 1] * rate
+    return gap, rate, by_loose, film, spring
 
 
 @inner
-def _acceleration(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float
-) -> tuple[float, float]:
-    """Return the acceleration [rad/s²], and the force on the flank whose passage is under way [N], along a path."""
-    torque, passing, spring = pushed(plant, teeth, springs, forces, arc, after)
-    if forces.direction == AT_REST:
-        return 0.0, passing
-    place = FREE if forces.touching == NOBODY else 1 + forces.touching
-    plain, dry = resisting(plant.torques, place, arc.time + after, angle_after(arc, after), speed_after(arc, after))
+def _acting(given, t, y):
+    """Return all that acts at one instant."""
+    plant, springs, teeth, s, body = given
+    angle, speed, _ = drive_at(plant.motion, t)
+    drive, loose = (angle, speed), (y[0], y[1])
+    gap0, rate0, lever0, film0, spring0 = _push(plant, springs, teeth, s, 0, drive, loose)
+    gap1, rate1, lever1, film1, spring1 = _push(plant, springs, teeth, s, 1, drive, loose)
+    pull = (film0 + spring0) * lever0 + (film1 + spring1) * lever1
+    passing = 0.0 if s.flank == NOBODY else film0 + spring0 if s.flank == 0 else film1 + spring1
+    rows, twisting = plant.torques, 0.0
+    if body >= 0:
+        twisting = pull_of(rows[body], y[2] - y[0], y[3] - y[1])
+        rows = rows[:body]
+    plain, dry = resisting(rows, s.place, t, y[0], y[1])
+    spring = spring0 + spring1
     dry += plant.friction * max(spring, 0.0)
-    return (torque - plain - forces.direction * dry) / plant.inertia, passing
+    return Now((gap0, rate0), (gap1, rate1), spring, passing, pull + twisting - plain, dry, twisting)
 
 
 @inner
-def direction_of(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc) -> float:
-    """Return the sign of motion, at rest that which begins, or AT_REST where dry torque keeps the gear at rest."""
-    if start.omega != 0.0:
-        return np.sign(start.omega)
-    torque, _, spring = pushed(plant, teeth, springs, forces, start, 0.0)
-    place = FREE if forces.touching == NOBODY else 1 + forces.touching
-    plain, dry = resisting(plant.torques, place, start.time, start.theta, 0.0)
-    dry += plant.friction * max(spring, 0.0)
-    net = torque - plain
-    return AT_REST if abs(net) <= dry else np.sign(net)
+def _write(given, y, now, k):
+    """Write the rates of the state."""
+    plant, _, _, s, body = given
+    k[0] = k[1] = 0.0
+    if s.sense != 0.0:
+        k[0], k[1] = y[1], (now.pull - s.sense * now.dry) / plant.inertia
+    i = 2
+    if body >= 0:
+        k[2], k[3], i = y[3], -now.twisting / plant.torques[body, INERTIA], 4
+    k[i], k[i + 1], k[i + 2] = now.passing, now.active[1], now.reverse[1]
 
 
 @inner
-def stride(plant: Plant, teeth: np.ndarray, start: Arc, acceleration: float) -> float:
-    """Return the longest step that both films allow [s], infinite without oil.
+def _rates(given, t, y, k):
+    """Write the rates of the state."""
+    _write(given, y, _acting(given, t, y), k)
 
-    ``teeth`` (n, 3) are candidate pairs, ``start`` and ``acceleration`` [rad/s²] those of the loose gear now.
-    """
-    angle, speed, alpha = drive_at(plant.motion, start.time)
-    film, longest = plant.film, math.inf
-    if film.minimum == 0.0:
-        return longest
+
+@inner
+def _outlook(given, t, y, g, k):
+    """Write functions of which one falls below zero at an event, and rates; return both gaps [m]."""
+    now = _acting(given, t, y)
+    _write(given, y, now, k)
+    plant, springs, _, s, _ = given
+    g[STOPS] = s.sense * y[1] if s.sense != 0.0 else now.dry - abs(now.pull)
     for side in range(2):
-        gap, by_drive, by_loose, _ = call_side(plant.surfaces.side, (plant.surfaces, teeth, side, angle, start.theta))
-        rate = by_drive * speed + by_loose * start.omega
-        bend = abs(by_drive * alpha + by_loose * acceleration)
-        mass = plant.inertia / by_loose**2
-        thickness = max(gap, 0.0) + film.minimum
-        change = THINNER * thickness
-        longest = min(longest, 2.0 * change / (abs(rate) + math.sqrt(rate * rate + 2.0 * bend * change) + 1e-300))
-        decay = film.squeeze / (mass * thickness**1.5)
-        stiff = film_push(film, gap, -abs(rate), True, (speed, start.omega)) / (mass * thickness)
-        longest = min(longest, DAMPED / (decay + 1e-300), SWINGS / math.sqrt(1.5 * abs(stiff) + 1e-300))
+        gap, rate = now.active if side == 0 else now.reverse
+        closes = s.squeezed[side] != 0
+        g[TURNS + side] = (-rate if closes else rate) + STILL
+        g[TOUCHES + side] = gap if closes else NEVER
+        g[FLIPS + side] = g[BORDERS + side] = NEVER
+        if side == s.place - 1:
+            g[TOUCHES + side] = -gap
+            if springs[0, 1] > 0.0:
+                g[FLIPS + side] = now.spring if s.pushing != 0 else springs[0, 0] * gap + springs[0, 1] * rate
+        if plant.film.minimum > 0.0:
+            if closes and s.flank == NOBODY:
+                g[BORDERS + side] = gap - plant.film.felt
+            elif not closes and s.flank == side:
+                g[BORDERS + side] = plant.film.felt - gap
+    return now.active[0], now.reverse[0]
+
+
+_attempt, _open_up = integrator(_rates)
+_first = locator(_outlook)
+
+
+@inner
+def _wake(given, y, g, k):
+    """Write the state of the integrator, its rates and the functions of its events at the begin of a step."""
+    plant, _, _, s, body = given
+    y[:] = 0.0
+    y[0], y[1] = s.theta, s.omega
+    if body >= 0:
+        y[2], y[3] = s.body[0], s.body[1]
+    y[y.shape[0] - 3] = s.impulse
+    now = _acting(given, s.time, y)
+    s.sense = np.sign(s.omega)
+    if s.omega == 0.0:
+        s.sense = 0.0 if abs(now.pull) <= now.dry else np.sign(now.pull)
+    for side in range(2):
+        rate = now.active[1] if side == 0 else now.reverse[1]
+        if abs(rate) > GLIDING and (side != s.flank or plant.film.minimum == 0.0):
+            s.squeezed[side] = 1 if rate < 0.0 else 0
+    _outlook(given, s.time, y, g, k[0])
+
+
+@inner
+def _error(given, y, k, h, gaps):
+    """Return the error of a step in parts of the tolerance of a narrower gap and its rate, see the constants."""
+    plant, _, _, _, body = given
+    radius, layer = plant.surfaces.edged.flanks.gears[1, 0], plant.film.minimum
+    slack = NARROWEST * (gaps[0] + gaps[1])
+    narrow = max(abs(min(gaps[0], gaps[1]) + layer), layer if layer > 0.0 else slack)
+    rate = abs(k[END, k.shape[1] - 2])
+    error = radius * max(abs(off(k, h, 0)) / narrow, abs(off(k, h, 1)) / (rate + SLOWEST))
+    if body >= 0:
+        twist, twisting = radius * abs(y[2] - y[0]), radius * abs(y[3] - y[1])
+        error = max(
+            error, radius * abs(off(k, h, 2)) / (twist + slack), radius * abs(off(k, h, 3)) / (twisting + SLOWEST)
+        )
+    return error, ROUNDING * radius * abs(y[0]) / narrow
+
+
+@inner
+def _wavers(s, k):
+    """Return whether a gap turns at a stage of the step, so that an event may come and go within it."""
+    for side in range(2):
+        c, sign = k.shape[1] - 2 + side, 1.0 if s.squeezed[side] != 0 else -1.0
+        for j in range(3, END):
+            if sign * k[j, c] > STILL:
+                return True
+    return False
+
+
+@inner
+def _longest(given, y):
+    """Return the longest step [s] that resolves oscillations on compliant flanks and of a carried body."""
+    plant, springs, _, s, body = given
+    longest = math.inf
+    if s.place != FREE:
+        mass = plant.inertia / plant.surfaces.edged.flanks.gears[1, 0] ** 2
+        longest = 1.0 / (math.sqrt(springs[0, 0] / mass) + springs[0, 1] / mass)
+    if body >= 0:
+        row = plant.torques[body]
+        light = 1.0 / plant.inertia + 1.0 / row[INERTIA]
+        longest = min(longest, resolved(row, light, y[2] - y[0], y[3] - y[1]))
     return longest
 
 
 @inner
-def _path(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, start: Arc, duration: float
-) -> tuple[Arc, float]:
-    """Return the path of a step, and the mean force on the flank whose passage is under way [N]."""
-    here = Arc(start.time, start.theta, start.omega, 0.0, 0.0)
-    first, force = _acceleration(plant, teeth, springs, forces, here, 0.0)
-    arc = Arc(start.time, start.theta, start.omega, first, 0.0)
-    if duration <= 0.0:
-        return arc, force
-    for _ in range(8):
-        one, force_one = _acceleration(plant, teeth, springs, forces, arc, GAUSS[0] * duration)
-        two, force_two = _acceleration(plant, teeth, springs, forces, arc, GAUSS[1] * duration)
-        new, force = through(start, duration, one, two), 0.5 * (force_one + force_two)
-        moved = abs(new.accel - arc.accel) + abs(new.jerk - arc.jerk) * duration
-        arc = new
-        if moved <= 1e-12 * (abs(one) + abs(two)):
-            break
-    return arc, force
+def forced_step(plant, rules, teeth, s, blocks, work, longest):
+    """Do one step under forces of the gap; return the fault, or GO_ON, and the event at its end, or ON.
 
-
-@inner
-def _ends(plant: Plant, teeth: np.ndarray, springs: np.ndarray, forces: Forces, arc: Arc, after: float) -> int:
-    """Return the event ``after`` seconds on a path, ON for none."""
-    if forces.direction != AT_REST and forces.direction * speed_after(arc, after) < 0.0:
-        return HALTS
-    dry = plant.film.minimum == 0.0
-    for side in range(2):
-        if dry and side != forces.touching:
-            continue
-        gap, rate = gap_along(plant, teeth, side, arc, after)
-        if not dry and rate * (-1.0 if forces.squeezed[side] else 1.0) < -STILL:
-            return TURNS + side
-        if side == forces.touching:
-            if gap >= 0.0 and rate > 0.0:
-                return CLEARS + side
-            force = gap_force(springs, gap, rate)
-            if (force < 0.0) == forces.pushing and force != 0.0:
-                return FLIPS + side
-        elif gap < 0.0 and rate < -STILL:
-            return TOUCHES + side
-        if forces.within == NOBODY and gap < plant.film.felt and rate < 0.0:
-            return ENTERS + side
-        if forces.within == side and gap > plant.film.felt and rate > 0.0:
-            return LEAVES + side
-    return ON
-
-
-@inner
-def plan_forced(
-    plant: Plant, teeth: np.ndarray, springs: np.ndarray, state: Forces, start: Arc, steps: tuple[float, float]
-) -> tuple[float, Arc, float, int]:
-    """Return the next step under forces of the gap: duration [s], path, impulse [N s] on the flank in passage, its end.
-
-    ``teeth`` (n, 3) are candidate pairs, ``springs`` stiffness and damping (1, 2), or (0, 2). ``state`` gives the
-    flanks that matter, not the direction; acceleration and jerk of ``start`` are not used. ``steps`` is the longest
-    step [s], and the part used of the step that the films allow.
+    ``teeth`` (n, 3) are candidate pairs, ``work`` the arrays of :func:`workspace`, ``longest`` [s] limits the step.
     """
-    direction = direction_of(plant, teeth, springs, state, start)
-    forces = Forces(direction, state.squeezed, state.touching, state.pushing, state.within)
-    first, _ = _acceleration(plant, teeth, springs, forces, Arc(start.time, start.theta, start.omega, 0.0, 0.0), 0.0)
-    longest = min(steps[0], steps[1] * stride(plant, teeth, start, first))
-    arc, force = _path(plant, teeth, springs, forces, start, longest)
-    end = _ends(plant, teeth, springs, forces, arc, longest)
-    if end == ON:
-        return longest, arc, force * longest, ON
-    duration = longest
-    for _ in range(8):
-        low, high = 0.0, longest
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            found = _ends(plant, teeth, springs, forces, arc, middle)
-            if found == ON:
-                low = middle
-            else:
-                high, end = middle, found
-        settled = abs(high - duration) <= SAME
-        duration = high
-        arc, force = _path(plant, teeth, springs, forces, start, duration)
-        if settled:
-            break
-    return duration, arc, force * duration, end
+    y, end, between, k, dense, g, ahead, values, seen, held = work
+    body = body_among(plant.torques)
+    given, motions, t = (plant, rules.springs, teeth, s, body), 2 if body < 0 else 4, s.time
+    if s.fresh == 0:
+        _wake(given, y, g, k)
+    accepted, h = False, 0.0
+    while not accepted:
+        h = min(s.step, _longest(given, y))
+        last = h >= longest
+        h = longest if last else 0.5 * longest if 2.0 * h > longest else h
+        _attempt(given, t, y, h, k, end, motions)
+        gaps = _outlook(given, t + h, end, ahead, k[END])
+        error, finest = _error(given, end, k, h, gaps)
+        accepted, after, root = judge(h, error / max(rules.tolerance, finest), s.tried, s.error)
+        s.step = max(after, s.step) if accepted and last else after
+        s.tried, s.error = (h, root) if accepted else (s.tried, s.error)
+    event, x, opened = ON, 1.0, _wavers(s, k) or ahead.min() < 0.0
+    if opened:
+        _open_up(given, t, y, h, k, end, dense, between, motions)
+        values[:] = ahead
+        event, x = _first(given, t, y, h, _wavers(s, k), dense, between, g, values, seen, held)
+    while s.samples < blocks.times.size and blocks.times[s.samples] < t + x * h:
+        if not opened:
+            _open_up(given, t, y, h, k, end, dense, between, motions)
+            opened = True
+        part = (blocks.times[s.samples] - t) / h
+        blocks.loose[s.samples, 0], blocks.loose[s.samples, 1] = inside(y, dense, part, 0), inside(y, dense, part, 1)
+        s.samples += 1
+    if x > 0.0:
+        for c in range(y.shape[0]):
+            between[c] = inside(y, dense, x, c) if event != ON else end[c]
+        y[:] = between
+        held[:] = 0
+        s.time = max(t + x * h, np.nextafter(t, math.inf))
+        s.steps += 1
+    s.theta, s.omega, s.impulse = y[0], y[1], y[motions]
+    if not (math.isfinite(s.theta) and math.isfinite(s.omega)):
+        return NO_NUMBER, event
+    if body >= 0:
+        s.body[0], s.body[1] = y[2], y[3]
+    s.fresh = 1
+    if event == ON:
+        k[0] = k[END]
+        g[:] = ahead
+        return GO_ON, ON
+    held[event], s.fresh = 1, 0
+    if event == STOPS:
+        s.omega = 0.0
+    elif event < TOUCHES:
+        s.squeezed[event - TURNS] = 1 - s.squeezed[event - TURNS]
+    if body >= 0:
+        hand_over(plant.torques[body], s)
+    s.height = max(s.height, gap_of(plant, teeth, s, s.left)[0])
+    return GO_ON, event

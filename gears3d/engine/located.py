@@ -11,15 +11,15 @@ import numpy as np
 
 from gears3d.effects.rows import Code, Flank
 from gears3d.engine.budget import COMPARE_AFTER, Watch
-from gears3d.engine.carried import ANGLE, SPEED
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import jammed, jammed_at_start, not_a_number, not_closed, standing, sunk
 from gears3d.engine.films import film_push
+from gears3d.engine.forced import FIRST_STEP, TOLERANCE, workspace
 from gears3d.engine.holding import on_flank, softly, supporting
 from gears3d.engine.impact import ImpactLaw
 from gears3d.engine.lines import line_gap, turn_of
 from gears3d.engine.log import Impact, Log
-from gears3d.engine.loop import advance_rigid, advance_soft
+from gears3d.engine.loop import advance_forced, advance_rigid
 from gears3d.engine.mesh import side_gap
 from gears3d.engine.motion import drive_at
 from gears3d.engine.moving import (
@@ -37,7 +37,6 @@ from gears3d.engine.moving import (
     Blocks,
     Rules,
 )
-from gears3d.engine.torques import FREE
 from gears3d.engine.world import World
 from gears3d.errors import EngineError
 
@@ -62,7 +61,7 @@ class Settings:
         start: ``"active"``, ``"reverse"`` or ``"free"``.
         stroke: circular frequency [rad/s] and phase [rad] of the first harmonic.
         deepest: largest overlap of compliant flanks [m].
-        share: factor on the steps that springs and films allow.
+        tolerance: of steps under forces of the gap.
     """
 
     duration: float
@@ -74,7 +73,7 @@ class Settings:
     start: str
     stroke: tuple[float, float]
     deepest: float = math.inf
-    share: float = 1.0
+    tolerance: float = TOLERANCE
 
 
 class Located:
@@ -114,12 +113,15 @@ class Located:
             law.table,
             settings.springs,
             settings.deepest,
-            settings.share,
+            settings.tolerance,
         )
-        self._advance = advance_soft if settings.springs.size or plant.film.minimum > 0.0 else advance_rigid
+        self._work = workspace(plant.torques)
+        forced = settings.springs.size or plant.film.minimum > 0.0 or (plant.torques[:, 0] == Code.TORQUE_CARRIED).any()
+        self._advance = advance_forced if forced else advance_rigid
         self._state = np.zeros(1, STATE)
         self.state: Any = self._state[0]
         self.state["asked"], self.state["flank"], self.state["pushing"] = math.inf, NOBODY, True
+        self.state["step"] = FIRST_STEP
         self._hits, self._ends = np.zeros(events, HIT), np.zeros((events, 3))
         self._draws = law.draws(0, events)
 
@@ -163,7 +165,7 @@ class Located:
         self.state["samples"] = log.written
         blocks = Blocks(log.times, log.rows, self._hits, self._ends, self._draws)
         why = self._advance(
-            self.plant, self._rules, (nearby.table, nearby.rows), self._state, blocks, (STEPS, log.goes_on)
+            self.plant, self._rules, (nearby.table, nearby.rows), self._state, blocks, self._work, (STEPS, log.goes_on)
         )
         log.written = int(self.state["samples"])
         if why == QUERY:
@@ -225,10 +227,9 @@ class Located:
     def _close(self) -> None:
         """Log contacts and passages that are under way at the end."""
         state = self.state
-        if state["flank"] != NOBODY and state["film_stays"]:
-            self.contacts.append((int(state["flank"]), float(state["film_began"]), self.time))
-        elif state["place"] != FREE and state["stays"]:
-            self.contacts.append((int(state["place"]) - 1, float(state["began"]), self.time))
+        if state["stays"]:
+            flank = int(state["place"]) - 1 if state["flank"] == NOBODY else int(state["flank"])
+            self.contacts.append((flank, float(state["began"]), self.time))
 
     def _begin(self) -> None:
         """Put the gears where the scenario starts and check that they are not jammed."""
@@ -246,9 +247,7 @@ class Located:
             state["height"] = middle
         else:
             self._begin_on(teeth, Flank.REVERSE if self.settings.start == "reverse" else Flank.ACTIVE)
-        for row in self.plant.torques:
-            if row[0] == Code.TORQUE_CARRIED:
-                row[ANGLE], row[SPEED] = state["theta"], state["omega"]
+        state["body"] = state["theta"], state["omega"]
 
     def _begin_on(self, teeth: np.ndarray, side: Flank) -> None:
         """Begin in contact with a flank if contact holds, else with no relative speed, or float on its oil film."""
@@ -260,41 +259,41 @@ class Located:
         angle = drive_at(plant.motion, 0.0)[0]
         lever = side_gap(plant.surfaces, teeth, int(side), angle, theta)[2]
         oiled = plant.film.minimum > 0.0
-        if oiled:
-            state["flank"], state["film_stays"] = int(side), True
+        state["stays"] = oiled or force >= 0.0
+        if oiled or (springs.size and force >= 0.0):
+            state["flank"] = int(side)
         if force >= 0.0:
             state["place"] = 1 + int(side)
-            state["stays"] = not oiled
-            if springs.size:
-                theta -= force / springs[:, 0].sum() / lever
-        elif oiled:
-            gap = self._floats_at(teeth, int(side), force, (theta, omega))
+        if oiled and (springs.size or force < 0.0):
+            gap = self._rests_at(teeth, int(side), force, (theta, omega))
             theta += gap / lever
             if gap >= plant.film.felt:
-                state["flank"], state["film_stays"] = NOBODY, False
+                state["flank"], state["stays"] = NOBODY, False
+        elif springs.size and force >= 0.0:
+            theta -= force / springs[0, 0] / lever
         state["theta"] = theta
 
-    def _floats_at(self, teeth: np.ndarray, side: int, force: float, loose: tuple[float, float]) -> float:
-        """Return the gap [m] at which the wedges carry the ``force`` [N] of a flank that would have to pull.
+    def _rests_at(self, teeth: np.ndarray, side: int, force: float, loose: tuple[float, float]) -> float:
+        """Return the gap [m] at which the films, and compliant flanks, carry the load of a flank.
 
-        ``teeth`` (n, 3) may touch, ``side`` is 0 active, 1 reverse; ``loose`` is angle [rad] and speed [rad/s] of the
-        loose gear on the flank.
+        ``teeth`` (n, 3) may touch, ``side`` is 0 active, 1 reverse; ``force`` [N] is that of a rigid flank under oil,
+        negative where it would have to pull; ``loose`` is angle [rad] and speed [rad/s] of the loose gear on the flank.
         """
-        film = self.plant.film
+        film, springs = self.plant.film, self.settings.springs
         angle, speed, _ = drive_at(self.plant.motion, 0.0)
         whole, speeds = side_gap(self.plant.surfaces, teeth, 1 - side, angle, loose[0])[0], (speed, loose[1])
 
-        def net(gap: float) -> float:
-            ours = film_push(film, gap, 0.0, False, speeds)
-            return ours - film_push(film, whole - gap, 0.0, False, speeds)
+        def carried(gap: float) -> float:
+            ours = film_push(film, gap, 0.0, False, speeds) - film_push(film, whole - gap, 0.0, False, speeds)
+            return ours - springs[0, 0] * gap if gap < 0.0 else ours
 
-        load = force + net(0.0)
+        load = force + carried(0.0)
         if load <= 0.0:
             return film.felt
-        low, high = 0.0, 0.5 * whole
+        low, high = (0.0, 0.5 * whole) if force < 0.0 else (-2.0 * force / springs[0, 0], 0.0)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if net(middle) > load else (low, middle)
+            low, high = (middle, high) if carried(middle) > load else (low, middle)
         return low
 
 

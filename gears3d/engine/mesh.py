@@ -260,13 +260,15 @@ def compare_raw(
     thetas: tuple[float, float],
     limits: tuple[float, float, float],
     sums: np.ndarray,
+    seen: np.ndarray,
 ) -> tuple[int, float, float]:
     """Compare Bullet's gaps with the refined ones, of the tooth pairs that touch first, or nearly so.
 
     The result is the row of ``teeth`` (n, 3) that differs most, its excess and its refined gap [m]. ``raw`` (n,) [m]
     has the margins subtracted; ``thetas`` [rad] are the angles of drive and loose gear; ``limits`` [m] are by how much
     more open than the nearest a gap may be to count, and the deepest and the widest gap compared; ``sums`` (4,) takes
-    count, sum, sum of squares and largest size of the differences.
+    count, sum, sum of squares and largest size of the differences, ``seen`` (2, 2, teeth) the compared flanks of drive
+    and loose gear.
     """
     slack, deepest, widest = limits
     gaps = np.full(teeth.shape[0], math.inf)
@@ -284,6 +286,8 @@ def compare_raw(
     for i in range(teeth.shape[0]):
         if deepest <= gaps[i] <= widest and gaps[i] <= least[teeth[i, 2]] + slack:
             excess = raw[i] - gaps[i]
+            for gear in range(2):
+                seen[gear, teeth[i, 2], teeth[i, gear] - 1] = 1
             sums[0] += 1.0
             sums[1] += excess
             sums[2] += excess * excess

@@ -13,7 +13,7 @@ import numpy as np
 
 from gears3d.engine.closing import Arc, angle_after, speed_after
 from gears3d.engine.compile import inner
-from gears3d.engine.holding import softly, supporting
+from gears3d.engine.holding import on_flank, softly, supporting
 from gears3d.engine.impact import coefficient, normal_impulse
 from gears3d.engine.log import fill_flight
 from gears3d.engine.mesh import call_side, touching_teeth
@@ -39,26 +39,28 @@ STATE = np.dtype(
         ("asked", "f8"),  # angle of the drive at the last query [rad]
         ("located", "f8"),  # largest gap at an impact [m]
         ("fault", "f8"),  # depth or gap that stops the run [m]
-        # the flight or compliant contact under way
+        # the flight, or the contact or passage under way
         ("left", "i8"),  # flank that the flight left
         ("height", "f8"),  # largest distance from it so far [m]
-        ("entry", "f8"),  # rate of the gap when a compliant contact began [m/s]
+        ("flank", "i8"),  # whose passage it is, or NOBODY
         ("began", "f8"),  # when that, or permanent contact, began [s]
-        ("impulse", "f8"),  # of its force so far [N s]
         ("stays", "i8"),  # whether the contact is permanent
-        ("pushing", "i8"),  # whether the flanks push on each other in a compliant contact
-        # the passage through a film of oil under way
-        ("flank", "i8"),  # whose film it is, or NOBODY
-        ("film_began", "f8"),  # s
-        ("film_entry", "f8"),  # rate of the gap then [m/s]
-        ("film_height", "f8"),  # of the flight before [m]
-        ("film_theta", "f8"),  # angle of the loose gear then [rad]
-        ("film_drive", "i8"),  # teeth in contact then
-        ("film_loose", "i8"),
-        ("film_impulse", "f8"),  # of film and flank so far [N s]
+        ("entry", "f8"),  # rate of the gap when the passage began [m/s]
+        ("entry_height", "f8"),  # of the flight before [m]
+        ("entry_theta", "f8"),  # angle of the loose gear then [rad]
+        ("entry_drive", "i8"),  # teeth in contact then
+        ("entry_loose", "i8"),
+        ("impulse", "f8"),  # of film and flank so far [N s]
         ("turned", "i8"),  # whether the gap has opened since
-        ("film_stays", "i8"),  # whether it has become contact over oil
-        ("squeezed", "i8", (2,)),  # whether the film of the active and of the reverse flank is being squeezed
+        # forces of the gap and their integration
+        ("squeezed", "i8", (2,)),  # whether the gap of the active and of the reverse flank closes
+        ("pushing", "i8"),  # whether compliant flanks in contact push on each other
+        ("sense", "f8"),  # sign of the loose gear's motion, 0 where dry torque keeps it at rest
+        ("body", "f8", (2,)),  # angle [rad] and speed [rad/s] of a carried body
+        ("step", "f8"),  # next step [s]
+        ("tried", "f8"),  # last step [s]
+        ("error", "f8"),  # eighth root of its error in parts of the tolerance
+        ("fresh", "i8"),  # whether the rates at the begin of the next step are those at the end of the last
         # what the blocks hold
         ("samples", "i8"),
         ("impacts", "i8"),
@@ -96,7 +98,7 @@ class Rules(Record):
         law: table of :func:`gears3d.engine.impact.law_table`.
         springs: compliant flanks (1, 2), (0, 2) for impulses.
         deepest: largest overlap of compliant flanks [m].
-        share: factor on the steps that springs and films allow.
+        tolerance: of steps under forces of the gap, see :mod:`gears3d.engine.forced`.
     """
 
     duration: float
@@ -109,7 +111,7 @@ class Rules(Record):
     law: Floats2
     springs: Floats2
     deepest: float
-    share: float
+    tolerance: float
 
 
 class Blocks(NamedTuple):
@@ -164,7 +166,7 @@ def move(s, blocks, arc, duration):
 def begin_flight(s, side):
     """Clear contacts and passages under way: a flight begins from a flank."""
     s.left, s.height, s.entry, s.began, s.impulse = side, 0.0, 0.0, 0.0, 0.0
-    s.stays, s.pushing = 0, 1
+    s.flank, s.stays, s.turned, s.pushing = NOBODY, 0, 0, 1
 
 
 @inner
@@ -237,3 +239,19 @@ def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
             s.place = 1 + side
     after = s.omega + (rebound - rate) / lever
     return rebound, after, normal_impulse(plant.inertia, lever, plant.friction, (s.omega, after))
+
+
+@inner
+def bounce(plant, rules, teeth, s, blocks, side):
+    """Apply the impact law to flanks whose gap has closed; return the fault, or GO_ON."""
+    fault, rate, lever = met(plant, teeth, s, side)
+    if fault != GO_ON:
+        return fault
+    rebound, after, impulse = rebound_of(plant, rules, teeth, s, blocks, side, rate, lever)
+    note(plant, teeth, s, blocks, side, s.time, (rate, rebound), impulse)
+    s.omega = after
+    begin_flight(s, side)
+    if s.place != FREE:
+        s.began, s.stays = s.time, 1
+        s.theta, s.omega = on_flank(plant, teeth, side, s.time, s.theta)
+    return GO_ON

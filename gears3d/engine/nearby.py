@@ -4,7 +4,7 @@ The loose gear lies within the backlash, so the drive's angle alone decides whic
 Bullet holds all pairs within a reach. The reach is the largest distance that two teeth in mesh can have
 a turn before they touch, plus the backlash and all deviations of gears and mounting. An answer is therefore complete
 for all angles within that turn. It is kept for windows of a fraction of a pitch, and is valid again whenever both gears
-return to the same teeth.
+return to the same teeth. Where all teeth are equal, on ideal axes, it is valid a pitch later for the next teeth.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ class Nearby:
     def __init__(self, pair: Pair, shape: Mesh) -> None:
         teeth = (pair.drive.teeth, pair.loose.teeth)
         self.width = 2.0 * math.pi / teeth[0] / WINDOWS
-        self.table = np.zeros((WINDOWS * math.lcm(*teeth), 2), np.int64)
+        self.table = np.zeros((WINDOWS * math.lcm(*teeth), 3), np.int64)  # first row, end, whether compared with Bullet
+        self._teeth, self.equal = teeth, not pair.deviations and not pair.mounting
         self.rows = np.zeros((256, 3), np.int64)
         self._used = 0
         self._shape = shape
@@ -81,7 +82,8 @@ class Nearby:
         wandering += max(gear.face_width for gear in (pair.drive, pair.loose)) * self.tilts
         ideal = meshed(replace(pair, deviations=(), mounting=())) if pair.deviations or pair.mounting else shape
         parting = _parting(ideal, WINDOWS * self.width, self._ratio, self.slack)
-        self.reach = 1.1 * (pair.backlash + wandering) + self.slack + parting + 20e-6
+        self.touching = 1.1 * (pair.backlash + wandering) + self.slack + 20e-6  # reach of the teeth that may touch now
+        self.reach = self.touching + parting
 
     def window(self, angle: float) -> int:
         """Return the window of an angle of the drive [rad], a row of ``table``."""
@@ -93,16 +95,50 @@ class Nearby:
 
     def teeth(self, angle: float) -> np.ndarray:
         """Return the pairs that may touch at an angle of the drive [rad]: teeth and side, (n, 3)."""
-        first, end = self.table[self.window(angle)]
+        first, end, _ = self.table[self.window(angle)]
         return self.rows[first:end]
 
     def fill(self, found: np.ndarray, thetas: tuple[float, float]) -> None:
         """Keep the pairs within reach (n, 3) in the windows around the angles of drive and loose gear [rad]."""
-        most = (2 * AHEAD + 1) * len(found)
-        if self._used + most > len(self.rows):
-            self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, 3), np.int64)])
+        self._room((2 * AHEAD + 1) * len(found))
         span = (self.width, self._ratio, self.slack)
         self._used = _fill(self._shape, found, thetas, span, self.table, self.rows, self._used)
+
+    def compared(self, angle: float, all_teeth: bool) -> None:
+        """Note that the pairs around an angle of the drive [rad], or those of all teeth, are compared with Bullet."""
+        around = self.window(angle) + np.arange(-AHEAD, AHEAD + 1)
+        self.table[slice(None) if all_teeth and self.equal else around % len(self.table), 2] = 1
+        if self.equal:
+            turn = WINDOWS * self._teeth[0]
+            self._room(2 * turn * int(np.diff(self.table[:, :2]).max()))
+            self._used = _repeat(self._teeth, self.window(angle), turn, self.table, self.rows, self._used)
+
+    def _room(self, most: int) -> None:
+        """Provide space for further rows."""
+        if self._used + most > len(self.rows):
+            self.rows = np.concatenate([self.rows, np.zeros((len(self.rows) + most, 3), np.int64)])
+
+
+@entry
+def _repeat(counts: tuple[int, int], here: int, turn: int, table: np.ndarray, rows: np.ndarray, used: int) -> int:
+    """Write the pairs of the windows within a ``turn`` from those a pitch before; return how many rows are used then.
+
+    ``counts`` are the numbers of teeth of drive and loose gear, ``here`` is the present window.
+    """
+    for sense in (1, -1):
+        for ahead in range(1, turn + 1):
+            window, before = (here + sense * ahead) % table.shape[0], here + sense * (ahead - WINDOWS)
+            first, end = table[before % table.shape[0], 0], table[before % table.shape[0], 1]
+            if table[window, 1] != 0 or end == 0:
+                continue
+            table[window, 0] = used
+            for i in range(first, end):
+                rows[used, 0] = (rows[i, 0] + sense - 1) % counts[0] + 1
+                rows[used, 1] = (rows[i, 1] + sense - 1) % counts[1] + 1
+                rows[used, 2] = rows[i, 2]
+                used += 1
+            table[window, 1] = used
+    return used
 
 
 @entry

@@ -22,7 +22,7 @@ _HARMONIC = int(Code.TORQUE_HARMONIC)
 _RELAX = int(Code.TORQUE_RELAX)
 _TABLE = int(Code.TORQUE_TABLE)
 _CARRIED = int(Code.TORQUE_CARRIED)
-_BEHIND = 7  # numbers of a carried body after those of its row, see :mod:`gears3d.engine.carried`
+_BEHIND = 5  # numbers of a carried body after those of its row, see :mod:`gears3d.engine.carried`
 _SPEED = int(Variable.SPEED)
 _ANGLE = int(Variable.ANGLE)
 _ALWAYS = int(Gate.ALWAYS)
@@ -36,14 +36,15 @@ def torque_table(rows: Sequence[Row]) -> np.ndarray:
     """Return the torque rows as a table: code, gate, numbers; (n, 2 + WIDTH + 2·most points of a tabulated torque).
 
     A tabulated torque has its number of points after its variable, and after the numbers its abscissae and values.
-    Friction of the flanks is excluded, see :func:`friction`. A carried body has its own state after its numbers; more
-    than one is an InputError.
+    Friction of the flanks is excluded, see :func:`friction`. A carried body comes last, with its spring's torque after
+    its numbers, see :mod:`gears3d.engine.carried`; more than one is an InputError.
 
     >>> from gears3d.effects.rows import torque_constant
     >>> torque_table([torque_constant(0.22)])[0, :3].tolist()
     [101.0, 0.0, 0.22]
     """
     chosen = [row for row in rows if row.code // 100 == 1 and row.code != Code.TORQUE_FRICTION]
+    chosen.sort(key=lambda row: row.code == Code.TORQUE_CARRIED)
     longest = max((len(row.table) for row in chosen), default=0)
     bodies = sum(row.code == Code.TORQUE_CARRIED for row in chosen)
     if bodies > 1:
