@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from gears3d.effects.rows import WIDTH, Code
+from gears3d.effects.rows import WIDTH, Code, Row
 from gears3d.engine.closing import Plant
 from gears3d.engine.compile import inner
 from gears3d.engine.mesh import call_side
@@ -22,6 +22,12 @@ INERTIA, STIFFNESS, DAMPING, PLAY = 2, 3, 4, 5
 SINCE, CUBIC = 2 + WIDTH, 3 + WIDTH  # time at which the cubic begins, its four coefficients
 PART = 0.05  # largest step in radians of the spring's oscillation where the gear's motion is imposed
 PARTS = 3
+
+
+def contact_step(body: Row) -> float:
+    """Return the longest step [s] of a loose gear that carries a body on a rigid flank."""
+    inertia, stiffness, damping, _ = body.p
+    return PART / (math.sqrt(stiffness / inertia) + damping / inertia)
 
 
 @inner

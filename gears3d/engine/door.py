@@ -15,6 +15,7 @@ from gears3d.effects.rows import Code, Gear, Row, torque_constant
 from gears3d.effects.support import NATIVE, refused
 from gears3d.engine.budget import Watch
 from gears3d.engine.bullet import require_bullet
+from gears3d.engine.carried import contact_step
 from gears3d.engine.closing import Plant
 from gears3d.engine.faults import YIELDED
 from gears3d.engine.films import film_of
@@ -45,6 +46,7 @@ CONTACTS = ("located", "native")
 LONGEST_STEP = 1e-3
 TURN_PER_STEP = 0.3  # largest turn of the drive gear in one step, in tooth pitches
 STRETCH = 1.25  # factor by which a step may be longer where a window of near teeth ends there
+MOST_STEPS = 1e9  # of a run in contact with a carried body, which would take hours
 # Smallest number of steps in one period of the fastest harmonic of motion, torque or flanks.
 STEPS_PER_WAVE = 40.0
 
@@ -222,7 +224,7 @@ def prepared(
         InputError: what the engine cannot do.
     """
     gears = scenario.pair() if pair is None else pair
-    _refuse(scenario, gears, contact)
+    _refuse(scenario, gears, contact, rows)
     torques = torque_table([torque_constant(scenario.rig().drag_torque), *rows])
     return _shaped(scenario, gears, rows), torques, _law(scenario, rows)
 
@@ -234,7 +236,7 @@ def _budget(parts: dict[str, float], contact: str) -> dict[str, float]:
     return parts
 
 
-def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
+def _refuse(scenario: Scenario, pair: Pair, contact: str, rows: tuple[Row, ...]) -> None:
     """Refuse what this engine, or Bullet's own contact, cannot do."""
     file = "" if scenario.path is None else str(scenario.path)
     faults = []
@@ -242,6 +244,10 @@ def _refuse(scenario: Scenario, pair: Pair, contact: str) -> None:
         text = f"is {show(pair.drive.helix_angle, 'angle')}: Bullet's own contact is that of spur teeth only"
         faults.append(Fault("gears.helix_angle", text, "use contact = located", file))
     faults += refused(scenario.effects, scenario.rig(), NATIVE if contact == "native" else "bullet", file)
+    for row in rows:
+        if row.code == Code.TORQUE_CARRIED and scenario.run.duration > MOST_STEPS * (step := contact_step(row)):
+            text = f"has a carried body that needs steps of {step:.2g} s, more than {MOST_STEPS:g} in the run"
+            faults.append(Fault("effect", text, "give it more inertia, a softer spring or less damping", file))
     if faults:
         raise InputError(faults)
 

@@ -18,6 +18,7 @@ from gears3d.engine.carried import INERTIA, body_among, hand_over, pull_of, reso
 from gears3d.engine.closing import GLIDING
 from gears3d.engine.compile import inner
 from gears3d.engine.films import film_push
+from gears3d.engine.holding import resolution
 from gears3d.engine.mesh import call_side
 from gears3d.engine.motion import drive_at
 from gears3d.engine.moving import GO_ON, NO_NUMBER, NOBODY, gap_of
@@ -128,12 +129,15 @@ def _outlook(given, t, y, g, k):
     now = _acting(given, t, y)
     _write(given, y, now, k)
     plant, springs, _, s, _ = given
+    finest = resolution(y[0])
     g[STOPS] = s.sense * y[1] if s.sense != 0.0 else now.dry - abs(now.pull)
     for side in range(2):
         gap, rate = now.active if side == 0 else now.reverse
         closes = s.squeezed[side] != 0
         g[TURNS + side] = (-rate if closes else rate) + STILL
-        g[TOUCHES + side] = gap if closes else NEVER
+        # a gap that has just opened by less than can be resolved does not close again
+        within = side == s.left and s.height <= finest
+        g[TOUCHES + side] = NEVER if not closes else gap + finest if within else gap
         g[FLIPS + side] = g[BORDERS + side] = NEVER
         if side == s.place - 1:
             g[TOUCHES + side] = -gap
@@ -264,6 +268,7 @@ def forced_step(plant, rules, teeth, s, blocks, work, longest):
     if event == ON:
         k[0] = k[END]
         g[:] = ahead
+        s.height = max(s.height, gaps[s.left])
         return GO_ON, ON
     held[event], s.fresh = 1, 0
     if event == STOPS:
