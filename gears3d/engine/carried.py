@@ -105,22 +105,14 @@ def _moved(row, state, begin, jerk, step):
     """
     theta, omega, accel = begin
     h, part = step
-    angle, speed = state
-    k1 = k2 = k3 = k4 = 0.0
-    for stage in range(4):
-        x = h * (part + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
-        there = theta + x * (omega + x * (0.5 * accel + x * jerk / 6.0))
-        turns = omega + x * (accel + 0.5 * x * jerk)
-        if stage == 0:
-            k1 = -pull_of(row, angle - there, speed - turns) / row[INERTIA]
-        elif stage == 1:
-            k2 = -pull_of(row, angle + 0.5 * h * speed - there, speed + 0.5 * h * k1 - turns) / row[INERTIA]
-        elif stage == 2:
-            ahead = angle + 0.5 * h * (speed + 0.5 * h * k1)
-            k3 = -pull_of(row, ahead - there, speed + 0.5 * h * k2 - turns) / row[INERTIA]
-        else:
-            k4 = -pull_of(row, angle + h * (speed + 0.5 * h * k2) - there, speed + h * k3 - turns) / row[INERTIA]
-    return angle + h * (speed + h * (k1 + k2 + k3) / 6.0), speed + h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
+    speed = gained = turned = rise = 0.0
+    for node, weight in ((0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):  # the classical Runge-Kutta method
+        x, angle = h * (part + node), state[0] + node * h * speed
+        speed = state[1] + node * h * rise
+        twist = angle - theta - x * (omega + x * (0.5 * accel + x * jerk / 6.0))
+        rise = -pull_of(row, twist, speed - omega - x * (accel + 0.5 * x * jerk)) / row[INERTIA]
+        turned, gained = turned + weight * speed, gained + weight * rise
+    return state[0] + h * turned / 6.0, state[1] + h * gained / 6.0
 
 
 @inner

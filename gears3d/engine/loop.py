@@ -30,14 +30,13 @@ from gears3d.engine.moving import (
     STANDS,
     Blocks,
     Rules,
-    bounce,
     gap_of,
     here,
     leave,
     move,
 )
 from gears3d.engine.nearby import until_edge
-from gears3d.engine.passages import bounce_in_film, passage_step
+from gears3d.engine.passages import bounce, passage_step
 from gears3d.engine.torques import FREE, until_kink
 
 STANDSTILL = 2000  # successive events without progress in time after which the run is given up
@@ -76,14 +75,13 @@ def _ride(plant, rules, teeth, s, blocks, longest):
     fault, event = _hold(plant, rules, teeth, s, blocks, longest)
     if event == HELD:
         return fault
-    dry = plant.film.minimum == 0.0
-    if dry:
+    if plant.film.minimum == 0.0:
         leave(s, blocks, side)
     else:  # still within its film
         s.place, s.squeezed[side] = FREE, 0
     if fault != GO_ON or event != MEETS:
         return fault
-    return bounce(plant, rules, teeth, s, blocks, side) if dry else bounce_in_film(plant, rules, teeth, s, blocks, side)
+    return bounce(plant, rules, teeth, s, blocks, side)
 
 
 @inner

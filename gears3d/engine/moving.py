@@ -13,7 +13,7 @@ import numpy as np
 
 from gears3d.engine.closing import Arc, angle_after, speed_after
 from gears3d.engine.compile import inner
-from gears3d.engine.holding import on_flank, softly, supporting
+from gears3d.engine.holding import softly, supporting
 from gears3d.engine.impact import coefficient, normal_impulse
 from gears3d.engine.log import fill_flight
 from gears3d.engine.mesh import call_side, touching_teeth
@@ -204,13 +204,6 @@ def write_impact(s, blocks, side, when, rates, impulse, height, teeth, met, thet
 
 
 @inner
-def note(plant, teeth, s, blocks, side, when, rates, impulse):
-    """Log an impact of the teeth that touch now."""
-    pair = teeth_now(plant, teeth, s, side)
-    write_impact(s, blocks, side, when, rates, impulse, s.height, pair, s.time, s.theta)
-
-
-@inner
 def met(plant, teeth, s, side):
     """Return the fault of a gap that has just closed, or GO_ON, its rate [m/s] and the loose gear's lever [m]."""
     gap, rate, lever = gap_of(plant, teeth, s, side)
@@ -239,19 +232,3 @@ def rebound_of(plant, rules, teeth, s, blocks, side, rate, lever):
             s.place = 1 + side
     after = s.omega + (rebound - rate) / lever
     return rebound, after, normal_impulse(plant.inertia, lever, plant.friction, (s.omega, after))
-
-
-@inner
-def bounce(plant, rules, teeth, s, blocks, side):
-    """Apply the impact law to flanks whose gap has closed; return the fault, or GO_ON."""
-    fault, rate, lever = met(plant, teeth, s, side)
-    if fault != GO_ON:
-        return fault
-    rebound, after, impulse = rebound_of(plant, rules, teeth, s, blocks, side, rate, lever)
-    note(plant, teeth, s, blocks, side, s.time, (rate, rebound), impulse)
-    s.omega = after
-    begin_flight(s, side)
-    if s.place != FREE:
-        s.began, s.stays = s.time, 1
-        s.theta, s.omega = on_flank(plant, teeth, side, s.time, s.theta)
-    return GO_ON

@@ -21,7 +21,6 @@ from gears3d.engine.moving import (
     NOBODY,
     SINKS,
     begin_flight,
-    bounce,
     gap_of,
     met,
     rebound_of,
@@ -88,11 +87,7 @@ def _touch(plant, rules, teeth, s, blocks, side):
             _end(plant, teeth, s, blocks)
         return GO_ON
     if rules.springs.shape[0] == 0:
-        return (
-            bounce(plant, rules, teeth, s, blocks, side)
-            if dry
-            else bounce_in_film(plant, rules, teeth, s, blocks, side)
-        )
+        return bounce(plant, rules, teeth, s, blocks, side)
     fault = met(plant, teeth, s, side)[0]
     s.place, s.pushing, s.turned = 1 + side, 1, 1
     if dry:
@@ -135,17 +130,25 @@ def _write(s, blocks, rebound, impulse):
 
 
 @inner
-def bounce_in_film(plant, rules, teeth, s, blocks, side):
-    """Apply the impact law to bare flanks that touch during a passage."""
+def bounce(plant, rules, teeth, s, blocks, side):
+    """Apply the impact law to bare flanks that touch, under oil within a passage; return the fault, or GO_ON."""
     fault, rate, lever = met(plant, teeth, s, side)
     if fault != GO_ON:
         return fault
-    s.turned = 1
-    _, after, impulse = rebound_of(plant, rules, teeth, s, blocks, side, rate, lever)
+    rebound, after, impulse = rebound_of(plant, rules, teeth, s, blocks, side, rate, lever)
+    dry = plant.film.minimum == 0.0
+    if dry:
+        pair = teeth_now(plant, teeth, s, side)
+        write_impact(s, blocks, side, s.time, (rate, rebound), impulse, s.height, pair, s.time, s.theta)
+        begin_flight(s, side)
+    else:
+        s.impulse += impulse
+        s.turned, s.squeezed[side] = 1, 0
     s.omega = after
-    s.impulse += impulse
-    s.squeezed[side] = 0
     if s.place != FREE:
         s.theta, s.omega = on_flank(plant, teeth, side, s.time, s.theta)
-        _capture(plant, teeth, s, blocks)
+        if dry:
+            s.began, s.stays = s.time, 1
+        else:
+            _capture(plant, teeth, s, blocks)
     return GO_ON
