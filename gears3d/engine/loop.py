@@ -158,7 +158,7 @@ def _looped(step: Any) -> Any:
                 angle = drive_at(plant.motion, s.time)[0]
                 window = math.floor(angle / rules.width) % table.shape[0]
                 first, end = table[window, 0], table[window, 1]
-                if table[window, 2] == 0 or not abs(angle - s.asked) <= rules.compare_after:
+                if end == 0 or table[window, 2] == 0 or not abs(angle - s.asked) <= rules.compare_after:
                     return QUERY
                 longest = until_edge(plant.motion, s.time, rules.width, (longest, rules.stretched_step))
             kink = until_kink(plant.torques, plant.inertia, s.place, s.time, s.theta, s.omega)
